@@ -33,13 +33,12 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from exchange.arithmetic import exp
-from remoras.authority import Authority
 from remoras.organisation import Group, RoleSpecification
 from remoras.strategies.allocation import Engagement, Expectations, planned
 from remoras.strategies.claims import Claims, RoleClaim
-from remoras.strategies.factors import AtSea, Factors, known_from
-from remoras.strategies.founding import common_roles, founded
-from remoras.strategy import JOB_DONE, Declaration, Heard, Move, Situation, Statement
+from remoras.strategies.factors import AtSea, Factors
+from remoras.strategies.negotiator import KnownFromStart, Member, frames, taking
+from remoras.strategy import Heard, Move, Situation, Statement
 from remoras.work import Outlook, Work
 
 BEGUN = 16383
@@ -48,13 +47,11 @@ JOBS_PER_BLOCK = 13
 """Claims that go into one block; more do not fit the packet of a small modem."""
 
 
-class Bidder:
+class Bidder(Member["Cbba"]):
     """Bundle, path and claims of one vehicle."""
 
     def __init__(self, me: str, group: Group, strategy: Cbba) -> None:
-        self._me = me
-        self._group = group
-        self._with = strategy
+        super().__init__(me, group, strategy)
         self._roles = {role.name: role for role in group.roles}
         self._claims: Claims | None = None
         self._news: dict[str, int] = {}  # time of last news: the round of the claims of each vehicle
@@ -83,7 +80,7 @@ class Bidder:
             self._bid_anew = False
             self._build(held, situation, claims)
         if not held and (name := self._next(now)) is not None:
-            said.append(Statement(((self._me, "playsRole", self._group.path(name)),), told=False))
+            said.append(self._takes(name))
             self._drop({name})
             self._claim(name, BEGUN, now, claims)
             self._bid_anew = True
@@ -151,7 +148,7 @@ class Bidder:
         self._release(gone, situation.round, claims)
         for role in held:
             if claims.winner(role.name) != self._me:
-                said.append(Statement(((self._me, "leftRole", self._group.path(role.name)),), told=False))
+                said.append(self._leaves(role.name))
                 self._claim(role.name, 0, situation.round, claims)
         return said, [role for role in held if claims.winner(role.name) == self._me]
 
@@ -316,32 +313,15 @@ PlansForAll = Annotated[
     bool,
     Field(description="bid for the own part of a plan for all (hybrid of information and plan consensus); false: CBBA"),
 ]
-_PLANNED = Declaration(
-    source="Choi, Brunet, How 2009; Johnson, Ponda, Choi, How 2010; Johnson, Choi, How 2012",
-    messages={
-        "claimsOf": "whose claims follow, and of which round: its time of last news; not acknowledged",
-        "claim": "how strongly that vehicle claims a job",
-        JOB_DONE: "the sender has done a job",
-    },
-    blocks_per_round=2,
-    authorities=frozenset({Authority.TAKE}),
-    private_jobs=True,
-)
-DECLARATIONS = {level: known_from(level, _PLANNED) for level in ("none", "missions")}
-"""By ``common_plan``."""
 
 
 @dataclass(frozen=True, slots=True)
-class Cbba:
+class Cbba(KnownFromStart):
     """Bids and bundles; see the module's text."""
 
     bundle: Annotated[int, Field(ge=1, le=12, description="most jobs that a vehicle plans ahead")] = 6
-    settle_rounds: Annotated[
-        int, Field(ge=0, le=1000, description="TDMA frames that a claim must have stood before its job is begun")
-    ] = 1
-    repeat_rounds: Annotated[
-        int, Field(ge=1, le=1000, description="TDMA frames after which all claims are said again")
-    ] = 4
+    settle_rounds: Annotated[int, frames("that a claim must have stood before its job is begun", 0)] = 1
+    repeat_rounds: Annotated[int, frames("after which all claims are said again")] = 4
     discount_s: Annotated[
         float, Field(gt=0.0, le=1e6, description="a job finished this much later is worth 1/e of the other")
     ] = 2500.0
@@ -349,13 +329,14 @@ class Cbba:
     common_plan: AtSea = "missions"
 
     name: ClassVar[str] = "cbba"
-    form = staticmethod(founded)
-    adapt = staticmethod(common_roles)
-
-    @property
-    def declaration(self) -> Declaration:
-        """What it is and what it takes from the vehicles."""
-        return DECLARATIONS[self.common_plan]
+    planned = taking(
+        "Choi, Brunet, How 2009; Johnson, Ponda, Choi, How 2010; Johnson, Choi, How 2012",
+        {
+            "claimsOf": "whose claims follow, and of which round: its time of last news; not acknowledged",
+            "claim": "how strongly that vehicle claims a job",
+        },
+        blocks_per_round=2,
+    )
 
     @property
     def factors(self) -> Factors:

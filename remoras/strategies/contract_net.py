@@ -21,7 +21,7 @@ models, time-outs, re-auction). Awarding by a plan is ours; Smith leaves the cho
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, ClassVar
 
@@ -32,8 +32,8 @@ from remoras.organisation import Group, RoleSpecification
 from remoras.strategies.allocation import Engagement, Expectations, planned
 from remoras.strategies.claims import Claims, RoleClaim
 from remoras.strategies.dispatch import MARGIN, QUEUE
-from remoras.strategies.factors import AtSea, Factors, known_from
-from remoras.strategies.founding import common_roles, founded
+from remoras.strategies.factors import AtSea, Factors
+from remoras.strategies.negotiator import KnownFromStart, Member, frames, in_blocks
 from remoras.strategy import JOB_DONE, Declaration, Heard, Move, Situation, Statable, Statement
 from remoras.work import Outlook
 
@@ -68,13 +68,11 @@ class Auction:
     is_handed_over: bool = False
 
 
-class Contractor:
+class Contractor(Member["ContractNet"]):
     """Announcer and bidder of one vehicle."""
 
     def __init__(self, me: str, group: Group, strategy: ContractNet) -> None:
-        self._me = me
-        self._group = group
-        self._with = strategy
+        super().__init__(me, group, strategy)
         self._claims: Claims | None = None
         self._sayings: dict[tuple[str, str], Sayings] = {}  # by (role, vehicle)
         self._auctions: dict[str, Auction] = {}  # own ones, by role
@@ -104,7 +102,7 @@ class Contractor:
         facts = [(self._group.path(name), "auctionEnds", auction.ends_s) for name, auction in self._auctions.items()]
         bids = self._bids(roles, engaged, situation)
         statements = [Statement((fact,)) for fact in said]
-        statements += [*_together(facts), *_together(bids)]
+        statements += [*in_blocks(facts, FACTS_PER_BLOCK), *in_blocks(bids, FACTS_PER_BLOCK)]
         return Move(tuple(statements), holding=bool(roles))
 
     def _engaged(
@@ -329,50 +327,32 @@ def _by_bids(vehicle: str, over: Mapping[str, Auction], engaged: Engagement, sit
     return Outlook(max(situation.now_s, end.free_s + shift_s), end.position_m)
 
 
-def _together(facts: Sequence[Statable]) -> Iterable[Statement]:
-    """Facts that share the head of a block, a few at a time."""
-    return [Statement(tuple(facts[n : n + FACTS_PER_BLOCK])) for n in range(0, len(facts), FACTS_PER_BLOCK)]
-
-
-_PLANNED = Declaration(
-    source="Smith 1980; Sariel, Balch, Erdogan 2008",
-    messages={
-        "auctionEnds": "a job is auctioned until then; not acknowledged",
-        "bid": "when the sender expects to have done the job; not acknowledged",
-        "playsRole": "award by the announcer, acceptance by the winner",
-        "leftRole": "cancellation by the announcer, or withdrawal",
-        JOB_DONE: "the sender has done a job",
-    },
-    blocks_per_round=2,
-    authorities=frozenset({Authority.RECRUIT}),
-)
-DECLARATIONS = {level: known_from(level, _PLANNED) for level in ("none", "missions")}
-"""By ``common_plan``."""
-
-
 @dataclass(frozen=True, slots=True)
-class ContractNet:
+class ContractNet(KnownFromStart):
     """Announce, bid, award; see the module's text."""
 
     queue: Annotated[int, QUEUE] = 2
-    bidding_rounds: Annotated[int, Field(ge=2, le=1000, description="TDMA frames from announcement to award")] = 3
-    accept_rounds: Annotated[int, Field(ge=1, le=10_000, description="TDMA frames to accept an award")] = 60
-    initiative_rounds: Annotated[
-        int, Field(ge=1, le=10_000, description="TDMA frames that others wait, for each node, before they announce")
-    ] = 10
+    bidding_rounds: Annotated[int, frames("from announcement to award", 2)] = 3
+    accept_rounds: Annotated[int, frames("to accept an award", most=10_000)] = 60
+    initiative_rounds: Annotated[int, frames("that others wait, for each node, before they announce", most=10_000)] = 10
     margin: Annotated[float, MARGIN] = 0.05
     looks_ahead: Annotated[bool, Field(description="award by a plan of all jobs, else the lowest bids")] = True
 
     common_plan: AtSea = "missions"
 
     name: ClassVar[str] = "contract-net"
-    form = staticmethod(founded)
-    adapt = staticmethod(common_roles)
-
-    @property
-    def declaration(self) -> Declaration:
-        """What it is and what it takes from the vehicles."""
-        return DECLARATIONS[self.common_plan]
+    planned = Declaration(
+        source="Smith 1980; Sariel, Balch, Erdogan 2008",
+        messages={
+            "auctionEnds": "a job is auctioned until then; not acknowledged",
+            "bid": "when the sender expects to have done the job; not acknowledged",
+            "playsRole": "award by the announcer, acceptance by the winner",
+            "leftRole": "cancellation by the announcer, or withdrawal",
+            JOB_DONE: "the sender has done a job",
+        },
+        blocks_per_round=2,
+        authorities=frozenset({Authority.RECRUIT}),
+    )
 
     @property
     def factors(self) -> Factors:

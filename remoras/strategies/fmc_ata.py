@@ -43,11 +43,10 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from exchange.arithmetic import distance, exp, log
-from remoras.authority import Authority
 from remoras.organisation import Group, RoleSpecification
 from remoras.strategies.allocation import Expectations
-from remoras.strategies.founding import common_roles, founded
-from remoras.strategy import JOB_DONE, Declaration, Heard, Move, Situation, Statement
+from remoras.strategies.negotiator import DividedAtSea, Member, frames, taking
+from remoras.strategy import Declaration, Heard, Move, Situation, Statement
 from remoras.work import Outlook, Work
 
 MONEY = 255
@@ -96,17 +95,11 @@ def allotted(bids: Mapping[str, float], room: int | None, least_share: float) ->
     return {buyer: bids[buyer] / paid for buyer in stay}
 
 
-class Buyer:
-    """One vehicle in the market.
-
-    Args:
-        me: its name.
-        group: whose jobs are divided.
-        strategy: with the parameters.
-    """
+class Buyer(Member["FmcAta"]):
+    """One vehicle in the market."""
 
     def __init__(self, me: str, group: Group, strategy: FmcAta) -> None:
-        self._me, self._group, self._with = me, group, strategy
+        super().__init__(me, group, strategy)
         self._bids: dict[str, float] = {}  # own, parts of the money, by role
         self._told: tuple[str | None, dict[str, int]] = (None, {})  # where this vehicle is, and its bids, as told last
         self._heard: dict[str, dict[str, int]] = {}  # last bids of others
@@ -122,9 +115,7 @@ class Buyer:
         work, now = situation.work, situation.round
         is_heard = [self._hear(heard) for heard in situation.heard]
         self._keep_what_is_left(work)
-        held = work.held_by(self._me)
-        crowded = [role for role in held if self._gives_way(role, work)]
-        at = next((role for role in held if role not in crowded), None)
+        at, crowded = self._kept(work, self._at)
         worth = self._worth(at, crowded, situation)
         if came := {role.name for role in work.open}.union(data.name for data in work.workers) - self._traded:
             self._traded |= came
@@ -135,11 +126,11 @@ class Buyer:
             self._bids = responses(worth, self._bought(), self._with.elasticity)
         bids = in_whole_parts(self._bids, MONEY, BIDS_PER_BLOCK)
         self._shares = self._allotted(work)
-        said = [Statement(((self._me, "leftRole", self._group.path(role.name)),), told=False) for role in crowded]
+        said = [self._leaves(role.name) for role in crowded]
         place = None if at is None else at.name
         is_settled = now - self._since >= self._with.settle_rounds
         if at is None and is_settled and (first := self._first(worth, situation)) is not None:
-            said.append(Statement(((self._me, "playsRole", self._group.path(first)),), told=False))
+            said.append(self._takes(first))
             place = first
         if work.unfinished and ((place, bids) != self._told or now % self._with.repeat_rounds == 0):
             self._told = place, bids
@@ -250,15 +241,9 @@ class Buyer:
                 best, most = role.name, rate
         return best
 
-    def _gives_way(self, role: RoleSpecification, work: Work) -> bool:
-        """True if as many vehicles of lower nodes as have room are at a job of this one."""
-        node = work.database[self._me].node
-        before = sum(at == role.name and work.database[v].node < node for v, at in self._at.items())
-        return role.maximum is not None and before >= role.maximum
-
 
 @dataclass(frozen=True, slots=True)
-class FmcAta:
+class FmcAta(DividedAtSea):
     """A Fisher market for jobs; see the module's text."""
 
     discount_s: Annotated[
@@ -270,26 +255,18 @@ class FmcAta:
     least_share: Annotated[
         float, Field(ge=0.0, le=1.0, description="share of a job that is worth the way where others do the rest")
     ] = 0.25
-    settle_rounds: Annotated[
-        int, Field(ge=0, le=1000, description="TDMA frames that the market is given before a job is begun")
-    ] = 2
-    repeat_rounds: Annotated[int, Field(ge=1, le=1000, description="TDMA frames after which bids are said again")] = 4
+    settle_rounds: Annotated[int, frames("that the market is given before a job is begun", 0)] = 2
+    repeat_rounds: Annotated[int, frames("after which bids are said again")] = 4
 
     name: ClassVar[str] = "fmc-ata"
-    declaration: ClassVar[Declaration] = Declaration(
-        source="Rachmut, Nelke, Zivan 2023 (FMC_ATA)",
-        messages={
+    declaration: ClassVar[Declaration] = taking(
+        "Rachmut, Nelke, Zivan 2023 (FMC_ATA)",
+        {
             "claimsOf": "of which round the bids that follow are; not acknowledged",
             "worksOn": "the job that the sender is at",
             "claim": "how much of its money the sender bids for a job, in parts of 255",
-            JOB_DONE: "the sender has done a job",
         },
-        blocks_per_round=1,
-        authorities=frozenset({Authority.TAKE}),
-        private_jobs=True,
     )
-    form = staticmethod(founded)
-    adapt = staticmethod(common_roles)
 
     def negotiator(self, me: str, group: Group) -> Buyer:
         """A buyer for each member."""

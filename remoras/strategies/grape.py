@@ -30,27 +30,20 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from exchange.arithmetic import distance
-from remoras.authority import Authority
 from remoras.organisation import Group, RoleSpecification
-from remoras.strategies.founding import common_roles, founded
-from remoras.strategy import JOB_DONE, Declaration, Heard, Move, Situation, Statement
+from remoras.strategies.negotiator import DividedAtSea, Member, frames, taking
+from remoras.strategy import Declaration, Heard, Move, Situation, Statement
 from remoras.work import Outlook, Work
 
 MOST_EVOLVED, MOST_STAMP = 65535, 1048575
 """That words have room for."""
 
 
-class Player:
-    """One vehicle in the game.
-
-    Args:
-        me: its name.
-        group: whose jobs are divided.
-        strategy: with the parameters.
-    """
+class Player(Member["Grape"]):
+    """One vehicle in the game."""
 
     def __init__(self, me: str, group: Group, strategy: Grape) -> None:
-        self._me, self._group, self._with = me, group, strategy
+        super().__init__(me, group, strategy)
         self._partition: dict[str, str] = {}  # roles by vehicle
         self._age = (0, 0)  # how often the partition has evolved, and its stamp
         self._known: object = None
@@ -63,20 +56,18 @@ class Player:
         for heard in situation.heard:
             self._hear(heard)
         self._keep_what_is_left(work)
-        held = work.held_by(self._me)
-        crowded = [role for role in held if self._gives_way(role, work)]
-        at = next((role for role in held if role not in crowded), None)
+        at, crowded = self._kept(work, self._partition)
         if at is not None:
             self._join(at.name, situation)
         elif not self._is_satisfied:
             self._join(self._best(situation, crowded), situation)
         self._is_satisfied = True
-        said = [Statement(((self._me, "leftRole", self._group.path(role.name)),), told=False) for role in crowded]
+        said = [self._leaves(role.name) for role in crowded]
         own = self._partition.get(self._me)
         if own != self._stood[0]:
             self._stood = own, now
         if at is None and own is not None and now - self._stood[1] >= self._with.settle_rounds:
-            said.append(Statement(((self._me, "playsRole", self._group.path(own)),), told=False))
+            said.append(self._takes(own))
         if work.unfinished and not (self._is_told and now % self._with.repeat_rounds):
             self._is_told = True
             said.append(self._message())
@@ -111,12 +102,6 @@ class Player:
 
     def _n_others(self, role: str) -> int:
         return sum(at == role for vehicle, at in self._partition.items() if vehicle != self._me)
-
-    def _gives_way(self, role: RoleSpecification, work: Work) -> bool:
-        """True if as many vehicles of lower nodes as have room are at a job of this one."""
-        node = work.database[self._me].node
-        before = sum(at == role.name and work.database[v].node < node for v, at in self._partition.items())
-        return role.maximum is not None and before >= role.maximum
 
     def _join(self, role: str | None, situation: Situation) -> None:
         """Join a coalition, or the void, unless this vehicle is there."""
@@ -165,34 +150,24 @@ class Player:
 
 
 @dataclass(frozen=True, slots=True)
-class Grape:
+class Grape(DividedAtSea):
     """An anonymous hedonic game; see the module's text."""
 
     reward_s: Annotated[
         float, Field(ge=0.0, le=1e6, description="what each job is worth beside the time that it takes (s)")
     ] = 1000.0
-    settle_rounds: Annotated[
-        int, Field(ge=0, le=1000, description="TDMA frames that a coalition must have stood before its job is begun")
-    ] = 1
-    repeat_rounds: Annotated[
-        int, Field(ge=1, le=1000, description="TDMA frames after which the partition is said again")
-    ] = 4
+    settle_rounds: Annotated[int, frames("that a coalition must have stood before its job is begun", 0)] = 1
+    repeat_rounds: Annotated[int, frames("after which the partition is said again")] = 4
 
     name: ClassVar[str] = "grape"
-    declaration: ClassVar[Declaration] = Declaration(
-        source="Jang, Shin, Tsourdos 2018 (GRAPE)",
-        messages={
+    declaration: ClassVar[Declaration] = taking(
+        "Jang, Shin, Tsourdos 2018 (GRAPE)",
+        {
             "claimsOf": "how often the partition that follows has evolved; not acknowledged",
             "worksSince": "its time stamp",
             "worksOn": "at which job the partition has a vehicle",
-            JOB_DONE: "the sender has done a job",
         },
-        blocks_per_round=1,
-        authorities=frozenset({Authority.TAKE}),
-        private_jobs=True,
     )
-    form = staticmethod(founded)
-    adapt = staticmethod(common_roles)
 
     def negotiator(self, me: str, group: Group) -> Player:
         """A player for each member."""

@@ -26,6 +26,7 @@ from remoras.organisation import Group, RoleAssignment, RoleSpecification
 from remoras.strategies.allocation import assignments, job_plan, planned
 from remoras.strategies.factors import Factors
 from remoras.strategies.founding import common_roles, founded
+from remoras.strategies.negotiator import Member
 from remoras.strategy import JOB_DONE, Declaration, Move, Situation, Statable, Statement
 from remoras.work import Outlook, Work
 
@@ -44,13 +45,11 @@ class _Leg(NamedTuple):
     until_s: float
 
 
-class Convener:
+class Convener(Member["RendezvousSync"]):
     """One vehicle's part: it is silent when away; the head, when all are there, gives out what is left."""
 
     def __init__(self, me: str, group: Group, strategy: RendezvousSync) -> None:
-        self._me = me
-        self._group = group
-        self._with = strategy
+        super().__init__(me, group, strategy)
         self._legs: dict[str, _Leg] = {}
         self._to_take: tuple[RoleSpecification, ...] = ()  # own jobs of the next leg, until all others have theirs
 

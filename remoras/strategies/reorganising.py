@@ -28,6 +28,7 @@ from pydantic import Field
 from remoras.organisation import Group, RoleAssignment, RoleSpecification
 from remoras.strategies.founding import common_roles, founded
 from remoras.strategies.head_led import TOLD
+from remoras.strategies.negotiator import Member, frames
 from remoras.strategies.plan_and_dispatch import PlanAndDispatch
 from remoras.strategies.status_broadcast import StatusBroadcast
 from remoras.strategy import Declaration, Move, Situation, Statement
@@ -81,17 +82,11 @@ class Foreseen:
         return is_early or any(now_s > (1.0 + share) * due_s for due_s in self._due_s.values())
 
 
-class Reorganiser:
-    """One vehicle's part under whichever strategy its group is now.
-
-    Args:
-        me: its name.
-        group: whose jobs are divided.
-        strategy: with the parameters.
-    """
+class Reorganiser(Member["Reorganising"]):
+    """One vehicle's part under whichever strategy its group is now."""
 
     def __init__(self, me: str, group: Group, strategy: Reorganising) -> None:
-        self._me, self._group, self._with = me, group, strategy
+        super().__init__(me, group, strategy)
         self._planned, self._stated = PLAN.negotiator(me, group), STATES.negotiator(me, group)
         self._foreseen: Foreseen | None = None
         self.number = 0
@@ -154,9 +149,7 @@ class Reorganising:
     share: Annotated[
         float, Field(ge=0.0, le=100.0, description="share of the time foreseen by which a job is early or late")
     ] = 0.1
-    repeat_rounds: Annotated[
-        int, Field(ge=1, le=1000, description="TDMA frames after which the organisation is said again")
-    ] = 3
+    repeat_rounds: Annotated[int, frames("after which the organisation is said again")] = 3
 
     name: ClassVar[str] = "reorganising"
     declaration: ClassVar[Declaration] = Declaration(

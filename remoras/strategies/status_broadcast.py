@@ -23,16 +23,13 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import Annotated, ClassVar
 
-from pydantic import Field
-
-from remoras.authority import Authority
 from remoras.database import VehicleData
 from remoras.organisation import Group
 from remoras.strategies.allocation import AllocationPlan, helped, planned
 from remoras.strategies.dispatch import HELP
-from remoras.strategies.factors import AtSea, Factors, helps, known_from
-from remoras.strategies.founding import common_roles, founded
-from remoras.strategy import JOB_DONE, Declaration, Heard, Move, Situation, Statable, Statement
+from remoras.strategies.factors import AtSea, Factors, helps
+from remoras.strategies.negotiator import KnownFromStart, Member, frames, in_blocks, taking
+from remoras.strategy import Heard, Move, Situation, Statable, Statement
 from remoras.work import Outlook, Point, Work, share_left
 
 JOBS_PER_BLOCK = 8
@@ -50,13 +47,11 @@ class JobWatch:
     due_s: float
 
 
-class Broadcaster:
+class Broadcaster(Member["StatusBroadcast"]):
     """One vehicle's account of the mission, its own and what it has heard."""
 
     def __init__(self, me: str, group: Group, strategy: StatusBroadcast) -> None:
-        self._me = me
-        self._group = group
-        self._with = strategy
+        super().__init__(me, group, strategy)
         self._at: dict[str, JobWatch] = {}  # last known of every vehicle
         self._reported: set[str] = set()  # jobs that somebody says are done
         self._has_taken_over = False  # and nobody was told
@@ -83,9 +78,9 @@ class Broadcaster:
             if name is not None:
                 self._at[self._me] = self._station(name, self._me, round(situation.now_s), work)
         left = [role for role in left if role.name != name]  # it stays, to help
-        said = [Statement(((self._me, "leftRole", self._group.path(role.name)),), told=False) for role in left]
+        said = [self._leaves(role.name) for role in left]
         if name is not None and name not in [role.name for role in held if role not in left]:
-            said.append(Statement(((self._me, "playsRole", self._group.path(name)),), told=False))
+            said.append(self._takes(name))
         if situation.round % self._with.period_rounds == 0 or said or self._has_taken_over:
             self._has_taken_over = False
             said += self._state(work)
@@ -234,7 +229,7 @@ class Broadcaster:
         """The state of the mission as this vehicle knows it."""
         done = [role.job for role in work.roles if role.job is not None and role.job in work.done]
         facts: list[Statable] = [(job, "knownDone", True) for job in done]
-        said = [Statement(tuple(facts[n : n + JOBS_PER_BLOCK])) for n in range(0, len(facts), JOBS_PER_BLOCK)]
+        said = in_blocks(facts, JOBS_PER_BLOCK)
         at = self._at.get(self._me)
         if at is not None:
             job, since = (self._me, "worksOn", self._group.path(at.role)), (self._me, "worksSince", at.since_s)
@@ -245,43 +240,24 @@ class Broadcaster:
         return said
 
 
-_PLANNED = Declaration(
-    source="Sotzing, Lane 2010 (DELPHIS)",
-    messages={
-        "worksOn": "the job that the sender is at, or a role without one; not acknowledged",
-        "worksSince": "since when; not acknowledged",
-        "knownDone": "a job that the sender knows to be done; not acknowledged",
-        JOB_DONE: "the sender has done a job",
-    },
-    blocks_per_round=1,
-    authorities=frozenset({Authority.TAKE}),
-    private_jobs=True,
-)
-DECLARATIONS = {level: known_from(level, _PLANNED) for level in ("none", "missions")}
-"""By ``common_plan``."""
-
-
 @dataclass(frozen=True, slots=True)
-class StatusBroadcast:
+class StatusBroadcast(KnownFromStart):
     """Mission states, repeated; see the module's text."""
 
-    period_rounds: Annotated[
-        int, Field(ge=1, le=1000, description="TDMA frames between two broadcasts of the state")
-    ] = 3
-    doubt_rounds: Annotated[
-        int, Field(ge=0, le=10_000, description="TDMA frames that a job may be late before another vehicle does it too")
-    ] = 30
+    period_rounds: Annotated[int, frames("between two broadcasts of the state")] = 3
+    doubt_rounds: Annotated[int, frames("that a job may be late before another vehicle does it too", 0, 10_000)] = 30
     help_s: Annotated[float, HELP] = 60.0
     common_plan: AtSea = "missions"
 
     name: ClassVar[str] = "status-broadcast"
-    form = staticmethod(founded)
-    adapt = staticmethod(common_roles)
-
-    @property
-    def declaration(self) -> Declaration:
-        """What it is and what it takes from the vehicles."""
-        return DECLARATIONS[self.common_plan]
+    planned = taking(
+        "Sotzing, Lane 2010 (DELPHIS)",
+        {
+            "worksOn": "the job that the sender is at, or a role without one; not acknowledged",
+            "worksSince": "since when; not acknowledged",
+            "knownDone": "a job that the sender knows to be done; not acknowledged",
+        },
+    )
 
     @property
     def factors(self) -> Factors:
