@@ -398,11 +398,6 @@ class ExchangeManager:
         queue.rest(queue.open & ~chosen)
         return account_bits
 
-    @property
-    def waits_for_absent(self) -> bool:
-        """True if it tells peers that are away what they lack, until they are known to hold it."""
-        return not self.parking
-
     def do_without_extras(self) -> None:
         """Do what the policy says and no more: tell no summaries, and wait for peers however long they are silent."""
         self.summaries.clear()

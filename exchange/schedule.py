@@ -20,7 +20,7 @@ class TdmaSchedule:
     A slot holds the longest packet (``packet_s``) and a guard (``guard_s``) in which it travels to the
     farthest receiver, so that packets of different slots never meet.
 
-    >>> schedule = TdmaSchedule.for_range(n_nodes=4, packet_s=1.106, range_m=1000.0, sound_speed_mps=1500.0)
+    >>> schedule = TdmaSchedule(n_nodes=4, packet_s=1.106, guard_s=1000.0 / 1500.0)
     >>> round(schedule.slot_s, 3), round(schedule.frame_s, 2), schedule.owner(6)
     (1.773, 7.09, 2)
 
@@ -41,11 +41,6 @@ class TdmaSchedule:
         object.__setattr__(self, "frame_s", self.n_nodes * self.slot_s)
         if self.n_nodes < 1 or self.packet_s <= 0.0 or self.guard_s < 0.0:
             raise ConfigurationError(f"a TDMA schedule needs n_nodes >= 1, packet_s > 0 and guard_s >= 0, not {self}")
-
-    @classmethod
-    def for_range(cls, n_nodes: int, packet_s: float, range_m: float, sound_speed_mps: float) -> TdmaSchedule:
-        """Guard as long as sound needs for ``range_m``."""
-        return cls(n_nodes, packet_s, range_m / sound_speed_mps)
 
     def owner(self, slot: int) -> int:
         """The node that sends in a slot."""

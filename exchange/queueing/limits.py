@@ -130,10 +130,6 @@ class QueueLimits:
         """How many items wait outside."""
         return sum(len(outside) for outside in self._outside.values())
 
-    def is_outside(self, uid: ItemUid) -> bool:
-        """True if the item with that name waits outside; looks through all."""
-        return any(candidate.uid == uid for outside in self._outside.values() for candidate in outside.values())
-
     def outside(self, column: int) -> Candidate | None:
         """The item of a column, if it waits outside."""
         return next((candidates[column] for candidates in self._outside.values() if column in candidates), None)

@@ -22,7 +22,7 @@ from heapq import heapify, heappop, heappush
 from typing import Protocol
 
 from exchange.ledger import columns_of
-from exchange.packets import Fragment, ItemUid, StatusUid
+from exchange.packets import Fragment, StatusUid
 from exchange.queueing.limits import Expired, Expiry, LinesOnTerms, QueueLimits, Unsaid
 from exchange.values import ADDITIVE, STATUS_COLUMN, Candidate, Moment, ValueRule, Waiting
 from worldmodel import PLAIN, Terms
@@ -88,10 +88,6 @@ class Lines:
     def n_waiting(self) -> int:
         """How many candidates stand in them."""
         return sum(line.n_waiting for line in self._lines.values())
-
-    def bar_of(self, candidate: Candidate, now_s: float) -> Unsaid | None:
-        """Why nothing of the line of a candidate may go; None if it may."""
-        return self.bar(self._lines[candidate.line], now_s)
 
     def bar(self, line: Line, now_s: float) -> Unsaid | None:
         """Why nothing of a line may go; None if it may."""
@@ -410,23 +406,6 @@ class Queue:
         """What has come to be said no more since this was asked last."""
         expired, self.expired = tuple(self.expired), []
         return expired
-
-    def why_unsaid(self, uid: ItemUid, now_s: float) -> Unsaid | None:
-        """Why an item that waits was not said in the last own slot; None if it was said, or does not wait.
-
-        It looks through all that waits: for questions, not for every slot.
-
-        Args:
-            uid: of the item.
-            now_s: when that slot opened.
-        """
-        if any(limits.is_outside(uid) for limits in self._limits):
-            return Unsaid.OVERFLOW
-        candidate = next((item for item in self._items.values() if item.uid == uid), None)
-        if candidate is None or candidate.line is None or candidate.waiting.since_slot == self._n_slots > 0:
-            return None
-        plain = Unsaid.WAITING if candidate.waiting.n_said > 0 else Unsaid.LOWER_VALUE
-        return self._lines.bar_of(candidate, now_s) or plain
 
     # Coming and going ----------------------------------------------------------------------------
 

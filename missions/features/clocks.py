@@ -355,10 +355,6 @@ def _keeper(joining: Joining, node: int, clocks: Mapping[int, OwnClock], discipl
     )
 
 
-COVERED_S = 3600.0
-"""Clocks that nobody sets stay for so long within what the guard covers, where they are drawn."""
-
-
 FEATURE = Feature(
     {
         "communication": {

@@ -114,7 +114,7 @@ def test_a_packet_is_taken_from_afar_if_it_ends_with_its_slot():
 def test_what_is_taken_from_afar_is_told_from_the_slot_that_it_was_sent_in(
     slot: int, range_m: float, n_bytes: int, speed_mps: float
 ):
-    schedule = TdmaSchedule.for_range(4, NANO.packet_s(NANO.payload_bits), 1000.0, speed_mps)
+    schedule = TdmaSchedule(4, NANO.packet_s(NANO.payload_bits), 1000.0 / speed_mps)
     channel = BroadcastChannel(NANO, Perfect(), 1, 0, speed_mps, 1000.0, carries_beyond_range=True)
     for arrival in channel.transmit(slot, 0, bytes(n_bytes), schedule.start_s(slot), [(0.0, 0.0), (range_m, 0.0)]):
         assert schedule.slot_of_arrival(arrival.time_s) == slot

@@ -67,7 +67,7 @@ def test_beyond_its_range_nobody_hears_and_at_its_range_everybody():
 )
 def test_the_guard_suffices_within_range(n_nodes: int, range_m: float, speed_mps: float, share: float, slot: int):
     """Even the longest packet is complete, wherever the receiver is, before the next slot opens."""
-    schedule = TdmaSchedule.for_range(n_nodes, MODEM.packet_s(MODEM.payload_bits), range_m, speed_mps)
+    schedule = TdmaSchedule(n_nodes, MODEM.packet_s(MODEM.payload_bits), range_m / speed_mps)
     channel = BroadcastChannel(MODEM, Perfect(), 1, sound_speed_mps=speed_mps, range_m=range_m)
     places = [(0.0, 0.0), (0.0, share * range_m)]
     (arrival,) = channel.transmit(slot, 0, bytes(MODEM.payload_bytes), schedule.start_s(slot), places)
@@ -76,7 +76,7 @@ def test_the_guard_suffices_within_range(n_nodes: int, range_m: float, speed_mps
 
 def test_the_guard_suffices_at_the_end_of_the_range_too():
     """The channel carries to 1000 m, the border included."""
-    schedule = TdmaSchedule.for_range(4, MODEM.packet_s(MODEM.payload_bits), 1000.0, 1500.0)
+    schedule = TdmaSchedule(4, MODEM.packet_s(MODEM.payload_bits), 1000.0 / 1500.0)
     channel = BroadcastChannel(MODEM, Perfect(), 1, range_m=1000.0)
     heard_in = []
     for slot in range(200):

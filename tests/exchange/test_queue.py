@@ -182,7 +182,6 @@ def test_in_a_blackout_nothing_about_the_same_goes() -> None:
     queue.take(1, fragments[1], Waiting(1), SIZE_BITS, terms)
     assert said(queue, 9, 129.0) == []
     assert queue.unsaid == {Unsaid.BLACKOUT: 2}
-    assert queue.why_unsaid(item(1).uid, 129.0) is Unsaid.BLACKOUT
     assert said(queue, 9, 130.0) == [0, 1]
 
 
@@ -200,7 +199,7 @@ def test_a_full_queue_lets_the_last_wait_outside_and_loses_nothing() -> None:
     ]
     assert queue.open == 0b11111
     assert sorted(said(queue, 9)) == [0, 1, 2]
-    assert queue.why_unsaid(item(4).uid, 0.0) is Unsaid.OVERFLOW
+    assert queue.unsaid == {Unsaid.OVERFLOW: 2}
     for column in (0, 1, 3):
         queue.drop(column)
     assert sorted(said(queue, 9)) == [2, 4]
@@ -251,9 +250,6 @@ def test_each_candidate_that_does_not_go_has_its_reason() -> None:
     chosen = queue.choose(FixedRoom(SIZE_BITS, {1: 200}), 0.0)
     assert [one.column for one in chosen] == [2]
     assert queue.unsaid == {Unsaid.LOWER_VALUE: 4, Unsaid.TOO_LARGE: 1, Unsaid.WAITING: 1}
-    assert queue.why_unsaid(item(0).uid, 0.0) is Unsaid.WAITING
-    assert queue.why_unsaid(item(3).uid, 0.0) is Unsaid.LOWER_VALUE
-    assert queue.why_unsaid(item(2).uid, 0.0) is None
 
 
 # What is left to others -----------------------------------------------------------------------------
@@ -267,7 +263,6 @@ def test_what_rests_is_open_and_not_said_until_it_wakes(rule):
     queue.rest(0b101)
     assert (said(queue, 3), queue.open, queue.resting) == ([1], 0b111, 0b101)
     assert queue.unsaid == {Unsaid.RELAYED: 2}
-    assert queue.why_unsaid(item(2).uid, 0.0) is Unsaid.RELAYED
     queue.rest(0b100)
     assert sorted(said(queue, 3)) == [0, 1]
     queue.drop(2)

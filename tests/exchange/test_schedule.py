@@ -16,7 +16,7 @@ schedules = st.builds(
 
 def test_the_frame_of_the_paper_follows_from_modem_and_range():
     """512 bits at 463 bit/s and 1000 m at 1500 m/s: 1.1058 + 0.6667 = 1.7725 s, four of them 7.09 s."""
-    schedule = TdmaSchedule.for_range(4, 512 / 463, 1000.0, 1500.0)
+    schedule = TdmaSchedule(4, 512 / 463, 1000.0 / 1500.0)
     assert schedule.slot_s == pytest.approx(1.7725, abs=5e-5)
     assert schedule.frame_s == pytest.approx(7.09, abs=5e-5)
 

@@ -179,7 +179,7 @@ class Rest(Invariant):
         """Look at the queues of those in contact."""
         if scene.is_selective or scene.rested is None or scene.is_silent or len(scene.in_contact()) < 2:
             return None
-        if scene.has_cut_links or any(vehicle.radio.manager.waits_for_absent for vehicle in scene.fleet.vehicles):
+        if scene.has_cut_links or not all(vehicle.radio.manager.parking for vehicle in scene.fleet.vehicles):
             return None
         if any(vehicle.is_alive and vehicle.condition.is_deaf for vehicle in scene.fleet.vehicles):  # still, at the end
             return None
