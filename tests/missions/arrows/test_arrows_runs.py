@@ -4,11 +4,12 @@ import math
 from pathlib import Path
 
 import pytest
-from searching import SILENCE, Facts, mission, run, text
+from searching import SCENARIO, SILENCE, Facts, mission, run, run_of, text
 
 from missions.arrows.detectors import shown_code
 from missions.arrows.metrics import METRICS
 from missions.arrows.mission import ArrowsMission
+from missions.arrows.scenario import SITES
 from missions.errors import ConfigurationError
 from missions.runs.run import Run
 from missions.scenarios import load
@@ -127,3 +128,35 @@ def test_what_cannot_be_is_refused(tmp_path: Path, old: str, new: str, expected:
         old = next(line for line in text().splitlines() if line.startswith("position_m"))
         new = "position_m = [-2400.0, 100.0]"
     assert expected in says(tmp_path, old, new)
+
+
+@pytest.mark.slow
+def test_anomalies_that_are_kept_to_oneself_are_identified_by_nobody(tmp_path: Path) -> None:
+    file = tmp_path / "mute.toml"
+    file.write_text(text().replace("\nlocation = 40\ncontact = 40", ""), encoding="utf-8")
+    assert metric(run_of(str(file)), "identified_fraction") == 0.0
+    assert metric(run(), "identified_fraction") > 0.0
+
+
+@pytest.mark.slow
+def test_without_the_definitions_nothing_is_concluded_to_be_a_site(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The class of what is identified follows from the vocabulary; pictures are taken of what follows to be a site."""
+    (words,) = ArrowsMission.vocabulary
+    plain = words.read_text(encoding="utf-8").split("\n")
+    kept, is_definition = [], False
+    for line in plain:
+        is_definition = is_definition or line.strip().startswith("owl:equivalentClass")
+        if is_definition:
+            if line.rstrip().endswith(" ."):
+                kept[-1] = kept[-1].rstrip().removesuffix(";") + "."
+                is_definition = False
+            continue
+        kept.append(line)
+    target = tmp_path / "plain.ttl"
+    target.write_text("\n".join(kept), encoding="utf-8")
+    monkeypatch.setattr(ArrowsMission, "vocabulary", (target,))
+    of = run_of(SCENARIO)
+    assert any(kind in SITES for _, _, kind in said(of, "identity"))
+    assert said(of, "picturedBy") == []

@@ -4,7 +4,7 @@ import random
 from collections.abc import Mapping
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, ClassVar
 
 import pyarrow as pa
 import pytest
@@ -14,10 +14,11 @@ from servicing import fault, flown, found, little, raw, written
 
 from missions.errors import ConfigurationError
 from missions.figure import Mark
+from missions.pandora import PandoraMission
 from missions.pandora.assessment import ActionMonitor
 from missions.pandora.metrics import FIGURES, n_false_alarms, n_false_claims, n_lost, n_missed, n_repairs
-from missions.pandora.structure import job_of
-from missions.runs.run import Run
+from missions.pandora.structure import PlannedPart, job_of
+from missions.runs.run import Run, run
 from missions.runs.summary import summary
 from missions.scenarios import load
 
@@ -243,3 +244,53 @@ def test_figures_show_what_was_taken_for_done_and_what_was_found(tmp_path: Path)
 def _columns(done: Run, table: str) -> dict[str, list[Any]]:
     names, rows = done.recorder.tables[table].column_names, done.recorder.rows(table)
     return {name: [row[at] for row in rows] for at, name in enumerate(names)}
+
+
+@pytest.mark.slow
+def test_without_a_focus_area_nobody_looks_there(tmp_path: Path) -> None:
+    """It directs the camera: with one that is too little, no vehicle finds the part, and all say so and come home."""
+    small = flown(tmp_path, mission={"adaptation": "all", "focus_radius_m": 4.0}, **MOVED)
+    assert failed(small) == {"valve A1"}
+    assert not small.completed
+    areas = {row[1]: row[6] for row in small.recorder.items if row[5] == "focusArea"}
+    assert sorted(areas) == ["AUV00", "AUV01"]
+    facts = {(row[4], row[5], row[6]) for row in small.recorder.items}
+    assert {(area, "radius", "4.0") for area in areas.values()} <= facts
+    assert {(name, "unableTo", job_of("valve A1")) for name in areas} <= facts
+    assert "impossible" in small.reason
+
+
+class WithoutInference(PandoraMission):
+    """Knows all words, and draws no conclusion from them."""
+
+    vocabulary: ClassVar[tuple[Path, ...]] = ()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("upset", [MOVED, STUCK], ids=["moved", "stuck"])
+def test_without_inference_the_plan_is_not_repaired(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, upset: Mapping[str, Any]
+) -> None:
+    """The definitions of HiddenPart and StuckValve are what leads from what was asserted to the other way."""
+    shipped, abilities = PandoraMission.vocabulary
+    text = shipped.read_text(encoding="utf-8")
+    for word in ("missing", "resists"):
+        before, _, after = text.partition(f'owl:hasValue "{word}" ] ) ] .')
+        text = before[: before.rindex(";\n    owl:equivalentClass")] + "." + after
+    words = tmp_path / "words.ttl"
+    words.write_text(text, encoding="utf-8")
+    monkeypatch.setattr(WithoutInference, "vocabulary", (words, abilities))
+    scenario = little(tmp_path, "all", **upset)
+    about = scenario.scenario.model_copy(update={"mission": f"{__name__}:WithoutInference"})
+    done = run(scenario.model_copy(update={"scenario": about}), 1)
+    assert n_repairs(done) == 0
+    assert "valve A1" not in serviced(done)
+    assert n_missed(done) == 0
+
+
+@pytest.mark.slow
+def test_without_knowing_what_a_valve_takes_nobody_hands_it_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The cause taken out: a part takes what was planned, whatever was found out."""
+    monkeypatch.setattr(PlannedPart, "left", lambda self, facts: self)
+    done = flown(tmp_path, vehicle=vehicles(arm=(1,), wrench=(2,)), **BOTH_STUCK)
+    assert not done.completed

@@ -7,10 +7,12 @@ from intervening import Run, metric, run, said
 from sampling import sampled
 
 from missions.trident.behaviours import Escorting
+from missions.trident.jobs import RecoveryJob
 from remoras.behaviours import ADVANCING, DUE, IDLE, Reference
 from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.radio import note_position
+from remoras.social.layer import SocialLayer
 from tests.sample_vehicles import AUV
 
 DECEIVED = 66
@@ -289,3 +291,23 @@ def test_what_nobody_is_left_to_choose_or_survey_is_said_to_be_impossible(
     assert tracks[-1][0] < latest_s
     last = {row[1]: row for row in tracks}
     assert all(math.dist(row[2:4], (190.0, 60.0)) <= 25.0 for row in last.values())
+
+
+@pytest.mark.slow
+def test_without_asking_what_has_failed_it_is_given_to_who_has_no_way(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Who is able is what was so at the start; a vehicle finds out by its plan, says so, and leaves it to the other."""
+    monkeypatch.setattr(RecoveryJob, "rests_on", ())
+    monkeypatch.setattr(RecoveryJob, "left", lambda self, facts: self)
+    done = two("IAUV00 arm", "IAUV00 gripper", at_s=101.0)
+    assert rows(done, "cannot")[0] == ("IAUV00", "recovery: no way left")
+    assert [(vehicle, job) for _, vehicle, _, job in said(done, "unableTo")] == [("IAUV00", "recovery")]
+    assert recovered_by(done) == "IAUV01"
+
+
+@pytest.mark.slow
+def test_without_leaving_what_it_has_no_way_for_the_recovery_is_lost(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The cause taken out: it keeps the role, and nobody else gets it."""
+    monkeypatch.setattr(SocialLayer, "leave", lambda self: [])
+    done = two("IAUV00 arm", "IAUV00 gripper", at_s=1402.0)
+    assert not done.completed
+    assert recovered_by(done) == ""

@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 import pytest
-from intervening import tables
+from intervening import module, tables
 
 from missions.scenarios.parts import database_of
 from missions.trident.behaviours import survey_lanes
@@ -276,3 +276,14 @@ def test_objects_lie_inside_blocks_and_apart() -> None:
 def test_the_place_of_the_target_may_be_given() -> None:
     target, *_ = lying((WEST,), (33.0, 144.0), 1, 3)
     assert target == Lying("target", (33.0, 144.0), True)
+
+
+def test_without_inference_a_service_that_is_called_alike_does_fit() -> None:
+    raw = tables()
+    raw["mission"]["inference"] = False
+    module(raw, "IAUV00 arm")["capability"] = "Manipulation"
+    of = TridentScenario.model_validate(raw)
+    matching, known = Matching.of(of, database_of(of, TridentMission).values()), Known()
+    assert matching.ways(HANDLE, "IAUV00", known.facts, BOTH) == ("IAUV00 arm",)
+    known.say("IAUV00 arm", "serviceStatus", "failed")
+    assert matching.ways(HANDLE, "IAUV00", known.facts, BOTH) == ()
