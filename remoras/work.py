@@ -34,6 +34,11 @@ class Outlook(NamedTuple):
     free_s: float
     position_m: Point
 
+    def stayed(self, place_m: Point, stay_s: float, data: VehicleData) -> Outlook:
+        """The outlook of a vehicle that goes to a place next, and stays there."""
+        way_s = distance(self.position_m, place_m) / data.transit_speed_mps
+        return Outlook(self.free_s + way_s + stay_s, place_m)
+
 
 class Job(Protocol):
     """Something to be done once by one vehicle, at a place.
@@ -55,8 +60,7 @@ class Job(Protocol):
                 return True
 
             def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
-                way_s = distance(outlook.position_m, self.place_m) / data.transit_speed_mps
-                return Outlook(outlook.free_s + way_s + self.stay_s, self.place_m)
+                return outlook.stayed(self.place_m, self.stay_s, data)
     """
 
     @property

@@ -94,11 +94,6 @@ class EscortTruth(JobTruth):
         """Lines that were really surveyed."""
         return self._done - self._marks.keys()
 
-    @property
-    def goal_fraction(self) -> float:
-        """Share of all lines."""
-        return len(self.jobs_done) / len(self._jobs)
-
     def watch(self, fleet: FleetView, now_s: float) -> None:
         """Note what was done since the last look."""
         super().watch(fleet, now_s)

@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from exchange.acoustics import loss
-from exchange.arithmetic import distance
 from missions.mapping.scenario import FindsTable
 from missions.mapping.sensors import Cell, Seabed, SeabedFeature, SeaObject, Stays, mapping_speed_mps, swath_m
 from missions.scenarios.abilities import can_play
@@ -137,8 +136,7 @@ class InspectionJob:
             return None
         if self.share_left == 0.0:
             return outlook
-        way_s = distance(outlook.position_m, self.place_m) / data.transit_speed_mps
-        return Outlook(outlook.free_s + way_s + self.stay_s, self.place_m)
+        return outlook.stayed(self.place_m, self.stay_s, data)
 
 
 def inspecting(groups: Iterable[Group], inspections: Collection[str]) -> list[Objective]:

@@ -8,7 +8,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from exchange.arithmetic import distance
 from remoras.behaviours import (
     ADVANCING,
     CAPTURE_M,
@@ -67,8 +66,7 @@ class SiteSurvey(AnyonesJob):
 
     def after(self, outlook: Outlook, data: VehicleData) -> Outlook:
         """When the vehicle will be free if it surveys the site next."""
-        way_s = distance(outlook.position_m, self.place_m) / data.transit_speed_mps
-        return Outlook(outlook.free_s + way_s + self.stay_s, self.place_m)
+        return outlook.stayed(self.place_m, self.stay_s, data)
 
 
 class Stay:

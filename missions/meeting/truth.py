@@ -398,7 +398,7 @@ class JobTruth(MeetingTruth):
     def goal_fraction(self) -> float:
         """Share of all jobs that are done."""
         jobs = {role.job for group in self._groups for role in group.roles if role.job is not None} | self._jobs.keys()
-        return len(self._done & jobs) / len(jobs) if jobs else super().goal_fraction
+        return len(jobs.intersection(self.jobs_done)) / len(jobs) if jobs else super().goal_fraction
 
     @property
     def jobs_as_they_are(self) -> Mapping[str, Job]:

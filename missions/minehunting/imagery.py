@@ -126,8 +126,7 @@ class ContactView(AnyonesJob):
             return None
         if self.share_left == 0.0:
             return outlook
-        way_s = distance(outlook.position_m, self.place_m) / data.transit_speed_mps
-        return Outlook(outlook.free_s + way_s + self.view_s, self.place_m)
+        return outlook.stayed(self.place_m, self.view_s, data)
 
 
 def beside_contact(number: int, n_views: int, view_m: float) -> Point:

@@ -35,7 +35,7 @@ from missions.minehunting.imagery import (
     beside_contact,
 )
 from missions.minehunting.truth import CLASSIFICATIONS, FIGURES, METRICS, MinehuntingTruth
-from missions.scenarios.tables import Name, PointM, Positive, Raw, Section, entries, names_of, table_of
+from missions.scenarios.tables import Name, PointM, Positive, Raw, Section, entries, names_of, numbered, table_of
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import Behaviour
 from remoras.beliefs import Beliefs
@@ -94,15 +94,6 @@ class MinehuntingScenario(JobScenario):
     imagery: ImageryTable = ImageryTable.usual()
 
 
-def revisit_names(number: int) -> tuple[str, ...]:
-    """Names of so many revisits.
-
-    >>> revisit_names(2)
-    ('revisit 1', 'revisit 2')
-    """
-    return tuple(f"revisit {n}" for n in range(1, number + 1))
-
-
 class MinehuntingMission(JobMission):
     """The mission, made from a scenario."""
 
@@ -143,7 +134,7 @@ class MinehuntingMission(JobMission):
             )
 
         self._firsts = tuple(view(name, 0, name) for name in contacts_m)
-        self._revisits = tuple(view(name, n, "") for n, name in enumerate(revisit_names(settings.revisits), 1))
+        self._revisits = tuple(view(name, n, "") for n, name in enumerate(numbered("revisit", settings.revisits), 1))
         self._views = {one.name: one for one in (*self._firsts, *self._revisits)}
         return self._views.values()
 
@@ -233,7 +224,7 @@ def with_views(raw: Raw) -> Raw:
     number = table_of(raw, "mission").get("revisits", MinehuntingSettings.usual().revisits)
     if type(number) is not int or not 0 <= number <= MOST_REVISITS:
         number = 0  # reported elsewhere
-    jobs = [*names_of(raw, "contact"), *revisit_names(number)]
+    jobs = [*names_of(raw, "contact"), *numbered("revisit", number)]
     roles: list[dict[str, Any]] = [{"name": f"Viewer of {job}", "maximum": 1, "job": job} for job in jobs]
     return with_job_roles(raw, roles, URGENCY)
 
@@ -242,7 +233,7 @@ def minehunting_faults(raw: Raw) -> Iterator[ConfigurationFault]:
     """Contacts outside of the world, too near to each other or with names that are taken; images that show nothing."""
     settings, imagery, usual = table_of(raw, "mission"), table_of(raw, "imagery"), MinehuntingSettings.usual()
     number, view_m = settings.get("revisits", usual.revisits), settings.get("view_m", usual.view_m)
-    revisits = revisit_names(number) if type(number) is int and 0 < number <= MOST_REVISITS else ()
+    revisits = numbered("revisit", number) if type(number) is int and 0 < number <= MOST_REVISITS else ()
     contacts, placed = entries(raw, "contact"), placed_in(raw, "contact", "position_m")
     yield from listed_faults(raw, "contact", "position_m", taken=revisits)
     if type(view_m) in (int, float) and revisits:

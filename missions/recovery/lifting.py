@@ -66,8 +66,7 @@ class Lift(AnyonesJob):
         """When the vehicle will be free if it lifts the object next, and finds the others there."""
         if self.share_left == 0.0:
             return outlook
-        way_s = distance(outlook.position_m, self.place_m) / data.transit_speed_mps
-        return Outlook(outlook.free_s + way_s + self.lift_s, self.place_m)
+        return outlook.stayed(self.place_m, self.lift_s, data)
 
     def ends_m(self, middle_m: Point) -> tuple[Point, ...]:
         """The ends of the object where its middle lies there.

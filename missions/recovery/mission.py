@@ -38,6 +38,7 @@ from missions.scenarios.tables import (
     entries,
     is_number,
     names_of,
+    numbered,
     table_of,
 )
 from remoras.avoidance import SEPARATION_M
@@ -79,15 +80,6 @@ class RecoveryScenario(JobScenario):
     lifts: LiftsTable = LiftsTable()
 
 
-def lift_names(number: int) -> tuple[str, ...]:
-    """Names of so many lifts.
-
-    >>> lift_names(2)
-    ('lift 1', 'lift 2')
-    """
-    return tuple(f"lift {n}" for n in range(1, number + 1))
-
-
 class RecoveryMission(HelpMission):
     """The mission, made from a scenario."""
 
@@ -115,7 +107,7 @@ class RecoveryMission(HelpMission):
     def jobs_of(self, scenario: RecoveryScenario) -> Iterable[Job]:
         """The sites and the objects."""
         lifts, sites = scenario.lifts, [SiteSurvey(site.name, site.position_m, site.stay_s) for site in scenario.site]
-        names = lift_names(lifts.number)
+        names = numbered("lift", lifts.number)
         self._sites = tuple(sites)
         self._lifts = {name: Lift(name, lifts.lift_s, lifts.vehicles, lifts.length_m) for name in names}
         return [*sites, *self._lifts.values()]
@@ -173,7 +165,7 @@ def with_jobs(raw: Raw) -> Raw:
     ]
     roles += [
         {"name": f"Lifter of {lift}", "maximum": 1, "job": lift, "influences": founding_of(raw)}
-        for lift in lift_names(number)
+        for lift in numbered("lift", number)
     ]
     return with_job_roles(raw, roles, dict.fromkeys((LYING_AT, HELPS), URGENCY))
 
@@ -182,7 +174,7 @@ def recovery_faults(raw: Raw) -> Iterator[ConfigurationFault]:
     """Sites outside of the world or with names that are taken, objects that take too many vehicles or are too short."""
     vehicles, lifts, usual = entries(raw, "vehicle"), table_of(raw, "lifts"), LiftsTable()
     number = lifts.get("number", usual.number)
-    lifted = lift_names(number) if type(number) is int and 0 < number <= MOST_LIFTS else ()
+    lifted = numbered("lift", number) if type(number) is int and 0 < number <= MOST_LIFTS else ()
     yield from listed_faults(raw, "site", "position_m", taken=lifted)
     takes, length_m = lifts.get("vehicles", usual.vehicles), lifts.get("length_m", usual.length_m)
     if type(takes) is int and lifted and 0 < len(vehicles) < takes:

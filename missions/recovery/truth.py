@@ -47,11 +47,6 @@ class RecoveryTruth(JobTruth):
         """Sites that were surveyed and objects that were really lifted."""
         return self._done - self._open.keys()
 
-    @property
-    def goal_fraction(self) -> float:
-        """Share of all sites and objects."""
-        return len(self.jobs_done) / len(self._jobs) if self._jobs else 1.0
-
     def watch(self, fleet: FleetView, now_s: float) -> None:
         """Note what was done since the last look."""
         super().watch(fleet, now_s)

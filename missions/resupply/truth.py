@@ -61,11 +61,6 @@ class ResupplyTruth(JobTruth):
         return self._done - self._open
 
     @property
-    def goal_fraction(self) -> float:
-        """Share of all sites and holes."""
-        return len(self.jobs_done) / len(self._jobs) if self._jobs else 1.0
-
-    @property
     def jobs_as_they_are(self) -> Mapping[str, Job]:
         """Holes for which no energy is left are beyond everybody."""
         return {**self._jobs, **{name: replace(self._borings[name], is_starved=True) for name in self._starved}}

@@ -97,6 +97,15 @@ def entries(raw: Raw, key: str) -> list[Raw]:
     return [e for e in found if isinstance(e, dict)] if isinstance(found, list) else []
 
 
+def numbered(kind: str, number: int) -> tuple[str, ...]:
+    """Names of so many things of a kind.
+
+    >>> numbered("lift", 2)
+    ('lift 1', 'lift 2')
+    """
+    return tuple(f"{kind} {n}" for n in range(1, number + 1))
+
+
 def names_of(raw: Raw, key: str) -> list[str]:
     """Names of the tables of a list."""
     return [e["name"] for e in entries(raw, key) if isinstance(e.get("name"), str)]

@@ -186,5 +186,4 @@ class RecoveryJob(OnServices):
         """Its way, and what a recovery usually takes."""
         if not self.is_able(data):
             return None
-        way_s = distance(outlook.position_m, self.place_m) / data.transit_speed_mps
-        return Outlook(outlook.free_s + way_s + RECOVERY_S, self.place_m)
+        return outlook.stayed(self.place_m, RECOVERY_S, data)
