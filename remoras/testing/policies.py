@@ -211,11 +211,6 @@ def cells(n_nodes: int, n: int) -> tuple[PropertyValue, ...]:
     return tuple(PropertyValue(bay(n_nodes), MAPPED_CELL, float(cell)) for cell in range(n))
 
 
-def block_of_cells(n_nodes: int, n: int, origin: int = 0, sequence: int = 0) -> Block:
-    """A block that says of so many cells that they are mapped."""
-    return Block(origin, sequence, 1.0, cells(n_nodes, n))
-
-
 SIZES = (2, 3, 5)
 """Fleets that are looked at."""
 N_EXCHANGES = 12

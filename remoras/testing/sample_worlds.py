@@ -183,11 +183,6 @@ class Team:
         """How often each job was done."""
         return Counter(job for member in self.members.values() for job in member.finished)
 
-    def at_one_job(self) -> int:
-        """Vehicles that are at a job at which another one is too."""
-        at = Counter(member.at[0] for member in self.members.values() if member.at is not None)
-        return sum(n for n in at.values() if n > 1)
-
     def run(self, rounds: int) -> None:
         """Let all negotiate for so many rounds."""
         for _ in range(rounds):

@@ -7,9 +7,6 @@ From a test: call ``conforms``, or the checks one by one; each raises ``Assertio
 import hashlib
 import json
 import math
-import os
-import subprocess
-import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
@@ -24,7 +21,7 @@ from remoras.authority import CONSULTING, Act, Authority, Request, Rules, may_as
 from remoras.deciding import InTime
 from remoras.errors import StrategyError
 from remoras.organisation import Outcome
-from remoras.plugins import named_object, plugin_folders
+from remoras.plugins import named_object
 from remoras.strategies import configured, parameters
 from remoras.strategy import (
     INFLUENCE_SIGNAL,
@@ -35,6 +32,7 @@ from remoras.strategy import (
     division_of,
     faults_of_strategy,
 )
+from remoras.testing.hashes import printed_by_each
 from remoras.testing.sample_worlds import (
     GROUPS,
     KINDS_OF_JOBS,
@@ -70,7 +68,6 @@ NEARLY_ALL = 0.9
 OFTEN = 3
 """A vehicle that leaves one role more often than this does not know its mind."""
 UNLAWFUL = (Outcome.OUTSIDE, Outcome.NO_SOCIAL_LAYER, Outcome.NO_AUTHORITY)
-HASH_SEEDS = ("0", "1")
 EXAMPLES = settings(
     max_examples=30,
     deadline=None,
@@ -380,19 +377,11 @@ def check_deterministic(*references: str) -> None:
     Args:
         references: how scenarios name the strategies; other processes have to find them.
     """
-    program = (
-        f"import sys; sys.path[:0] = {sys.path!r}\n"
-        f"from remoras.plugins import look_in\nlook_in({plugin_folders()!r})\n"
+    printed = printed_by_each(
         f"from remoras.testing.strategies import strategy_digest\n"
         f"print(*[strategy_digest(reference) for reference in {references!r}])"
     )
-    command = [sys.executable, "-c", program]
-    started = [
-        subprocess.Popen(command, env={**os.environ, "PYTHONHASHSEED": seed}, stdout=subprocess.PIPE, text=True)
-        for seed in HASH_SEEDS
-    ]
-    digests = [process.communicate()[0].split() for process in started]
-    assert all(process.returncode == 0 for process in started), "cannot be run in another process"
+    digests = [text.split() for text in printed]
     differing = [name for name, digest, other in zip(references, *digests, strict=True) if digest != other]
     assert not differing, f"results depend on the order of a set or on a hash: {', '.join(differing)}"
 

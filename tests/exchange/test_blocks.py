@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from exchange.blocks import MAX_FRAGMENTS, Assembly, fragments_of
 from exchange.errors import ConfigurationError
 from exchange.packets import Fragment
-from remoras.testing.policies import BATTERY, MAPPED_CELL, POSITION, bay, block_of_cells, codec_of
+from remoras.testing.policies import BATTERY, MAPPED_CELL, POSITION, bay, cells, codec_of
 from worldmodel import EPOCHS, Block, PropertyValue
 
 N_NODES = 4
@@ -34,8 +34,13 @@ capacities = st.integers(HEAD_BITS + 60, 800)
 """A position, the largest fact here, has 3 + 5 + 2 * 16 + 1 = 41 bits; any block here goes in with a fact to a part."""
 
 
+def block_of_cells(n: int) -> Block:
+    """A block that says of so many cells that they are mapped."""
+    return Block(0, 0, 1.0, cells(N_NODES, n))
+
+
 def test_a_block_that_fits_stays_whole():
-    block = block_of_cells(N_NODES, 3)
+    block = block_of_cells(3)
     size_bits = CODEC.fragment_bits(Fragment(0, 0, 1.0, block.facts))
     (whole,) = fragments_of(block, size_bits, CODEC.fragment_bits)
     assert (whole.index, whole.count, whole.facts) == (0, 1, block.facts)
@@ -71,12 +76,12 @@ def test_assembly_undoes_it_in_any_order_with_any_repetition(block: Block, capac
 def test_a_fact_larger_than_a_packet_is_refused_with_both_sizes():
     """A cell takes 3 (of 8 instances) + 6 (of 49 attributes) + 12 + 1 = 22 bits, behind a head of 52."""
     with pytest.raises(ConfigurationError, match="one fact needs 74 bits, a packet has room for 73"):
-        fragments_of(block_of_cells(N_NODES, 2), 73, CODEC.fragment_bits)
+        fragments_of(block_of_cells(2), 73, CODEC.fragment_bits)
 
 
 def test_a_block_of_too_many_parts_is_refused_with_their_number():
     """One cell of 22 bits to a part of 52 + 22: 16 cells just go, 17 do not."""
     capacity_bits = HEAD_BITS + 22
-    assert len(fragments_of(block_of_cells(N_NODES, MAX_FRAGMENTS), capacity_bits, CODEC.fragment_bits)) == 16
+    assert len(fragments_of(block_of_cells(MAX_FRAGMENTS), capacity_bits, CODEC.fragment_bits)) == 16
     with pytest.raises(ConfigurationError, match="a block of 17 facts needs 17 fragments, 16 are allowed"):
-        fragments_of(block_of_cells(N_NODES, 17), capacity_bits, CODEC.fragment_bits)
+        fragments_of(block_of_cells(17), capacity_bits, CODEC.fragment_bits)
