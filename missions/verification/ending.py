@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections import Counter, defaultdict
 from collections.abc import Iterator
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -161,10 +162,7 @@ def organisation_figures(record: Record, end_s: float) -> dict[str, float | None
         if n_inside > 1:
             pairs_s.append(spell_s)
             apart_s.append(spell_s * _n_wrong(views, left_out, by_groups) / (n_inside * (n_inside - 1)))
-        is_full = any(
-            role.get("maximum") is not None and len(views.holders(key)) > role["maximum"] for key, role in roles.items()
-        )
-        conflict_s.append(spell_s * is_full)
+        conflict_s.append(spell_s * any(_is_overfull(views, key, role) for key, role in roles.items()))
         malformed_s.append(spell_s * any(_is_malformed(views, key, role) for key, role in roles.items()))
     return {
         "view_divergence": math.fsum(apart_s) / math.fsum(pairs_s) if math.fsum(pairs_s) else None,
@@ -184,11 +182,15 @@ def _n_wrong(views: Views, left_out: set[Role], by_groups: bool) -> int:
     return n
 
 
+def _is_overfull(views: Views, key: Role, role: dict[str, Any]) -> bool:
+    return role.get("maximum") is not None and bool(len(views.holders(key)) > role["maximum"])
+
+
 def _is_malformed(views: Views, key: Role, role: dict[str, Any]) -> bool:
     """True if a founding role has too few holders, a role too many, or one who may not hold it."""
     holders = views.holders(key)
     least = max(int(role.get("minimum", 0)), int(role.get("head", False))) if role.get("founding") else 0
-    if len(holders) < least or (role.get("maximum") is not None and len(holders) > role["maximum"]):
+    if len(holders) < least or _is_overfull(views, key, role):
         return True
     above = role.get("played_by")
     return above is not None and any(tuple(above.split(".", 1)) not in views.own(name) for name in holders)
@@ -231,16 +233,14 @@ def _check_faults(record: Record, report: CheckReport) -> None:
             report.add("faults", "faults", until_s, match.vehicle, "no row", follows)
     drawn = [fault for fault in declared if not _is_told(fault)]
     if drawn:
-        report.skip(
-            "whom drawn faults befall, and when", "it is drawn by the seed; only their kinds and numbers are known"
-        )
+        why = "it is drawn by the seed; only their kinds and numbers are known"
+        report.skip("whom drawn faults befall, and when", why)
     for one in left:
         fault = next((fault for fault in drawn if fault["kind"] == one.kind), None)
         report.look("faults")
         if fault is None:
-            report.add(
-                "faults", "faults", one.from_s, one.vehicle, f"{one.kind} {one.detail}", "none: it is not declared"
-            )
+            stated = f"{one.kind} {one.detail}"
+            report.add("faults", "faults", one.from_s, one.vehicle, stated, "none: it is not declared")
         else:
             drawn.remove(fault)
     for time_s, vehicle, kind, detail in record["faults"].rows("time_s", "vehicle", "kind", "detail"):
@@ -291,14 +291,11 @@ def _check_milestones(record: Record, report: CheckReport) -> None:
             stated = f"milestone {after['name']} behind {before['name']} at {before['time_s']:g} s"
             report.add("milestones", "summary", after["time_s"], after["vehicle"], stated, "the order of time")
     for stone in stones:
+        wrong = partial(report.add, "milestones", "summary", stone["time_s"], stone["vehicle"])
         if not 0.0 <= stone["time_s"] <= record.end_s + ROUNDED_S:
-            follows = f"0 to {record.end_s:g} s, the end of the run"
-            report.add(
-                "milestones", "summary", stone["time_s"], stone["vehicle"], f"milestone {stone['name']}", follows
-            )
+            wrong(f"milestone {stone['name']}", f"0 to {record.end_s:g} s, the end of the run")
         for why in _reasons_against(record, stone):
-            where = f"milestone {stone['name']} {stone['group']}".rstrip()
-            report.add("milestones", "summary", stone["time_s"], stone["vehicle"], where, why)
+            wrong(f"milestone {stone['name']} {stone['group']}".rstrip(), why)
 
 
 def _reasons_against(record: Record, stone: dict[str, Any]) -> Iterator[str]:
@@ -316,28 +313,22 @@ def _reasons_against(record: Record, stone: dict[str, Any]) -> Iterator[str]:
             if not has_decided and not is_over:
                 yield "none: it decided nothing then"
         case "mapping_done":
-            said = record["items"].rows("origin", "recorded_s", "attribute")
-            is_said = any(row[2] in ("areaDone", "jobDone") for row in said if row[0] == vehicle)
-            done = [row[1] for row in record["items"].rows("origin", "recorded_s", "attribute") if row[2] == "areaDone"]
-            if is_said and done and not _is_known_then(record, vehicle, time_s):
+            said = list(record["items"].rows("origin", "recorded_s", "attribute"))
+            is_said = any(of == vehicle and attribute in ("areaDone", "jobDone") for of, _, attribute in said)
+            done = [(of, at_s) for of, at_s, attribute in said if attribute == "areaDone"]
+            is_known = any(of == vehicle and at_s <= time_s + ROUNDED_S for of, at_s in done)
+            if is_said and done and not is_known:
                 yield "none: it recorded no area as done by then"
         case "job_done":
             if "jobs" in record.tables and not _has_row(record["jobs"].rows("vehicle", "time_s"), vehicle, time_s):
                 yield "none: the table of jobs has no such row"
         case "found":
-            rows = record["coverage"].rows("vehicle", "time_s")
-            if not _has_row(rows, vehicle, time_s):
+            if not _has_row(record["coverage"].rows("vehicle", "time_s"), vehicle, time_s):
                 yield "none: it covered no cell then"
 
 
 def _has_row(rows: Any, vehicle: str, time_s: float) -> bool:
     return any(row[0] == vehicle and abs(row[1] - time_s) <= ROUNDED_S for row in rows)
-
-
-def _is_known_then(record: Record, vehicle: str, time_s: float) -> bool:
-    """True if a vehicle recorded an area as done at a time, or before."""
-    rows = record["items"].rows("origin", "recorded_s", "attribute")
-    return any(row[0] == vehicle and row[1] <= time_s + ROUNDED_S for row in rows if row[2] == "areaDone")
 
 
 def _against_gathering(record: Record, group: str, time_s: float) -> Iterator[str]:
@@ -350,11 +341,8 @@ def _against_gathering(record: Record, group: str, time_s: float) -> Iterator[st
         yield f"none: there is no group {group} with a rally point"
         return
     radius_m = float(record.of("mission").get("arrival_radius_m", math.inf)) + PLACE_STEP_M
-    missing = {
-        milestone["vehicle"] for milestone in _milestones(record, "missed_meeting") if milestone["group"] == group
-    }
-    members = _members(record, group, time_s)
-    for name in members:
+    missing = {stone["vehicle"] for stone in _milestones(record, "missed_meeting") if stone["group"] == group}
+    for name in _members(record, group, time_s):
         track = record.tracks[name]
         n = int((track.time_s <= time_s + CLOSE_S).sum())
         apart_m = ((track.x_m[:n] - place["position_m"][0]) ** 2 + (track.y_m[:n] - place["position_m"][1]) ** 2) ** 0.5
@@ -374,10 +362,8 @@ def _members(record: Record, group: str, time_s: float) -> list[str]:
     for at_s, vehicle, of, role, event in record["roles"].rows("time_s", "vehicle", "group", "role", "event"):
         if of != group or not anew_s.get(vehicle, 0.0) - CLOSE_S <= at_s <= time_s + CLOSE_S:
             continue
-        if event == "assigned":
-            held.add((vehicle, role))
-        elif event == "left":
-            held.discard((vehicle, role))
+        if event in ("assigned", "left"):
+            (held.add if event == "assigned" else held.discard)((vehicle, role))
     return sorted({vehicle for vehicle, _ in held})
 
 
@@ -387,27 +373,25 @@ def _check_verdict(record: Record, report: CheckReport) -> None:
     ended, is_complete = _milestones(record, "mission_complete"), summary.get("completed")
     report.same("verdict", "summary", "completed", is_complete, bool(ended))
     report.look("verdict", 4)
+    wrong = partial(report.add, "verdict", "summary")
     time_s = float(summary["mission_time_s"])
     if not is_complete:
         report.same("verdict", "summary", "mission_time_s", time_s, float(scenario["duration_s"]), ROUNDED_S)
         if not summary.get("reason"):
-            report.add("verdict", "summary", None, "", "not completed, without a reason", "a reason")
+            wrong(None, "", "not completed, without a reason", "a reason")
         return
     if summary.get("reason"):
-        report.add("verdict", "summary", None, "", f"completed, with the reason {summary['reason']!r}", "no reason")
+        wrong(None, "", f"completed, with the reason {summary['reason']!r}", "no reason")
     if float(summary.get("goal_fraction") or 0.0) < 1.0:
-        stated = f"completed with {summary['goal_fraction']} of the goal"
-        report.add("verdict", "summary", None, "", stated, "not completed")
+        wrong(None, "", f"completed with {summary['goal_fraction']} of the goal", "not completed")
     if abs(time_s - record.end_s) > ROUNDED_S:
-        stated = f"mission_time_s is {time_s:g}"
-        report.add("verdict", "summary", None, "", stated, f"{record.end_s:g}, time of the last tick")
+        wrong(None, "", f"mission_time_s is {time_s:g}", f"{record.end_s:g}, time of the last tick")
     if ended and not -ROUNDED_S <= record.end_s - ended[-1]["time_s"] <= record.tick_s + ROUNDED_S:
-        follows = f"{record.end_s:g} s, when the run ended"
-        report.add("verdict", "summary", ended[-1]["time_s"], "", "milestone mission_complete", follows)
+        wrong(ended[-1]["time_s"], "", "milestone mission_complete", f"{record.end_s:g} s, when the run ended")
     met = {milestone["group"] for milestone in _milestones(record, "gathered")}
     for group in record.scenario["group"]:
         if group.get("rally_point") and not group.get("formed_by") and group["name"] not in met:
-            report.add("verdict", "summary", None, "", f"completed without {group['name']}", "its milestone gathered")
+            wrong(None, "", f"completed without {group['name']}", "its milestone gathered")
 
 
 def roles_with_jobs(record: Record) -> set[tuple[str, str]]:

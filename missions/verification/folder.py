@@ -42,15 +42,7 @@ COLUMNS = {
 """Tables that every run has, and columns that they have at least."""
 UNITS = {"_s": "s", "_m": "m", "_rad": "rad", "_mps": "m/s", "_j": "J", "_bits": "bit"}
 """Unit of a column by the end of its name."""
-ONCE = (
-    "trajectories",
-    "packets",
-    "knowledge",
-    "coverage",
-    "goal",
-    "satisfaction",
-    "peers",
-)
+ONCE = ("trajectories", "packets", "knowledge", "coverage", "goal", "satisfaction", "peers")
 """Tables of which no row comes twice."""
 EVENTS = {
     "roles": {"assigned", "active", "inactive", "left"},
@@ -96,9 +88,8 @@ def check_rows(record: Record, report: CheckReport) -> bool:
             report.look("vehicles", len(table))
             for at, vehicle in enumerate(table["vehicle"]):
                 if vehicle not in record.vehicles:
-                    report.add(
-                        "vehicles", name, None, str(vehicle), f"row {at}", "none: the scenario has no such vehicle"
-                    )
+                    follows = "none: the scenario has no such vehicle"
+                    report.add("vehicles", name, None, str(vehicle), f"row {at}", follows)
         if name in EVENTS:
             for at, event in enumerate(table["event"]):
                 if event not in EVENTS[name]:
@@ -208,7 +199,7 @@ def verify_sweep(folder: Path) -> CheckReport:
         raise NoResults(f"{folder / 'study.json'}: cannot be read: {error}") from None
     lines = _ledger(folder / "ledger.jsonl", report)
     _check_table(folder / "runs.parquet", lines, report)
-    tables = _tables(folder, report)
+    tables = {path.stem: _table(path, report) for path in sorted((folder / "tables").glob("*.parquet"))}
     kept = {key for key, line in lines.items() if line.get("tables") and line.get("status") != "failed"}
     for key in sorted(kept):
         scenario = scenario_of(study, lines[key])
@@ -218,6 +209,7 @@ def verify_sweep(folder: Path) -> CheckReport:
         own = {
             name: TableColumns(table.filter(pc.equal(table["key"], key)).drop_columns(["key"]))
             for name, table in tables.items()
+            if table is not None
         }
         report.key = key
         seed = lines[key]["summary"].get("seed")
@@ -250,11 +242,10 @@ def _check_table(path: Path, lines: dict[str, dict[str, Any]], report: CheckRepo
     if not path.is_file():
         report.skip("runs.parquet", "the sweep has not ended: there is none yet")
         return
-    try:
-        rows = pq.read_table(path).to_pylist()
-    except (OSError, ValueError, pa.ArrowException) as error:
-        report.add("readable", "runs", None, "", f"cannot be read: {str(error).splitlines()[0]}", "a table")
+    table = _table(path, report)
+    if table is None:
         return
+    rows = table.to_pylist()
     given = [row["key"] for row in rows]
     for key in sorted({key for key in given if given.count(key) > 1}):
         report.add("runs", "runs", None, "", f"run {key} {given.count(key)} times", "one row")
@@ -271,14 +262,19 @@ def _check_table(path: Path, lines: dict[str, dict[str, Any]], report: CheckRepo
     report.key = ""
 
 
-def _tables(folder: Path, report: CheckReport) -> dict[str, pa.Table]:
-    found = {}
-    for path in sorted((folder / "tables").glob("*.parquet")):
-        try:
-            found[path.stem] = pq.read_table(path)
-        except (OSError, ValueError, pa.ArrowException) as error:
-            report.add("readable", path.stem, None, "", f"cannot be read: {str(error).splitlines()[0]}", "a table")
-    return found
+def _table(path: Path, report: CheckReport, read: Callable[[Path], pa.Table] = pq.read_table) -> pa.Table | None:
+    """The table of a file; None if it cannot be read."""
+    try:
+        return read(path)
+    except (OSError, ValueError, pa.ArrowException) as error:
+        report.add("readable", path.stem, None, "", f"cannot be read: {str(error).splitlines()[0]}", "a table")
+        return None
+
+
+def _read_alone(path: Path) -> pa.Table:
+    """The table of a file, without columns from the names of its folders."""
+    with pq.ParquetFile(path) as file:
+        return file.read()
 
 
 def scenario_of(study: dict[str, Any], line: dict[str, Any]) -> dict[str, Any] | None:
@@ -314,9 +310,6 @@ def _without_none(value: Any) -> Any:
     return [_without_none(item) for item in value] if isinstance(value, list) else value
 
 
-__all__ = ["NoResults", "verify"]
-
-
 def verify(folder: Path) -> CheckReport:
     """Read a results folder of a run or a sweep, and say what in it does not follow.
 
@@ -333,14 +326,9 @@ def verify(folder: Path) -> CheckReport:
     tables: dict[str, TableColumns] = {}
     own = summary.get("run_id")
     for path in sorted(folder.glob("*.parquet")):
-        try:
-            with pq.ParquetFile(path) as file:
-                table = file.read()
-        except (OSError, ValueError, pa.ArrowException) as error:
-            report.add("readable", path.stem, None, "", f"cannot be read: {str(error).splitlines()[0]}", "a table")
-            continue
-        tables[path.stem] = TableColumns(table)
-        _check_id(report, path.stem, (table.schema.metadata or {}).get(b"run_id", b"").decode(), own)
+        if (table := _table(path, report, _read_alone)) is not None:
+            tables[path.stem] = TableColumns(table)
+            _check_id(report, path.stem, (table.schema.metadata or {}).get(b"run_id", b"").decode(), own)
     _check_id(report, "manifest", manifest.get("run_id"), own)
     try:
         scenario = tomllib.loads(manifest["scenario"])

@@ -173,9 +173,8 @@ def _check_vehicle(
         if cell not in stated:
             report.add("swath", "coverage", at_s, name, f"no row of cell {cell}", "it was below its working swath")
         elif stated[cell] > at_s:
-            report.add(
-                "swath", "coverage", stated[cell], name, f"cell {cell} first at {stated[cell]:g} s", f"{at_s:g} s"
-            )
+            first = f"cell {cell} first at {stated[cell]:g} s"
+            report.add("swath", "coverage", stated[cell], name, first, f"{at_s:g} s")
 
 
 def _is_steady(track: Track, speed_mps: float) -> Array:

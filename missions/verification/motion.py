@@ -157,16 +157,12 @@ def _check_steps(record: Record, name: str, data: dict[str, Any], track: Track, 
     report.look("limits", 3 * len(speed))
     limit = data["acceleration_mps2"] * dt_s + 1.5 * SPEED_STEP_MPS
     begins = away & ~record.during(name, AWAY, track.time_s[:-1])
+    most_turn = data["turn_rate_radps"] * dt_s
     turned = np.abs((np.diff(track.heading_rad) + math.pi) % (2.0 * math.pi) - math.pi)
     for what, wrong, values, most in (
         ("speed", speed > top_mps + SPEED_STEP_MPS, speed, np.full(len(speed), top_mps)),
         ("change of speed", (np.abs(speed - before) > limit) & ~begins & ~ends, speed - before, limit),
-        (
-            "turn",
-            turned > data["turn_rate_radps"] * dt_s + 1.5 * ANGLE_STEP_RAD,
-            turned,
-            data["turn_rate_radps"] * dt_s,
-        ),
+        ("turn", turned > most_turn + 1.5 * ANGLE_STEP_RAD, turned, most_turn),
     ):
         for at in np.flatnonzero(wrong):
             stated = f"{what} {values[at]:.4f}"

@@ -10,6 +10,7 @@ import math
 import re
 from collections import defaultdict
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -105,9 +106,8 @@ def _check_fates(record: Record, report: CheckReport) -> None:
     hidden = record.of("channel")["name"] == "acoustic"
     if speed_mps is None:
         report.skip("times of arrival", "the channel has a speed of sound of its own")
-    reach_m = (
-        math.inf if hidden or ":" in record.of("channel")["name"] else float(record.of("communication")["range_m"])
-    )
+    is_bounded = not hidden and ":" not in record.of("channel")["name"]
+    reach_m = float(record.of("communication")["range_m"]) if is_bounded else math.inf
     names = ("time_s", "sender", "receivers", "lost_by", "collided_at", "end_s", "arrivals_s")
     for time_s, sender, receivers, lost_by, collided_at, end_s, arrivals_s in table.rows(*names):
         report.look("receivers")
@@ -176,9 +176,8 @@ def _check_arrival(
         nearest = min(nearest or (off_s, apart_m), (off_s, apart_m))
     off_s, apart_m = nearest or (0.0, 0.0)
     if apart_m > reach_m + PLACE_STEP_M * 2.0:
-        report.add(
-            "arrivals", "packets", time_s, sender, f"received by {name}", f"it was not: it is {apart_m:.1f} m off"
-        )
+        follows = f"it was not: it is {apart_m:.1f} m off"
+        report.add("arrivals", "packets", time_s, sender, f"received by {name}", follows)
     if off_s > CLOSE_S + PLACE_STEP_M * 2.0 / speed_mps:
         due_s = end_s + apart_m / speed_mps
         stated = f"{name} has heard it at {arrival_s:.4f} s"
@@ -217,16 +216,13 @@ def _check_items(record: Record, report: CheckReport) -> dict[str, tuple[float, 
         report.look("items")
         known = found.setdefault(uid, (recorded_s, origin, kind))
         by_name = origin_of(record, uid)
+        wrong = partial(report.add, "items", "items", recorded_s, origin)
         if by_name != origin:
-            report.add("items", "items", recorded_s, origin, f"item {uid} of {origin}", f"of {by_name}, by its name")
+            wrong(f"item {uid} of {origin}", f"of {by_name}, by its name")
         elif known[1:] != (origin, kind):
-            report.add(
-                "items", "items", recorded_s, origin, f"item {uid} {kind}", f"{known[2]} of {known[1]}, as before"
-            )
+            wrong(f"item {uid} {kind}", f"{known[2]} of {known[1]}, as before")
         elif record.has_exact_clocks and time_s > recorded_s + 1.0:
-            report.add(
-                "items", "items", recorded_s, origin, f"{uid} observed at {time_s:g} s", "no later than recorded"
-            )
+            wrong(f"{uid} observed at {time_s:g} s", "no later than recorded")
     return found
 
 
@@ -376,9 +372,7 @@ def _check_that_all_is_received(
         if (vehicle, uid) in held and held[vehicle, uid] <= at_s + CLOSE_S:
             continue
         is_excused = at_s > end_s - CLOSE_S or vehicle in set_aside or uid in parts or uid.rpartition(".")[0] in parts
-        is_excused |= bool(
-            record.during(vehicle, ("energy",), [at_s]).any()
-        )  # its battery ended while it was on the way
+        is_excused |= bool(record.during(vehicle, ("energy",), [at_s]).any())  # its battery ended on its way
         if is_excused or any(abs(time_s - at_s) <= CLOSE_S for time_s in refused[vehicle]):
             continue
         report.add("received", "knowledge", at_s, vehicle, f"no row of {uid} received", "one: a packet with it arrived")

@@ -93,10 +93,8 @@ def _of_motion(record: Record, report: CheckReport) -> dict[str, tuple[Any, floa
         found["distance_m"] = math.fsum(ways), 0.05 + error_m
     listening = listening_w(record)
     if listening is not None:
-        powered_s = record.tick_s * sum(
-            int((np.diff(track.energy_j.astype(float)) > 0.0).sum()) if listening else 0
-            for track in record.tracks.values()
-        )
+        used = [np.diff(track.energy_j.astype(float)) for track in record.tracks.values() if listening]
+        powered_s = record.tick_s * sum(int((used_j > 0.0).sum()) for used_j in used)
         n_sent = len(record["packets"])
         slack_j = 0.005 + (0.0 if record.packet_s else 0.01 * n_sent)
         found["modem_energy_j"] = float(sending_j(record).sum()) + listening * powered_s, slack_j
@@ -142,10 +140,8 @@ def _of_knowledge(record: Record, report: CheckReport) -> dict[str, tuple[Any, f
     }
     if "deliveries" in record.tables:
         lost = record["deliveries"].rows("event", "reason")
-        found["n_expired"] = (
-            sum(event == "expired" and reason in ("time to live", "overflow") for event, reason in lost),
-            0,
-        )
+        n_expired = sum(event == "expired" and reason in ("time to live", "overflow") for event, reason in lost)
+        found["n_expired"] = n_expired, 0
     n_lacking: Counter[str] = Counter()
     last_s: dict[str, float] = {}
     held: set[tuple[str, str]] = set()
@@ -168,9 +164,8 @@ def _of_organisation(record: Record, report: CheckReport) -> dict[str, tuple[Any
     found: dict[str, tuple[Any, float]] = {name: (value, 2e-5) for name, value in figures.items()}
     n_rows = len(record["organisation"])
     found["malformed_s"] = figures["malformed_s"], 1e-3 + CLOSE_S * math.sqrt(n_rows + 1.0)
-    if any(
-        group.get("subgroup") or group.get("formed_by") for group in record.scenario["group"]
-    ) or record.scenario.get("compatible"):
+    changes = any(group.get("subgroup") or group.get("formed_by") for group in record.scenario["group"])
+    if changes or record.scenario.get("compatible"):
         del found["malformed_s"]
         report.skip("malformed_s", "subgroups, groups at sea and roles that exclude each other are not worked out")
     return found
@@ -229,9 +224,7 @@ def _of_mapping(record: Record, report: CheckReport) -> dict[str, tuple[Any, flo
     n_first = Counter(vehicle for _, vehicle in first.values())
     least = min(n_first[holder] for holder in holders) / len(first) if holders and first else None
     found["least_mapped_fraction"] = least, 1e-9
-    stopped = next(
-        (milestone for milestone in record.summary["milestones"] if milestone["name"] == "mapping_stopped"), None
-    )
+    stopped = next((stone for stone in record.summary["milestones"] if stone["name"] == "mapping_stopped"), None)
     found["given_up_s"] = (None if stopped is None else stopped["time_s"]), 1e-3
     if n_inspected := int(record.of("finds").get("number", 0)):
         inspected = sum(milestone["name"] == "inspected" for milestone in record.summary["milestones"])
@@ -254,7 +247,6 @@ def _left(
         if vehicle == stopped["vehicle"] and time_s < stopped["time_s"] - CLOSE_S and event in ("assigned", "left"):
             (held.add if event == "assigned" else held.discard)(jobs.get((group, role)))
     n_cells = Counter(cells.values())
-    n_done = Counter(
-        cells[cell] for cell, (time_s, _) in first.items() if time_s <= stopped["time_s"] and cell in cells
-    )
+    done = [cell for cell, (time_s, _) in first.items() if time_s <= stopped["time_s"] and cell in cells]
+    n_done = Counter(cells[cell] for cell in done)
     return max((1.0 - n_done[area] / n_cells[area] for area in held if n_cells[area]), default=0.0)
