@@ -58,10 +58,7 @@ def _check_sequences(record: Record, report: CheckReport) -> None:
         report.look("roles")
         while restarts and restarts[0][0] <= time_s:
             began = restarts.pop(0)[1]
-            has, drives = (
-                {row for row in has if row[0] != began},
-                {row for row in drives if row[0] != began},
-            )
+            has, drives = ({row for row in has if row[0] != began}, {row for row in drives if row[0] != began})
         while absences and absences[0][0] <= time_s:
             _, viewer, peer, event_of_peer = absences.pop(0)
             (absent[viewer].add if event_of_peer == "absent" else absent[viewer].discard)(peer)

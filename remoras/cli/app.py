@@ -9,7 +9,7 @@ import os
 import re
 import signal
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from enum import StrEnum
 from pathlib import Path
@@ -217,6 +217,14 @@ def show_json(value: Any) -> None:
     print(json.dumps(value, indent=2, allow_nan=False))
 
 
+def show(value: Any, as_json: bool, lines: Iterable[str]) -> None:
+    """Print one JSON value where that was asked for, else lines of text."""
+    if as_json:
+        show_json(value)
+    else:
+        print("\n".join(lines))
+
+
 def on_terminal() -> bool:
     """True while somebody reads the standard output on a terminal."""
     return sys.stdout.isatty()
@@ -247,6 +255,26 @@ def show_table(
     Console().print(table)
 
 
+def aligned(rows: Sequence[Sequence[str]], right: Container[int] = ()) -> list[str]:
+    """Lines of a table of text, with columns as wide as they need.
+
+    >>> aligned([("n", "name"), ("10", "AUV00")], right=[0])
+    [' n  name', '10  AUV00']
+
+    Args:
+        rows: as many texts each.
+        right: numbers of the columns that are aligned to the right.
+    """
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [
+        "  ".join(
+            text.rjust(width) if number in right else text.ljust(width)
+            for number, (text, width) in enumerate(zip(row, widths, strict=True))
+        ).rstrip()
+        for row in rows
+    ]
+
+
 class Format(StrEnum):
     """Formats of figures."""
 
@@ -255,6 +283,8 @@ class Format(StrEnum):
     PDF = "pdf"
 
 
+Jobs = Annotated[int, typer.Option(min=1, max=1024, metavar="N", help="Processes on this machine.")]
+N_JOBS = os.cpu_count() or 1
 FigureFolder = Annotated[
     Path | None, typer.Option(metavar="DIR", help="Folder for the figure, its caption and its CSV.")
 ]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Sequence
 from enum import StrEnum
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from remoras.cli import completion
-from remoras.cli.app import FAILED, Json, check_known, command, fail, show_json
+from remoras.cli.app import FAILED, N_JOBS, Jobs, Json, aligned, check_known, command, fail, show, show_json
 from remoras.cli.sweeps import PARTLY_DONE
 from remoras.progress import Progress
 
@@ -53,8 +52,7 @@ def benchmark(
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder for runs, card and tables; run again to go on.")
     ] = None,
-    jobs: Annotated[int, typer.Option(min=1, max=1024, metavar="N", help="Processes on this machine.")] = os.cpu_count()
-    or 1,
+    jobs: Jobs = N_JOBS,
     repeats: Annotated[
         int | None, typer.Option(min=1, metavar="N", help="Runs of each cell, if fewer than the suite has.")
     ] = None,
@@ -162,10 +160,7 @@ def _show(table: ScoreTable, cpu_s: float | None) -> None:
     """Print the tables as text."""
     print(table.caption)
     for rows in ([table.heads, *table.rows()], list(table.shapes())):
-        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-        for row in rows:
-            print("  " + "  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip())
-        print()
+        print(*[f"  {line}" for line in aligned(rows)], "", sep="\n")
     if cpu_s is not None:
         print(f"CPU time of a run: {cpu_s:.2f} s on average")
 
@@ -191,11 +186,9 @@ def _verify(path: Path, suite: Suite, count: int, as_json: bool) -> None:
 
     found = dict(verify_card(path, suite, count))
     other = {name: text for name, text in found.items() if text}
-    if as_json:
-        show_json({"verified": len(found), "other": other})
-    else:
-        print(f"{len(found)} runs made again, {len(other)} end otherwise")
-        print(*[f"{name}: {text}" for name, text in other.items()], sep="\n", end="\n" if other else "")
+    said = [f"{len(found)} runs made again, {len(other)} end otherwise"]
+    said += [f"{name}: {text}" for name, text in other.items()]
+    show({"verified": len(found), "other": other}, as_json, said)
     if other:
         raise typer.Exit(FAILED)
 
@@ -212,7 +205,4 @@ def check(
 
     check_known("kind", kind, KINDS)
     passed = _checks(kind, name if kind == "mission" else importable(name))
-    if as_json:
-        show_json({"passed": passed})
-    else:
-        print(*[f"ok  {text}" for text in passed], sep="\n")
+    show({"passed": passed}, as_json, [f"ok  {text}" for text in passed])

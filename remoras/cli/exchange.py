@@ -18,6 +18,7 @@ from remoras.cli.app import (
     FigureFormat,
     Format,
     Json,
+    aligned,
     check_known,
     command,
     fail,
@@ -79,8 +80,7 @@ def exchange_study(
         str, typer.Option(metavar="RATES", help="Loss rates: 0.1,0.5 or first:last:step.")
     ] = "0.05:0.8:0.05",
     policies: Annotated[
-        str,
-        typer.Option(metavar="NAMES", help="Names or package.module:object, with commas; all: the paper's six."),
+        str, typer.Option(metavar="NAMES", help="Names or package.module:object, with commas; all: the paper's six.")
     ] = "all",
     trials: Annotated[int, typer.Option(metavar="N", help="Trials of each policy at each loss rate.")] = 2000,
     load: Annotated[
@@ -456,9 +456,7 @@ def _describe_network(name: str, out: Path | None, file_format: Format, as_json:
         depth = "" if node.depth_m is None else f", {node.depth_m:g} m deep"
         print(f"  node {node.name}{place}{depth}")
     rows = list(_rows(network))
-    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-    for row in rows:
-        print("  " + "  ".join(f"{text:>{width}}" for text, width in zip(row, widths, strict=True)))
+    print(*[f"  {line}" for line in aligned(rows, right=range(len(rows[0])))], sep="\n")
 
 
 def _rows(network: Network) -> Iterator[list[str]]:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from remoras.cli import completion
-from remoras.cli.app import FAILED, Format, Json, command, fail, give_up, on_terminal, show_json, show_table
+from remoras.cli.app import FAILED, Format, Json, aligned, command, fail, give_up, on_terminal, show_json, show_table
 from remoras.cli.exports import At, Vehicle
 from remoras.progress import Progress
 
@@ -33,20 +33,12 @@ def plot(
             autocompletion=completion.kind,
         ),
     ] = None,
-    file_format: Annotated[
-        Format,
-        typer.Option(
-            "--format",
-            metavar="png|svg|pdf",
-            help="File format.",
-        ),
-    ] = Format.PNG,
+    file_format: Annotated[Format, typer.Option("--format", metavar="png|svg|pdf", help="File format.")] = Format.PNG,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder for the figures; that of the results if left out.")
     ] = None,
     width: Annotated[
-        float | None,
-        typer.Option(metavar="INCHES", help="Width of the figures: 3.5 a column, 7.2 a page of a paper."),
+        float | None, typer.Option(metavar="INCHES", help="Width of the figures: 3.5 a column, 7.2 a page of a paper.")
     ] = None,
     metric: Annotated[
         str | None,
@@ -199,9 +191,7 @@ def query(
         show_table(shown[0], shown[1:])
         print(f"{len(rows)} rows", file=sys.stderr)
         return
-    widths = [max(len(row[number]) for row in shown) for number in range(len(columns))]
-    for row in shown:
-        print("  ".join(f"{value:<{width}}" for value, width in zip(row, widths, strict=True)).rstrip())
+    print(*aligned(shown), sep="\n")
     print(f"{len(rows)} rows", file=sys.stderr)
 
 
@@ -209,8 +199,7 @@ def query(
 def replay(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results of a run.")],
     other: Annotated[
-        Path | None,
-        typer.Argument(metavar="[DIR2]", help="Results of another run of that world, to see beside it."),
+        Path | None, typer.Argument(metavar="[DIR2]", help="Results of another run of that world, to see beside it.")
     ] = None,
     out: Annotated[Path | None, typer.Option(help="HTML file to write; DIR/replay.html if left out.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the file if it is there.")] = False,

@@ -22,8 +22,7 @@ ScenarioName = Annotated[
     str, typer.Argument(metavar="SCENARIO", help="Shipped scenario or TOML file.", autocompletion=completion.scenario)
 ]
 StrategyName = Annotated[
-    str | None,
-    typer.Option(metavar="NAME", help="Organisational strategy.", autocompletion=completion.strategy_name),
+    str | None, typer.Option(metavar="NAME", help="Organisational strategy.", autocompletion=completion.strategy_name)
 ]
 PolicyName = Annotated[
     str | None, typer.Option(metavar="NAME", help="Exchange policy.", autocompletion=completion.policy)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import os
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from remoras.cli import completion
-from remoras.cli.app import FAILED, Json, as_typed, command, fail, on_terminal, show_json, show_table
+from remoras.cli.app import FAILED, N_JOBS, Jobs, Json, aligned, as_typed, command, fail, on_terminal, show, show_table
 from remoras.progress import Progress
 
 if TYPE_CHECKING:
@@ -40,8 +39,7 @@ def sweep(
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder for the runs; run again on the same folder to go on.")
     ] = None,
-    jobs: Annotated[int, typer.Option(min=1, max=1024, metavar="N", help="Processes on this machine.")] = os.cpu_count()
-    or 1,
+    jobs: Jobs = N_JOBS,
     cluster: Annotated[
         str | None, typer.Option(metavar="tcp://HOST:PORT", help="Dask scheduler to use instead of this machine.")
     ] = None,
@@ -98,7 +96,7 @@ def sweep(
                 f"nothing is drawn in {guess.deterministic} of the {guess.timed} configurations that were tried: "
                 "each is made once, whatever repeats says"
             )
-        _show(asdict(guess), as_json, said)
+        show(asdict(guess), as_json, said)
         return
     if verified is not None:
         _verify(loaded, out, verified, as_json)
@@ -111,7 +109,7 @@ def sweep(
             )
         except driver.PartlyDoneError as error:
             fail(f"{error}; finished runs are kept in {out}, the same command goes on", PARTLY_DONE)
-    _show(
+    show(
         asdict(outcome), as_json, [_status_line(asdict(outcome)), f"compare them with: remoras compare {as_typed(out)}"]
     )
     if outcome.failed:
@@ -127,7 +125,7 @@ def _verify(study: Study, out: Path, count: int, as_json: bool) -> None:
     other = {key: names for key, names in found.items() if names}
     said = [f"{len(found)} runs made again, {len(other)} end otherwise"]
     said += [f"{key}: {', '.join(names)}" for key, names in other.items()]
-    _show({"verified": len(found), "other": other}, as_json, said)
+    show({"verified": len(found), "other": other}, as_json, said)
     if other:
         raise typer.Exit(FAILED)
 
@@ -141,7 +139,7 @@ def _show_status(folder: Path, as_json: bool) -> None:
     failures = [line for line in results.lines.values() if line["error"]]
     shown = [f"failed: {line['error'].strip().splitlines()[-1]}\n  replay: {line['replay']}" for line in failures]
     shown += [f"{folder / TABLES / name}: {DAMAGED}" for name in results.damaged]
-    _show(found, as_json, [_status_line(found), *shown])
+    show(found, as_json, [_status_line(found), *shown])
 
 
 @command("compare", "remoras compare results/quick --metric mission_time_s --baseline remoras")
@@ -192,12 +190,12 @@ def compare(
             fail(f"--baseline {baseline}: effects compare the two levels of each factor; leave it out")
         of_levels = effects_of(results, names)
         _written(of_levels, out)
-        _show([asdict(row) for row in of_levels], as_json, list(_effect_lines(results, of_levels)))
+        show([asdict(row) for row in of_levels], as_json, list(_effect_lines(results, of_levels)))
         return
     found = compared(results, names, baseline)
     _written(found, out)
     if as_json or not on_terminal():
-        _show([asdict(row) for row in found], as_json, [] if as_json else list(_comparison_lines(found)))
+        show([asdict(row) for row in found], as_json, [] if as_json else list(_comparison_lines(found)))
     else:
         _show_comparison(found)
 
@@ -223,7 +221,7 @@ def _show_metrics(folder: Path, metrics: Sequence[str], as_json: bool) -> None:
         fail(f"{folder}: holds a single run, of which there is nothing to compare; name a metric with --metric")
     run = Run(Results.read(folder))
     values = {name: run.metric(name) for name in metrics}
-    _show(values, as_json, [f"{name}  {value}" for name, value in values.items()])
+    show(values, as_json, [f"{name}  {value}" for name, value in values.items()])
 
 
 def _status_line(status: dict[str, Any]) -> str:
@@ -281,6 +279,7 @@ def _entries(row: Comparison) -> dict[str, str]:
 
 ALWAYS = ("per", "strategy", "policy", "n", "done", "mean [95 %]", "p (Holm)")
 """Columns that tables have even where they are empty."""
+NUMBERS = ("per", "n", "done")
 
 
 def _table(rows: Sequence[Comparison]) -> tuple[list[str], list[list[str]]]:
@@ -294,7 +293,7 @@ def _show_comparison(rows: Sequence[Comparison]) -> None:
     """A table for each metric, on a terminal."""
     for metric, same in itertools.groupby(rows, key=lambda row: row.metric):
         own = list(same)
-        show_table(*_table(own), metric, ("per", "n", "done"))
+        show_table(*_table(own), metric, NUMBERS)
         for note in _notes(own):
             print(f"  {note}")
 
@@ -305,14 +304,8 @@ def _comparison_lines(rows: Sequence[Comparison]) -> Sequence[str]:
     for metric, same in itertools.groupby(rows, key=lambda row: row.metric):
         own = list(same)
         heads, entries = _table(own)
-        widths = [max(map(len, column)) for column in zip(heads, *entries, strict=True)]
-        for line in (heads, *entries):
-            aligned = (
-                text.rjust(width) if head in ("per", "n", "done") else text.ljust(width)
-                for head, text, width in zip(heads, line, widths, strict=True)
-            )
-            lines.append(f"  {'  '.join(aligned)}".rstrip())
-        lines.insert(len(lines) - len(entries) - 1, metric)
+        right = [number for number, head in enumerate(heads) if head in NUMBERS]
+        lines += [metric, *(f"  {line}".rstrip() for line in aligned([heads, *entries], right))]
         lines += [f"  {note}" for note in _notes(own)]
     return lines
 
@@ -334,10 +327,3 @@ def _notes(rows: Sequence[Comparison]) -> Iterator[str]:
     tested = [row.n for row in rows if row.p_holm is not None]
     if tested and (least := least_p_holm(max(tested), len(tested))) >= SIGNIFICANT:
         yield f"no p (Holm) of {len(tested)} comparisons of {max(tested)} pairs can be below {least:.2g}: repeat more"
-
-
-def _show(value: Any, as_json: bool, lines: Sequence[str]) -> None:
-    if as_json:
-        show_json(value)
-    else:
-        print("\n".join(lines))

@@ -383,14 +383,7 @@ class ReferenceStudy:
     """The slot loop of the study, uncompiled, one slot at a time."""
 
     def __init__(
-        self,
-        policy: AckPolicy,
-        n_nodes: int,
-        items: int,
-        evidence: bool,
-        item_bits: int,
-        room: int,
-        of_symbol: int = 0,
+        self, policy: AckPolicy, n_nodes: int, items: int, evidence: bool, item_bits: int, room: int, of_symbol: int = 0
     ) -> None:
         self.kind = policy.acknowledgement
         n_words = -(-n_nodes * items // trial.WORD_BITS)
