@@ -160,11 +160,6 @@ class Store(Answers):
         """Return the latest time of observation that what arrives at ``now_s`` may have; times are on a grid (s)."""
         return max(now_s + self.clock_tolerance_s, self.quantise_time(now_s))
 
-    def may_record(self, fact: PropertyValue) -> bool:
-        """True if the value of a fact is of the kind of its attribute and in range."""
-        row = self.tables.rows.get(fact.attribute)
-        return row is None or row.quantise(fact.value) is not None
-
     def append(self, block: Block) -> Change | None:
         """Index an item that has passed the checks and gives no types; None if it has arrived before."""
         origin, sequence, time_s, facts, epoch = block

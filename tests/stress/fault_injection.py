@@ -143,7 +143,7 @@ def _forged(packet: Packet, draw: int, model: WorldModel) -> Packet:
         one = fragments[at := (draw + index) % len(fragments)]
         fact = one.facts[draw % len(one.facts)]
         for other in (fact._replace(value=value) for value in _other_values(fact.value, draw)):
-            if other != fact and model.may_record(other):
+            if other != fact and _may_record(model, other):
                 fragments[at] = _with(one, tuple(other if told is fact else told for told in one.facts), one.time_s)
                 return packet._replace(fragments=tuple(fragments))
     return packet._replace(signals=tuple(signal._replace(value=-128) for signal in packet.signals))
@@ -161,6 +161,12 @@ def _other_values(value: Any, draw: int) -> list[Any]:
     if isinstance(value, int | float):
         return [type(value)(value + step) for step in (1 + draw % 7, -(1 + draw % 7), 1)]
     return []
+
+
+def _may_record(model: WorldModel, fact: PropertyValue) -> bool:
+    """True if the value of a fact is of the kind of its attribute and in range."""
+    row = model.tables.rows.get(fact.attribute)
+    return row is None or row.quantise(fact.value) is not None
 
 
 # Forged statements --------------------------------------------------------------------------------
@@ -193,7 +199,7 @@ def forged_statement(fault: StressFault, vehicle: Vehicle, scene: Scene) -> Forg
                 uid = beliefs.model.tbox.attribute_named(attribute).uid
                 for value in (vehicle.data.node, True) if beliefs.get(job.done) is None else ():
                     fact = PropertyValue(beliefs.uid(subject), uid, value)
-                    if beliefs.model.may_record(fact):
+                    if _may_record(beliefs.model, fact):
                         return ForgedStatement((fact[:3],), me, subject, "done")
         case "forged-lead":  # of a group, its own rather, whose head is another that is there
             groups = sorted(organisation.groups, key=lambda name: (not organisation.is_member(me, name), name))
