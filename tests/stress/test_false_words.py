@@ -12,8 +12,11 @@ from missions.runs.setup import resolved
 from remoras.work import Work
 
 TALKING = (
-    "remoras", "remoras-planned", "central", "plan-and-dispatch", "contract-net", "status-broadcast", "cbba",
-    "rendezvous-sync", "oracle",
+    "remoras", "contract-net", "status-broadcast",
+    *(
+        pytest.param(one, marks=pytest.mark.thorough)
+        for one in ("remoras-planned", "central", "plan-and-dispatch", "cbba", "rendezvous-sync", "oracle")
+    ),
 )  # fmt: skip
 LIES = (
     StressFault(kind="forged-done", vehicle="AUV02", at_s=31.0),  # of areas that others are at
