@@ -18,6 +18,7 @@ from stress.schedules import DECLARED, FOR_GOOD, Schedule, StressFault, loaded
 
 from exchange.acoustics.channel import Channel
 from missions.errors import ConfigurationError
+from missions.mapping import MappingMission
 from missions.runs.assembly import assemble, channel_of
 from missions.runs.root import Root
 from missions.runs.run import result_of, run, settled_of
@@ -66,7 +67,7 @@ class _Trial:
         self.scene = Scene(self.setup, schedule, self.fleet, effective_kinds(schedule, self.setup))
         left_out = {*(() if schedule.must_finish else ("finishes",)), *(() if schedule.must_end else ("ends",))}
         left_out |= set() if hasattr(self.setup.mission, "meeting") else {"meetings"}
-        left_out |= set() if self.setup.scenario.scenario.mission == "mapping" else {"ground"}
+        left_out |= set() if isinstance(self.setup.mission, MappingMission) else {"ground"}
         effective = self.scene.effective
         self.promised = [one() for one in invariants if one.name not in left_out and not one.not_under & effective]
         Wrapping(self.scene, self._listen, self.happened)
