@@ -30,8 +30,9 @@ INVARIANTS: tuple[type[Invariant], ...] = (
     runs.NoException, knowledge.TrueBeliefs, knowledge.Recorded, knowledge.WholeBlocks, knowledge.Remembered,
     knowledge.OneContent, knowledge.NewestCounts, knowledge.Past, knowledge.SoundPackets, knowledge.KnowledgeAgreement,
     knowledge.Rest, knowledge.OnlyAuthorised, knowledge.Cardinality, runs.Finite, runs.Borders, runs.Speed,
-    runs.Energy, runs.SeparationKept, runs.TrueVerdict, runs.WholeTables, runs.SummaryOfTables, runs.Follows,
-    runs.Finishes, runs.Ends, runs.SameDigest, missions.TrueCoverage, missions.TrueMeeting, runs.AnswersHold,
+    runs.Energy, runs.SeparationKept, runs.TrueVerdict, runs.WholeTables, runs.SummaryOfTables,
+    missions.TrueCoverage, missions.TrueMeeting, runs.Follows, runs.Finishes, runs.Ends, runs.SameDigest,
+    runs.AnswersHold,
 )  # fmt: skip
 CHECKED_BITS = 32
 """Checksums of so many bits let one damaged packet in four thousand million pass."""
