@@ -59,6 +59,7 @@ def uncompiled(kind: Acknowledgement) -> Callable[..., None]:
     return partial(montecarlo.run_trials, kind)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("carrier_evidence", [False, True])
 @pytest.mark.parametrize("name", PAPER_POLICIES)
 def test_compiled_is_interpreted(name: str, carrier_evidence: bool, narrow: Run, wide: Run) -> None:

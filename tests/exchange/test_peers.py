@@ -9,7 +9,7 @@ from exchange.policies import ACK
 
 
 def test_an_older_epoch_counts_only_when_it_is_heard_twice_in_a_row() -> None:
-    peers = PeerStates(0, 3, [new_state(3)], ACK)
+    peers = PeerStates(0, 3, new_state(3), ACK)
     assert peers.meet(1, 2, 0) is Met.NEW_LIFE
     peers.begin(1, 2)
     for _ in range(2):
@@ -23,7 +23,7 @@ def test_an_older_epoch_counts_only_when_it_is_heard_twice_in_a_row() -> None:
 
 def test_of_who_is_in_another_life_nothing_is_believed() -> None:
     state = new_state(3)
-    peers = PeerStates(0, 3, [state], ACK)
+    peers = PeerStates(0, 3, state, ACK)
     state.heard[0] = 0b110
     for node in range(3):
         state.content[node] = state.believes[node] = 1 << node

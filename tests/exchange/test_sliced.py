@@ -4,6 +4,7 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
+import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
@@ -59,6 +60,7 @@ def test_fleets_that_fill_the_words_of_draws() -> None:
         assert_equal(ExchangeStudy(n_nodes, (0.1,), trials=3, policies=("ack-repeat", "mps-ack-repeat")))
 
 
+@pytest.mark.slow
 @given(
     n_nodes=st.integers(2, 12),
     per=st.floats(0.0, 0.85),

@@ -29,6 +29,7 @@ def play(loop: Any, policy: AckPolicy, load: Load, per: float, n_nodes: int, n_t
     return outcomes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("policy", STATING.values(), ids=list(STATING))
 def test_compiled_is_interpreted(policy: AckPolicy) -> None:
     kind = policy.acknowledgement
