@@ -49,7 +49,7 @@ MAIN_JOB = {
 }
 RUN_KEY = ["strategy", "channel", "seed", "repeat"]
 """Columns that identify a run of the sweep in both trees; the column ``key`` depends on the code."""
-VARIABLE = {"wall_s", "cpu_s", "host", "worker", "finished_at", "run_id", "key"}
+VARIABLE = {"wall_s", "cpu_s", "host", "worker", "finished_at", "run_id", "key", "code"}
 """Fields that differ between machines or versions of the code."""
 
 
