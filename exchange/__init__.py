@@ -53,7 +53,7 @@ _MODULE_OF = {
     "Acknowledgement": "ack",
     **dict.fromkeys(("Observations", "decode_observations", "encode_observations"), "wire.batch"),
     "Codec": "wire.codec",
-    "FieldSize": "wire.sizes",
+    "FieldSize": "wire.codes",
     **dict.fromkeys(("ConfigurationError", "ExchangeError"), "errors"),
     "ExchangeManager": "manager",
     **dict.fromkeys(

@@ -1,4 +1,4 @@
-"""Faults of vehicles: when they hold, their effect on a vehicle, and their events.
+"""Faults of vehicles: when they hold, and their effect on a vehicle.
 
 What kinds there are nobody here knows: a kind says what it leaves, and does what else it does when it begins and ends.
 
@@ -13,64 +13,18 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 from exchange.acoustics import loss
 from exchange.arithmetic import log1p
-from remoras.clock import Priority
+from remoras.condition import SOUND, Condition
 from remoras.database import AUVDatabase, VehicleData
-from remoras.errors import PluginError
-from remoras.events import Host, Part
+from remoras.events import Host
 from remoras.organisation import Group, Organisation
-from remoras.plugins import broken_promise
 
 if TYPE_CHECKING:
     from remoras.vehicle import Vehicle
-
-
-@dataclass(frozen=True, slots=True)
-class Condition:
-    """What a fault, or all that hold, leave of a vehicle.
-
-    Attributes:
-        is_there: False before it joins; it is then no obstacle either.
-        is_running: False while it is lost or off.
-        is_mute: nobody hears it; is_deaf: it hears nobody.
-        speed_factor: what its speeds are multiplied by.
-        dead_sensors: names of the sensors that yield nothing.
-        lost_for_good: it will not come back; will_return: it is out of contact, but not for good.
-        dead_for_good: those of the dead sensors that never will yield anything again.
-    """
-
-    is_there: bool = True
-    is_running: bool = True
-    is_mute: bool = False
-    is_deaf: bool = False
-    speed_factor: float = 1.0
-    dead_sensors: frozenset[str] = frozenset()
-    lost_for_good: bool = False
-    will_return: bool = False
-    dead_for_good: frozenset[str] = frozenset()
-
-    @property
-    def is_alive(self) -> bool:
-        """True while it is there and running."""
-        return self.is_there and self.is_running
-
-    @property
-    def hears(self) -> bool:
-        """True while it is able to hear."""
-        return self.is_alive and not self.is_deaf
-
-    @property
-    def is_in_contact(self) -> bool:
-        """True while it is able to hear and to be heard."""
-        return self.hears and not self.is_mute
-
-
-SOUND = Condition()
-"""The condition of a vehicle without faults."""
 
 
 ANY = "any"
@@ -258,76 +212,3 @@ def _name(fault: Declared, seed: int, stream: int, nth: int, database: AUVDataba
 
 def _all_sensors(database: AUVDatabase) -> list[str]:
     return [settings.name for data in database.values() for settings in data.sensors]
-
-
-@dataclass(slots=True)
-class _Holding:
-    """Faults of a run that hold now, by the name of the vehicle."""
-
-    faults: dict[str, list[Fault]] = field(default_factory=dict)
-
-
-@dataclass(frozen=True, slots=True)
-class FaultChanges:
-    """A fault begins to hold, or is over; others of the vehicle hold as they did."""
-
-    fault: Fault
-    begins: bool
-    holding: _Holding
-
-    def act(self, host: Host) -> None:
-        """Let it hold from now on, or no longer."""
-        fault, vehicle = self.fault, host.named(self.fault.vehicle)
-        holding = self.holding.faults.setdefault(fault.vehicle, [])
-        if self.begins:
-            holding.append(fault)
-            _begin(fault, vehicle)
-        else:
-            holding.remove(fault)
-            _end(fault, vehicle, host)
-            before, vehicle = vehicle, host.named(fault.vehicle)
-            for one in holding if vehicle is not before else ():  # it has begun anew
-                _begin(one, vehicle)
-        vehicle.suffer(condition_under(holding))
-        detail = fault.detail if self.begins else OVER
-        host.recorder.faults.append((host.now_s, fault.vehicle, fault.kind, detail))
-
-
-def _begin(fault: Fault, vehicle: Vehicle) -> None:
-    """Let a fault do what it does when it begins; whatever its kind raises names the kind."""
-    if fault.acts is None:
-        return
-    try:
-        fault.acts.begin(vehicle)
-    except PluginError:
-        raise
-    except Exception as error:  # it may be somebody else's class
-        raise broken_promise(f"fault kind {fault.kind}", "begin", "it returns", error) from error
-
-
-def _end(fault: Fault, vehicle: Vehicle, host: Host) -> None:
-    """Let a fault do what it does when it is over; whatever its kind raises names the kind."""
-    if fault.acts is None:
-        return
-    try:
-        fault.acts.end(vehicle, host)
-    except PluginError:
-        raise
-    except Exception as error:  # it may be somebody else's class
-        raise broken_promise(f"fault kind {fault.kind}", "end", "it returns", error) from error
-
-
-def faults_part(faults: Iterable[Fault]) -> Part:
-    """What lets faults befall the vehicles of a run.
-
-    Args:
-        faults: of the run.
-    """
-
-    def begin(host: Host) -> None:
-        holding = _Holding()
-        for fault in faults:
-            host.at(fault.from_s, Priority.FAULT, FaultChanges(fault, True, holding))
-            host.at(fault.until_s, Priority.FAULT, FaultChanges(fault, False, holding))
-
-    return Part(begin)

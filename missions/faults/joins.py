@@ -10,7 +10,7 @@ from missions.fault import Absence
 from missions.files import shown
 from missions.scenarios.faults import DeclaredFault, span_of
 from missions.scenarios.tables import Raw
-from remoras.faults import Condition
+from remoras.condition import Condition
 
 if TYPE_CHECKING:
     from remoras.database import VehicleData

@@ -9,7 +9,8 @@ from missions.errors import ConfigurationFault
 from missions.fault import Absence
 from missions.scenarios.faults import DeclaredFault, overlap
 from missions.scenarios.tables import Raw
-from remoras.faults import ANY, Condition
+from remoras.condition import Condition
+from remoras.faults import ANY
 
 if TYPE_CHECKING:
     from remoras.database import VehicleData

@@ -11,7 +11,7 @@ from missions.errors import ConfigurationFault
 from missions.fault import Absence
 from missions.scenarios.faults import DeclaredFault, overlap
 from missions.scenarios.tables import Raw
-from remoras.faults import Condition
+from remoras.condition import Condition
 
 if TYPE_CHECKING:
     from remoras.database import VehicleData

@@ -29,7 +29,8 @@ from missions.scenarios.faults import kind_named
 from missions.scenarios.loading import scenario_from
 from missions.scenarios.policy import key_of
 from missions.scenarios.scenario import Scenario
-from remoras.faults import Fault, faults_part
+from remoras.fault_events import faults_part
+from remoras.faults import Fault
 from remoras.solo import Solo, Times
 from remoras.vehicle import Vehicle
 from worldmodel import EPOCHS, suggestion

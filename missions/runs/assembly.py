@@ -19,7 +19,8 @@ from remoras.beliefs import Beliefs
 from remoras.database import AUVDatabase, VehicleData
 from remoras.events import Part, carrier_for, clocks_of, recorder_for
 from remoras.executive.layer import ExecutiveLayer
-from remoras.faults import Fault, drawn, faults_part
+from remoras.fault_events import faults_part
+from remoras.faults import Fault, drawn
 from remoras.fleet import Fleet, Makers
 from remoras.functional.layer import FunctionalLayer
 from remoras.picture import Picture

@@ -29,10 +29,11 @@ from missions.fault import Absence, kinds
 from missions.files import shown
 from missions.scenarios.abilities import can_play, sensor_tables
 from missions.scenarios.tables import PointM, Positive, Raw, Section, entries, is_number, names_of, one_of, table_of
+from remoras.condition import SOUND, Condition
 from remoras.database import AUVDatabase, VehicleData
 from remoras.errors import PluginError
 from remoras.events import Host
-from remoras.faults import ANY, HEAD_OF, SOUND, Condition, Fault
+from remoras.faults import ANY, HEAD_OF, Fault
 from remoras.mission import Mission
 from remoras.organisation import Group
 from remoras.plugins import answer, faults_of, named_object

@@ -32,7 +32,7 @@ from remoras.contents import Content
 from remoras.current import Current
 from remoras.database import VehicleData
 from remoras.executive.decision import Choice
-from remoras.faults import FaultChanges
+from remoras.fault_events import FaultChanges
 from remoras.fleet import Fleet
 from remoras.functional.layer import FunctionalLayer
 from remoras.functional.sensing import Sensing

@@ -69,7 +69,6 @@ def test_labels_get_the_room_that_they_take(run: Results, monkeypatch: pytest.Mo
     [
         (raises, "its draw raised KeyError: 'depth_m'"),
         (returns_nothing, "its draw returned None, a NoneType; it has to return the sentences of the caption as text"),
-        (is_no_formula, "its draw raised ValueError"),
     ],
 )
 @pytest.mark.parametrize("declared", [FINDS, WRECKS])
@@ -81,6 +80,12 @@ def test_a_function_that_fails_is_one_clear_error_and_leaves_no_file(
         draw_run_figures(run, [], tmp_path / "out", "svg", [replace(declared, draw=broken)])
     assert str(raised.value).startswith(f"the mission's {kind} {declared.name!r}: {message}")
     assert "\n" not in str(raised.value)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_text_that_cannot_be_set_is_the_fault_of_its_figure(run: Results, tmp_path: Path) -> None:
+    with pytest.raises(DrawingError, match="the mission's figure 'finds': its draw raised ValueError"):
+        draw_run_figures(run, ["finds"], tmp_path / "out", "svg", [replace(FINDS, draw=is_no_formula)])
     assert not (tmp_path / "out").exists()
 
 
