@@ -12,8 +12,8 @@ import random
 from collections.abc import Sequence
 from statistics import fmean
 
+from benchmarks.manager_fleet import ManagerFleet
 from missions.comparison.intervals import NoInterval, mean_interval
-from remoras.testing.policies import ManagerFleet
 
 N_NODES, PER = 6, 0.4
 HALF = N_NODES // 2

@@ -3,10 +3,10 @@
 from collections.abc import Callable
 from itertools import permutations
 
+from benchmarks.manager_fleet import TBOX, ManagerFleet, instances, needs
 from exchange.manager import ExchangeManager
 from exchange.packets import ItemUid, Reception
 from exchange.policies import POLICIES
-from remoras.testing.policies import TBOX, ManagerFleet, instances, needs
 from worldmodel import Value, WorldModel, merge
 
 Lost = Callable[[int, int], bool]

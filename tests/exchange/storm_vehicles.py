@@ -7,12 +7,7 @@ from typing import Any
 from stress.exchange_stress import Make, Storm
 from stress.reference_record import Life
 
-from exchange.manager import ExchangeManager, Options
-from exchange.packets import ItemUid
-from exchange.policies import POLICIES
-from exchange.schedule import TdmaSchedule
-from exchange.wire.codec import Codec, Framing
-from remoras.testing.policies import (
+from benchmarks.manager_fleet import (
     AREA_DONE,
     DURATION_S,
     MAPPED_CELL,
@@ -24,6 +19,11 @@ from remoras.testing.policies import (
     instances,
     needs,
 )
+from exchange.manager import ExchangeManager, Options
+from exchange.packets import ItemUid
+from exchange.policies import POLICIES
+from exchange.schedule import TdmaSchedule
+from exchange.wire.codec import Codec, Framing
 from worldmodel import TYPE_UID, Keeping, WorldModel
 from worldmodel.remembering import remember
 

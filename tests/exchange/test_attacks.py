@@ -8,8 +8,8 @@ import pytest
 from storm_vehicles import AREA, creates, maps, storm_of
 from stress.exchange_stress import DOUBLED, HEARD, LOST, Fate, Storm, chances, damaged, late, replayed
 
+from benchmarks.manager_fleet import AREA_DONE
 from exchange.policies import POLICIES
-from remoras.testing.policies import AREA_DONE
 from worldmodel import TYPE_UID
 
 EVERY_POLICY = pytest.mark.parametrize("policy", sorted(POLICIES))

@@ -15,12 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from mangling import MUTATIONS, STRINGS, replayed
 
-from exchange.coding import symbol, symbol_key
-from exchange.errors import PeerFault
-from exchange.packets import Account, Fragment, HolderSet, InfluenceSignal, ItemUid, OriginStatement, Packet, Summary
-from exchange.policies import POLICIES
-from exchange.wire.codec import Codec, Framing
-from remoras.testing.policies import (
+from benchmarks.manager_fleet import (
     DURATION_S,
     MAPPED_CELL,
     N_BLOCKS,
@@ -33,6 +28,11 @@ from remoras.testing.policies import (
     instances,
     needs,
 )
+from exchange.coding import symbol, symbol_key
+from exchange.errors import PeerFault
+from exchange.packets import Account, Fragment, HolderSet, InfluenceSignal, ItemUid, OriginStatement, Packet, Summary
+from exchange.policies import POLICIES
+from exchange.wire.codec import Codec, Framing
 from worldmodel import STATUS, PropertyValue
 
 KEY = bytes(range(16))

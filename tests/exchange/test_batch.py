@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from benchmarks.manager_fleet import MAPPED_CELL, POSITION, TBOX, codec_of, instances
 from exchange import Observations, decode_observations, encode_observations
 from exchange.errors import ConfigurationError, PeerFault
-from remoras.testing.policies import MAPPED_CELL, POSITION, TBOX, codec_of, instances
 
 N_NODES = 4
 CODEC = codec_of(N_NODES)

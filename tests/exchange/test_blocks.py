@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.manager_fleet import BATTERY, MAPPED_CELL, POSITION, bay, cells, codec_of
 from exchange.blocks import MAX_FRAGMENTS, Assembly, fragments_of
 from exchange.errors import ConfigurationError
 from exchange.packets import Fragment
-from remoras.testing.policies import BATTERY, MAPPED_CELL, POSITION, bay, cells, codec_of
 from worldmodel import EPOCHS, Block, PropertyValue
 
 N_NODES = 4

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.manager_fleet import DURATION_S, N_BLOCKS, TBOX, attribute, cells, codec_of, instances
 from exchange.errors import ConfigurationError, DefinitionFault, PeerFault
 from exchange.packets import Fragment, InfluenceSignal, Packet, Summary
 from exchange.policies import ACK, POLICIES, AckPolicy
@@ -15,7 +16,6 @@ from exchange.wire.codec import GRAMMAR, Codec, Widths
 from exchange.wire.codes import width
 from missions.runs.setup import resolved
 from missions.scenarios.loading import load
-from remoras.testing.policies import DURATION_S, N_BLOCKS, TBOX, attribute, cells, codec_of, instances
 from worldmodel import EPOCHS, STATUS, Attribute, Field, OntologyClass, PropertyValue, TBox, Value, ValueKind
 from worldmodel.ontology.fields import Grid
 

@@ -4,12 +4,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from benchmarks.manager_fleet import DURATION_S, N_BLOCKS, TBOX, ManagerFleet, cells, instances
 from exchange.errors import PeerFault
 from exchange.packets import Fragment, Reception
 from exchange.policies import POLICIES
 from exchange.wire.codec import Codec
 from exchange.wire.definitions import ComparedDefinitions
-from remoras.testing.policies import DURATION_S, N_BLOCKS, TBOX, ManagerFleet, cells, instances
 
 
 def stranger_codec(n_items: int) -> Codec:

@@ -4,8 +4,8 @@ import random
 
 import pytest
 
+from benchmarks.manager_fleet import MAPPED_CELL, ManagerFleet, bay
 from exchange.policies import POLICIES
-from remoras.testing.policies import MAPPED_CELL, ManagerFleet, bay
 from worldmodel import PLAIN, PropertyValue, Terms, Wanted, merge
 
 

@@ -3,9 +3,9 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
+from benchmarks.manager_fleet import cells
 from exchange.ledger import Ledger, LedgerEntry, columns_of
 from exchange.packets import Fragment, ItemUid, Named, name_of_item
-from remoras.testing.policies import cells
 
 
 def item(origin: int, sequence: int, part: int = 0, count: int = 1) -> Named:

@@ -6,10 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from exchange.errors import ConfigurationError
-from exchange.packets import InfluenceSignal, ItemUid
-from exchange.policies import POLICIES, STATING
-from remoras.testing.policies import (
+from benchmarks.manager_fleet import (
     AREA_DONE,
     BATTERY,
     MAPPED_CELL,
@@ -22,6 +19,9 @@ from remoras.testing.policies import (
     one_size_codec,
     role,
 )
+from exchange.errors import ConfigurationError
+from exchange.packets import InfluenceSignal, ItemUid
+from exchange.policies import POLICIES, STATING
 from worldmodel import PropertyValue
 
 

@@ -2,8 +2,8 @@
 
 import pytest
 
+from benchmarks.manager_fleet import POSITION, cells
 from exchange.packets import Fragment, ItemUid, guid_of, name_of
-from remoras.testing.policies import POSITION, cells
 from worldmodel import STATUS, Block, PropertyValue
 
 

@@ -15,13 +15,9 @@ from exchange_lives import Sea
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from exchange.drivers.memory import Ether
-from exchange.packets import InfluenceSignal
-from exchange.policies import POLICIES, AckPolicy
-from remoras.testing.policies import (
+from benchmarks.manager_fleet import (
     MAPPED_CELL,
     POSITION,
-    Nodes,
     ReferenceStudy,
     bay,
     item_bits,
@@ -29,6 +25,10 @@ from remoras.testing.policies import (
     role,
     symbol_bits,
 )
+from exchange.drivers.memory import Ether
+from exchange.packets import InfluenceSignal
+from exchange.policies import POLICIES, AckPolicy
+from remoras.testing.policies import Nodes
 
 CALM_FRAMES = 60
 """Without loss behind a schedule, at most: an item is told, acknowledged and passed on in far less."""

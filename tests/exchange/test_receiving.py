@@ -1,10 +1,6 @@
 """What a manager makes of packets that contradict what it knows, come from the future, or from another life."""
 
-from exchange.manager import ExchangeManager
-from exchange.packets import Fragment
-from exchange.policies import POLICIES
-from exchange.wire.codec import Codec, Widths
-from remoras.testing.policies import (
+from benchmarks.manager_fleet import (
     DURATION_S,
     MAPPED_CELL,
     N_BLOCKS,
@@ -15,6 +11,10 @@ from remoras.testing.policies import (
     instances,
     needs,
 )
+from exchange.manager import ExchangeManager
+from exchange.packets import Fragment
+from exchange.policies import POLICIES
+from exchange.wire.codec import Codec, Widths
 from worldmodel import Fault, FaultCode, Keeping, PropertyValue, WorldModel, merge
 
 

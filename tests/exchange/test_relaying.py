@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.manager_fleet import POSITION, SLOT_S, ManagerFleet
 from exchange.packets import ItemUid
-from remoras.testing.policies import POSITION, SLOT_S, ManagerFleet
 
 LINE = {(0, 1), (1, 2), (2, 3)}
 """Links of four nodes in a row; the others are cut."""

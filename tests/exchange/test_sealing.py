@@ -8,12 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from benchmarks.manager_fleet import DURATION_S, N_BLOCKS, TBOX, cells, instances
 from exchange.errors import ConfigurationError
 from exchange.packets import Fragment
 from exchange.policies import POLICIES
 from exchange.wire.codec import Codec, Framing
 from exchange.wire.sealing import CRC_BITS, Seal, key_in, nonce_of
-from remoras.testing.policies import DURATION_S, N_BLOCKS, TBOX, cells, instances
 
 KEY = bytes(range(16))
 

@@ -12,8 +12,8 @@ from storm_vehicles import creates, maker, maps, schedule_of
 from stress.exchange_stress import DOUBLED, HEARD, LOST, Fate, Storm, damaged, late, replayed
 from stress.reference_record import Life
 
+from benchmarks.manager_fleet import POSITION
 from exchange.policies import POLICIES
-from remoras.testing.policies import POSITION
 
 
 def storm_of_any(
