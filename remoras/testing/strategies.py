@@ -16,6 +16,7 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from missions.runs.run import Run, run
+from missions.scenarios import load
 from missions.scenarios.parts import strategy_named
 from remoras.authority import CONSULTING, Act, Authority, Request, Rules, may_assign
 from remoras.deciding import InTime
@@ -27,17 +28,14 @@ from remoras.strategy import INFLUENCE_SIGNAL, JOB_DONE, OBJECTIVE, Situation, S
 from remoras.testing.hashes import printed_by_each
 from remoras.testing.sample_worlds import (
     GROUPS,
-    KINDS_OF_JOBS,
     NAMES,
     ROLES,
     TBOX,
     WORLDS,
     Silent,
-    Team,
     Watched,
     fleets,
     hearsay,
-    never,
     organisations,
     role_facts,
     small_patches,
@@ -49,10 +47,6 @@ OCCASIONAL_BLOCKS = 10
 """Blocks that a vehicle may state for each job in a whole run, beside those of ``blocks_per_round``: a role given,
 taken back, given to another, accepted."""
 N_ROUNDS = 6
-MOST_ROUNDS = 600
-"""Frames of 10 s in which one vehicle alone does the jobs below thrice."""
-PLACES_M = ((0.0, 50.0), (200.0, -100.0), (-150.0, 0.0), (50.0, 250.0), (-100.0, -250.0), (0.0, 150.0))
-STARTS_M = (((0.0, 0.0), (10.0, 0.0)), ((0.0, 0.0), (200.0, 0.0), (-200.0, 0.0)))
 CUT_OFF, CUT_OFF_S = ("AUV00", "AUV01", "AUV02"), (60.0, 700.0)
 """Vehicles that are cut off in turn, longer than any time-out of the shipped strategies, and when."""
 NEARLY_ALL = 0.9
@@ -272,20 +266,6 @@ def _assert_lawful(situation: Situation, me: str, rules: Rules, statements: Any)
             organisation, _ = change(subject, of_group, role)
 
 
-def check_divides_any_jobs(strategy: Strategy) -> None:
-    """Surveys and visits are all done when nothing is lost, and none before what it needs."""
-    for kind, jobs_at in KINDS_OF_JOBS.items():
-        for starts_m in STARTS_M:
-            team = Team(InTime(strategy), starts_m, jobs_at(PLACES_M), never)
-            for _ in range(MOST_ROUNDS):
-                team.round()
-                if team.done:
-                    break
-            assert not team.too_early, f"{kind}: begun before what they need was done: {', '.join(team.too_early)}"
-            left = [name for name in team.jobs if name not in team.finished]
-            assert not left, f"{kind}: {', '.join(left)} not done after {MOST_ROUNDS} rounds without loss"
-
-
 # How it runs
 
 
@@ -296,6 +276,12 @@ def check_runs(strategy: Strategy) -> None:
         _assert_as_declared(finished, watched)  # first: who says too much may end a mission by it
         assert finished.completed, f"PER {per}: {finished.reason}"
         assert finished.n_false_beliefs == 0, f"PER {per}: {finished.n_false_beliefs} false beliefs"
+
+
+def check_does_jobs_in_order(strategy: Strategy) -> None:
+    """Surveys, and a recovery that needs them, are all done when nothing is lost."""
+    finished = run(load("trident-intervention", [("--set", "channel.per=0")]), strategy=InTime(strategy))
+    assert finished.completed, f"of jobs that need each other: {finished.reason}"
 
 
 def check_survives_silence(strategy: Strategy) -> None:
@@ -393,8 +379,8 @@ CHECKS: tuple[Callable[[Strategy], None], ...] = (
     check_parameters,
     check_allocates_within_the_group,
     check_states_within_the_group,
-    check_divides_any_jobs,
     check_runs,
+    check_does_jobs_in_order,
     check_survives_silence,
     check_survives_the_silence_of_one,
 )

@@ -47,8 +47,8 @@ def test_every_shipped_strategy_is_deterministic() -> None:
         (conformance.check_allocates_within_the_group, broken.Outsiders(), "given to no member of"),
         (conformance.check_allocates_within_the_group, broken.Doubled(), "given to several vehicles"),
         (conformance.check_allocates_within_the_group, broken.Hasty(), "its job needs others that are not done"),
-        (conformance.check_divides_any_jobs, broken.Hasty(), "ordered visits: begun before what they need was done"),
-        (conformance.check_divides_any_jobs, broken.Skipping(), "surveys: job 5 not done"),
+        (conformance.check_does_jobs_in_order, broken.Hasty(), "jobs not done: recovery"),
+        (conformance.check_does_jobs_in_order, broken.Skipping(), "jobs not done: west, recovery"),
         (
             conformance.check_states_within_the_group,
             broken.Gullible(),

@@ -8,10 +8,11 @@ import random
 from collections.abc import Mapping, Sequence
 
 import pytest
+from team import ROUND_S, Member, Team, never, surveys
 
 from remoras.organisation import RoleSpecification
 from remoras.strategies.cbba import Bidder, Cbba
-from remoras.testing.sample_worlds import ROUND_S, Member, Team, Visit, never, surveys
+from remoras.testing.sample_worlds import Visit
 from remoras.work import Outlook, Work
 
 N_INSTANCES = 40

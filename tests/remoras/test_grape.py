@@ -1,8 +1,9 @@
 """GRAPE: a game of coalitions that ends where nobody wants to leave, whatever is heard first."""
 
+from team import KINDS_OF_JOBS, Team, never
+
 from remoras.strategies.grape import GRAPE
 from remoras.strategy import Strategy
-from remoras.testing.sample_worlds import KINDS_OF_JOBS, Team, never
 
 PLACES_M = tuple((300.0 * x, 200.0 * y) for x in range(2) for y in range(3))
 STARTS_M = ((0.0, 0.0), (250.0, 0.0), (0.0, 350.0))

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from samples import auv, database
+from team import KINDS_OF_JOBS, ROUND_S, Lost, Team, never, ordered_visits, surveys
 
 from missions.mapping.jobs import SurveyJob
 from remoras.organisation import Group, RoleSpecification
@@ -17,7 +18,6 @@ from remoras.strategies.contract_net import ContractNet
 from remoras.strategies.remoras import Remoras
 from remoras.strategies.status_broadcast import StatusBroadcast
 from remoras.strategy import Heard, Move, Situation, Strategy
-from remoras.testing.sample_worlds import KINDS_OF_JOBS, ROUND_S, Lost, Team, never, ordered_visits, surveys
 from remoras.work import Job, Point, Work
 
 SHIPPED = strategies()

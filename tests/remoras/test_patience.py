@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from samples import auv, database
+from team import visits
 
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 from remoras.social.patience import LATE, Patience, owners, patience_with
-from remoras.testing.sample_worlds import visits
 from remoras.work import Outlook, Point, Work
 
 RALLY_M = (0.0, 0.0)

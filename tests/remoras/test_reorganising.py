@@ -3,11 +3,11 @@
 from dataclasses import replace
 
 import pytest
+from team import KINDS_OF_JOBS, Team, never
 
 from exchange.peering.peers import Link, PeerLinks
 from remoras.strategies.reorganising import REORGANISING, Reorganiser, Reorganising, news_age_s
 from remoras.strategy import Heard, Move, Situation
-from remoras.testing.sample_worlds import KINDS_OF_JOBS, Team, never
 from remoras.work import Work
 
 PLACES_M = ((0.0, 50.0), (200.0, -100.0), (-150.0, 0.0), (50.0, 250.0), (250.0, -150.0), (-200.0, -50.0))
