@@ -38,7 +38,7 @@ from typing import NamedTuple, Protocol
 from exchange.arithmetic import distance
 from remoras.database import VehicleData
 from remoras.motion import Motion
-from remoras.picture import Peers, Picture
+from remoras.picture import Picture
 from remoras.sensor import Observation
 from remoras.work import Point
 
@@ -344,18 +344,22 @@ class Gap:
     Args:
         open_m: one farther away is too far away.
         closed_m: until it is this near.
+        speed_mps: of the vehicle, where the other one follows it: that one goes to where it heard the vehicle last, so
+            it is behind by the way of a TDMA frame besides.
     """
 
-    def __init__(self, open_m: float, closed_m: float) -> None:
+    def __init__(self, open_m: float, closed_m: float, speed_mps: float = 0.0) -> None:
+        self._speed_mps = speed_mps
         self._open_m, self._closed_m = open_m, closed_m
         self._n_positions = -1  # that had been heard when it was judged
         self._is_open = False
 
-    def is_open(self, name: str, to_go_m: float, peers: Peers) -> bool:
+    def is_open(self, name: str, to_go_m: float, picture: Picture) -> bool:
         """True while the vehicle of that name, which is so far from where it was heard last, is too far away."""
-        if (n_positions := peers.n_positions.get(name, 0)) != self._n_positions:
+        if (n_positions := picture.peers.n_positions.get(name, 0)) != self._n_positions:
             self._n_positions = n_positions
-            self._is_open = to_go_m > (self._closed_m if self._is_open else self._open_m)
+            behind_m = self._speed_mps * picture.frame_s if self._speed_mps else 0.0
+            self._is_open = to_go_m - behind_m > (self._closed_m if self._is_open else self._open_m)
         return self._is_open
 
 
@@ -381,7 +385,7 @@ class FollowingLeader(Behaviour):
         if leader is None:
             return IDLE
         to_go_m = distance_m(motion, picture.peers.positions_m[leader])
-        if not self._gaps[leader].is_open(leader, to_go_m, picture.peers):
+        if not self._gaps[leader].is_open(leader, to_go_m, picture):
             return IDLE
         if not performed and not self._approach.is_on:
             return DUE
@@ -408,10 +412,11 @@ class LeadingFollowers(Behaviour):
         followers: names.
         group: name of the group.
         distance_m: a follower farther away than this has fallen behind, until a quarter of that is made up for.
+        data: of the vehicle.
     """
 
-    def __init__(self, followers: Sequence[str], group: str, distance_m: float) -> None:
-        self._gaps = {name: Gap(distance_m, 0.75 * distance_m) for name in followers}
+    def __init__(self, followers: Sequence[str], group: str, distance_m: float, data: VehicleData) -> None:
+        self._gaps = {name: Gap(distance_m, 0.75 * distance_m, data.transit_speed_mps) for name in followers}
         self._group = group
         self._came: set[str] = set()
 
@@ -419,10 +424,10 @@ class LeadingFollowers(Behaviour):
         """Due while a follower of the gathered group has fallen behind; one that never came does not follow."""
         if self._group not in picture.groups.gathered:
             return IDLE
-        peers = picture.peers
-        known = {name for name in self._gaps if name in peers.positions_m}
+        positions_m = picture.peers.positions_m
+        known = {name for name in self._gaps if name in positions_m}
         behind = {
-            name for name in known if self._gaps[name].is_open(name, distance_m(motion, peers.positions_m[name]), peers)
+            name for name in known if self._gaps[name].is_open(name, distance_m(motion, positions_m[name]), picture)
         }
         self._came |= known - behind
         return DUE if behind & self._came else IDLE

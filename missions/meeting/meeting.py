@@ -150,19 +150,17 @@ class Meeting:
                 planning = ActivitySet(objective, ActivityKind.COLLECTIVE, (optimiser, planner), 1.0)
                 return (planning, self._set(objective, watching), self._set(objective, following)), frozenset(keys)
             case "MissionGathering":
-                following = Activity("Following", ActivityType.GUIDANCE, ("follower", facts.get(head_key)))
-                return (self._set(objective, following),), frozenset({head_key})
-        point_m = self.rally_points_m[objective.argument]
-        homing = Activity("Homing", ActivityType.GUIDANCE, (point_m, group.name))
-        head = group.role(objective.role)
-        rests_on: set[Key] = set()
-        if head is not None and head.head:  # who leads its supervisors too meets with its own group first
-            for other in self._before(group):
-                roles = {("members", self.groups[other].path(role.name)) for role in self.groups[other].roles}
-                rests_on |= {("gatheredAt", other), *roles}
-                if facts.get(("gatheredAt", other)) is None and any(vehicle in facts.get(key) for key in roles):
-                    return (), frozenset(rests_on)
-        return (self._set(objective, homing),), frozenset(rests_on)
+                activity = Activity("Following", ActivityType.GUIDANCE, ("follower", facts.get(head_key)))
+            case _:
+                about = self.rally_points_m[objective.argument], group.name
+                activity = Activity("Homing", ActivityType.GUIDANCE, about)
+        rests_on = {head_key} if objective.name == GATHERING else set()
+        for other in self._before(group):  # who is a member of several groups meets with the first of them first
+            roles = {("members", self.groups[other].path(role.name)) for role in self.groups[other].roles}
+            rests_on |= {("gatheredAt", other), *roles}
+            if facts.get(("gatheredAt", other)) is None and any(vehicle in facts.get(key) for key in roles):
+                return (), frozenset(rests_on)
+        return (self._set(objective, activity),), frozenset(rests_on)
 
     def _set(self, objective: Objective, *activities: Activity) -> ActivitySet:
         importance = importance_of(self.importance, objective)
@@ -182,7 +180,7 @@ class Meeting:
                 return FollowingLeader(activity.parameters[1], self.follow_distance_m, data)
             case "Following":
                 _, followers, group = activity.parameters
-                return LeadingFollowers(followers, group, 2.0 * self.follow_distance_m)
+                return LeadingFollowers(followers, group, 2.0 * self.follow_distance_m, data)
         return None
 
     def findings(

@@ -80,7 +80,7 @@ def test_following_keeps_up_with_the_leader() -> None:
 
 
 def test_a_leader_waits_for_who_falls_behind() -> None:
-    leading, picture = LeadingFollowers(("AUV01", "AUV02"), "Operational", 80.0), Picture()
+    leading, picture = LeadingFollowers(("AUV01", "AUV02"), "Operational", 80.0, AUV), Picture(frame_s=0.0)
     note_position(picture.peers, "AUV01", (0.0, 100.0))
     assert leading.perceive(at(0.0), picture, False) == IDLE  # they are not moving together yet
     picture.groups.gathered.add("Operational")
@@ -95,6 +95,16 @@ def test_a_leader_waits_for_who_falls_behind() -> None:
     assert leading.perceive(at(0.0), picture, False) == DUE  # a quarter of 80 m is not made up for yet
     note_position(picture.peers, "AUV01", (0.0, 60.0))
     assert leading.perceive(at(0.0), picture, False) == IDLE
+
+
+def test_a_leader_allows_for_its_way_between_two_slots_of_its_own() -> None:
+    """A follower is where it heard the leader last: of a frame of 10 s at 2 m/s it is 20 m behind besides."""
+    leading = LeadingFollowers(("AUV01",), "Operational", 80.0, AUV)
+    picture = Picture(frame_s=10.0)
+    picture.groups.gathered.add("Operational")
+    for to_go_m, perceived in ((0.0, IDLE), (99.0, IDLE), (101.0, DUE), (81.0, DUE), (79.0, IDLE)):
+        note_position(picture.peers, "AUV01", (0.0, to_go_m))
+        assert leading.perceive(at(0.0), picture, False) == perceived
 
 
 @pytest.mark.parametrize(
