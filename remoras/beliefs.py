@@ -29,7 +29,7 @@ from worldmodel import (
     fused,
 )
 from worldmodel.facts import Observation as Latest
-from worldmodel.snapshot import stored_as_text
+from worldmodel.valuetext import stored_as_text
 
 
 class Known(Protocol):

@@ -23,7 +23,7 @@ from remoras.run_log import Contacts, note_acknowledged, note_expired, note_slot
 from remoras.strategy import Declaration
 from remoras.work import Point
 from worldmodel import STATUS, Block, Change, FaultCode, Needs, PropertyValue, TBox, merge, tidy
-from worldmodel.snapshot import uncertainty_as_text
+from worldmodel.valuetext import uncertainty_as_text
 
 JOB = "Job"
 """Class of the core ontology; what a peer says of a job is news of the mission."""

@@ -1,8 +1,7 @@
 """What one vehicle knows of the world: a fixed TBox, a growing set of facts, and merging without conflicts.
 
 ``read_tbox`` compiles an ontology, ``WorldModel`` records and answers, ``merge`` adds what other vehicles sent.
-``rows_of`` and ``models_from`` write world models as a table and read it back; ``worldmodel.rdf.sparql.query`` asks
-them in SPARQL.
+``worldmodel.rdf.sparql.query`` asks world models in SPARQL.
 """
 
 from worldmodel.abox import Stated, WorldModel
@@ -11,7 +10,6 @@ from worldmodel.errors import (
     NeedError,
     OntologyError,
     QueryError,
-    SnapshotError,
     UnknownNameError,
     WorldModelError,
     suggestion,
@@ -42,7 +40,6 @@ from worldmodel.ontology import (
 from worldmodel.ontology.fields import Field, Value
 from worldmodel.ontology.tbox import TYPE_UID, Attribute, OntologyClass, Source, TBox, ValueKind, reaching
 from worldmodel.pruning import prune, tidy
-from worldmodel.snapshot import Row, models_from, rows_of
 from worldmodel.store import Keeping, PruneRule
 from worldmodel.subscriptions import Subscription
 
@@ -77,8 +74,6 @@ __all__ = [
     "PruneRule",
     "QueryError",
     "Reception",
-    "Row",
-    "SnapshotError",
     "Source",
     "Stated",
     "Subscription",
@@ -94,12 +89,10 @@ __all__ = [
     "expire",
     "fused",
     "merge",
-    "models_from",
     "ontology_path",
     "prune",
     "reaching",
     "read_tbox",
-    "rows_of",
     "suggestion",
     "tidy",
 ]

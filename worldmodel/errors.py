@@ -31,10 +31,6 @@ class NeedError(WorldModelError, ValueError):
     """An information need that names no existing attribute, class or instance, or two of them at once."""
 
 
-class SnapshotError(WorldModelError, ValueError):
-    """Rows from which no world model can be made."""
-
-
 class QueryError(WorldModelError, ValueError):
     """A SPARQL query that cannot be answered."""
 

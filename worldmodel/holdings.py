@@ -76,22 +76,6 @@ class StoredItems(Individuals):
         """
         return {key: log.digest for key, log in self.logs.items() if log.blocks or log.ahead}
 
-    def pruned(self) -> Iterator[tuple[Guid, int]]:
-        """Yield the items that are held no longer, as runs without a gap: the first of each, and how many they are."""
-        for (origin, epoch), log in sorted(self.logs.items()):
-            first, count = 0, 0
-            for sequence in log.not_held():
-                if self.arrivals.get((origin, epoch, sequence)) is not None:
-                    continue
-                if count and sequence == first + count:
-                    count += 1
-                    continue
-                if count:
-                    yield (origin, epoch, first), count
-                first, count = sequence, 1
-            if count:
-                yield (origin, epoch, first), count
-
     def items(self) -> Iterator[tuple[Guid, Block | None]]:
         """Yield the items that have arrived, by origin, epoch and sequence; None for one that is held no longer."""
         for origin, epoch in sorted(self.logs):

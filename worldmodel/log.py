@@ -36,11 +36,6 @@ class BlockLog:
             if (ahead := self.ahead[sequence]) is not None:
                 yield ahead
 
-    def not_held(self) -> Iterator[int]:
-        """The sequences that have arrived and are not held, in order."""
-        yield from (sequence for sequence, block in enumerate(self.blocks) if block is None)
-        yield from sorted(sequence for sequence, block in self.ahead.items() if block is None)
-
     def has(self, sequence: int) -> bool:
         """True if the sequence has arrived."""
         return 0 <= sequence < len(self.blocks) or sequence in self.ahead

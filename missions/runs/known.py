@@ -50,7 +50,7 @@ from worldmodel import (
     suggestion,
     tidy,
 )
-from worldmodel.snapshot import from_text, uncertainty_from_text
+from worldmodel.valuetext import from_text, uncertainty_from_text
 
 
 class Senders:

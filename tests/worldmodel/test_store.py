@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from small_fleet import BANNED_FROM, N_ORIGINS, TBOX, any_blocks, ban, check, fleet_model, picture, sound_blocks
 
-from worldmodel import Block, PropertyValue, WorldModel, expire, merge, models_from, rows_of
+from worldmodel import Block, PropertyValue, WorldModel, expire, merge
 from worldmodel.checks import CheckResult
 from worldmodel.tables import compiled_attributes
 
@@ -28,17 +28,12 @@ def everything(model: WorldModel) -> list[Block]:
     return [*model.blocks(), *model.arrivals.waiting.values(), *model.arrivals.refused.values()]
 
 
-def read_back(model: WorldModel) -> WorldModel:
-    (read,) = models_from(rows_of({"auv-0": model}), TBOX).values()
-    return read
-
-
 @settings(max_examples=150, deadline=None)
 @given(any_blocks, st.randoms(use_true_random=False), st.integers(1, 4), st.sets(st.integers(0, 2), max_size=2))
 def test_the_same_blocks_make_the_same_model(
     blocks: list[Block], rng: random.Random, n_packets: int, banned: set[int]
 ) -> None:
-    """In any order, split and repeated in any way, passed on by another vehicle, copied, or written and read."""
+    """In any order, split and repeated in any way, passed on by another vehicle, or copied."""
     model = merged(blocks)
     again = blocks + rng.choices(blocks, k=len(blocks)) if blocks else []
     rng.shuffle(again)
@@ -50,8 +45,8 @@ def test_the_same_blocks_make_the_same_model(
     assert (picture(model), model.version) == (before, version)
     for each in (model, *others):
         ban(each, banned)
-    copies = (*others, read_back(model), copy.deepcopy(model), pickle.loads(pickle.dumps(model)))
-    assert [picture(other) for other in copies] == [picture(model)] * 5
+    copies = (*others, copy.deepcopy(model), pickle.loads(pickle.dumps(model)))
+    assert [picture(other) for other in copies] == [picture(model)] * 4
 
 
 @settings(max_examples=60, deadline=None)

@@ -19,7 +19,7 @@ from worldmodel.facts import FaultCode
 from worldmodel.fusion import fused
 from worldmodel.ontology.fields import bytes_of, decoded_text
 from worldmodel.rdf.terms import term_of
-from worldmodel.snapshot import as_text, from_text
+from worldmodel.valuetext import from_text, stored_as_text
 
 MOST_BYTES = 24
 NOTES = f"""
@@ -56,7 +56,7 @@ def test_a_text_is_what_was_recorded(tbox: TBox, text: str) -> None:
     change = model.record([(0, note.uid, text)], now_s=1.0)
     assert model.latest(0, note.uid).value == text
     assert note.decode(note.encode(text)) == text
-    assert from_text(tbox, note, as_text(model, note, text)) == text
+    assert from_text(tbox, note, stored_as_text(model, note, text)) == text
     assert str(term_of(tbox, note, text)) == text
     other = model_of(tbox, 1)
     assert merge(other, [change.block]).faults == ()

@@ -189,7 +189,7 @@ def test_a_fleet_that_prunes_holds_less_and_knows_the_same() -> None:
         assert [model.latest(*slot) for slot in slots] == [kept[name].latest(*slot) for slot in slots]
     n_kept, n_pruned = (sum(1 for m in of.values() for _ in m.blocks()) for of in (kept, pruned))
     assert n_pruned < n_kept / 4
-    assert n_kept - n_pruned == sum(count for model in pruned.values() for _, count in model.pruned())
+    assert n_kept - n_pruned == sum(block is None for model in pruned.values() for _, block in model.items())
 
 
 def test_how_long_and_how_many_blocks_wait_is_said_to_every_vehicle() -> None:
