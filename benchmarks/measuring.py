@@ -71,4 +71,4 @@ def run_cpu_s(setup: Setup, seed: int = 1) -> tuple[float, int]:
     fleet.run()
     cpu_s = time.process_time() - began
     fleet.close()
-    return cpu_s, fleet.steps
+    return cpu_s, fleet.n_ticks

@@ -12,6 +12,8 @@ first used.
 """
 
 from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from remoras.version import __version__ as __version__
@@ -108,6 +110,11 @@ _HOMES = {
     "remoras.beliefs": ("Known",),
     "remoras.work": ("DivisibleJob", "Job", "Outlook", "Work"),
 }
+for _package in ("worldmodel", "exchange", "missions", "visualisation"):
+    _found = find_spec(_package)
+    if _found is not None and Path(_found.origin or "").parents[1:2] != Path(__file__).parents[1:2]:
+        _other = _found.origin or next(iter(_found.submodule_search_locations or ()))
+        raise ImportError(f"{_other} hides the simulator's package {_package!r}: give it another name")
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [

@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
+from mesa import Agent, Model
+
 from exchange.acoustics.channel import Arrival
 from remoras.avoidance import SEPARATION_M
 from remoras.beliefs import Beliefs, Fact
@@ -16,7 +18,6 @@ from remoras.clock import Clock, Priority
 from remoras.collecting import rare_collections
 from remoras.events import Event, Host, Part
 from remoras.holders import HolderCount
-from remoras.host import Agent, Model
 from remoras.mission import FleetView, Truth
 from remoras.plugins import broken_promise
 from remoras.recorder import Recorder
@@ -53,6 +54,7 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
         nature: changes the world of the run, see ``remoras.mission.Mission.nature``.
 
     Attributes:
+        n_ticks: steps taken.
         acted: called with a vehicle after it has done something by which it may have told something.
         restarted: called with a vehicle that began anew.
         consulted: called with a vehicle after it has consulted.
@@ -81,6 +83,7 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
         self.recorder = recorder
         self.tick_s = tick_s
         self.duration_s = duration_s
+        self.n_ticks = 0
         self.completed = False
         self.ended_s = 0.0
         self.reason = ""
@@ -115,7 +118,8 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
 
     def step(self) -> None:
         """One motion tick, and all that is said and heard before it."""
-        now_s, since_s = (self.steps - 1) * self.tick_s, (self.steps - 2) * self.tick_s
+        now_s, since_s = self.n_ticks * self.tick_s, (self.n_ticks - 1) * self.tick_s
+        self.n_ticks += 1
         while (event := self.clock.next_before(now_s)) is not None:
             event.act(self)
         self.clock.now_s = now_s
@@ -154,7 +158,7 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
         """
         while self.running:
             self.step()
-            if progress is not None and self.steps % 50 == 0:
+            if progress is not None and self.n_ticks % 50 == 0:
                 progress(self.now_s)
 
     def close(self) -> None:

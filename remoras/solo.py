@@ -14,12 +14,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
+from mesa import Model
+
 from exchange.packets import Reception, Transmission
 from exchange.schedule import TdmaSchedule
 from remoras.beliefs import Beliefs, Fact
 from remoras.clock import Clock, Priority
 from remoras.events import Event, Part
-from remoras.host import Model
 from remoras.recorder import Recorder
 from remoras.vehicle import Vehicle
 

@@ -15,6 +15,8 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 
+from mesa import Agent, Model
+
 from exchange.packets import Reception, Transmission
 from remoras.activities import ActivitySet, ActivityType, Objective
 from remoras.attraction import NO_PULLS
@@ -27,7 +29,6 @@ from remoras.errors import PluginError
 from remoras.executive.layer import ExecutiveLayer
 from remoras.functional.layer import FunctionalLayer, embody
 from remoras.functional.sensing import Sensed
-from remoras.host import Agent, Model
 from remoras.radio import Radio
 from remoras.recorder import Recorder
 from remoras.run_log import RunLog

@@ -122,7 +122,6 @@ HULL = {
     "remoras.view",
 }  # fmt: skip
 LAYERS = ("remoras.social", "remoras.executive", "remoras.functional")
-HOST = "remoras.host"
 KNOW_MESA = {"remoras.fleet", "remoras.solo", "remoras.vehicle"}
 STAND_ALONE = {
     "remoras.organisation": {"remoras.errors"},
@@ -243,7 +242,7 @@ def broken_rules(found: Import) -> Iterator[str]:
     of = target.split(".")[0]
     if (target == "random" or target.startswith("random.")) and not within(module, TRIES):
         yield "draws come from the keyed streams, not from random"
-    if (of == "mesa" and module != HOST) or (within(target, HOST) and module not in KNOW_MESA):
+    if of == "mesa" and module not in KNOW_MESA:
         yield "only the fleet, the vehicle and a vehicle by itself know Mesa"
     if of not in OURS or target == FOR_ALL or in_roof(module) or module in (*FACE, ENTRY):
         return

@@ -161,7 +161,7 @@ class FleetEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's classes have 
         allowed = {a: n for a, n in taken.items() if self.action_spaces[a].contains(n) and masks[a][n]}
         self._go_on(allowed)
         is_over, completed = not fleet.running, bool(fleet.completed)
-        now_s = fleet.ended_s if is_over else (fleet.steps - 2) * fleet.tick_s  # of the last tick, to which the goal is
+        now_s = fleet.ended_s if is_over else (fleet.n_ticks - 2) * fleet.tick_s  # of the last tick, as the goal is
         reward = -(1.0 - fleet.truth.goal_fraction) * (now_s - self._now_s) / self.bound_s
         self._now_s = now_s
         infos: Infos = {agent: {"refused": agent not in allowed} for agent in agents}

@@ -11,6 +11,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 
 from missions.errors import ConfigurationFault
+from missions.files import is_named
 from missions.scenarios.channel import channel_faults
 from missions.scenarios.copies import start_faults
 from missions.scenarios.equipment import equipment_faults, gear_of
@@ -243,7 +244,7 @@ def _choices(raw: Raw) -> Iterator[ConfigurationFault]:
     try:
         strategy = strategy_named(name)
     except PluginError as error:
-        prefix = "" if ":" in name else "allowed: "
+        prefix = "" if is_named(name) else "allowed: "
         yield ConfigurationFault("strategy.name", f'"{name}"', f"{prefix}{error}")
         return
     settings = table_of(table_of(raw, "strategy"), "parameters")

@@ -26,7 +26,7 @@ from missions.scenarios.equipment import gear_of
 from missions.scenarios.knowledge import KEY as ONTOLOGIES
 from missions.scenarios.knowledge import with_ontologies
 from missions.scenarios.modem import with_modem_read
-from missions.scenarios.named import METRICS, with_kinds_found, with_metrics_found
+from missions.scenarios.named import with_files_found
 from missions.scenarios.organisation import ORGANISATION, specified, with_organisation
 from missions.scenarios.parts import mission_class, sensor_kind, sensor_settings
 from missions.scenarios.policy import with_key_found
@@ -74,9 +74,7 @@ def scenario_from(document: Document, overrides: Sequence[tuple[str, str]] = ())
     raw = with_key_found(raw, Path() if "communication.key_file" in options else Path(document.path).parent)
     document, raw, more = with_modem_read(document, raw, options)
     faults += more
-    raw = with_metrics_found(raw, Path() if METRICS in options else Path(document.path).parent)
-    is_set = any(key_parts(option)[0] == "fault" for option in options)
-    raw = with_kinds_found(raw, Path() if is_set else Path(document.path).parent)
+    raw = with_files_found(raw, Path(document.path).parent, options)
     worded, more = with_ontologies(raw, Path() if ONTOLOGIES in options else Path(document.path).parent)
     faults += more
     copies = with_copies(with_starts_apart(worded))

@@ -7,6 +7,7 @@ processes know it, too. So results call ``mine.py:Mine`` what scenarios call it,
 from __future__ import annotations
 
 import importlib.util
+import re
 from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ from remoras.plugins import asked_for, look_in, named_object, refuse_unshipped
 
 METRICS = "scenario.metrics"
 """Key of a scenario that names metrics of one's own."""
+OBJECT_OF_FILE = re.compile(r"\S.*\.py:\w+")
 TRACKS = "trajectories"
 """Kind of figure into which layers and marks are drawn."""
 
@@ -132,43 +134,32 @@ def with_figures(
     return names, figures
 
 
-def with_metrics_found(raw: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """Tables in which metrics of files are named by their modules, as worker processes and results name them.
+def with_files_found(raw: Raw, folder: Path, overridden: Collection[str] = ()) -> dict[str, Any]:
+    """Tables in which every object of a file is named by its module, as worker processes and results name it.
+
+    What cannot be had stays, and is reported where it is looked for.
 
     Args:
-        raw: tables of a scenario.
+        raw: tables of a scenario or a study.
         folder: that the paths of files start from.
+        overridden: dotted keys of the overrides; a path in one starts from the current folder.
     """
-    table = table_of(raw, "scenario")
-    given = list_of(table, "metrics")
-    if not given:
-        return raw
-    return {**raw, "scenario": {**table, "metrics": [_found(metric, folder) for metric in given]}}
 
+    def found(value: Any, key: str) -> Any:
+        if isinstance(value, dict):
+            return {name: found(part, f"{key}.{name}".lstrip(".")) for name, part in value.items()}
+        if isinstance(value, list):
+            return [found(part, key) for part in value]
+        if not (isinstance(value, str) and OBJECT_OF_FILE.fullmatch(value)):
+            return value
+        is_set = any(f"{key}.".startswith(f"{option}.") for option in overridden)
+        try:
+            return importable(value, None if is_set else folder)
+        except PluginError:
+            return value
 
-def _found(given: Any, folder: Path) -> Any:
-    """The name of a plug-in by its module; what cannot be had stays, and is reported where it is looked for."""
-    try:
-        return importable(given, folder) if isinstance(given, str) else given
-    except PluginError:
-        return given
-
-
-def with_kinds_found(raw: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """Tables in which kinds of faults of files are named by their modules, as worker processes and results name them.
-
-    Args:
-        raw: tables of a scenario.
-        folder: that the paths of files start from.
-    """
-    tables = list_of(raw, "fault")
-    if not any(isinstance(table, dict) and ":" in str(table.get("kind")) for table in tables):
-        return raw
-    found = [
-        {**table, "kind": _found(table["kind"], folder)} if isinstance(table, dict) and "kind" in table else table
-        for table in tables
-    ]
-    return {**raw, "fault": found}
+    tables: dict[str, Any] = found(raw, "")
+    return tables
 
 
 def metric_faults(raw: Raw) -> Iterator[ConfigurationFault]:

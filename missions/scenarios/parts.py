@@ -8,8 +8,10 @@ from typing import Any, NamedTuple
 
 from pydantic import ValidationError
 
+from missions.files import is_named
 from missions.metric import Metric
 from missions.scenarios.modem import modem_named
+from missions.scenarios.named import importable
 from missions.scenarios.organisation import ancestry, excluded
 from missions.scenarios.scenario import GroupTable, Scenario, VehicleTable
 from remoras.database import AUVDatabase, VehicleData
@@ -90,19 +92,19 @@ def strategy_of(scenario: Scenario) -> Strategy:
 
 
 def strategy_named(name: str) -> Strategy:
-    """A shipped strategy by name, or one from outside by ``package.module:object``.
+    """A shipped strategy by name, or one from outside by ``package.module:object`` or ``file.py:object``.
 
     A class stands for an object of it with its defaults.
 
     Raises:
         PluginError: there is none of that name, it cannot be loaded, or it lacks a part of the seam.
     """
-    if ":" not in name:
+    if not is_named(name):
         if (of_name := shipped(name)) is None:
             known = strategies()
             raise PluginError(f"{', '.join(known)}{suggestion(name, known)}")
         return of_name
-    found: Any = named_object(name)
+    found: Any = named_object(importable(name))
     if isinstance(found, type):
         try:
             found = found()

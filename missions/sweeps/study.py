@@ -28,7 +28,7 @@ from missions.runs.metrics import metrics_of, own_metrics
 from missions.scenarios import Scenario, load
 from missions.scenarios.channel import is_left_aside
 from missions.scenarios.explanations import explanations_of
-from missions.scenarios.named import METRICS, importable, metric_named
+from missions.scenarios.named import METRICS, importable, metric_named, with_files_found
 from missions.scenarios.parts import strategy_named
 from missions.sweeps.factorial import HIGH, FactorialDesign, designed
 from missions.sweeps.study_file import (
@@ -271,11 +271,11 @@ def load_study(name_or_path: str, strategies: Sequence[str] = ()) -> Study:
 
 def study_of(document: Document, strategies: Sequence[str] = ()) -> Study:
     """The study of a document, every configuration resolved; see ``load_study``."""
-    tables = dict(document.raw)
+    folder = Path(document.path).parent
+    tables = with_files_found(document.raw, folder)
     if isinstance(tables.get("channel"), dict):
         tables["channel"] = [tables["channel"]]
     file, faults, malformed = _validated(document, tables)
-    folder = Path(document.path).parent
     file, unknown = _with_strategies(file, strategies, folder)
     between = [] if malformed & SWEPT_BY else list(faults_between(file))
     faults += [fault for fault in [*between, *unknown] if fault.key not in malformed]

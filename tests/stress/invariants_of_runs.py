@@ -437,9 +437,9 @@ class WholeTables(Invariant):
 
     def _missing(self, scene: Scene) -> Iterator[str]:
         fleet, recorder = scene.fleet, scene.fleet.recorder
-        due, n_rows = len(fleet.vehicles) * fleet.steps, len(recorder.trajectories)
+        due, n_rows = len(fleet.vehicles) * fleet.n_ticks, len(recorder.trajectories)
         if n_rows != due:
-            yield f"trajectories has {n_rows} rows of {len(fleet.vehicles)} vehicles in {fleet.steps} ticks"
+            yield f"trajectories has {n_rows} rows of {len(fleet.vehicles)} vehicles in {fleet.n_ticks} ticks"
         for slot, sender in sorted(self._sent - {(row[0], row[2]) for row in recorder.packets}):
             yield f"packets lacks that of {sender} in slot {slot}, which was heard"
         rows = Counter((row[1], row[2]) for row in recorder.knowledge if row[4] == "received")

@@ -176,7 +176,7 @@ def test_a_run_says_what_was_not_done_though_somebody_said_so() -> None:
     fleet = assemble(resolved(load("resupply-field", [("--set", "scenario.duration_s=3600.0")])), 1)
     while fleet.running:
         fleet.step()
-        if fleet.steps == 60:
+        if fleet.n_ticks == 60:
             assert fleet.let_say("AUV01", lambda beliefs: [beliefs.fact("site 18", "jobDone", "AUV01")])
     assert not fleet.completed
     assert fleet.reason == "jobs not done: site 18"
