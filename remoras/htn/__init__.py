@@ -3,8 +3,8 @@
 An *abstract* task has methods, tried in the order in which the domain lists them; a method turns it into a sequence of
 tasks, or into one sequence after another if it leaves something open. An *elementary* task has an operator: a test,
 and the facts that it makes true. ``plan`` searches depth first, left to right, and backtracks; it returns a
-``Plan``, which is the tree of its tasks, or a ``NoPlan``. ``check_plan`` says whether a plan is legal, on its own. An
-``Execution`` carries a plan out, and plans the branch anew in which a step fails.
+``Plan``, which is the tree of its tasks, or a ``NoPlan``. An ``Execution`` carries a plan out, and plans the branch
+anew in which a step fails.
 
 Facts are a read-only mapping from keys to values (``facts.get(key)``). The planner notes every key that the search
 looked up: those are the facts the plan *rests on*. If one of them changes, another plan may come out; if none does, the
@@ -18,7 +18,6 @@ from remoras.htn.execution import Branch, Execution, Status
 from remoras.htn.facts import ANY, FactsLike
 from remoras.htn.plans import Node, NoPlan, Plan, Step
 from remoras.htn.search import plan
-from remoras.htn.validation import Verdict, check_plan
 
 __all__ = [
     "ANY",
@@ -35,7 +34,5 @@ __all__ = [
     "Status",
     "Step",
     "Task",
-    "Verdict",
-    "check_plan",
     "plan",
 ]

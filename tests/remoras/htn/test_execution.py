@@ -11,6 +11,7 @@ from itertools import permutations
 from typing import Any
 
 import pytest
+from plan_checker import check_plan
 
 from remoras.htn import (
     ANY,
@@ -24,7 +25,6 @@ from remoras.htn import (
     Plan,
     Status,
     Task,
-    check_plan,
     plan,
 )
 

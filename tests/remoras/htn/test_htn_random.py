@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from hypothesis import event, given, settings
 from hypothesis import strategies as st
+from plan_checker import check_plan
 from random_domains import (
     Raw,
     brute_force,
@@ -14,7 +15,7 @@ from random_domains import (
 )
 
 from remoras.errors import PlanningError
-from remoras.htn import Domain, NoPlan, Plan, Task, check_plan, plan
+from remoras.htn import Domain, NoPlan, Plan, Task, plan
 
 BUDGET = 6_000
 few = settings(max_examples=80, deadline=None)

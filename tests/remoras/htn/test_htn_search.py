@@ -6,9 +6,10 @@ import tracemalloc
 from collections.abc import Iterator
 
 import pytest
+from plan_checker import check_plan
 
 from remoras.errors import PlanningError
-from remoras.htn import Domain, FactsLike, Method, NoPlan, Operator, Plan, Task, check_plan, plan
+from remoras.htn import Domain, FactsLike, Method, NoPlan, Operator, Plan, Task, plan
 
 
 def steps(found: Plan | NoPlan) -> list[str]:

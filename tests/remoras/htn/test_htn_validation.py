@@ -4,8 +4,9 @@ import re
 from dataclasses import replace
 
 import pytest
+from plan_checker import check_plan
 
-from remoras.htn import Domain, Method, Node, Operator, Plan, Task, check_plan, plan
+from remoras.htn import Domain, Method, Node, Operator, Plan, Task, plan
 
 FACTS = {"at": "base"}
 TASK = Task("survey", ("reef",))
