@@ -237,10 +237,6 @@ class ExecutiveLayer:
         self._at_rest = perceptions if is_steady and chosen == performed else None
         return self.decision
 
-    def decided_anew(self) -> tuple[int, ...]:
-        """What would be chosen by the motivations of the last decision if every combination was looked at again."""
-        return self._choice.searched(self.motivations)
-
     def candidates(self, now_s: float) -> list[WeighedSet]:
         """Every activity set that has an effect, as the last decision, made at ``now_s``, weighed it."""
         found = []

@@ -137,12 +137,6 @@ class Conclusions:
             return False
         return of[0] is organisation and of[1] == picture.body.answering
 
-    def anew(
-        self, data: VehicleData, organisation: Organisation, picture: Picture, motion: Motion
-    ) -> Sequence[Finding]:
-        """What the mission would conclude now where it has said that it concludes nothing; see ``of_its_own``."""
-        return self._own(data, organisation, picture, motion) if self.holds(organisation, picture) else ()
-
     def _own(
         self, data: VehicleData, organisation: Organisation, picture: Picture, motion: Motion
     ) -> Sequence[Finding]:

@@ -41,7 +41,7 @@ from remoras.social.pursuit import Pursuit
 from remoras.social.requests import HAS_MISSION
 from remoras.social.standing import Footing, Seen, Standing
 from remoras.social.workload import IS_IMPOSSIBLE, UNABLE_TO, Workload
-from remoras.strategy import Move, Strategy
+from remoras.strategy import Strategy
 from remoras.work import Awaited, Point, Work
 from worldmodel import Change
 
@@ -364,21 +364,6 @@ class SocialLayer:
             facts += aims(statement.facts, self.objectives.values(), self._founding, self._beliefs, self._mission)
             stated.append((facts, statement.told and not (is_order and self.standing.is_cut_off)))
         return stated
-
-    def moves_anew(self, now_s: float, motion: Motion) -> list[tuple[str, Move, Move]]:
-        """By group, each move that stands until there is news, and what would be answered in its place now.
-
-        Args:
-            now_s: the time (s); motion: of this vehicle.
-        """
-        peers, stand = self._picture.peers, self._negotiation.until_news
-        if self._is_news or peers.unheard or not stand:
-            return []
-        work = self._work({**peers.positions_m, self.me: motion.position_m}, now_s)
-        about = peers.known_s, peers.links
-        return [
-            (name, move, self._negotiation.moved_anew(name, now_s, work[name], *about)) for name, move in stand.items()
-        ]
 
     def _taken_back(self) -> list[Fact]:
         """That vehicles which say that they take no jobs leave those that they have not heard to be theirs."""

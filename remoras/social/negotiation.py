@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
-from copy import deepcopy
 from typing import TYPE_CHECKING
 
 from remoras.authority import Rules
@@ -255,13 +254,6 @@ class Negotiation:
                 self.until_news[group] = move
         self.holding, self._expected = frozenset(holding), frozenset(expected)
         return statements
-
-    def moved_anew(
-        self, group: str, now_s: float, work: Work, heard_s: Mapping[str, float], links: Mapping[str, PeerLinks]
-    ) -> Move:
-        """What a copy of a negotiator would answer now if nothing was heard; arguments as of ``negotiate``."""
-        situation = Situation(now_s, self._round + 1, work, self._rally_m[group], (), heard_s, {}, {}, links)
-        return ask(self._strategy, deepcopy(self._negotiators[group]), situation)
 
     def _heed(self, group: str, move: Move, holding: list[str], expected: set[str]) -> None:
         """Do what a move asks for beside its statements."""

@@ -7,6 +7,7 @@ import json
 import math
 from collections import Counter
 from collections.abc import Iterator
+from copy import deepcopy
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -25,6 +26,7 @@ from remoras.contents import Content
 from remoras.faults import OVER
 from remoras.recorder import PACKETS
 from remoras.separation import SAME_DEPTH_M
+from remoras.strategy import Situation, ask
 from remoras.vehicle import Vehicle
 
 # Ending -------------------------------------------------------------------------------------------
@@ -566,17 +568,31 @@ def _reference(vehicle: Vehicle) -> str | None:
     )
 
 
+# What stands is asked again of the parts themselves: nothing in the program has a use for a second answer.
+
+
 def _decision(vehicle: Vehicle) -> str | None:
     """The best combination of activities is another one; before the first decision nothing moves a vehicle."""
     executive = vehicle.executive
-    if not any(executive.motivations) or (chosen := executive.decided_anew()) == executive.decision.chosen:
+    if not any(executive.motivations):
+        return None
+    chosen = executive._choice.searched(executive.motivations)
+    if chosen == executive.decision.chosen:
         return None
     return f"the decision of {vehicle.name} stands at sets {executive.decision.chosen}, and {chosen} are the best"
 
 
 def _move(vehicle: Vehicle, now_s: float) -> str | None:
-    """A negotiator that is not asked before there is news answers otherwise."""
-    for group, move, now in vehicle.social.moves_anew(now_s, vehicle.functional.believed):
+    """A copy of a negotiator that is not asked before there is news answers otherwise."""
+    social = vehicle.social
+    peers, negotiation = social._picture.peers, social._negotiation
+    if social._is_news or peers.unheard or not negotiation.until_news:
+        return None
+    work = social._work({**peers.positions_m, social.me: vehicle.functional.believed.position_m}, now_s)
+    for group, move in negotiation.until_news.items():
+        about = work[group], negotiation._rally_m[group], (), peers.known_s, {}, {}, peers.links
+        situation = Situation(now_s, negotiation._round + 1, *about)
+        now = ask(negotiation._strategy, deepcopy(negotiation._negotiators[group]), situation)
         if now != move:
             return f"negotiate of {vehicle.name} for {group} said to stand until news, and answers {now} for {move}"
     return None
@@ -584,6 +600,6 @@ def _move(vehicle: Vehicle, now_s: float) -> str | None:
 
 def _conclusion(vehicle: Vehicle) -> str | None:
     """A mission that has said that it concludes nothing before there is news concludes something."""
-    of = vehicle.social.present, vehicle.functional.picture, vehicle.functional.believed
-    found = vehicle.social.conclusions.anew(vehicle.data, *of)
+    conclusions, of = vehicle.social.conclusions, (vehicle.social.present, vehicle.functional.picture)
+    found = conclusions._own(vehicle.data, *of, vehicle.functional.believed) if conclusions.holds(*of) else ()
     return f"conclusions of {vehicle.name} said to be none until news, and are {list(found)}" if found else None
