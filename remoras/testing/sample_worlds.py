@@ -1,27 +1,24 @@
 """Sample inputs of the checks: random fleets, jobs of two kinds, a small mission."""
 
-import copy
 import math
-import tempfile
-import tomllib
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import tomli_w
 from hypothesis import strategies as st
 
 from exchange.acoustics.channel import Arrival
 from missions.mapping import MappingMission
 from missions.mapping.jobs import SurveyJob
 from missions.mapping.sensors import SwathSettings
-from missions.scenarios import Scenario, load, shipped
+from missions.scenarios import Scenario, load
 from remoras.beliefs import Key
 from remoras.database import AUVDatabase, VehicleData
-from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
+from remoras.deciding import InTime
+from remoras.organisation import Group, Organisation, RoleSpecification
 from remoras.social.negotiation import negotiated_attributes
-from remoras.strategy import Declaration, Heard, Move, Negotiator, Situation, Statement, Strategy
+from remoras.strategy import Heard, Move, Negotiator, Situation, Statement, Strategy
 from remoras.work import Job, Outlook, Point, Work
 from worldmodel import Attribute, ValueKind, core_ontology_paths, read_tbox
 
@@ -189,34 +186,11 @@ def hearsay(
 
 # A small mission ----------------------------------------------------------------------------------
 
-N_PATCHES = 6
-SHRUNK = 0.5
-DURATION_S = 2400.0
-
 
 def small_patches(name: str, *settings: str) -> Scenario:
-    """Six of the thirteen patches of ``mapping-patches`` at half the scale, with the strategy of that name."""
-    raw: dict[str, Any] = copy.deepcopy(tomllib.loads(shipped()["mapping-patches"].read_text(encoding="utf-8")))
-    raw["area"] = raw["area"][::2][:N_PATCHES]
-    for area in raw["area"]:
-        area["corners_m"] = [[SHRUNK * x_m, SHRUNK * y_m] for x_m, y_m in area["corners_m"]]
-    for rally in raw["rally_point"]:
-        rally["position_m"] = [SHRUNK * x_m for x_m in rally["position_m"]]
-    raw["world"]["cell_m"] *= SHRUNK
-    raw["scenario"]["duration_s"] = DURATION_S
-    kept = {area["name"] for area in raw["area"]}
-    gone = set()
-    for group in raw["group"]:
-        gone |= {role["name"] for role in group["role"] if role.get("job", min(kept)) not in kept}
-        group["role"] = [role for role in group["role"] if role["name"] not in gone]
-    for vehicle in raw["vehicle"]:
-        vehicle["playable_roles"] = [role for role in vehicle["playable_roles"] if role not in gone]
-        if "sensor" in vehicle:
-            vehicle["sensor"]["swath_m"] *= SHRUNK
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "small-patches.toml"
-        file.write_text(tomli_w.dumps(raw), encoding="utf-8")
-        return load(str(file), [("--set", setting) for setting in (f"strategy.name={name}", *settings)])
+    """Six patches to be mapped, with the strategy of that name."""
+    file = Path(__file__).with_name("small-patches.toml")
+    return load(str(file), [("--set", setting) for setting in (f"strategy.name={name}", *settings)])
 
 
 class Silent:
@@ -229,35 +203,17 @@ class Silent:
         return []
 
 
-@dataclass
-class Watched:
-    """The strategy, every move of its negotiators kept."""
+class Watched(InTime):
+    """The strategy, watched while it decides, every move of its negotiators kept."""
 
-    strategy: Strategy
-    moves: list[tuple[str, str, Situation, Move]] = field(default_factory=list)
-    """(vehicle, group, what it knew, what it made of it)"""
-
-    @property
-    def name(self) -> str:
-        """Of the strategy."""
-        return self.strategy.name
-
-    @property
-    def declaration(self) -> Declaration:
-        """Of the strategy."""
-        return self.strategy.declaration
-
-    def form(self, database: AUVDatabase, groups: Sequence[Group]) -> Organisation:
-        """Let the strategy form the groups."""
-        return self.strategy.form(database, groups)
-
-    def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
-        """Let the strategy adapt roles."""
-        return self.strategy.adapt(work)
+    def __init__(self, strategy: Strategy) -> None:
+        super().__init__(strategy)
+        self.moves: list[tuple[str, str, Situation, Move]] = []
+        """(vehicle, group, what it knew, what it made of it)"""
 
     def negotiator(self, me: str, group: Group) -> Negotiator | None:
         """The negotiator of the strategy, of which each move is kept."""
-        made = self.strategy.negotiator(me, group)
+        made = super().negotiator(me, group)
         return None if made is None else _WatchedNegotiator(made, me, group.name, self.moves)
 
 

@@ -316,7 +316,7 @@ def check_survives_the_silence_of_one(strategy: Strategy) -> None:
 
 
 def _watched_run(strategy: Strategy, *given_settings: str, silent: bool = False) -> tuple[Run, Watched]:
-    watched = Watched(InTime(strategy))
+    watched = Watched(strategy)
     scenario = small_patches("remoras", *given_settings)
     return run(scenario, channel=Silent() if silent else None, strategy=watched), watched
 
