@@ -31,7 +31,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from functools import partial
 from typing import NamedTuple, Protocol
 
@@ -277,6 +277,7 @@ class Homing(Behaviour):
         group: name of the group that meets.
         data: of the vehicle.
         answers: how much of a call is settled by coming, 0..1, by the group and the picture.
+        after: groups of the vehicle that meet before.
     """
 
     def __init__(
@@ -286,8 +287,9 @@ class Homing(Behaviour):
         group: str,
         data: VehicleData,
         answers: Callable[[str, Picture], float] = awaited,
+        after: Collection[str] = (),
     ) -> None:
-        self._answers = answers
+        self._answers, self._after = answers, after
         self._picture: Picture | None = None  # when it was due last
         self._due = IDLE  # what was perceived then
         self._point_m = point_m
@@ -302,12 +304,13 @@ class Homing(Behaviour):
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Due until the group is together and the vehicle has surely come; it advances while the vehicle comes nearer.
 
+        Before the groups that meet first are together there is nothing to come for.
         Who was there before, and was away when the group met, comes once more: others may have met without it.
         """
         to_go_m = distance_m(motion, self._point_m)
         is_gathered = self._group in picture.groups.gathered
         self._has_met = is_gathered and (self._has_met or to_go_m + picture.body.uncertainty_m <= self._radius_m)
-        if self._has_met:
+        if self._has_met or not picture.groups.gathered.issuperset(self._after):
             return IDLE
         advance = None
         if performed or self._approach.is_on:
@@ -370,19 +373,22 @@ class FollowingLeader(Behaviour):
         leaders: names, in order of preference.
         distance_m: it lets the leader get this far ahead, and then catches up by half.
         data: of the vehicle.
+        after: groups of the vehicle that meet before that of the leader.
     """
 
-    def __init__(self, leaders: Sequence[str], distance_m: float, data: VehicleData) -> None:
-        self._leaders = leaders
+    def __init__(
+        self, leaders: Sequence[str], distance_m: float, data: VehicleData, after: Collection[str] = ()
+    ) -> None:
+        self._leaders, self._after = leaders, after
         self._near_m = distance_m / 2.0
         self._gaps = {name: Gap(distance_m, self._near_m) for name in leaders}
         self._data = data
         self._approach = Approach(data.transit_speed_mps)
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due while it has fallen behind, see ``Gap``."""
+        """Due while it has fallen behind, see ``Gap``, once the groups that meet first are together."""
         leader = self._leader(picture)
-        if leader is None:
+        if leader is None or not picture.groups.gathered.issuperset(self._after):
             return IDLE
         to_go_m = distance_m(motion, picture.peers.positions_m[leader])
         if not self._gaps[leader].is_open(leader, to_go_m, picture):

@@ -533,7 +533,8 @@ class MappingMission(Mission):
         unfinished = self._unfinished(_own(self._surveys, self.swaths_m, data.name))
         match activity.name:
             case "Homing":
-                return Homing(parameters[0], settings.arrival_radius_m, parameters[1], data, unfinished.answers)
+                point_m, group, first = parameters
+                return Homing(point_m, settings.arrival_radius_m, group, data, unfinished.answers, first)
             case "Mapping":
                 return MappingAlong(settings.patience_s, self._work(*parameters))
             case "ZigzagExploring":

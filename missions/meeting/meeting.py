@@ -150,17 +150,21 @@ class Meeting:
                 planning = ActivitySet(objective, ActivityKind.COLLECTIVE, (optimiser, planner), 1.0)
                 return (planning, self._set(objective, watching), self._set(objective, following)), frozenset(keys)
             case "MissionGathering":
-                activity = Activity("Following", ActivityType.GUIDANCE, ("follower", facts.get(head_key)))
-            case _:
-                about = self.rally_points_m[objective.argument], group.name
-                activity = Activity("Homing", ActivityType.GUIDANCE, about)
-        rests_on = {head_key} if objective.name == GATHERING else set()
-        for other in self._before(group):  # who is a member of several groups meets with the first of them first
-            roles = {("members", self.groups[other].path(role.name)) for role in self.groups[other].roles}
-            rests_on |= {("gatheredAt", other), *roles}
-            if facts.get(("gatheredAt", other)) is None and any(vehicle in facts.get(key) for key in roles):
-                return (), frozenset(rests_on)
-        return (self._set(objective, activity),), frozenset(rests_on)
+                first, rests_on = self._first(group, vehicle, facts)
+                following = Activity("Following", ActivityType.GUIDANCE, ("follower", facts.get(head_key), first))
+                return (self._set(objective, following),), rests_on | {head_key}
+        first, rests_on = self._first(group, vehicle, facts)
+        about = self.rally_points_m[objective.argument], group.name, first
+        return (self._set(objective, Activity("Homing", ActivityType.GUIDANCE, about)),), rests_on
+
+    def _first(self, group: Group, vehicle: str, facts: FactsLike) -> tuple[tuple[str, ...], frozenset[Key]]:
+        """Groups that meet before this one and that the vehicle is a member of, and the facts that this rests on."""
+        roles = {
+            other: {("members", self.groups[other].path(role.name)) for role in self.groups[other].roles}
+            for other in self._before(group)
+        }
+        first = tuple(other for other, keys in roles.items() if any(vehicle in facts.get(key) for key in keys))
+        return first, frozenset(key for keys in roles.values() for key in keys)
 
     def _set(self, objective: Objective, *activities: Activity) -> ActivitySet:
         importance = importance_of(self.importance, objective)
@@ -174,10 +178,11 @@ class Meeting:
             case "LeaderInformationGathering":
                 return Supervision(self.patience_s)
             case "Homing":
-                point_m, group = activity.parameters
-                return Homing(point_m, self.arrival_radius_m, group, data)
+                point_m, group, first = activity.parameters
+                return Homing(point_m, self.arrival_radius_m, group, data, after=first)
             case "Following" if activity.parameters[0] == "follower":
-                return FollowingLeader(activity.parameters[1], self.follow_distance_m, data)
+                _, leaders, first = activity.parameters
+                return FollowingLeader(leaders, self.follow_distance_m, data, first)
             case "Following":
                 _, followers, group = activity.parameters
                 return LeadingFollowers(followers, group, 2.0 * self.follow_distance_m, data)
