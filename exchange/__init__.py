@@ -9,8 +9,9 @@ The names below are promised to stay. Each is loaded when it is first used; none
 those of `exchange.wire.batch`: `Observations`, `encode_observations`, `decode_observations`.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from exchange import lazily
 
 if TYPE_CHECKING:
     from exchange.ack import Acknowledgement
@@ -47,23 +48,4 @@ __all__ = [
     "header_bits",
     "policy_named",
 ]
-
-_MODULE_OF = {
-    **dict.fromkeys(("ACKNOWLEDGEMENTS", "POLICIES", "AckPolicy", "header_bits", "policy_named"), "policies"),
-    "Acknowledgement": "ack",
-    **dict.fromkeys(("Observations", "decode_observations", "encode_observations"), "wire.batch"),
-    "Codec": "wire.codec",
-    "FieldSize": "wire.codes",
-    **dict.fromkeys(("ConfigurationError", "ExchangeError"), "errors"),
-    "ExchangeManager": "manager",
-    **dict.fromkeys(
-        ("Fragment", "InfluenceSignal", "ItemUid", "Packet", "Reception", "StatusUid", "Transmission"), "packets"
-    ),
-    "TdmaSchedule": "schedule",
-}
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _MODULE_OF:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"exchange.{_MODULE_OF[name]}"), name)
+__getattr__ = lazily.loader(__name__, __file__)

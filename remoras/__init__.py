@@ -11,10 +11,9 @@ what one needs to add a mission, a strategy, a sensor, a kind of fault, a metric
 first used.
 """
 
-from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from remoras.version import __version__ as __version__
 
@@ -55,68 +54,11 @@ if TYPE_CHECKING:
     from remoras.swept import Sweep
     from remoras.work import DivisibleJob, Job, Outlook, Work
 
-_HOMES = {
-    "remoras.swept": ("Sweep",),
-    "remoras.face": (
-        "Run",
-        "compare",
-        "exchange_study",
-        "load",
-        "network",
-        "open",
-        "run",
-        "scenarios",
-        "stepping",
-        "sweep",
-    ),
-    "remoras.stepped": ("MissionState", "Stepping"),
-    "missions.scenarios": ("Scenario",),
-    "missions.scenarios.faults": ("DeclaredFault",),
-    "missions.meeting": (
-        "JobMission",
-        "JobScenario",
-        "JobSettings",
-        "JobTruth",
-        "Meeting",
-        "MeetingTruth",
-    ),
-    "missions.fault": ("Absence",),
-    "missions.metric": ("Better", "Metric"),
-    "missions.figure": ("Figure", "Layer", "Mark", "Place"),
-    "exchange.policies": ("AckPolicy",),
-    "remoras.activities": ("Activity", "ActivityKind", "ActivitySet", "ActivityType", "Objective"),
-    "remoras.behaviours": (
-        "ADVANCING",
-        "DONE",
-        "DUE",
-        "IDLE",
-        "Approach",
-        "Behaviour",
-        "Perception",
-        "Reference",
-        "attracted",
-        "distance_m",
-    ),
-    "remoras.faults": ("Condition",),
-    "remoras.database": ("VehicleData",),
-    "remoras.errors": ("RemorasError",),
-    "remoras.mission": ("Finding", "FleetView", "Milestone", "Mission", "Truth", "VehicleView"),
-    "remoras.motion": ("Motion",),
-    "remoras.organisation": ("Group",),
-    "remoras.picture": ("Picture",),
-    "remoras.recorder": ("TIME", "VEHICLE", "Column", "Recorder", "Table"),
-    "remoras.sensor": ("SELF", "Observation", "Pose", "Sensor", "SensorSettings"),
-    "remoras.strategy": ("Declaration", "Move", "Negotiator", "Situation", "Statement", "Strategy"),
-    "remoras.beliefs": ("Known",),
-    "remoras.work": ("DivisibleJob", "Job", "Outlook", "Work"),
-}
 for _package in ("worldmodel", "exchange", "missions", "visualisation"):
     _found = find_spec(_package)
     if _found is not None and Path(_found.origin or "").parents[1:2] != Path(__file__).parents[1:2]:
         _other = _found.origin or next(iter(_found.submodule_search_locations or ()))
         raise ImportError(f"{_other} hides the simulator's package {_package!r}: give it another name")
-_HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
-
 __all__ = [
     "ADVANCING", "DONE", "DUE", "IDLE", "SELF", "TIME", "VEHICLE", "Absence", "AckPolicy", "Activity",
     "ActivityKind", "ActivitySet", "ActivityType", "Approach", "Behaviour", "Better", "Column", "Condition",
@@ -130,10 +72,9 @@ __all__ = [
 ]  # fmt: skip
 
 
-def __getattr__(name: str) -> Any:
-    if name not in _HOME_OF:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(_HOME_OF[name]), name)
+from exchange import lazily  # noqa: E402  # of ours, as was just made sure
+
+__getattr__ = lazily.loader(__name__, __file__)
 
 
 def __dir__() -> list[str]:

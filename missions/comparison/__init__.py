@@ -5,8 +5,9 @@
 ``SweepResults`` of ``missions.sweeps`` and are loaded when they are first used.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from exchange import lazily
 
 if TYPE_CHECKING:
     from missions.comparison.baseline import compare
@@ -15,14 +16,4 @@ if TYPE_CHECKING:
     from missions.comparison.rows import Comparison, Rank
 
 __all__ = ["Comparison", "MainEffect", "Rank", "compare", "effects_of", "ranks"]
-
-_HOMES = {
-    "compare": "baseline", "ranks": "ranking", "effects_of": "effects", "Comparison": "rows", "Rank": "rows",
-    "MainEffect": "effects",
-}  # fmt: skip
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+__getattr__ = lazily.loader(__name__, __file__)

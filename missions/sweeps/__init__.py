@@ -7,8 +7,9 @@
 ``sweep`` makes the runs of a study in a folder, ``SweepResults.read`` reads it. Each is loaded when it is first used.
 """
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from exchange import lazily
 
 if TYPE_CHECKING:
     from missions.sweeps.driver import PartlyDoneError, sweep
@@ -16,18 +17,4 @@ if TYPE_CHECKING:
     from missions.sweeps.study import Study, load_study
 
 __all__ = ["PartlyDoneError", "Study", "SweepResults", "SweepStatus", "load_study", "sweep"]
-
-_HOMES = {
-    "PartlyDoneError": "driver",
-    "Study": "study",
-    "SweepResults": "folder",
-    "SweepStatus": "folder",
-    "load_study": "study",
-    "sweep": "driver",
-}
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+__getattr__ = lazily.loader(__name__, __file__)
