@@ -54,9 +54,7 @@ def test_every_shipped_model_conforms(check: Callable[[conformance.Model], None]
     ],
     ids=lambda value: getattr(value, "__name__", ""),
 )
-def test_a_model_that_breaks_a_rule_is_found_out(
-    check: Callable[[conformance.Model], None], model: conformance.Model, says: str
-) -> None:
+def test_a_model_that_breaks_a_rule_is_found_out(check, model, says) -> None:
     with pytest.raises(AssertionError, match=says):
         check(model)
 

@@ -1,7 +1,6 @@
 """Kinds of faults keep to their seam; one that does not is refused by what is wrong with it."""
 
 import sys
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -54,9 +53,7 @@ def test_shipped_kinds_conform(kind: str) -> None:
         ("Fickle", "its rows in the table of faults are"),
     ],
 )
-def test_a_kind_that_does_not_is_told_why(
-    name: str, says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_kind_that_does_not_is_told_why(name, says, tmp_path, monkeypatch) -> None:
     (tmp_path / "leaking_kinds.py").write_text(LEAKING, encoding="utf-8")
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.delitem(sys.modules, "leaking_kinds", raising=False)

@@ -1,15 +1,36 @@
 """The shipped sensor and one of another kind conform, and the check finds a sensor that breaks a rule."""
 
-import nonconforming_sensors as broken
+import itertools
+from typing import Any
+
 import pytest
 from sample_vehicles import AUV
 
 from missions.mapping.mission import MappingMission
 from missions.mapping.sensors import Seabed, SwathSettings
-from remoras.sensor import SensorSettings
+from remoras.recorder import TIME, TRAJECTORIES, VEHICLE, Column, Table
+from remoras.sensor import Observation, Pose, SensorSettings
 from remoras.testing import sensors as conformance
 
 CORNERS_M = ((50.0, 50.0), (150.0, 50.0), (150.0, 150.0), (50.0, 150.0))
+DEPTHS = Table("depths", (TIME, VEHICLE, Column("depth_m", "float", "m")))
+STREAM = itertools.count()
+
+
+class Sounding:
+    """A sensor that keeps to the rules."""
+
+    table: Any = DEPTHS
+
+    def sense(self, pose: Pose, world: Any, now_s: float) -> Any:
+        return [Observation(row=(pose.depth_m,))]
+
+
+def settings_of(made: type, **parts: Any) -> SensorSettings:
+    """Settings of a sensor that differs in these parts."""
+    kind = type("Other", (made,), parts)
+    of = {"__module__": __name__, "__qualname__": "Settings", "make": lambda self, data: kind()}
+    return type("Settings", (SensorSettings,), of)()
 
 
 def test_the_mapping_sensor_conforms() -> None:
@@ -22,26 +43,38 @@ def test_the_mapping_sensor_conforms() -> None:
 
 
 def test_a_sensor_that_keeps_to_the_rules_conforms() -> None:
-    assert conformance.check(broken.Sounding(), AUV, {}) == len(conformance.way(AUV))
+    assert conformance.check(settings_of(Sounding), AUV, {}) == len(conformance.way(AUV))
+
+
+def takes_out(self: Any, pose: Pose, world: Any, now_s: float) -> list[Observation]:
+    world["readings"] = world.get("readings", 0) + 1
+    return [Observation(row=(pose.depth_m,))]
+
+
+def saying(**said: Any) -> dict[str, Any]:
+    return {"sense": lambda *asked: [Observation(**said)]}
 
 
 @pytest.mark.parametrize(
-    ("kind", "says"),
+    ("parts", "says"),
     [
-        (broken.Blind, "which has no sense"),
-        (broken.Bare, "expected a list of Observation"),
-        (broken.Timeless, "first columns must be TIME and VEHICLE"),
-        (broken.Impostor, "the name of a table of every run"),
-        (broken.Wide, "does not fit the columns"),
-        (broken.Spelled, "does not fit the columns"),
-        (broken.Homeless, "but its table is None"),
-        (broken.Inventive, "cannot be recorded: .*salinity"),
-        (broken.Dreaming, "cannot be recorded: .*Mermaid"),
-        (broken.Streaming, "two sensors made alike"),
-        (broken.Collecting, "changed the world"),
+        ({"sense": lambda *asked: [(1.0,)]}, "expected a list of Observation"),
+        ({"table": Table("depths", (Column("depth_m", "float", "m"),))}, "first columns must be TIME and VEHICLE"),
+        ({"table": TRAJECTORIES}, "the name of a table of every run"),
+        (saying(row=(1.0, 2.0)), "does not fit the columns"),
+        (saying(row=("1 m",)), "does not fit the columns"),
+        ({"table": None}, "but its table is None"),
+        (saying(facts=(("AUV00", "salinity", 35.0),)), "cannot be recorded: .*salinity"),
+        (saying(found="Mermaid"), "cannot be recorded: .*Mermaid"),
+        ({"sense": lambda *asked: [Observation(row=(float(next(STREAM)),))]}, "two sensors made alike"),
+        ({"sense": takes_out}, "changed the world"),
     ],
-    ids=lambda value: value.__name__ if isinstance(value, type) else "",
 )
-def test_a_sensor_that_breaks_a_rule_is_found_out(kind: type[SensorSettings], says: str) -> None:
+def test_a_sensor_that_breaks_a_rule_is_found_out(parts: dict[str, Any], says: str) -> None:
     with pytest.raises(AssertionError, match=says):
-        conformance.check(kind(), AUV, {})
+        conformance.check(settings_of(Sounding, **parts), AUV, {})
+
+
+def test_what_has_no_sense_is_found_out() -> None:
+    with pytest.raises(AssertionError, match="which has no sense"):
+        conformance.check(settings_of(object), AUV, {})

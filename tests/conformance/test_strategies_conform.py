@@ -64,9 +64,7 @@ def test_every_shipped_strategy_is_deterministic() -> None:
     ],
     ids=lambda value: value.__name__ if callable(value) else type(value).__name__,
 )
-def test_a_strategy_that_breaks_a_rule_is_found_out(
-    check: Callable[[Strategy], None], strategy: Strategy, says: str
-) -> None:
+def test_a_strategy_that_breaks_a_rule_is_found_out(check, strategy, says) -> None:
     with pytest.raises(AssertionError, match=says):
         check(strategy)
 

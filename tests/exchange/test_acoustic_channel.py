@@ -1,22 +1,19 @@
-"""The channel model ``acoustic`` of a fleet, and how often every shipped model loses, over a million keyed draws."""
+"""The channel model ``acoustic`` of a fleet: what it loses, from how far it carries, and what it needs."""
 
 import math
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from exchange.acoustics import loss
 from exchange.acoustics.acoustic import AcousticChannel
 from exchange.acoustics.channel import BroadcastChannel
 from exchange.acoustics.error_rates import Modulation
-from exchange.acoustics.link import Bernoulli, GilbertElliott, LinkModel, Matrix, Perfect, Transmission
+from exchange.acoustics.link import Perfect, Transmission
 from exchange.acoustics.models import Deployment
 from exchange.acoustics.modems import modems
-from exchange.acoustics.trace import LossSeries, TraceLinks
 from exchange.schedule import TdmaSchedule
 
 NANO = modems()["nanomodem-v3"]
@@ -24,7 +21,6 @@ FSK = replace(NANO, modulation=Modulation.FSK_NONCOHERENT, per_at_snr=())
 """The nanomodem as if its bits were tones and its losses not measured."""
 FLEET = Deployment({"Boat": 0, "Diver": 1}, (0.0, 200.0), FSK, 4000.0, 3600.0)
 LOUD = [modem for modem in modems().values() if modem.source_level_db is not None]
-N_DRAWS = 1_000_000
 
 
 def loss_at(range_m: float, n_bytes: int = 64, deployment: Deployment = FLEET, **settings: object) -> float:
@@ -47,9 +43,7 @@ def test_loss_grows_with_range(range_m: float, more_m: float, modem: object, fad
 
 
 @given(st.floats(100.0, 6000.0), st.floats(150.0, 190.0), st.floats(0.0, 20.0), st.floats(0.0, 1.0))
-def test_loss_falls_with_source_level_and_grows_with_noise_and_spreading(
-    range_m: float, level_db: float, wind_mps: float, shipping: float
-):
+def test_loss_falls_with_source_level_and_grows_with_noise_and_spreading(range_m, level_db, wind_mps, shipping):
     given = {"source_level_db": level_db, "wind_mps": wind_mps, "shipping": shipping}
     as_it_is = loss_at(range_m, **given)
     assert loss_at(range_m, **{**given, "source_level_db": level_db + 3.0}) <= as_it_is
@@ -111,9 +105,7 @@ def test_a_packet_is_taken_from_afar_if_it_ends_with_its_slot():
 
 
 @given(st.integers(0, 100_000), st.floats(0.0, 6000.0), st.integers(1, 64), st.floats(1400.0, 1600.0))
-def test_what_is_taken_from_afar_is_told_from_the_slot_that_it_was_sent_in(
-    slot: int, range_m: float, n_bytes: int, speed_mps: float
-):
+def test_what_is_taken_from_afar_is_told_from_the_slot_that_it_was_sent_in(slot, range_m, n_bytes, speed_mps):
     schedule = TdmaSchedule(4, NANO.packet_s(NANO.payload_bits), 1000.0 / speed_mps)
     channel = BroadcastChannel(NANO, Perfect(), 1, 0, speed_mps, 1000.0, carries_beyond_range=True)
     for arrival in channel.transmit(slot, 0, bytes(n_bytes), schedule.start_s(slot), [(0.0, 0.0), (range_m, 0.0)]):
@@ -144,89 +136,8 @@ def test_a_profile_without_source_level_is_refused_in_words():
         AcousticChannel().link_model(silent, 1)
 
 
-# Profiles -----------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("modem", modems().values(), ids=lambda modem: modem.name)
 def test_a_profile_marks_only_what_it_has(modem: object):
     assert all(getattr(modem, key) is not None for key in modem.unverified)
     assert 0.0 < modem.band_khz[0] < modem.band_khz[1]
     assert modem.payload_bytes % modem.frame_bytes == 0
-
-
-# How often packets are lost -----------------------------------------------------------------------
-
-Words = npt.NDArray[np.uint64]
-
-
-def mixed(words: Words) -> Words:
-    """``loss.mixed`` of many words at once."""
-    words = (words ^ (words >> np.uint64(27))) * np.uint64(0x3C79AC492BA7B653)
-    words = (words ^ (words >> np.uint64(33))) * np.uint64(0x1C69B3F74AC4AE35)
-    return words ^ (words >> np.uint64(27))
-
-
-def uniforms(seed: int, slots: Words, sender: int, receiver: int) -> npt.NDArray[np.float64]:
-    """``loss.uniform`` of many slots at once."""
-    keys = mixed(np.uint64(loss.trial_key(seed, 0)) + slots + np.uint64(1))
-    words = mixed(keys + np.uint64((sender << 16) + receiver + 1))
-    return (words >> np.uint64(11)).astype(np.float64) * 2.0**-53
-
-
-SLOTS = np.arange(N_DRAWS, dtype=np.uint64)
-
-
-def test_many_draws_at_once_are_the_draws_of_the_channel():
-    expected = [loss.uniform(5, 0, slot, 1, 3) for slot in range(1000)]
-    assert uniforms(5, SLOTS[:1000], 1, 3).tolist() == expected
-
-
-STEADY: dict[str, LinkModel] = {
-    "perfect": Perfect(),
-    "bernoulli": Bernoulli(0.3),
-    "matrix": Matrix(0.1, {(0, 1): 0.65}),
-    "acoustic, one fade a frame": AcousticChannel(spreading=2.0).link_model(FLEET, 2),
-    "acoustic, one fade a bit": AcousticChannel(fading="bit").link_model(FLEET, 2),
-    "trace of rates": TraceLinks({(0, 1): LossSeries((0.0, 1e9), (0.2, 0.9))}, 1e9, False),
-}
-
-
-@pytest.mark.parametrize("name", STEADY)
-def test_losses_of_a_million_packets_are_as_many_as_the_model_says(name: str):
-    """Within four standard errors, at 3.3 km."""
-    p_loss = STEADY[name].p_loss(Transmission(7, 0, 10.0, 512), 1, 3300.0)
-    assert name == "perfect" or 0.01 < p_loss < 0.99
-    share = float(np.mean(uniforms(2, SLOTS, 0, 1) < p_loss))
-    assert abs(share - p_loss) <= 4.0 * math.sqrt(p_loss * (1.0 - p_loss) / N_DRAWS)
-
-
-def test_a_trace_of_outcomes_loses_just_what_was_recorded():
-    """Every third packet is lost, whatever is drawn."""
-    times_s = tuple(float(slot) for slot in range(3000))
-    links = TraceLinks(
-        {(0, 1): LossSeries(times_s, tuple(1.0 if slot % 3 == 0 else 0.0 for slot in range(3000)))}, 3e3, True
-    )
-    asked = [links.p_loss(Transmission(slot, 0, float(slot), 512), 1, 1.0) for slot in range(N_DRAWS // 100)]
-    draws = uniforms(2, SLOTS[: len(asked)], 0, 1)
-    assert [bool(lost) for lost in draws < np.array(asked)] == [slot % 3 == 0 for slot in range(len(asked))]
-
-
-@pytest.mark.slow
-def test_losses_of_a_million_packets_in_bursts_are_as_many_as_the_model_says():
-    """States of one link are correlated by 0.6^n, which adds 2 * 0.6 / 0.4 times the variance of the rates."""
-    link = GilbertElliott(0.1, 0.3, 0.05, 0.8, seed=2)
-    rates = np.array([link.p_loss(Transmission(slot, 0, 0.0, 512), 1, 1.0) for slot in range(N_DRAWS)])
-    share = float(np.mean(uniforms(2, SLOTS, 0, 1) < rates))
-    variance = 0.2375 * 0.7625 + 2.0 * 0.6 / 0.4 * 0.25 * 0.75 * (0.8 - 0.05) ** 2
-    assert abs(share - 0.2375) <= 4.0 * math.sqrt(variance / N_DRAWS)
-
-
-def test_louder_modems_lose_a_subset():
-    """One draw, compared with either probability: runs that differ in the modem's power are paired."""
-    places_m = [(0.0, 0.0), (3000.0, 0.0)]
-    heard = []
-    for level_db in (162.0, 168.0, 174.0):
-        link = AcousticChannel(source_level_db=level_db, spreading=2.0).link_model(FLEET, 9)
-        channel = BroadcastChannel(NANO, link, 9)
-        heard.append({slot for slot in range(600) if channel.transmit(2 * slot, 0, bytes(64), 3.0 * slot, places_m)})
-    assert heard[0] < heard[1] < heard[2]

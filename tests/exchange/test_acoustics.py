@@ -81,9 +81,7 @@ SPECTRA = [
 
 
 @pytest.mark.parametrize(("khz", "thorp", "warm", "cool", "sea", "calm", "storm"), SPECTRA, ids=[s[0] for s in SPECTRA])
-def test_absorption_and_noise_over_the_spectrum(
-    khz: float, thorp: float, warm: float, cool: float, sea: float, calm: float, storm: float
-):
+def test_absorption_and_noise_over_the_spectrum(khz, thorp, warm, cool, sea, calm, storm):
     assert thorp_db_per_km(khz) == pytest.approx(thorp, rel=CLOSE)
     assert francois_garrison_db_per_km(khz, 27.0, 35.0, 10.0, 8.1) == pytest.approx(warm, rel=1.1 * CLOSE)
     assert francois_garrison_db_per_km(khz, 10.0, 35.0, 100.0, 8.1) == pytest.approx(cool, rel=CLOSE)
@@ -101,9 +99,7 @@ def test_absorption_and_noise_over_the_spectrum(
         (25.0, 20.0, 100.0, 8.1, 3.6685),
     ],
 )
-def test_absorption_in_deep_and_in_warm_water(
-    khz: float, temperature_c: float, depth_m: float, ph: float, expected: float
-):
+def test_absorption_in_deep_and_in_warm_water(khz, temperature_c, depth_m, ph, expected):
     assert francois_garrison_db_per_km(khz, temperature_c, 35.0, depth_m, ph) == pytest.approx(expected, rel=CLOSE)
 
 
@@ -126,9 +122,7 @@ def test_noise_in_a_band_is_the_integral_of_its_density(low: float, width: float
         ((7.0, 17.0), 184.0, 2.0, {1.0: 37.02, 2.0: 29.36, 5.0: 16.46, 8.0: 7.45}),
     ],
 )
-def test_the_link_budget(
-    band_khz: tuple[float, float], source_db: float, spreading: float, snr_db_at_km: dict[float, float]
-):
+def test_the_link_budget(band_khz, source_db, spreading, snr_db_at_km):
     """Shipping 0.5, wind 5 m/s, absorption of Thorp at the centre of the band."""
     noise_db, centre_khz = noise_in_band_db(*band_khz, 0.5, 5.0), sum(band_khz) / 2.0
     band_hz = 1000.0 * (band_khz[1] - band_khz[0])
@@ -245,9 +239,7 @@ def test_where_there_is_nothing_but_noise_each_bit_is_tossed(modulation: Modulat
 @given(
     st.sampled_from(Modulation), st.sampled_from(Fading), st.integers(0, 4096), st.integers(8, 4096), st.floats(-40, 60)
 )
-def test_a_loss_is_a_probability_that_falls_as_the_signal_grows(
-    modulation: Modulation, fading: Fading, n_bits: int, frame_bits: int, db: float
-):
+def test_a_loss_is_a_probability_that_falls_as_the_signal_grows(modulation, fading, n_bits, frame_bits, db):
     weak, strong = (packet_loss(modulation, fading, n_bits, frame_bits, ratio(db + gain)) for gain in (0.0, 1.0))
     assert 0.0 <= strong <= weak <= 1.0
     assert n_bits > 0 or weak == 0.0
@@ -259,15 +251,6 @@ def test_a_longer_packet_is_lost_rather(modulation: Modulation, fading: Fading, 
     assert short <= long + 1e-6  # the rule of the fade is exact to 2e-7
 
 
-def test_frames_fail_one_by_one():
-    """Three frames of 64 B: all must pass; frame by frame as much arrives as of one; one fade for all is kinder."""
-    g, size = ratio(20.0), 8 * 64
-    one = frame_loss(PSK, Fading.FRAME, size, g)
-    assert packet_loss(PSK, Fading.FRAME, 3 * size, size, g) == pytest.approx(1.0 - (1.0 - one) ** 3, rel=1e-12)
-    assert delivered_share(PSK, Fading.FRAME, 3 * size, size, g) == pytest.approx(1.0 - one, rel=1e-12)
-    assert one < packet_loss(PSK, Fading.PACKET, 3 * size, size, g) < packet_loss(PSK, Fading.FRAME, 3 * size, size, g)
-
-
 def test_a_short_last_frame_counts_by_its_size():
     g = ratio(20.0)
     whole, rest = (frame_loss(FSK, Fading.FRAME, n, g) for n in (256, 40))
@@ -275,12 +258,6 @@ def test_a_short_last_frame_counts_by_its_size():
     assert packet_loss(FSK, Fading.FRAME, 552, 256, g) == pytest.approx(1.0 - (1.0 - whole) ** 2 * (1.0 - rest))
     expected = (512 * (1.0 - whole) + 40 * (1.0 - rest)) / 552
     assert delivered_share(FSK, Fading.FRAME, 552, 256, g) == pytest.approx(expected)
-
-
-def test_bits_that_err_independently_know_no_frames():
-    for fading in (Fading.NONE, Fading.BIT):
-        apart, together = (packet_loss(FSK, fading, 1500, size, ratio(28.0)) for size in (256, 1500))
-        assert apart == pytest.approx(together, rel=1e-9)
 
 
 @given(st.sampled_from(Modulation), st.sampled_from(Fading), st.integers(1, 6), st.floats(0.0, 40.0))

@@ -39,14 +39,6 @@ def block_of_cells(n: int) -> Block:
     return Block(0, 0, 1.0, cells(N_NODES, n))
 
 
-def test_a_block_that_fits_stays_whole():
-    block = block_of_cells(3)
-    size_bits = CODEC.fragment_bits(Fragment(0, 0, 1.0, block.facts))
-    (whole,) = fragments_of(block, size_bits, CODEC.fragment_bits)
-    assert (whole.index, whole.count, whole.facts) == (0, 1, block.facts)
-    assert len(fragments_of(block, size_bits - 1, CODEC.fragment_bits)) == 2
-
-
 @settings(max_examples=200)
 @given(blocks, capacities)
 def test_parts_are_in_order_within_capacity_and_as_few_as_can_be(block: Block, capacity_bits: int):
@@ -55,6 +47,8 @@ def test_parts_are_in_order_within_capacity_and_as_few_as_can_be(block: Block, c
     assert [(part.index, part.count) for part in parts] == [(index, len(parts)) for index in range(len(parts))]
     assert all(CODEC.fragment_bits(part) <= capacity_bits for part in parts)
     assert len({part.uid for part in parts}) == len(parts)
+    whole = Fragment(block.origin, block.sequence, block.time_s, block.facts, 0, 1, block.epoch)
+    assert (len(parts) == 1) == (CODEC.fragment_bits(whole) <= capacity_bits)
     for one, following in itertools.pairwise(parts):  # not even its first fact would have gone in before
         fuller = Fragment(one.origin, one.sequence, one.time_s, (*one.facts, following.facts[0]), 0, 2, one.epoch)
         assert CODEC.fragment_bits(fuller) > capacity_bits

@@ -2,22 +2,21 @@
 
 import numpy as np
 import pytest
+from test_sliced import plan_of
 
 from exchange.ack import Acknowledgement
 from exchange.errors import ConfigurationError
 from exchange.policies import ACK, POLICIES, AckPolicy
 from exchange.study import compiler, trial
 from exchange.study.bound import BOUND
-from exchange.study.parts import TrialBatch, TrialPlan, memory_of, play
-from exchange.study.study import ExchangeStudy, LoadKind, StudyLoad, load_of, p_loss_matrices
+from exchange.study.parts import TrialBatch, memory_of, play
+from exchange.study.study import ExchangeStudy, LoadKind, StudyLoad
 from exchange.study.trial import Ints
 
 
 def outcomes_of(policy: AckPolicy, study: ExchangeStudy) -> Ints:
     """The outcomes of all trials, as the Python that the study compiles plays them."""
-    plan = TrialPlan(
-        study.nodes, (policy,), study.carrier_evidence, p_loss_matrices(study), load_of(study), study.seed, study.trials
-    )
+    plan = plan_of(study, policy)
     loop, part = compiler.as_python(policy.acknowledgement), TrialBatch(0, 0, study.trials)
     return play(plan, policy, loop, part, memory_of(plan, loop, part))
 
@@ -51,7 +50,7 @@ def test_machine_code_and_python_come_to_the_same():
     for load, capacity in ((StudyLoad(), None), (StudyLoad(LoadKind.BATCH, 25), 200)):
         study = ExchangeStudy(nodes=3, per=(0.5,), trials=6, load=load, capacity_bits=capacity, policies=("ack",))
         python = outcomes_of(BOUND, study)
-        plan = TrialPlan(3, (BOUND,), False, p_loss_matrices(study), load_of(study), study.seed, study.trials)
+        plan = plan_of(study, BOUND)
         loop = compiler.slot_loops(plan.forms, lambda text: None)[BOUND.acknowledgement]
         part = TrialBatch(0, 0, study.trials)
         assert np.array_equal(play(plan, BOUND, loop, part, memory_of(plan, loop, part)), python)

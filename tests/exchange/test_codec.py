@@ -13,7 +13,6 @@ from exchange.errors import ConfigurationError, DefinitionFault, PeerFault
 from exchange.packets import Fragment, InfluenceSignal, Packet, Summary
 from exchange.policies import ACK, POLICIES, AckPolicy
 from exchange.wire.codec import GRAMMAR, Codec, Widths
-from exchange.wire.codes import width
 from missions.runs.setup import resolved
 from missions.scenarios.loading import load
 from worldmodel import EPOCHS, STATUS, Attribute, Field, OntologyClass, PropertyValue, TBox, Value, ValueKind
@@ -281,11 +280,6 @@ def test_a_packet_is_of_one_frame_in_1024():
 
 
 # Sizes --------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(("n_values", "size_bits"), [(1, 0), (2, 1), (3, 2), (4, 2), (5, 3), (64, 6), (65, 7)])
-def test_width_tells_so_many_values_apart(n_values: int, size_bits: int):
-    assert width(n_values) == size_bits
 
 
 @pytest.mark.parametrize("n_nodes", [2, 5, 10, 20, 64])

@@ -12,16 +12,6 @@ def item(origin: int, sequence: int, part: int = 0, count: int = 1) -> Named:
     return name_of_item(Fragment(origin, sequence, 0.0, cells(4, 1), part, count))
 
 
-def test_an_item_has_one_column_and_unknown_items_have_none():
-    ledger = Ledger(4)
-    first, second = ledger.add(item(0, 7)), ledger.add(item(2, 7))
-    assert (first, second) == (0, 1)
-    assert ledger.column_of.get(ItemUid(0, 7, 0)) == 0
-    assert ledger.column_of.get(ItemUid(0, 8, 0)) is None
-    assert ItemUid(2, 7, 0) in ledger
-    assert len(ledger) == 2
-
-
 def test_a_block_is_whole_by_its_parts_in_whatever_order_they_came():
     ledger = Ledger(4)
     for part in (2, 0):

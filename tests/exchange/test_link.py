@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from exchange.acoustics import loss
-from exchange.acoustics.link import Bernoulli, GilbertElliott, LinkModel, Matrix, Perfect, Transmission
+from exchange.acoustics.link import GilbertElliott, LinkModel, Matrix, Transmission
 
 P_GB, P_BG, PER_GOOD, PER_BAD = 0.1, 0.3, 0.05, 0.8
 """A link that is bad for 0.1 / (0.1 + 0.3) = 1/4 of the time and loses 3/4 * 0.05 + 1/4 * 0.8 = 0.2375."""
@@ -31,12 +31,6 @@ def states(link: GilbertElliott, n_slots: int = N_SLOTS) -> list[bool]:
 
 def standard_error(p: float, n: int) -> float:
     return math.sqrt(p * (1.0 - p) / n)
-
-
-@pytest.mark.parametrize("per", [0.0, 0.2, 0.95])
-def test_bernoulli_loses_alike_on_every_link_and_a_perfect_channel_nothing(per: float):
-    assert {Bernoulli(per).p_loss(sent(slot), 1, range_m) for slot in range(9) for range_m in (1.0, 900.0)} == {per}
-    assert Perfect().p_loss(sent(0), 1, 1e9) == 0.0
 
 
 def test_a_matrix_has_a_probability_of_its_own_in_each_direction():

@@ -7,8 +7,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.manager_fleet import (
-    AREA_DONE,
-    BATTERY,
     MAPPED_CELL,
     PLAYS_ROLE,
     POSITION,
@@ -33,21 +31,6 @@ def items_said(fleet: ManagerFleet, sender: int) -> list[ItemUid]:
 # One item ------------------------------------------------------------------------------------------
 
 
-def test_an_item_is_delivered_acknowledged_and_then_left_alone():
-    """Two vehicles: said in slot 0, acknowledged in slot 1, so it is not said again in slot 2."""
-    fleet = ManagerFleet(2)
-    uid = fleet.maps(0, cell=7)
-    assert fleet.pass_slot().items == (uid,)
-    assert fleet.heard[1][-1].items == (uid,)
-    assert fleet.models[1].value(bay(2), MAPPED_CELL) == 7.0
-    assert not fleet.managers[0].believes(1, uid)
-    fleet.pass_slot()
-    assert fleet.heard[0][-1].beliefs == ((1, uid),)
-    assert fleet.heard[0][-1].settled == (uid,)
-    assert fleet.managers[0].n_open == 0
-    assert fleet.pass_slot().items == ()
-
-
 def test_what_those_hold_to_whom_it_is_addressed_gives_way_to_what_they_lack():
     """Node 2 hears nothing. Once node 1 has confirmed its item, that of node 2 is the more urgent, ten to one."""
     fleet = ManagerFleet(
@@ -62,15 +45,6 @@ def test_what_those_hold_to_whom_it_is_addressed_gives_way_to_what_they_lack():
 
 
 # Who needs it -------------------------------------------------------------------------------------
-
-
-def test_what_nobody_needs_is_kept_and_never_said():
-    fleet = ManagerFleet(3, who_needs=needs(range(3), {AREA_DONE: 1}))
-    uid = fleet.maps(0, cell=7)
-    fleet.pass_frames(2)
-    assert fleet.managers[0].holds(uid)
-    assert items_said(fleet, 0) == []
-    assert fleet.n_open == 0
 
 
 def test_an_item_is_dropped_when_all_who_need_it_hold_it_though_others_lack_it():
@@ -123,15 +97,6 @@ def test_only_the_newest_status_is_said_once_and_never_acknowledged():
     empty_bytes = -(-fleet.codec.overhead_bits // 8)
     assert [sent.size_bits for sent in fleet.pass_frames(2)] == [8 * empty_bytes] * 4
     assert all(reception.beliefs == () for reception in fleet.heard[0])
-
-
-def test_statuses_of_different_attributes_do_not_replace_each_other():
-    fleet = ManagerFleet(2)
-    fleet.observe(0, (0, POSITION, (1.0, 0.0)))
-    fleet.observe(0, (0, BATTERY, 0.5))
-    fleet.pass_slot()
-    assert fleet.models[1].value(0, POSITION) == (1.0, 0.0)
-    assert fleet.models[1].value(0, BATTERY) == 0.5
 
 
 # Signals ------------------------------------------------------------------------------------------

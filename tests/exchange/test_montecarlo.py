@@ -125,7 +125,6 @@ def test_poisson_load_is_conserved(wide: Run) -> None:
 def test_the_machine_code_is_kept_by_sources_and_versions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     first = compiler.cache_folder(ACK, "1")
-    assert first is not None
     assert first.is_dir()
     assert compiler.cache_folder(ACK, "1") == first
     assert compiler.cache_folder(ACK, "2") != first

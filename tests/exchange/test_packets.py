@@ -3,17 +3,14 @@
 import pytest
 
 from benchmarks.manager_fleet import POSITION, cells
-from exchange.packets import Fragment, ItemUid, guid_of, name_of
+from exchange.packets import ItemUid, guid_of, name_of
 from worldmodel import STATUS, Block, PropertyValue
 
 
 def test_an_item_is_named_by_origin_and_sequence_and_its_part_only_behind_the_first():
     assert str(ItemUid(2, 17, 0)) == "2-17"
     assert str(ItemUid(2, 17, 3)) == "2-17.3"
-
-
-def test_only_a_later_epoch_is_named():
-    assert [str(ItemUid(2, 17, 3, epoch)) for epoch in (0, 1)] == ["2-17.3", "2.e1-17.3"]
+    assert str(ItemUid(2, 17, 3, 1)) == "2.e1-17.3"  # a later epoch alone is named
 
 
 def test_a_status_is_named_by_what_it_says_of_whom_and_when():
@@ -33,8 +30,3 @@ def test_a_name_says_which_block_it_is_of(sequence: int, epoch: int):
     """Of a status it says the origin, no epoch: that has time in its place."""
     block = Block(11, sequence, 0.1, cells(4, 1), 0 if sequence == STATUS else epoch)
     assert guid_of(name_of(block)) == block.guid
-
-
-def test_a_fragment_knows_its_item():
-    fragment = Fragment(3, 5, 1.0, cells(4, 1), index=2, count=4)
-    assert fragment.uid == ItemUid(3, 5, 2) == (3, 5, 2, 0)

@@ -1,34 +1,23 @@
 """The property of beliefs: no vehicle believes that a peer holds an item which it lacks, and all come to know all.
 
-A schedule has new items, losses, old packets that come again, and restarts. The rules alone, the slot loop
-of the study, managers on a scripted sea and managers behind drivers play the same schedules; each keeps
-a record of all holders. Behind a schedule comes a time without loss.
+A schedule has new items, losses, old packets that come again, and restarts. Managers on a scripted sea and managers
+behind drivers play the same schedules; each keeps a record of all holders. Behind a schedule comes a time without loss.
+The rules alone, and the slot loop of the study, are held against the paper and against managers elsewhere.
 """
 
 import random
 from collections.abc import Callable, Mapping
-from itertools import permutations
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import pytest
 from exchange_lives import Sea
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from benchmarks.manager_fleet import (
-    MAPPED_CELL,
-    POSITION,
-    ReferenceStudy,
-    bay,
-    item_bits,
-    one_size_fleet,
-    role,
-    symbol_bits,
-)
+from benchmarks.manager_fleet import MAPPED_CELL, POSITION, bay, role
 from exchange.drivers.memory import Ether
 from exchange.packets import InfluenceSignal
 from exchange.policies import POLICIES, AckPolicy
-from remoras.testing.policies import Nodes
 
 CALM_FRAMES = 60
 """Without loss behind a schedule, at most: an item is told, acknowledged and passed on in far less."""
@@ -53,96 +42,6 @@ class Schedule(NamedTuple):
     cut: frozenset[tuple[int, int]] = frozenset()
     again: float = 0.0
     restarts: Mapping[int, list[tuple[int, bool]]] = {}
-
-
-class Driven(Protocol):
-    """A fleet as a schedule sees it."""
-
-    def tells(self, node: int, number: int) -> None:
-        """A node has something to tell."""
-
-    def restart(self, node: int, keeps: bool) -> None:
-        """A node begins anew."""
-
-    def pass_slot(self, lost: Callable[[int, int], bool]) -> None:
-        """The owner of the slot speaks."""
-
-    def hear_again(self, draws: random.Random) -> None:
-        """An old packet comes again."""
-
-    def wrong(self) -> object:
-        """False beliefs, if there are any."""
-
-    def n_waiting(self) -> int:
-        """Number of items that are not yet known and acknowledged everywhere."""
-
-
-class Rules:
-    """The acknowledgement rules on sets of items, without bits; no item ever fills a packet."""
-
-    def __init__(self, policy: AckPolicy, schedule: Schedule) -> None:
-        self.nodes = Nodes(policy, schedule.n_nodes, schedule.carrier_evidence, 0)
-        self.n_nodes, self.slot = schedule.n_nodes, 0
-
-    def tells(self, node: int, number: int) -> None:
-        self.nodes.add_item(node)
-
-    def restart(self, node: int, keeps: bool) -> None:
-        """They know no lives."""
-
-    def pass_slot(self, lost: Callable[[int, int], bool]) -> None:
-        self.nodes.play(self.slot, heard(self.slot, self.n_nodes, lost))
-        self.slot += 1
-
-    def hear_again(self, draws: random.Random) -> None:
-        """They know no packets."""
-
-    def wrong(self) -> object:
-        return self.nodes.false_belief()
-
-    def n_waiting(self) -> int:
-        nodes, everything = self.nodes, (1 << self.nodes.n_items) - 1
-        lacking = sum((everything & ~states[me]).bit_count() for me, states in enumerate(nodes.beliefs()))
-        return lacking + sum(nodes.wanted(node).bit_count() for node in range(self.n_nodes))
-
-
-class Kernel:
-    """The slot loop of the study, uncompiled: three items at each node from the beginning."""
-
-    N_ITEMS = 3
-
-    def __init__(self, policy: AckPolicy, schedule: Schedule) -> None:
-        fleet = one_size_fleet(policy, schedule.n_nodes, 64, schedule.carrier_evidence, lambda *link: False)
-        room_bits = 512 - fleet.codec.overhead_bits
-        self.study = ReferenceStudy(
-            policy, schedule.n_nodes, self.N_ITEMS, schedule.carrier_evidence, item_bits(fleet), room_bits,
-            symbol_bits(fleet),
-        )  # fmt: skip
-        self.n_nodes, self.slot, self.n_sent = schedule.n_nodes, 0, [0] * schedule.n_nodes
-
-    def tells(self, node: int, number: int) -> None:
-        """It has told all it has."""
-
-    def restart(self, node: int, keeps: bool) -> None:
-        """Nodes of the study have one life."""
-
-    def pass_slot(self, lost: Callable[[int, int], bool]) -> None:
-        self.n_sent[self.slot % self.n_nodes] = self.study.pass_slot(
-            self.slot, heard(self.slot, self.n_nodes, lost) & ~(1 << self.slot % self.n_nodes)
-        )
-        self.slot += 1
-
-    def hear_again(self, draws: random.Random) -> None:
-        """A slot of the study has one packet."""
-
-    def wrong(self) -> object:
-        believes = self.study.nodes.believes
-        return [link for link in permutations(range(self.n_nodes), 2) if believes[link] & ~believes[link[1], link[1]]]
-
-    def n_waiting(self) -> int:
-        everything = (1 << self.n_nodes * self.N_ITEMS) - 1
-        held = self.study.nodes.believes.diagonal()
-        return sum((everything & ~int(word)).bit_count() for word in held) + sum(self.n_sent)
 
 
 class Managers(Sea):
@@ -185,12 +84,7 @@ class Radios(Managers):
         self.slot += 1
 
 
-def heard(slot: int, n_nodes: int, lost: Callable[[int, int], bool]) -> int:
-    """Bits of the nodes that hear a slot."""
-    return sum(1 << node for node in range(n_nodes) if node != slot % n_nodes and not lost(slot % n_nodes, node))
-
-
-def play(driven: Driven, schedule: Schedule) -> None:
+def play(driven: Managers, schedule: Schedule) -> None:
     draws = random.Random(schedule.seed)
     for slot in range(schedule.n_slots):
         for node, keeps in schedule.restarts.get(slot, ()):
@@ -242,7 +136,7 @@ FOUND = [
 
 
 @pytest.mark.parametrize("policy", POLICIES.values(), ids=POLICIES)
-@pytest.mark.parametrize("drive", [Rules, Kernel, Managers, Radios])
+@pytest.mark.parametrize("drive", [Managers, Radios])
 @settings(max_examples=8)
 @given(schedule=schedules())
 @example(FOUND[0])

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from exchange.errors import ConfigurationError
@@ -22,18 +22,12 @@ def test_the_frame_of_the_paper_follows_from_modem_and_range():
 
 
 @given(schedules, st.integers(0, 10**7))
+@example(TdmaSchedule(3, 0.1, 0.0), 3)  # 0.3 / 0.1 is 2.999... and 3 * 0.1 is above 0.3
 def test_a_slot_is_open_from_its_start_until_the_next_start(schedule: TdmaSchedule, slot: int):
     start_s = schedule.start_s(slot)
     assert schedule.slot_at(start_s) == slot
     assert schedule.slot_at(math.nextafter(schedule.start_s(slot + 1), 0.0)) == slot
     assert schedule.slot_at(start_s + schedule.slot_s / 2.0) == slot
-
-
-@pytest.mark.parametrize("slot_s", [0.1, 0.3, 0.7, 1.1, 1.7725, 1 / 3])
-def test_boundaries_that_binary_fractions_miss(slot_s: float):
-    """0.3 / 0.1 is 2.999... and 3 * 0.1 is above 0.3: division alone would put starts into the slot before."""
-    schedule = TdmaSchedule(3, slot_s, 0.0)
-    assert [schedule.slot_at(schedule.start_s(slot)) for slot in range(5000)] == list(range(5000))
 
 
 @pytest.mark.parametrize(("n_nodes", "packet_s", "guard_s"), [(0, 1.0, 0.0), (2, 0.0, 1.0), (2, 1.0, -0.1)])
@@ -42,18 +36,8 @@ def test_a_schedule_that_cannot_be_is_refused_with_what_was_given(n_nodes: int, 
         TdmaSchedule(n_nodes, packet_s, guard_s)
 
 
-@pytest.mark.parametrize("tolerance_s", [0.0, 1.0, 100.0])
-def test_a_packet_of_a_frame_before_or_after_is_of_another_slot_however_wrong_clocks_are(tolerance_s: float):
-    schedule = TdmaSchedule(n_nodes=4, packet_s=1.5, guard_s=0.5)
-    assert schedule.may_arrive(5, 11.5, tolerance_s)
-    assert not schedule.may_arrive(5, 11.5 + schedule.frame_s, tolerance_s)
-    assert not schedule.may_arrive(5, 11.5 - schedule.frame_s, tolerance_s)
-
-
 def test_a_packet_may_arrive_from_the_start_of_its_slot_to_its_end_and_as_much_beyond_as_clocks_are_apart():
-    """Slot 5 of slots of 2 s lasts from 10 to 12 s."""
+    """Slot 5 of slots of 2 s lasts from 10 to 12 s; one of a frame before or after is of another in any case."""
     schedule = TdmaSchedule(n_nodes=4, packet_s=1.5, guard_s=0.5)
-    assert schedule.may_arrive(5, 9.6, 0.5)
-    assert not schedule.may_arrive(5, 9.4, 0.5)
-    assert schedule.may_arrive(5, 12.4, 0.5)
-    assert not schedule.may_arrive(5, 12.6, 0.5)
+    assert [schedule.may_arrive(5, now_s, 0.5) for now_s in (9.4, 9.6, 12.4, 12.6)] == [False, True, True, False]
+    assert [schedule.may_arrive(5, 11.5 + more_s, 100.0) for more_s in (-8.0, 0.0, 8.0)] == [False, True, False]

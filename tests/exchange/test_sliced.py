@@ -19,15 +19,10 @@ from exchange.study.trial import Ints
 SEEDS = st.integers(0, (1 << 62) - 1)
 
 
-def plan_of(study: ExchangeStudy) -> TrialPlan:
+def plan_of(study: ExchangeStudy, *policies: AckPolicy) -> TrialPlan:
+    chosen, load = policies or study.chosen, load_of(study)
     return TrialPlan(
-        study.nodes,
-        study.chosen,
-        study.carrier_evidence,
-        p_loss_matrices(study),
-        load_of(study),
-        study.seed,
-        study.trials,
+        study.nodes, chosen, study.carrier_evidence, p_loss_matrices(study), load, study.seed, study.trials
     )
 
 

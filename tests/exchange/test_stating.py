@@ -47,8 +47,6 @@ def rows_of(n_nodes: int, per: float, policies: tuple[str | AckPolicy, ...], **s
 
 
 def means(row: StudyRow) -> tuple[float, float]:
-    assert row.delivered_slots is not None
-    assert row.source_acked_slots is not None
     return row.delivered_slots.mean, row.source_acked_slots.mean
 
 

@@ -54,11 +54,6 @@ def test_a_trace_that_is_repeated_starts_anew(file: Path):
     assert asked(TraceChannel(file=str(file)), 0, [420.0]) == [1.0]
 
 
-def test_the_mean_is_over_the_time_that_it_lasts(file: Path):
-    """Diver's link is lost from 0 to 10 s and from 30 to 42 s, Boat's from 12 to 32 s: (22 + 20) / 84."""
-    assert TraceChannel(file=str(file)).mean_per(POND) == pytest.approx(0.5)
-
-
 def test_parquet_says_the_same_and_other_columns_are_passed_over(file: Path, tmp_path: Path):
     rows = [line.split(",") for line in OUTCOMES.splitlines()[1:]]
     table = pa.table(

@@ -133,7 +133,6 @@ def test_nonsense_and_frames_of_others_are_passed_over_and_questions_are_answere
     one = UnetStack(modems.addresses[0], pace)
     one.receive(pace.now_s + 0.05)
     host = modems.hosts[0]
-    assert host is not None
     frame = {"protocol": PROTOCOL, "data": {"clazz": "[B", "data": "*"}}
     for value in (
         sending("org.arl.unet.phy.RxFrameNtf", frame),

@@ -70,9 +70,7 @@ def ask_every_time(monkeypatch: pytest.MonkeyPatch, n_spared: list[int]) -> None
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("scenario", "strategy", "per", "more"), CASES)
-def test_asking_every_time_changes_no_table(
-    scenario: str, strategy: str, per: float, more: Sequence[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_asking_every_time_changes_no_table(scenario, strategy, per, more, monkeypatch) -> None:
     kept, n_spared = of(scenario, strategy, per, more), [0, 0, 0, 0]
     ask_every_time(monkeypatch, n_spared)
     asked = of(scenario, strategy, per, more)

@@ -68,15 +68,12 @@ def shifted(text: str) -> str:
 
     def moved(line: re.Match[str]) -> str:
         return re.sub(
-            r"\[(-?[\d.]+), (-?[\d.]+)\]",
-            lambda at: f"[{float(at[1]) + east_m}, {float(at[2]) + north_m}]",
-            line[0],
+            r"\[(-?[\d.]+), (-?[\d.]+)\]", lambda at: f"[{float(at[1]) + east_m}, {float(at[2]) + north_m}]", line[0]
         )
 
     text = re.sub(r"(?m)^(corners_m|position_m|start_m) = .*$", moved, text)
     for key, by_m in (("x_m", east_m), ("y_m", north_m)):
         ends = re.search(rf"(?m)^{key} = \[(.*), (.*)\]$", text)
-        assert ends is not None
         text = text.replace(ends[0], f"{key} = [{float(ends[1]) + by_m}, {float(ends[2]) + by_m}]")
     return text
 

@@ -194,9 +194,7 @@ requests = st.builds(
 
 
 @given(requests, st.sampled_from(list(ALL.values())), st.frozensets(st.sampled_from(FLEET.names)))
-def test_nobody_without_the_social_layer_or_from_outside_changes_anything_of_others(
-    asked: Request, rules: Rules, absent: frozenset[str]
-) -> None:
+def test_nobody_without_the_social_layer_or_from_outside_changes_anything_of_others(asked, rules, absent) -> None:
     outcome = may_assign(asked, ORGANISATION, rules, absent=absent)
     assert outcome is may_assign(asked, ORGANISATION, rules, absent=absent)
     if outcome is not Outcome.SUCCESS or asked.act in (Act.CREATE, Act.MISSION, Act.DISSOLVE):

@@ -26,20 +26,13 @@ def time_of(neighbour: Neighbour, own: tuple[float, float] = (0.0, 0.0)) -> floa
     return time_to_pass_s(neighbour, own, within_m=5.0, horizon_s=30.0)
 
 
-def test_head_on() -> None:
-    """40 m apart, closing at 1 + 1 m/s: in 20 s."""
-    assert time_of(Neighbour(40.0, 0.0, -1.0, 0.0), (1.0, 0.0)) == 20.0
-
-
 offsets = st.floats(-60.0, 60.0)
 velocities = st.floats(-3.0, 3.0)
 courses, times = st.floats(-math.pi, math.pi), st.floats(0.1, 29.9)
 
 
 @given(velocities, velocities, st.floats(0.1, 3.0), courses, times, st.floats(-7.0, 7.0))
-def test_the_time_is_that_of_the_closest_approach(
-    vx: float, vy: float, closing_mps: float, course: float, time_s: float, miss_m: float
-) -> None:
+def test_the_time_is_that_of_the_closest_approach(vx, vy, closing_mps, course, time_s, miss_m) -> None:
     """Set up backwards: at ``time_s`` the neighbour passes at ``miss_m``, square to the course it is seen on."""
     along, across = (math.cos(course), math.sin(course)), (-math.sin(course), math.cos(course))
     neighbour = Neighbour(
@@ -66,9 +59,7 @@ def nearest_in_time_m(neighbour: Neighbour, velocity: tuple[float, float], until
 
 
 @given(st.builds(Neighbour, offsets, offsets, velocities, velocities), velocities, velocities, st.data())
-def test_two_that_both_take_what_they_allow_each_other_keep_clear(
-    neighbour: Neighbour, vx: float, vy: float, data: st.DataObject
-) -> None:
+def test_two_that_both_take_what_they_allow_each_other_keep_clear(neighbour, vx, vy, data) -> None:
     """The theorem of the paper, for any two velocities on or within the half-planes of each other."""
     assume(math.hypot(neighbour.dx_m, neighbour.dy_m) > 5.01)
     plane = allowed_by(neighbour, (vx, vy), 5.0, 10.0)
@@ -80,13 +71,6 @@ def test_two_that_both_take_what_they_allow_each_other_keep_clear(
         chosen.append((one.x + along * one.dx - inwards * one.dy, one.y + along * one.dy + inwards * one.dx))
     moving = Neighbour(neighbour.dx_m, neighbour.dy_m, *chosen[1])
     assert nearest_in_time_m(moving, chosen[0], 10.0) >= 5.0 - 1e-6
-
-
-def test_too_near_they_part_in_two_seconds() -> None:
-    """3 m apart where 5 are asked for: each takes half of 2 m in 2 s."""
-    plane = allowed_by(Neighbour(3.0, 0.0, 0.0, 0.0), (0.0, 0.0), 5.0)
-    assert plane.excess_mps((-0.5, 0.0)) == pytest.approx(0.0)
-    assert plane.excess_mps((0.0, 0.0)) == pytest.approx(0.5)
 
 
 # The linear program -------------------------------------------------------------------------------
@@ -149,8 +133,6 @@ def test_who_has_the_other_on_the_right_gives_way() -> None:
     """They would meet in 5 s: the one slows down, the other one, which has it on its left, does not."""
     slow = cleared(Neighbour(10.0, -10.0, 0.0, 2.0))
     fast = cleared(Neighbour(10.0, 10.0, 0.0, -2.0))
-    assert slow is not None
-    assert fast is not None
     assert math.hypot(*slow) <= 2.0 * GIVE_WAY + 1e-9 < math.hypot(*fast)
 
 

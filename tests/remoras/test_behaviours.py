@@ -119,10 +119,8 @@ def test_places_in_the_formation_turn_with_the_leader(offset: tuple[float, float
     note_position(picture.peers, "AUV00", (100.0, 0.0))
     assert positioning.perceive(at(0.0), picture, False) == DUE
     reference = positioning.reference(at(0.0), picture)
-    assert reference is not None
     assert reference.target_m == pytest.approx(place)
     in_place = positioning.reference(at(*place), picture)
-    assert in_place is not None
     assert in_place.speed_mps == 0.0
 
 

@@ -16,19 +16,6 @@ def beliefs(owner: int = 0, n_found: int = 0) -> Beliefs:
     return Beliefs(model)
 
 
-def test_the_latest_observation_is_believed_in_whatever_order_it_comes() -> None:
-    author = beliefs(owner=1)
-    old, new = (
-        author.model.record([author.fact("middle", "jobDone", name)], time_s).block
-        for name, time_s in (("AUV01", 1.0), ("AUV00", 2.0))
-    )
-    for order in ((old, new), (new, old)):
-        held = beliefs()
-        for block in order:
-            merge(held.model, [block])
-        assert held.get(("jobDone", "middle")) == "AUV00"
-
-
 def test_a_name_that_does_not_exist_is_a_mistake_of_the_programmer() -> None:
     held = beliefs()
     with pytest.raises(UnknownNameError, match="Operationl"):

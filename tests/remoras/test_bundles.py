@@ -52,7 +52,6 @@ def score(team: Waiting, vehicle: str, path: Sequence[str]) -> float:
     outlook, total = Outlook(0.0, team.database[vehicle].start_m), 0.0
     for job in path:
         then = team.jobs[job].after(outlook, team.database[vehicle])
-        assert then is not None
         outlook, total = then, total + math.exp(-then.free_s / STRATEGY.discount_s)
     return total
 

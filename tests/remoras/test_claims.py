@@ -1,7 +1,5 @@
 """Claims: a table that is a join, so that vehicles which have heard the same agree."""
 
-from typing import Any
-
 from hypothesis import given
 from hypothesis import strategies as st
 from samples import auv, database
@@ -79,9 +77,7 @@ def sayings(heard: list[tuple[bool, int]]) -> Sayings:
 
 
 @given(times_s, st.randoms(use_true_random=False))
-def test_who_holds_a_role_since_when_does_not_depend_on_what_was_heard_first(
-    heard: list[tuple[bool, int]], random: Any
-) -> None:
+def test_who_holds_a_role_since_when_does_not_depend_on_what_was_heard_first(heard, random) -> None:
     shuffled = list(heard)
     random.shuffle(shuffled)
     assert sayings(shuffled).claim() == sayings(heard).claim()

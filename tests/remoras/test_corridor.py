@@ -89,9 +89,7 @@ def meet(
 
 
 @pytest.mark.parametrize("satisfactions", [(-60.0, 0.0), (0.0, -60.0), (-128.0, -100.0), (0.0, 0.0)])
-def test_in_one_too_narrow_the_less_satisfied_one_passes(
-    satisfactions: tuple[float, float], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_in_one_too_narrow_the_less_satisfied_one_passes(satisfactions, monkeypatch) -> None:
     """4 m are too narrow. The other one goes back before it; of two alike the first by name passes."""
     fleet = corridor(4.0, monkeypatch)
     closest_m, arrived = meet(fleet, list(satisfactions), GuidanceConstants(), 1200)

@@ -76,9 +76,7 @@ def test_crossing_under_current(kind: str, current: Current) -> None:
 
 
 @given(st.floats(0.2, 1.8), st.floats(0.0, 1.2), st.floats(-7.0, 7.0), st.floats(-7.0, 7.0), st.floats(-7.0, 7.0))
-def test_nobody_is_faster_over_ground_while_it_turns(
-    limit_mps: float, flow_mps: float, flow_rad: float, course_rad: float, ahead_rad: float
-) -> None:
+def test_nobody_is_faster_over_ground_while_it_turns(limit_mps, flow_mps, flow_rad, course_rad, ahead_rad) -> None:
     """From any heading to any course, where the water alone is not faster, and it brakes as fast as it likes."""
     flow_mps = min(flow_mps, limit_mps)
     flow = flow_mps * math.cos(flow_rad), flow_mps * math.sin(flow_rad)

@@ -49,25 +49,6 @@ def test_what_has_no_effect_stands_in_nobody_s_way() -> None:
     assert best([homing, locating], 0.5, 0.9) == (0,)
 
 
-def test_the_mean_is_over_activities_and_not_over_sets() -> None:
-    # (2 * 0.5 + 1 * 0.9) / 3 = 0.6333 beats 0.6; (3 * 0.4 + 1 * 1.0) / 4 = 0.55 loses against it, although the mean
-    # over sets would be 0.7.
-    other = one(("Homing", G))
-    two, three = one(("Towing", G), ("Pulling", P)), one(("Towing", G), ("Pulling", P), ("Locating", N))
-    around = one(("Holding", C), ("Waiting", G))
-    assert best([two, SENDING, one(("Hiding", G), ("Silence", C), ("Idling", P))], 0.5, 0.9, 0.6) == (0, 1)
-    assert best([three, SENDING, one(*((f"H{t}", t) for t in (G, C, P, N)))], 0.4, 1.0, 0.6) == (2,)
-    assert best([other, around], 0.5, 0.4) == (0,)
-
-
-def test_what_is_vital_is_taken_by_order_and_not_by_weight() -> None:
-    evading, homing = one(("Evading", G), vital=True), one(("ReturningHome", G), vital=True)
-    sets = [HOMING, SENDING, evading, homing]
-    assert best(sets, 1e9, 0.5, 1e-9, 1e-6) == (1, 2)
-    assert best(sets, 1e9, 0.5, 0.0, 1e-6) == (1, 3)
-    assert best(sets, 1e9, 0.5, 0.0, 0.0) == (0, 1)
-
-
 # Against every subset -----------------------------------------------------------------------------
 
 TYPES = list(ActivityType)

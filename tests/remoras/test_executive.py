@@ -1,6 +1,5 @@
 """The executive layer: satisfaction, calls of others, and what is chosen by them."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -55,9 +54,7 @@ weights = st.floats(0.0, 1e6)
 
 
 @given(weights, weights, st.floats(1e-6, 1.0), st.floats(0.01, 100.0), st.integers(-128, 127))
-def test_vital_first_is_a_law_of_the_order_and_not_of_weights(
-    continuing: float, external: float, stimulus: float, importance: float, satisfaction: int
-) -> None:
+def test_vital_first_is_a_law_of_the_order_and_not_of_weights(continuing, external, stimulus, importance, satisfaction):
     """Whatever is performed, called for and weighed: the faintest vital need guides, and one that is not vital is
     chosen only where it outweighs the others."""
     constants = DecisionConstants(weight_continuing=continuing, weight_external=external)
@@ -76,9 +73,7 @@ def test_vital_first_is_a_law_of_the_order_and_not_of_weights(
 
 
 @given(st.lists(st.tuples(*2 * [st.floats(-0.05, 0.05)]), min_size=20), st.floats(0.0, 127.0))
-def test_equal_activities_whose_stimuli_tremble_do_not_take_turns(
-    noise: list[tuple[float, float]], satisfaction: float
-) -> None:
+def test_equal_activities_whose_stimuli_tremble_do_not_take_turns(noise, satisfaction) -> None:
     """Of importance 1, by 5 % to both sides: they differ by 0.1 at most. Who is not dissatisfied goes on by as much."""
     assert len(turns(noise, satisfaction, weight_continuing=0.2 + 1e-9)) == 1
 
@@ -120,23 +115,6 @@ def test_a_call_turns_a_vehicle_to_the_common_goal() -> None:
     executive.hear(PERFORMER, "AUV00", "Coordinator", -52, 0.0)
     executive.decide([DUE, DUE], 0.0, 0.0)
     assert chosen(executive) == {"Homing"}
-
-
-def test_a_call_that_is_not_repeated_is_forgotten() -> None:
-    """A call of 1 that is 60 s old is worth 1 / e."""
-    executive = layer(EXPLORING, HOMING)
-    executive.hear(PERFORMER, "AUV00", "Coordinator", -128, 0.0)
-    executive.decide([DUE, DUE], 60.0, 0.0)
-    assert executive.motivations[1] == pytest.approx(0.3 + math.exp(-1.0))
-
-
-def test_the_loudest_of_several_callers_counts() -> None:
-    executive = layer(EXPLORING, HOMING)
-    executive.hear(PERFORMER, "AUV00", "Coordinator", -64, 0.0)
-    executive.hear(PERFORMER, "AUV01", "Performer", -32, 0.0)
-    executive.hear(PERFORMER, "AUV02", "Performer", 127, 0.0)
-    executive.decide([DUE, DUE], 0.0, 0.0)
-    assert executive.motivations[1] == pytest.approx(0.3 + 0.5)
 
 
 @given(st.lists(st.tuples(st.sampled_from(ROLES), st.sampled_from(["AUV01", "AUV02"]), st.integers(-128, 127))))
@@ -255,14 +233,6 @@ def test_a_call_of_who_has_a_job_moves_to_what_ends_its_wait_and_not_to_the_meet
     assert chosen(executive) == {"Helping"}
     assert [one.source for one in executive.candidates(0.0)] == ["", "AUV01"]
     assert executive.pulls(0.0).answered == pytest.approx({"AUV01": 0.6})
-
-
-def test_of_several_that_wait_the_one_is_helped_whose_wait_is_ended() -> None:
-    executive = worker(HELPING, HELPING)
-    executive.hear(PERFORMER, "AUV01", "Lifter", -64, 0.0)
-    executive.hear(PERFORMER, "AUV02", "Lifter", -128, 0.0)
-    executive.decide([helping(1.0), helping(0.75, "AUV02")], 0.0, 0.0)
-    assert executive.motivations == pytest.approx([0.2 + 2 * 0.5, 0.2 + 2 * 0.75])
 
 
 @pytest.mark.parametrize(

@@ -46,7 +46,6 @@ def test_tables_are_data_frames_with_units(short: remoras.Run) -> None:
 def test_what_is_saved_and_opened_answers_alike(short: remoras.Run, tmp_path: Path) -> None:
     short.save(tmp_path / "run")
     opened = remoras.open(tmp_path / "run")
-    assert isinstance(opened, remoras.Run)
     assert opened.tables == short.tables
     for name in short.tables:
         assert opened.table(name).equals(short.table(name))

@@ -54,9 +54,7 @@ def test_factors_make_one_strategy_of_another(one: str, other: str, factors: tup
         ("fixed-partition", {"repairs": "calls"}, 'fixed-partition has "never" alone; "changes" has'),
     ],
 )
-def test_what_excludes_each_other_is_one_line_with_what_is_allowed(
-    strategy: str, settings: dict[str, object], says: str
-) -> None:
+def test_what_excludes_each_other_is_one_line_with_what_is_allowed(strategy, settings, says) -> None:
     with pytest.raises(StrategyError) as caught:
         configured(strategies()[strategy], settings)
     assert says in str(caught.value)

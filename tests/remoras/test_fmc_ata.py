@@ -69,9 +69,7 @@ def test_all_of_the_money_is_spent(worth: dict[str, float]) -> None:
 
 
 @given(st.lists(st.integers(1, 255), min_size=1, max_size=6), st.none() | st.integers(1, 3), st.floats(0.0, 1.0))
-def test_a_good_is_given_out_whole_to_as_many_as_it_has_room_for(
-    bids: list[int], room: int | None, least: float
-) -> None:
+def test_a_good_is_given_out_whole_to_as_many_as_it_has_room_for(bids, room, least) -> None:
     shares = allotted({f"AUV{n:02d}": bid for n, bid in enumerate(bids)}, room, least)
     assert sum(shares.values()) == pytest.approx(1.0)
     assert len(shares) <= (room or 6)

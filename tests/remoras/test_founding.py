@@ -75,9 +75,7 @@ FLEETS = st.lists(
 
 
 @given(specifications(), FLEETS)
-def test_whenever_all_founding_roles_can_be_filled_they_are(
-    groups: tuple[Group, ...], vehicles: list[tuple[set[str], bool]]
-) -> None:
+def test_whenever_all_founding_roles_can_be_filled_they_are(groups, vehicles) -> None:
     """Against all foundings there are, tried one by one."""
     fleet = database(
         *(

@@ -76,23 +76,6 @@ def perceived(functional: FunctionalLayer, *performed: int) -> list[Perception]:
     return functional.perceive([N_VITAL + number for number in performed])[N_VITAL:]
 
 
-def test_without_guidance_it_stays() -> None:
-    functional = layer(WORKING)
-    perform(functional, 0)
-    functional.act(10.0)
-    assert functional.motion.position_m == (0.0, 0.0)
-    assert functional.motion.energy_j == 400.0  # 40 W of hotel load
-
-
-def test_guidance_moves_it() -> None:
-    """At 0.5 m/s^2 up to 2 m/s, in steps of a second: 0.5 + 1 + 1.5 + 2 + 2 = 7 m in 5 s."""
-    functional = layer(HOMING)
-    perform(functional, 0)
-    for _ in range(5):
-        functional.act(1.0)
-    assert functional.motion.position_m == (7.0, 0.0)
-
-
 def test_what_is_under_way_goes_on_when_activities_are_chosen_anew() -> None:
     """Homing has come nearer: it knows so although an objective was added before it."""
     functional = layer(HOMING)
@@ -315,17 +298,6 @@ def test_keeping_clear_has_the_last_word_on_guidance() -> None:
     before = alone.motion.heading_rad
     alone.act(1.0, [Neighbour(0.0, 50.0, 2.0, 0.0)])  # side by side, 50 m off
     assert (alone.motion.heading_rad, alone.motion.speed_mps) == (before, 1.0)
-
-
-def test_a_low_battery_calls_home() -> None:
-    """Every vehicle, whatever its mission is; ReturningHome is the second of the vital sets."""
-    functional = layer(energy_j=10_000.0)
-    functional.motion.x_m = 150.0  # 9062.5 J to go home: with a quarter on top, more than there is
-    functional.sense(0.0, ())
-    assert functional.perceive(())[1] == DUE
-    functional.motion.x_m = 75.0
-    functional.sense(1.0, ())
-    assert functional.perceive(())[1].stimulus == 0.0
 
 
 def test_who_was_off_is_carried_by_the_water_of_the_moment() -> None:

@@ -60,9 +60,7 @@ def moved(*changes: tuple[str, str, str, bool]) -> Organisation:
         ("AUV00", "position", (0.0, 0.0), word(*NORTH, *HEAD, *TACTICIANS)),
     ],
 )
-def test_a_fact_is_needed_by_those_whose_group_it_concerns(
-    subject: str, attribute: str, value: Value | str, expected: int
-) -> None:
+def test_a_fact_is_needed_by_those_whose_group_it_concerns(subject, attribute, value, expected) -> None:
     assert who(needs(), subject, attribute, value) == expected
 
 

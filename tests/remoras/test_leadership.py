@@ -62,16 +62,6 @@ def hearer() -> Hearer:
     return Hearer()
 
 
-def test_the_founder_leads_from_before_the_mission(hearer: Hearer) -> None:
-    """At every age there is, that of the agreement itself included; nobody else does."""
-    for at in (AGREED_BEFORE, age(-1e9), age(0.0), age(1e9)):
-        assert hearer.known.since("A", GROUP, at) == AGREED_BEFORE
-        assert hearer.known.led("A", GROUP, at)
-        assert not hearer.known.led("B", GROUP, at)
-        assert not hearer.known.led("A", "Other", at)
-    assert age(0.0) > AGREED_BEFORE
-
-
 def test_a_claim_counts_from_its_own_age_and_ends_the_reign_before(hearer: Hearer) -> None:
     hearer.claim("B", Claim(1, -1), 10.0)
     assert [hearer.known.led(name, GROUP, age(9.0)) for name in "AB"] == [True, False]

@@ -36,15 +36,6 @@ def test_a_vehicle_that_hears_nobody_judges_nobody_before_it_is_cut_off() -> Non
     assert not seen.cut_off
 
 
-def test_who_was_away_itself_begins_anew() -> None:
-    seen = Membership("AUV00", ("AUV00", *PEERS), Lease(LEASE_S, FRAME_S))
-    seen.look_around(10.0, {})
-    assert seen.look_around(900.0, {}) == Changes()
-    for frame in range(91, 100):
-        assert seen.look_around(10.0 * frame, {}) == Changes()
-    assert seen.look_around(1000.0, {}).absent == PEERS
-
-
 # Accrual ------------------------------------------------------------------------------------------
 
 LONG = Lease(40 * FRAME_S, FRAME_S, 1e-6)

@@ -82,12 +82,3 @@ def test_energy_is_the_integral_of_power(legs: list[tuple[tuple[float, float], f
         advance(motion, AUV, target, speed_mps, dt_s)
         expected_j.append((40.0 + 15.0 * motion.speed_mps**3) * dt_s)
     assert motion.energy_j == pytest.approx(math.fsum(expected_j), rel=1e-12)
-
-
-def test_from_rest_to_full_speed() -> None:
-    """At 0.5 m/s^2 to 2 m/s in 4 s; a speed change takes effect at once in its step, so the way is
-    0.5 + 1.0 + 1.5 + 2.0 = 5 m, and the power of these speeds 4 * 40 + 15 (0.125 + 1 + 3.375 + 8) = 347.5 J."""
-    motion = Motion(0.0, 0.0)
-    for _ in range(4):
-        advance(motion, AUV, (1000.0, 0.0), 2.0, 1.0)
-    assert motion == Motion(5.0, 0.0, 0.0, 2.0, 347.5, 5.0)

@@ -161,9 +161,7 @@ def share_a_job(team: Team) -> bool:
 @settings(max_examples=25)
 @given(starts_m=starts, places_m=places)
 @example(starts_m=[(-290.0, 248.0), (-296.0, 234.0)], places_m=[(300.0, 0.0)])  # far: a long way to be predicted
-def test_without_loss_every_job_is_done_by_exactly_one_in_order(
-    name: str, kind: Kind, starts_m: list[Point], places_m: list[Point]
-) -> None:
+def test_without_loss_every_job_is_done_by_exactly_one_in_order(name, kind, starts_m, places_m) -> None:
     team, together = Team(SHIPPED[name], starts_m, kind(places_m), never), 0
     for _ in range(600):
         team.round()
@@ -187,9 +185,7 @@ scripts = st.lists(st.booleans(), min_size=5, max_size=40)
 
 @settings(max_examples=40)
 @given(starts_m=starts, places_m=places, lost=scripts, until=st.integers(5, 60))
-def test_cbba_is_free_of_conflict_once_all_has_got_through(
-    starts_m: list[Point], places_m: list[Point], lost: list[bool], until: int
-) -> None:
+def test_cbba_is_free_of_conflict_once_all_has_got_through(starts_m, places_m, lost, until) -> None:
     """All is said again within ``repeat_rounds``; twice that time: once to be heard, once to give way."""
     team = Team(Cbba(), starts_m, surveys(places_m), lossy(lost, until))
     team.run(until + 2 * Cbba().repeat_rounds)
@@ -203,9 +199,7 @@ def test_cbba_is_free_of_conflict_once_all_has_got_through(
 @pytest.mark.parametrize("name", SHIPPED)
 @settings(max_examples=15)
 @given(starts_m=starts, places_m=places, lost=scripts)
-def test_whatever_was_lost_all_is_done_in_the_end_and_in_order(
-    name: str, kind: Kind, starts_m: list[Point], places_m: list[Point], lost: list[bool]
-) -> None:
+def test_whatever_was_lost_all_is_done_in_the_end_and_in_order(name, kind, starts_m, places_m, lost) -> None:
     team = Team(SHIPPED[name], starts_m, kind(places_m), lossy(lost, 100))
     for _ in range(1500):
         team.round()

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from remoras.errors import OrganisationError
-from remoras.organisation import Group, Organisation, Outcome, RoleAssignment, RoleSpecification
+from remoras.organisation import Group, Organisation, Outcome, RoleSpecification
 
 COORDINATION = Group("Coordination", (RoleSpecification("Tactician", 1, 1), RoleSpecification("Observer")))
 OPERATIONAL = Group(
@@ -50,15 +50,6 @@ def founded(*assignments: tuple[str, str, str]) -> Organisation:
 def test_what_is_refused_says_why_and_changes_nothing(held: str, change: tuple[str, ...], outcome: Outcome) -> None:
     organisation, name = founded(("AUV00", "Operational", held)), change[0]
     assert getattr(organisation, name)(*change[1:]) == (organisation, outcome)
-
-
-def test_one_name_in_two_groups_is_two_roles() -> None:
-    organisation, _ = Organisation.of((OPEN, Group("Rescue"))).assign("AUV00", "Open", "Diver")
-    organisation, outcome = organisation.assign("AUV00", "Rescue", "Diver")
-    assert outcome is Outcome.SUCCESS
-    organisation, _ = organisation.leave_role("AUV00", "Open", "Diver")
-    assert organisation.members("Rescue", "Diver") == ("AUV00",)
-    assert organisation.assignments == {RoleAssignment("Rescue", "Diver", "AUV00")}
 
 
 # Interaction ------------------------------------------------------------------------------------

@@ -37,9 +37,7 @@ points_m = st.tuples(st.integers(-300, 300).map(float), st.integers(-300, 300).m
 
 
 @given(st.lists(points_m, min_size=1, max_size=6, unique=True), st.permutations(NAMES))
-def test_whose_a_job_is_does_not_depend_on_who_holds_what(
-    places_m: list[tuple[float, float]], order: list[str]
-) -> None:
+def test_whose_a_job_is_does_not_depend_on_who_holds_what(places_m, order) -> None:
     """Every job has one owner, the same in the view of each, whatever it heard of roles, positions and jobs done."""
     held = [(f"Role{n}", name) for n, name in enumerate(order[: len(places_m)])]
     found = owners(work_of(places_m))

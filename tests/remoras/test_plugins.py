@@ -6,7 +6,7 @@ from typing import Any, ClassVar, Protocol
 import pytest
 
 from remoras.errors import PluginError
-from remoras.plugins import answer, broken_promise, faults_of, named_object
+from remoras.plugins import answer, faults_of, named_object
 
 
 class Gauge(Protocol):
@@ -119,10 +119,3 @@ def test_a_part_that_raises_or_returns_something_else_is_told_with_what_was_expe
     with pytest.raises(PluginError, match=r"read raised ZeroDivisionError: no echo; expected: a number") as caught:
         answer("gauge deep", "read", "a number", lambda given: True, broken)
     assert isinstance(caught.value.__cause__, ZeroDivisionError)
-
-
-def test_a_long_value_is_cut() -> None:
-    """At 80 characters and three dots, so that one message stays one line."""
-    text = str(broken_promise("gauge deep", "read", "a number", list(range(1000))))
-    assert "..." in text
-    assert len(text) < 80 + 3 + len("gauge deep: read returned ; expected: a number") + 1

@@ -7,6 +7,7 @@ schedule; every vehicle acknowledges what it has heard itself.
 from collections.abc import Iterator
 
 import pytest
+from resting import named, setup_of
 
 from missions.runs.assembly import assemble
 from missions.runs.setup import resolved
@@ -16,20 +17,8 @@ from remoras.radio import Signalling
 from remoras.vehicle import Vehicle
 from worldmodel import TYPE_UID, Block, merge
 
-SETUP = resolved(load("mapping-rendezvous"))
 ROLE = "Operational.LeftWinger"
 GIVEN = ("AUV01", "playsRole", ROLE)
-
-
-@pytest.fixture
-def fleet() -> Iterator[Fleet]:
-    assembled = assemble(SETUP, seed=1)
-    yield assembled
-    assembled.close()
-
-
-def named(fleet: Fleet, name: str) -> Vehicle:
-    return next(vehicle for vehicle in fleet.vehicles if vehicle.name == name)
 
 
 def tell(vehicle: Vehicle, fact: tuple[str, str, object], now_s: float) -> None:
@@ -90,7 +79,9 @@ def test_signals_name_the_roles_that_they_address(fleet: Fleet) -> None:
     node, schedule = sender.data.node, fleet.schedule
     sent = sender.radio.speak([(("Operational", "Performer"), -40)], schedule.start_s(node))
     heard = listener.radio.hear(sent.data, 0.5 * (schedule.start_s(node) + schedule.start_s(node + 1)))
-    influences = SETUP.agreement.organisation.groups["Operational"].role("Performer").influences
+    influences = (
+        setup_of("mapping-rendezvous").agreement.organisation.groups["Operational"].role("Performer").influences
+    )
     assert heard.emitter == "AUV01"
     assert heard.signals == ((Signalling("Operational", "Performer", influences), -40),)
     assert fleet.recorder.satisfaction == [(schedule.start_s(node), "AUV01", "Operational", "Performer", -40)]

@@ -5,18 +5,13 @@ MissionAdministrator of the Coordination group, AUV00 its Tactician and Coordina
 and AUV02 are Performers.
 """
 
-from collections.abc import Iterator
 from itertools import chain, permutations
-from random import Random
-from typing import Any
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from resting import fleet_at_rest, miss, named, say, stated
 
-from missions.runs.assembly import assemble
-from missions.runs.setup import resolved
-from missions.scenarios import load
 from remoras.activities import Objective
 from remoras.fleet import Fleet
 from remoras.organisation import RoleAssignment
@@ -26,27 +21,6 @@ from remoras.social.role_holders import holders_after
 from remoras.social.view import Instruction
 from remoras.vehicle import Vehicle
 from worldmodel import Block, merge
-
-SETUP = resolved(load("mapping-rendezvous"))
-Said = tuple[str, str, Any]  # subject, attribute, value: by name
-
-
-@pytest.fixture
-def fleet() -> Iterator[Fleet]:
-    assembled = assemble(SETUP, seed=1)
-    yield assembled
-    assembled.close()
-
-
-def named(fleet: Fleet, name: str) -> Vehicle:
-    return next(vehicle for vehicle in fleet.vehicles if vehicle.name == name)
-
-
-def say(vehicle: Vehicle, *facts: Said, now_s: float = 1.0) -> Block:
-    """``vehicle`` makes the facts known and takes note of them itself."""
-    change = vehicle.beliefs.model.record([vehicle.beliefs.fact(*fact) for fact in facts], now_s)
-    vehicle.social.consider([change])
-    return change.block
 
 
 def hear(vehicle: Vehicle, *blocks: Block) -> None:
@@ -98,56 +72,37 @@ def test_who_says_that_its_sensors_are_dead_is_given_no_area(fleet: Fleet, work:
     assert plays == [work, True]
 
 
-def test_who_is_no_member_may_still_give_a_group_its_mission(fleet: Fleet) -> None:
-    """REMORAS IV.B: an AUV can plan a mission for a group of which it is not a member."""
-    heard = named(fleet, "AUV00")
-    assert not heard.social.planner.due
-    hear(heard, say(named(fleet, "ASV00"), ("Operational", "hasMission", "AreaMapping")))
-    assert heard.social.missions == {"Coordination": ("Supervision",), "Operational": ("AreaMapping",)}
-    assert heard.social.planner.due
-
-
-def miss(vehicle: Vehicle, *names: str) -> None:
-    """Let a vehicle take these alone for absent."""
-    vehicle.social.standing._membership.absent = frozenset(names)
-
-
 AUVS = st.sampled_from(["AUV00", "AUV01", "AUV02"])
 ORDERS = st.tuples(AUVS, st.sampled_from(["playsRole", "leftRole"]), AUVS)
 CLAIMS = st.tuples(AUVS, st.sampled_from([1, 2, 3]))
 OWN = st.tuples(AUVS, st.sampled_from(["available", "sensorsWork"]), st.booleans())
 
 
-@settings(max_examples=100)
+@settings(max_examples=40)
 @given(st.lists(ORDERS | CLAIMS | OWN, max_size=8), st.sets(AUVS, max_size=2), st.randoms())
-def test_nor_does_it_where_several_lead_one_after_another(
-    words: list[tuple[Any, ...]], absent: set[str], draws: Random
-) -> None:
+def test_nor_does_it_where_several_lead_one_after_another(words, absent, draws) -> None:
     """Vehicles claim to lead the group, give and take a role, with authority or without, and say if they take jobs."""
-    speaking, heads, holders = assemble(SETUP, seed=1), [], []
-    blocks = []
-    for number, (speaker, *word) in enumerate(words):
-        match word:
-            case [attribute, bool(value)]:
-                facts = [(speaker, attribute, value)]
-            case [attribute, str(assignee)]:
-                facts = [(assignee, attribute, LEFT[2])]
-            case [term]:
-                facts = [("Operational", HEADED_BY, speaker), ("Operational", HEAD_TERM, term)]
-        blocks.append(say(named(speaking, speaker), *facts, now_s=1.0 + number))
-    speaking.close()
+    found, blocks = [], []
+    with fleet_at_rest() as speaking:
+        for number, (speaker, *word) in enumerate(words):
+            match word:
+                case [attribute, bool(value)]:
+                    facts = [(speaker, attribute, value)]
+                case [attribute, str(assignee)]:
+                    facts = [(assignee, attribute, LEFT[2])]
+                case [term]:
+                    facts = [("Operational", HEADED_BY, speaker), ("Operational", HEAD_TERM, term)]
+            blocks.append(stated(named(speaking, speaker), *facts, now_s=1.0 + number))
     for order in (blocks, draws.sample(blocks, len(blocks))):
-        fleet = assemble(SETUP, seed=1)
-        listening = named(fleet, "ASV00")
-        miss(listening, *absent)
-        for block in order:
-            hear(listening, block)
-            listening.social.consult()
-        heads.append(listening.social.organisation.heads("Operational"))
-        holders.append(listening.social.organisation.members("Operational", "LeftWinger"))
-        fleet.close()
-    assert heads[0] == heads[1]
-    assert holders[0] == holders[1]
+        with fleet_at_rest() as fleet:
+            listening = named(fleet, "ASV00")
+            miss(listening, *absent)
+            for block in order:
+                hear(listening, block)
+                listening.social.consult()
+            view = listening.social.organisation
+            found.append((view.heads("Operational"), view.members("Operational", "LeftWinger")))
+    assert found[0] == found[1]
 
 
 def test_a_head_claims_again_against_who_was_out_of_reach(fleet: Fleet) -> None:
@@ -224,12 +179,11 @@ def test_in_one_round_the_order_of_hearing_does_not_matter(fleet: Fleet) -> None
     )
     outcomes = set()
     for order in permutations(blocks):
-        again = assemble(SETUP, seed=1)
-        vehicle = named(again, "AUV02")
-        hear(vehicle, *order)
-        vehicle.social.consult()
-        outcomes.add((vehicle.social.organisation.assignments, vehicle.social.objectives_of("AUV02")))
-        again.close()
+        with fleet_at_rest() as again:
+            vehicle = named(again, "AUV02")
+            hear(vehicle, *order)
+            vehicle.social.consult()
+            outcomes.add((vehicle.social.organisation.assignments, vehicle.social.objectives_of("AUV02")))
     assert len(outcomes) == 1
     ((assignments, objectives),) = outcomes
     assert RoleAssignment("Operational", "LeftWinger", "AUV02") in assignments

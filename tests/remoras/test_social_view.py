@@ -4,7 +4,6 @@ Anybody states anything: claims, assents, orders, objectives and missions, with 
 dissolves a group at sea. AUV03 leads the fleet, AUV00 the team, whose head has to be the Tactician of the fleet.
 """
 
-from random import Random
 from typing import Any
 
 from hypothesis import given, settings
@@ -92,9 +91,7 @@ SOME = st.sampled_from([(), (Authority.TAKE,), (Authority.TAKE, Authority.RECRUI
 
 @settings(max_examples=80)
 @given(SOME, STATED, STATED, SEEN, st.randoms(use_true_random=False))
-def test_in_a_round_it_does_not_matter_what_was_heard_first_or_twice(
-    authorities: tuple[Authority, ...], first: list[DatedRequest], then: list[DatedRequest], now: Now, draws: Random
-) -> None:
+def test_in_a_round_it_does_not_matter_what_was_heard_first_or_twice(authorities, first, then, now, draws) -> None:
     before = consult(founded(*authorities), first, [], now)
     after = consult(before, then, [], now)
     shuffled = draws.sample(then, len(then)) + then[:3]
@@ -104,9 +101,7 @@ def test_in_a_round_it_does_not_matter_what_was_heard_first_or_twice(
 
 @settings(max_examples=40)
 @given(SOME, STATED, STATED, SEEN)
-def test_the_view_before_stays_as_it_was(
-    authorities: tuple[Authority, ...], first: list[DatedRequest], then: list[DatedRequest], now: Now
-) -> None:
+def test_the_view_before_stays_as_it_was(authorities, first, then, now) -> None:
     """It may be folded once more, with the same outcome: nothing of it is shared with the one after it and changed."""
     before = consult(founded(*authorities), first, then[:2], now)
     was = repr(before)
@@ -119,9 +114,7 @@ def test_the_view_before_stays_as_it_was(
 
 @settings(max_examples=80)
 @given(SOME, STATED, SEEN)
-def test_what_is_heard_again_in_another_round_changes_nothing(
-    authorities: tuple[Authority, ...], stated: list[DatedRequest], now: Now
-) -> None:
+def test_what_is_heard_again_in_another_round_changes_nothing(authorities, stated, now) -> None:
     once = consult(founded(*authorities), stated, [], now)
     twice = consult(once, stated, [], now)
     for part in ("organisation", "leadership", "newest", "missions", "formations"):

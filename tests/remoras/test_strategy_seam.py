@@ -27,17 +27,6 @@ WORK = Work(GROUPS[1], Central().form(FLEET, GROUPS), FLEET, {})
 SITUATION = Situation(1.0, 1, WORK, None, (), {})
 
 
-class Lacking:
-    name = "lacking"
-    declaration = Central().declaration
-    form = staticmethod(Central.form)
-
-
-class OldSignature(Central):
-    def adapt(self, group: Any, organisation: Any, evidence: Any) -> Any:
-        return ()
-
-
 class Unnamed(Central):
     name = 7  # type: ignore[assignment]
     declaration = "as usual"  # type: ignore[assignment]
@@ -56,11 +45,6 @@ class WithNoPart(Central):
 @pytest.mark.parametrize(
     ("found", "says"),
     [
-        (Lacking(), ["lacks adapt, negotiator of remoras.strategy.Strategy"]),
-        (
-            OldSignature(),
-            ["adapt(group: Any, organisation: Any, evidence: Any) -> Any cannot be called as adapt(work)"],
-        ),
         (Unnamed(), ["name is int, expected str", "declaration is str, expected Declaration"]),
         (Both(), ["declaration.communicates is True: with a part of its own, a strategy sends no packets"]),
         (WithNoPart(), ["declaration.part is str, expected Part"]),

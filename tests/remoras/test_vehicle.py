@@ -65,23 +65,9 @@ def test_an_observation_is_recorded_written_and_told(fleet: Fleet) -> None:
         ([Observation(((SELF, "location", (0.0, 0.0)),))], "named ''"),
     ],
 )
-def test_an_observation_that_cannot_be_recorded_is_one_clear_message(
-    fleet: Fleet, observations: list[Observation], says: str
-) -> None:
+def test_an_observation_that_cannot_be_recorded_is_one_clear_message(fleet, observations, says) -> None:
     vehicle = fleet.vehicles[1]
     with pytest.raises(
         PluginError, match=f"sensor sonar of {vehicle.name}: its observation cannot be recorded: .*{says}"
     ):
         sees(vehicle, *observations)
-
-
-# What a truth sees --------------------------------------------------------------------------------
-
-
-def test_every_vehicle_consults_at_the_end_of_every_frame(fleet: Fleet) -> None:
-    schedule, consulted = resolved(load("mapping-rendezvous")).schedule, []
-    fleet.consulted.append(lambda vehicle: consulted.append((fleet.now_s, vehicle.name)))
-    ends_s = [schedule.frame_start_s(frame) for frame in (1, 2, 3)]
-    while fleet.now_s <= ends_s[-1]:
-        fleet.step()
-    assert consulted == [(at_s, vehicle.name) for at_s in ends_s for vehicle in fleet.vehicles]

@@ -59,19 +59,12 @@ def test_who_is_left_needs_role_and_sensor_and_what_comes_before_must_be_within_
     assert within_reach(JOBS, [], fleet(vehicle(SENSING)), ()) == set(JOBS)
 
 
-def test_the_check_value_of_the_text() -> None:
-    """Two of four jobs are done, and somebody is able to do one of the others: 0.5 + 0.5 x 1/2."""
-    assert reachable_by_jobs(0.5, JOBS, [TEAM], fleet(vehicle(SENSING, "Rc")), ("a", "b")) == 0.75
-
-
 @given(
     st.floats(0.0, 1.0),
     st.sets(st.sampled_from(sorted(JOBS))),
     st.lists(st.sets(st.sampled_from([f"R{name}" for name in JOBS])), min_size=1, max_size=4),
 )
-def test_fewer_vehicles_never_reach_more_and_nobody_less_than_is_reached(
-    reached: float, done: set[str], crews: list[set[str]]
-) -> None:
+def test_fewer_vehicles_never_reach_more_and_nobody_less_than_is_reached(reached, done, crews) -> None:
     vehicles = [vehicle(SENSING, *roles) for roles in crews]
     shares = [reachable_by_jobs(reached, JOBS, [TEAM], fleet(*vehicles[:n]), done) for n in range(len(vehicles) + 1)]
     assert shares == sorted(shares)
@@ -91,9 +84,7 @@ def test_fewer_vehicles_never_reach_more_and_nobody_less_than_is_reached(
         ((), False, True, None),
     ],
 )
-def test_what_a_vehicle_is_left_with(
-    condition: Any, is_exhausted: bool, has_resigned: bool, sensors: int | None
-) -> None:
+def test_what_a_vehicle_is_left_with(condition, is_exhausted, has_resigned, sensors) -> None:
     body: Any = SimpleNamespace(
         name="A", social=None, has_resigned=has_resigned, condition=condition_under(condition),
         functional=SimpleNamespace(exhausted=is_exhausted, data=SENSING),

@@ -5,23 +5,21 @@ is that of `mapping-rendezvous`: ASV00 is MissionAdministrator of the Coordinati
 Coordinator of the Operational group, AUV01 and AUV02 are Performers. Here AUV02 has no social layer.
 """
 
+from contextlib import AbstractContextManager
 from itertools import product
 from typing import Any
 
 import pytest
+from resting import Said, fleet_at_rest, miss, named, stated
 from sampling import sampled
 
-from missions.runs.assembly import assemble
-from missions.runs.setup import resolved
-from missions.scenarios import load
 from remoras.authority import Authority
 from remoras.fleet import Fleet
 from remoras.organisation import Organisation, Outcome
 from remoras.strategies import strategies
 from remoras.vehicle import Vehicle
-from worldmodel import Block, merge
+from worldmodel import merge
 
-Said = tuple[str, str, str | float | bool]
 SHIPPED = tuple(name for name, one in strategies().items() if one.declaration.part is None)
 RECRUITING = [name for name, one in strategies().items() if Authority.RECRUIT in one.declaration.authorities]
 TAKING = [name for name, one in strategies().items() if Authority.TAKE in one.declaration.authorities]
@@ -32,24 +30,9 @@ VERSATILE = f"vehicle.AUV01.playable_roles={list(EVERYBODY[1:])}"
 NARROW = "vehicle.AUV02.playable_roles=['Performer','Cartographer','RightWinger']"
 
 
-def fleet_of(strategy: str, *settings: str) -> Fleet:
+def fleet_of(strategy: str, *settings: str) -> AbstractContextManager[Fleet]:
     given = {one.partition("=")[0]: one for one in (PLAIN, VERSATILE, NARROW, f"strategy.name='{strategy}'", *settings)}
-    return assemble(resolved(load("mapping-rendezvous", [("--set", one) for one in given.values()])), seed=1)
-
-
-def named(fleet: Fleet, name: str) -> Vehicle:
-    return next(vehicle for vehicle in fleet.vehicles if vehicle.name == name)
-
-
-def forged(fleet: Fleet, issuer: str, *facts: Said) -> Block:
-    """A block that the issuer never stated: made by its copy in another fleet."""
-    beliefs = named(fleet, issuer).beliefs
-    return beliefs.model.record([beliefs.fact(*fact) for fact in facts], 1.0).block
-
-
-def miss(vehicle: Vehicle, *names: str) -> None:
-    """Let a vehicle take these alone for absent."""
-    vehicle.social.standing._membership.absent = frozenset(names)
+    return fleet_at_rest(*given.values())
 
 
 def state(vehicle: Vehicle) -> tuple[Any, ...]:
@@ -68,9 +51,9 @@ def state(vehicle: Vehicle) -> tuple[Any, ...]:
 
 def refused_by_all(strategy: str, issuer: str, *facts: Said, settings: tuple[str, ...] = ()) -> set[str]:
     """Every vehicle refuses the facts and is as before; the outcomes that its rows name."""
-    forger, fleet, outcomes = fleet_of(strategy, *settings), fleet_of(strategy, *settings), []
-    block = forged(forger, issuer, *facts)
-    try:
+    outcomes = []
+    with fleet_of(strategy, *settings) as forger, fleet_of(strategy, *settings) as fleet:
+        block = stated(named(forger, issuer), *facts)  # by its copy in another fleet
         for vehicle in fleet.vehicles:
             before = state(vehicle)
             n_rows, n_faults = len(fleet.recorder.organisation), len(fleet.recorder.faults)
@@ -85,9 +68,6 @@ def refused_by_all(strategy: str, issuer: str, *facts: Said, settings: tuple[str
             faults = fleet.recorder.faults[n_faults:]
             assert [row[1:3] for row in faults] == [(vehicle.name, "refused assignment")] * len(rows)
             outcomes += [row[-1] for row in rows]
-    finally:
-        forger.close()
-        fleet.close()
     return set(outcomes)
 
 
@@ -145,9 +125,7 @@ def test_a_vehicle_without_the_social_layer_takes_no_part_where_vehicles_divide_
         ((), "AUV01", "AUV01", Outcome.HEAD_PRESENT),
     ],
 )
-def test_a_claim_to_lead_that_is_not_sound_is_refused_by_all(
-    settings: tuple[str, ...], issuer: str, head: str, outcome: Outcome
-) -> None:
+def test_a_claim_to_lead_that_is_not_sound_is_refused_by_all(settings, issuer, head, outcome) -> None:
     claim = (("Operational", "headedBy", head), ("Operational", "headTerm", 1))
     settings = settings or ("group.Operational.succession=['Performer']",)
     assert refused_by_all("remoras", issuer, *claim, settings=settings) == {outcome.value}
@@ -179,20 +157,17 @@ def heard(issuer: str, claim_s: float, order_s: float, claim_first: bool) -> Org
         claim_s, order_s: when they were stated.
         claim_first: the claim is heard first.
     """
-    said, fleet = fleet_of("central", *SUCCEEDED), fleet_of("central", *SUCCEEDED)
-    blocks = []
-    for name, facts, at_s in (("AUV01", CLAIM, claim_s), (issuer, (ORDER,), order_s)):
-        beliefs = named(said, name).beliefs
-        blocks.append(beliefs.model.record([beliefs.fact(*fact) for fact in facts], at_s).block)
-    vehicle = named(fleet, "ASV00")
-    miss(vehicle, "AUV00")
-    for number, block in enumerate(blocks if claim_first else blocks[::-1]):
-        vehicle._consider(merge(vehicle.beliefs.model, [block]).changes, 10.0 + number)
-        vehicle._take_effect(10.0 + number)
-    organisation = vehicle.social.organisation
-    said.close()
-    fleet.close()
-    return organisation
+    with fleet_of("central", *SUCCEEDED) as said, fleet_of("central", *SUCCEEDED) as fleet:
+        blocks = [
+            stated(named(said, name), *facts, now_s=at_s)
+            for name, facts, at_s in (("AUV01", CLAIM, claim_s), (issuer, (ORDER,), order_s))
+        ]
+        vehicle = named(fleet, "ASV00")
+        miss(vehicle, "AUV00")
+        for number, block in enumerate(blocks if claim_first else blocks[::-1]):
+            vehicle._consider(merge(vehicle.beliefs.model, [block]).changes, 10.0 + number)
+            vehicle._take_effect(10.0 + number)
+        return vehicle.social.organisation
 
 
 @pytest.mark.parametrize("claim_first", [True, False])
@@ -205,9 +180,7 @@ def heard(issuer: str, claim_s: float, order_s: float, claim_first: bool) -> Org
         ("AUV00", 1.0, 2.0, False),  # it leads no longer, whether that is heard first or not
     ],
 )
-def test_an_order_counts_by_who_led_when_it_was_given(
-    issuer: str, claim_s: float, order_s: float, counts: bool, claim_first: bool
-) -> None:
+def test_an_order_counts_by_who_led_when_it_was_given(issuer, claim_s, order_s, counts, claim_first) -> None:
     organisation = heard(issuer, claim_s, order_s, claim_first)
     assert organisation.heads("Operational") == ("AUV01",)
     assert organisation.plays("AUV02", "Operational", "RightWinger") is counts

@@ -8,13 +8,11 @@ import random
 from typing import Any
 
 import pytest
+from resting import fleet_at_rest, named, stated
 
 from missions.errors import ConfigurationError
-from missions.runs.assembly import assemble
 from missions.runs.run import Run, run
-from missions.runs.setup import resolved
 from missions.scenarios import load
-from remoras.fleet import Fleet
 from remoras.organisation import Organisation
 from remoras.vehicle import Vehicle
 from worldmodel import Block, merge
@@ -69,18 +67,7 @@ def test_a_group_is_formed_for_what_is_found_and_dissolved_when_that_is_inspecte
 
 # Who may -----------------------------------------------------------------------------------------
 
-
-def fleet(*settings: str) -> Fleet:
-    return assemble(resolved(load("mapping-inspection", [("--set", one) for one in settings])), seed=1)
-
-
-def named(vehicles: Fleet, name: str) -> Vehicle:
-    return next(vehicle for vehicle in vehicles.vehicles if vehicle.name == name)
-
-
-def said(by: Fleet, issuer: str, at_s: float, *facts: tuple[str, str, Any]) -> Block:
-    beliefs = named(by, issuer).beliefs
-    return beliefs.model.record([beliefs.fact(*fact) for fact in facts], at_s).block
+INSPECTION = "mapping-inspection"
 
 
 def form(head: str, number: int) -> tuple[tuple[str, str, Any], ...]:
@@ -106,33 +93,34 @@ def everything(vehicle: Vehicle) -> tuple[Any, ...]:
     return social.organisation, social.present, dict(social.objectives), dict(social.missions), bool(social.planner.due)
 
 
+def takes_in(vehicle: Vehicle, block: Block, now_s: float) -> None:
+    vehicle._consider(merge(vehicle.beliefs.model, [block]).changes, now_s)
+
+
 @pytest.mark.parametrize("act", FORGED)
 def test_every_forged_formation_is_refused_by_all(act: str) -> None:
     issuer, facts, outcome = FORGED[act]
-    forger, others = fleet(UNABLE), fleet(UNABLE)
-    block = said(forger, issuer, 1.0, *facts)
-    for vehicle in others.vehicles:
-        before, n_rows = everything(vehicle), len(others.recorder.organisation)
-        vehicle._consider(merge(vehicle.beliefs.model, [block]).changes, 1.0)
-        vehicle._take_effect(2.0)
-        assert everything(vehicle) == before
-        rows = others.recorder.organisation[n_rows:]
-        assert [(row[1], row[5], row[6], row[-1]) for row in rows] == [(vehicle.name, "refused", issuer, outcome)]
-    forger.close()
-    others.close()
+    with fleet_at_rest(UNABLE, scenario=INSPECTION) as forger, fleet_at_rest(UNABLE, scenario=INSPECTION) as others:
+        block = stated(named(forger, issuer), *facts)
+        for vehicle in others.vehicles:
+            before, n_rows = everything(vehicle), len(others.recorder.organisation)
+            takes_in(vehicle, block, 1.0)
+            vehicle._take_effect(2.0)
+            assert everything(vehicle) == before
+            rows = others.recorder.organisation[n_rows:]
+            assert [(row[1], row[5], row[6], row[-1]) for row in rows] == [(vehicle.name, "refused", issuer, outcome)]
 
 
 @pytest.mark.parametrize("issuer", ["AUV02", "ASV00"])
 def test_who_leads_neither_does_not_dissolve_a_group(issuer: str) -> None:
-    forger, others = fleet(), fleet()
-    vehicle = named(others, "AUV00")
-    for block in (said(forger, "AUV00", 1.0, *form("AUV01", 1)), said(forger, issuer, 2.0, (GROUP, "dissolved", 1))):
-        vehicle._consider(merge(vehicle.beliefs.model, [block]).changes, 3.0)
-        vehicle._take_effect(3.0)
-    assert vehicle.social.organisation.heads(GROUP) == ("AUV01",)
-    assert others.recorder.organisation[-1][5:7] == ("refused", issuer)
-    forger.close()
-    others.close()
+    with fleet_at_rest(scenario=INSPECTION) as forger, fleet_at_rest(scenario=INSPECTION) as others:
+        vehicle = named(others, "AUV00")
+        formed = stated(named(forger, "AUV00"), *form("AUV01", 1))
+        for block in (formed, stated(named(forger, issuer), (GROUP, "dissolved", 1), now_s=2.0)):
+            takes_in(vehicle, block, 3.0)
+            vehicle._take_effect(3.0)
+        assert vehicle.social.organisation.heads(GROUP) == ("AUV01",)
+        assert others.recorder.organisation[-1][5:7] == ("refused", issuer)
 
 
 # Whatever is heard first -------------------------------------------------------------------------
@@ -153,18 +141,15 @@ def history() -> list[tuple[str, tuple[tuple[str, str, Any], ...]]]:
 
 
 def view_after(order: list[int], rounds: int) -> tuple[Organisation, dict[str, tuple[str, ...]]]:
-    by, others = fleet(), fleet()
-    blocks = [said(by, issuer, 1.0 + n, *facts) for n, (issuer, facts) in enumerate(history())]
-    vehicle = named(others, "ASV00")
-    for n, index in enumerate(order):
-        vehicle._consider(merge(vehicle.beliefs.model, [blocks[index]]).changes, 10.0 + n)
-        if n % rounds == rounds - 1:
-            vehicle._take_effect(10.0 + n)
-    vehicle._take_effect(30.0)
-    found = vehicle.social.organisation, dict(vehicle.social.missions)
-    by.close()
-    others.close()
-    return found
+    with fleet_at_rest(scenario=INSPECTION) as by, fleet_at_rest(scenario=INSPECTION) as others:
+        blocks = [stated(named(by, issuer), *facts, now_s=1.0 + n) for n, (issuer, facts) in enumerate(history())]
+        vehicle = named(others, "ASV00")
+        for n, index in enumerate(order):
+            takes_in(vehicle, blocks[index], 10.0 + n)
+            if n % rounds == rounds - 1:
+                vehicle._take_effect(10.0 + n)
+        vehicle._take_effect(30.0)
+        return vehicle.social.organisation, dict(vehicle.social.missions)
 
 
 def test_formed_dissolved_and_formed_again_come_to_the_same_in_any_order() -> None:

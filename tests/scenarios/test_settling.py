@@ -42,7 +42,6 @@ def knowledge(fleet: Fleet) -> tuple[set[str], list[dict[tuple[int, int], tuple[
 @pytest.mark.parametrize("seed", sampled([1, 2, 3], 1))
 def test_after_a_mission_at_high_loss_all_vehicles_know_the_same(policy: str, seed: int) -> None:
     fleet, settled = ended(seed, SETTLED, f"communication.policy={policy!r}")
-    assert settled is not None
     assert settled.complete
     hashes, digests = knowledge(fleet)
     assert len(hashes) == 1
@@ -75,7 +74,6 @@ def test_what_somebody_has_given_up_is_waited_for() -> None:
     manager.give_up([next(guid for guid, _ in model.items() if guid[0] == 0)])
     assert not any(vehicle.radio.manager.n_open for vehicle in fleet.vehicles)
     settled = settled_of(setup, fleet)
-    assert settled is not None
     assert settled.complete
     assert settled.time_s > 0.0
     assert not list(manager.postponed())
@@ -113,6 +111,5 @@ def test_who_only_seems_to_be_away_is_waited_for() -> None:
     assert not any(vehicle.radio.manager.n_open for vehicle in fleet.vehicles)
     assert sum(node == 0 and not lacking.holds(uid) for node, uid in teller.postponed()) == 14
     settled = settled_of(setup, fleet)
-    assert settled is not None
     assert settled.complete
     assert len(knowledge(fleet)[0]) == 1

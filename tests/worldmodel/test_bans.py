@@ -17,11 +17,6 @@ def test_what_a_vehicle_says_of_itself_does_not_count() -> None:
     assert decided([word(10, 0, 1, 5), word(11, 1, 1, None)]) == {1: 5}
 
 
-def test_the_newest_word_counts_whoever_says_it() -> None:
-    assert decided([word(10, 0, 1, 5), word(11, 2, 1, None)]) == {}
-    assert decided([word(10, 0, 1, 5), word(12, 0, 1, 7), word(11, 2, 1, None)]) == {1: 7}
-
-
 def test_of_two_that_ban_each_other_the_first_prevails() -> None:
     assert decided([word(10, 0, 1, 0), word(12, 1, 0, 0)]) == {1: 0}
 

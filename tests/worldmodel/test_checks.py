@@ -32,12 +32,7 @@ FORM = {
     "UNKNOWN_ATTRIBUTE": [(AUV_0, 99, 1.0), (AUV_0, -1, 1.0)],
     "UNKNOWN_INSTANCE": [(-1, BATTERY, 0.5), (999, BATTERY, 0.5), (BAY, AREA_DONE, 999)],
     "UNKNOWN_CLASS": [(NEW, TYPE_UID, 999)],
-    "VALUE_KIND": [
-        (AUV_0, BATTERY, (1.0, 2.0)),
-        (AUV_0, BATTERY, True),
-        (BAY, AREA_DONE, 1.0),
-        (AUV_0, POSITION, 1.0),
-    ],
+    "VALUE_KIND": [(AUV_0, BATTERY, (1.0, 2.0)), (AUV_0, BATTERY, True), (BAY, AREA_DONE, 1.0), (AUV_0, POSITION, 1.0)],
     "VALUE_RANGE": [(AUV_0, BATTERY, 1.01), (AUV_0, POSITION, (0.0, 10000.5)), (ECHO, CLASSIFICATION, 4)],
     "VALUE_GRID": [(AUV_0, BATTERY, 0.333), (AUV_0, POSITION, (0.0, 0.3)), (BAY, CELL, 1.5)],
 }
@@ -90,9 +85,7 @@ def test_faulty_blocks(bad: Block, code: str) -> None:
 
 
 @pytest.mark.parametrize(("attribute", "sound", "equal"), [(BATTERY, 1.0, True), (POSITION, (1.0, 0.0), (True, False))])
-def test_a_value_of_another_kind_is_refused_although_its_equal_was_found_sound(
-    attribute: int, sound: Value, equal: Value
-) -> None:
+def test_a_value_of_another_kind_is_refused_although_its_equal_was_found_sound(attribute, sound, equal) -> None:
     assert sound == equal
     model = fleet_model()
     for value, found in [(sound, []), (equal, ["VALUE_KIND"]), (sound, [])]:
@@ -116,10 +109,7 @@ def test_all_faults_of_a_block_are_told() -> None:
         ([(NEW, LENGTH, 3.0), (NEW, TYPE_UID, WRECK)], ()),
         ([(ECHO, TYPE_UID, WRECK), (ECHO, NEAR, ECHO)], ()),
         ([(NEW + 2, TYPE_UID, WRECK)], (NEW + 2,)),  # of origin 2, which must create it first
-        (
-            [(NEW, TYPE_UID, WRECK), (NEW + 1, TYPE_UID, WRECK), (NEW, NEAR, NEW + 1), (NEW + 1, NEAR, NEW)],
-            (),
-        ),
+        ([(NEW, TYPE_UID, WRECK), (NEW + 1, TYPE_UID, WRECK), (NEW, NEAR, NEW + 1), (NEW + 1, NEAR, NEW)], ()),
     ],
 )
 def test_what_is_missing(facts: list[tuple[int, int, Value]], missing: tuple[int, ...]) -> None:

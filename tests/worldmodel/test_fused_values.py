@@ -1,7 +1,7 @@
 """What was fused can be asked in SPARQL: it is what ``worldmodel.fused`` says, and no more than that."""
 
 import pytest
-from small_fleet import BATTERY, CLASSIFICATION, ECHO, LOCATION, TBOX, ban, block, fleet_model
+from small_fleet import CLASSIFICATION, ECHO, LOCATION, TBOX, ban, block, fleet_model
 
 from worldmodel import WorldModel, fused, merge
 from worldmodel.rdf.sparql import query
@@ -26,7 +26,6 @@ def three_looks() -> WorldModel:
 def test_an_estimate_is_what_fusion_says() -> None:
     model = three_looks()
     expected = fused(TBOX.attributes[LOCATION], model.history(ECHO, LOCATION))
-    assert expected is not None
     ((value, sigma, time_s),) = query(model, PLACE)[1]
     x_m, y_m = expected.value  # type: ignore[misc]
     assert value == f"POINT ({x_m} {y_m})"
@@ -53,17 +52,10 @@ def test_a_symbol_has_an_estimate_for_each_hypothesis() -> None:
         merge(model, [block(origin, 0, origin, (ECHO, CLASSIFICATION, symbol, p))])  # type: ignore[arg-type]
     rows = query(model, ASKED % (ECHO, "rm:classification"))[1]
     expected = fused(TBOX.attributes[CLASSIFICATION], model.history(ECHO, CLASSIFICATION))
-    assert expected is not None
     assert [row[1] for row in rows] == [share for _, share in expected.probabilities]
     assert rows[0][0] == first
     assert second in {row[0] for row in rows}
     assert sum(share for _, share, _ in rows) == pytest.approx(1.0)
-
-
-def test_what_nobody_can_weigh_is_not_fused() -> None:
-    model = three_looks()
-    model.record([(0, BATTERY, 0.5)], 5.0)
-    assert query(model, ASKED % (0, "rm:batteryFraction"))[1] == []
 
 
 def test_the_history_and_the_graphs_of_origins_are_as_they_were() -> None:

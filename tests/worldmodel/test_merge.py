@@ -82,26 +82,13 @@ def test_what_may_be_said_of_any_thing_waits_for_the_thing_too(tmp_path: Path) -
 
 def test_a_local_record_sets_waiting_blocks_free_and_the_next_merge_tells() -> None:
     model = fleet_model(owner=0)
-    merge(
-        model,
-        [block(2, 0, 1, (ECHO, LENGTH, 30.0)), block(2, 1, 1, (ECHO, LENGTH, 31.0), (ECHO, NEAR, AUV_0))],
-    )
+    merge(model, [block(2, 0, 1, (ECHO, LENGTH, 30.0)), block(2, 1, 1, (ECHO, LENGTH, 31.0), (ECHO, NEAR, AUV_0))])
     assert model.arrivals.refused.keys() == {(2, 0, 1)}
     change = model.record([(ECHO, TYPE_UID, WRECK)], 2.0)
     assert change.block.guid == (0, 0, 0)
     assert model.value(ECHO, LENGTH) == 30.0
     assert [c.block.guid for c in merge(model, []).changes] == [(2, 0, 0)]
     assert merge(model, []).changes == ()
-
-
-def test_two_contents_under_one_guid() -> None:
-    contents = [block(2, 0, 0, (AUV_0, BATTERY, level)) for level in (0.5, 0.6)]
-    for arrival in (contents, contents[::-1]):
-        model = fleet_model()
-        assert merge(model, arrival[:1]).faults == ()
-        assert codes(merge(model, arrival[1:]).faults) == ["GUID_CONFLICT"]
-        assert model.block((2, 0, 0)) == min(contents, key=model.content)
-        assert len(model.history(AUV_0, BATTERY)) == 1
 
 
 def test_an_origin_that_contradicts_itself_is_held_to_what_it_said_first() -> None:
@@ -217,16 +204,6 @@ def test_of_too_many_that_wait_the_oldest_goes() -> None:
 
 
 # Epochs ----------------------------------------------------------------------------------------------
-
-
-def test_blocks_of_several_epochs_live_side_by_side() -> None:
-    model = fleet_model()
-    items = [block(1, 0, tick, (BAY, CELL, float(epoch)), epoch=epoch) for epoch, tick in ((0, 5), (3, 5), (1, 4))]
-    merge(model, items)
-    assert [b.epoch for b in model.blocks()] == [0, 1, 3]
-    assert [o.block.epoch for o in model.history(BAY, CELL)] == [1, 0, 3]  # by time, then by epoch
-    assert model.digest() == {(1, 0): (0, 0), (1, 1): (0, 0), (1, 3): (0, 0)}
-    assert merge(model, items) == ((), ())
 
 
 def test_who_restarts_without_its_memory_says_nothing_twice() -> None:

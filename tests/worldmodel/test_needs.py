@@ -41,10 +41,7 @@ def test_the_index_answers_as_asking_each_need(by_peer: dict[int, list[Informati
                 for need in asked
                 if need.attribute == attribute and is_about(need, instance)
             ]
-            expected = (
-                sum(1 << p for p in {p for p, _ in matching}),
-                max((q for _, q in matching), default=0),
-            )
+            expected = (sum(1 << p for p in {p for p, _ in matching}), max((q for _, q in matching), default=0))
             assert index.priority_of(told(instance.uid, attribute), instance.class_uid) == expected
 
 

@@ -124,9 +124,7 @@ def conclusions(model: WorldModel) -> tuple[dict[int, list[str]], dict[tuple[int
 
 @settings(max_examples=60, deadline=None)
 @given(facts=FACTS, seed=st.integers(0, 1000))
-def test_conclusions_follow_from_what_is_seen_alone(
-    tbox: TBox, facts: list[tuple[str, int, int, int]], seed: int
-) -> None:
+def test_conclusions_follow_from_what_is_seen_alone(tbox, facts, seed) -> None:
     """Asked after every block or at the end, in any order, with an origin banned before or after: the same."""
     told, rng = blocks(facts, tbox), random.Random(seed)
     often, once = fleet(tbox), fleet(tbox)

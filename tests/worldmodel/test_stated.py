@@ -49,7 +49,6 @@ def test_all_know_them_from_the_start_with_what_follows_until_a_vehicle_says_ano
     run.save(tmp_path / "run", force=True)
     for vehicle in ("ASV00", "AUV02"):
         for of_run in (run, remoras.open(tmp_path / "run")):
-            assert isinstance(of_run, remoras.Run)
             beliefs = Beliefs(of_run.known(vehicle, 0.0).model)
             assert beliefs.instances("Wellhead") == ("W1", "W2")
             assert beliefs.instances("FieldWell") == beliefs.instances("Leaky") == ("W1",)

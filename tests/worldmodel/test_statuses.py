@@ -2,7 +2,6 @@
 
 import random
 
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from small_fleet import (
@@ -16,7 +15,6 @@ from small_fleet import (
     POSITION,
     TBOX,
     WRECK,
-    ban,
     block,
     codes,
     first_uid_of,
@@ -77,17 +75,6 @@ def test_any_order_leaves_the_newest_of_each_slot_and_origin(blocks: list[Block]
     assert merge(model, blocks).changes == ()
 
 
-def test_a_status_replaces_what_its_origin_said_before_and_nothing_else() -> None:
-    model = fleet_model(owner=0)
-    for level in (0.9, 0.8, 0.7):
-        model.record([(AUV_0, BATTERY, level)], now_s=1.0 - level)
-    merge(model, [block(1, STATUS, 0, (AUV_0, BATTERY, 0.5))])
-    assert [(o.origin, o.value) for o in model.history(AUV_0, BATTERY)] == [(1, 0.5), (0, 0.7)]
-    assert model.value(AUV_0, BATTERY) == 0.7
-    ban(model, [0])
-    assert model.value(AUV_0, BATTERY) == 0.5
-
-
 def test_a_newer_status_of_one_origin_is_no_news_while_that_of_another_is_the_latest() -> None:
     model = fleet_model()
     merge(model, [block(1, STATUS, 9, (AUV_1, BATTERY, 0.5)), block(2, STATUS, 3, (AUV_1, BATTERY, 0.9))])
@@ -146,11 +133,3 @@ def test_what_is_kept_to_oneself_changes_nothing_that_is_shared() -> None:
     assert both.class_mask(ECHO) != told.class_mask(ECHO)
     assert (both.state_hash(), both.digest()) == (told.state_hash(), told.digest())
     assert codes(merge(fleet_model(owner=0), list(both.private_blocks())).faults) == ["BAD_SEQUENCE"]
-
-
-@pytest.mark.parametrize("private", [False, True])
-def test_private_blocks_of_one_moment_count_as_recorded(private: bool) -> None:
-    model = fleet_model(owner=1)
-    for x in range(3):
-        model.record([(ECHO, LOCATION, (float(x), 0.0))], 1.0, private=private)
-    assert [o.value for o in model.history(ECHO, LOCATION)] == [(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)]

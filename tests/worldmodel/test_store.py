@@ -2,7 +2,6 @@
 
 import copy
 import pickle
-import random
 from itertools import chain
 
 from hypothesis import given, settings
@@ -30,9 +29,7 @@ def everything(model: WorldModel) -> list[Block]:
 
 @settings(max_examples=150, deadline=None)
 @given(any_blocks, st.randoms(use_true_random=False), st.integers(1, 4), st.sets(st.integers(0, 2), max_size=2))
-def test_the_same_blocks_make_the_same_model(
-    blocks: list[Block], rng: random.Random, n_packets: int, banned: set[int]
-) -> None:
+def test_the_same_blocks_make_the_same_model(blocks, rng, n_packets, banned) -> None:
     """In any order, split and repeated in any way, passed on by another vehicle, or copied."""
     model = merged(blocks)
     again = blocks + rng.choices(blocks, k=len(blocks)) if blocks else []
@@ -76,9 +73,7 @@ def test_every_block_is_in_or_waits_or_is_refused_as_the_checks_say(blocks: list
 
 @settings(max_examples=60, deadline=None)
 @given(any_blocks, any_blocks, st.randoms(use_true_random=False))
-def test_who_forgets_what_waits_and_hears_it_again_knows_the_same(
-    first: list[Block], then: list[Block], rng: random.Random
-) -> None:
+def test_who_forgets_what_waits_and_hears_it_again_knows_the_same(first, then, rng) -> None:
     model = fleet_model()
     merge(model, first, now_s=10.0)
     forgotten: list[Block] = []
@@ -100,9 +95,7 @@ def test_who_forgets_what_waits_and_hears_it_again_knows_the_same(
     st.floats(0, 1),
     st.floats(0, 1),
 )
-def test_a_model_answers_as_a_list_of_blocks(
-    blocks: list[Block], rng: random.Random, banned: set[int], one_s: float, other_s: float
-) -> None:
+def test_a_model_answers_as_a_list_of_blocks(blocks, rng, banned, one_s, other_s) -> None:
     """Sound blocks all go in; histories, slices of them and latest values are those of the list, without the banned."""
     rng.shuffle(blocks)
     model = fleet_model()

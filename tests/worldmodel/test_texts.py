@@ -9,7 +9,7 @@ from worldmodel import (
     FactError,
     Instance,
     PropertyValue,
-    TBox,
+    Source,
     WorldModel,
     core_ontology_paths,
     merge,
@@ -37,28 +37,24 @@ TEXTS = st.text(st.characters(codec="utf-8", exclude_categories=["Cc"], exclude_
 )
 
 
-@pytest.fixture(scope="module")
-def tbox(tmp_path_factory: pytest.TempPathFactory) -> TBox:
-    path = tmp_path_factory.mktemp("notes") / "notes.ttl"
-    path.write_text(NOTES, encoding="utf-8")
-    return read_tbox(*core_ontology_paths(), path)
+TBOX = read_tbox(*core_ontology_paths(), Source("notes.ttl", NOTES))
 
 
-def model_of(tbox: TBox, owner: int = 0) -> WorldModel:
-    auv = tbox.class_named("AUV").uid
+def model_of(owner: int = 0) -> WorldModel:
+    auv = TBOX.class_named("AUV").uid
     instances = [Instance(uid, auv, f"AUV0{uid}") for uid in range(3)]
-    return WorldModel(tbox, owner, instances, n_origins=3)
+    return WorldModel(TBOX, owner, instances, n_origins=3)
 
 
 @given(text=TEXTS)
-def test_a_text_is_what_was_recorded(tbox: TBox, text: str) -> None:
-    note, model = tbox.attribute_named("note"), model_of(tbox)
+def test_a_text_is_what_was_recorded(text: str) -> None:
+    note, model = TBOX.attribute_named("note"), model_of()
     change = model.record([(0, note.uid, text)], now_s=1.0)
     assert model.latest(0, note.uid).value == text
     assert note.decode(note.encode(text)) == text
-    assert from_text(tbox, note, stored_as_text(model, note, text)) == text
-    assert str(term_of(tbox, note, text)) == text
-    other = model_of(tbox, 1)
+    assert from_text(TBOX, note, stored_as_text(model, note, text)) == text
+    assert str(term_of(TBOX, note, text)) == text
+    other = model_of(1)
     assert merge(other, [change.block]).faults == ()
     assert other.latest(0, note.uid).value == text
     assert other.digest() == model.digest()
@@ -82,30 +78,29 @@ def test_bytes_stand_for_one_text_or_none(data: bytes) -> None:
         (3.0, FaultCode.VALUE_KIND, "3.0 is not a string"),
     ],
 )
-def test_what_is_no_such_text_is_refused_by_name(tbox: TBox, value: object, code: FaultCode, says: str) -> None:
+def test_what_is_no_such_text_is_refused_by_name(value: object, code: FaultCode, says: str) -> None:
     """By who records it, and by who hears of it."""
-    note = tbox.attribute_named("note").uid
+    note = TBOX.attribute_named("note").uid
     with pytest.raises(FactError, match=r"note of instance 0"):
-        model_of(tbox).record([(0, note, value)], now_s=1.0)  # type: ignore[list-item]
+        model_of().record([(0, note, value)], now_s=1.0)  # type: ignore[list-item]
     block = Block(0, 0, 1.0, (PropertyValue(0, note, value),))  # type: ignore[arg-type]
-    (fault,) = merge(model_of(tbox, 1), [block]).faults
+    (fault,) = merge(model_of(1), [block]).faults
     assert fault.code is code
     assert says in fault.detail
 
 
-def test_texts_are_weighed_and_concluded_from(tbox: TBox) -> None:
-    note = tbox.attribute_named("note").uid
-    fleet = [model_of(tbox, owner) for owner in range(3)]
+def test_texts_are_weighed_and_concluded_from() -> None:
+    note = TBOX.attribute_named("note").uid
+    fleet = [model_of(owner) for owner in range(3)]
     said = [("in tow", 0.6), ("adrift", 0.8), ("in tow", 0.7)]
     blocks = [
         one.record([(0, note, text, p)], now_s=float(at)).block
         for at, (one, (text, p)) in enumerate(zip(fleet, said, strict=True))
     ]
     merge(fleet[0], blocks[1:])
-    estimate = fused(tbox.attributes[note], fleet[0].history(0, note))
-    assert estimate is not None
+    estimate = fused(TBOX.attributes[note], fleet[0].history(0, note))
     assert estimate.value == "in tow"  # (1 - p) / 2 for each of two other texts, one of them that nobody named
     said_so, other, neither = 0.6 * 0.1 * 0.7, 0.2 * 0.8 * 0.15, 0.2 * 0.1 * 0.15
     assert estimate.uncertainty == pytest.approx(said_so / (said_so + other + neither))
-    towed = tbox.class_named("Towed").uid
+    towed = TBOX.class_named("Towed").uid
     assert [one.uid for one in fleet[0].instances_of(towed)] == [0]  # the latest says so

@@ -1,43 +1,8 @@
-"""A fleet at rest in which facts are stated and heard: that of the shipped mission, before anybody has said anything.
+"""What becomes of blocks that a vehicle hears."""
 
-ASV00 is MissionAdministrator of Coordination, AUV00 its Tactician and Coordinator of Operational; AUV01 and AUV02 are
-Performers.
-"""
-
-from collections.abc import Iterator
-from contextlib import contextmanager
-
-from missions.runs.assembly import assemble
-from missions.runs.setup import resolved
-from missions.scenarios import load
 from remoras.authority import Ruling
-from remoras.fleet import Fleet
 from remoras.vehicle import Vehicle
 from worldmodel import Block, merge
-
-Said = tuple[str, str, str]
-
-
-@contextmanager
-def fleet_at_rest(*settings: str) -> Iterator[Fleet]:
-    """The fleet, with keys of its scenario set."""
-    fleet = assemble(resolved(load("mapping-rendezvous", [("--set", one) for one in settings])), seed=1)
-    try:
-        yield fleet
-    finally:
-        fleet.close()
-
-
-def named(fleet: Fleet, name: str) -> Vehicle:
-    """A vehicle of it."""
-    return next(vehicle for vehicle in fleet.vehicles if vehicle.name == name)
-
-
-def say(vehicle: Vehicle, *facts: Said, now_s: float = 1.0) -> Block:
-    """The vehicle makes facts known and takes note of them itself."""
-    change = vehicle.beliefs.model.record([vehicle.beliefs.fact(*fact) for fact in facts], now_s)
-    vehicle.social.consider([change])
-    return change.block
 
 
 def hear(vehicle: Vehicle, *blocks: Block) -> list[Ruling]:

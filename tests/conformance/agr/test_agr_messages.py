@@ -1,7 +1,8 @@
 """What is told and what it does at those who hear it, as AGR has it where a broadcast radio does."""
 
 import pytest
-from agr_fleet import fleet_at_rest, hear, named, say
+from agr_fleet import hear
+from resting import fleet_at_rest, named, say
 
 from missions.errors import ConfigurationError
 from missions.runs.run import run
@@ -51,15 +52,6 @@ def test_a_vehicle_signals_under_the_roles_that_it_holds() -> None:
             assert {role for role, _ in vehicle.executive.signals()} == held
 
 
-def test_what_is_said_to_a_role_is_not_said_to_the_sender() -> None:
-    """Of a block that concerns the whole group, all members have to hear but the one that states it."""
-    with fleet_at_rest() as fleet:
-        head = named(fleet, "AUV00")
-        fact = head.beliefs.fact("Operational.Performer", "objectiveRendezVous", "operational rally")
-        change = head.beliefs.model.record([fact], 1.0)
-        assert set(head.social.addressed(change)) == {"AUV01", "AUV02"}
-
-
 def test_who_has_left_a_role_is_not_reached_by_it() -> None:
     with fleet_at_rest() as fleet:
         performer = named(fleet, "AUV01")
@@ -96,15 +88,6 @@ def test_the_record_of_a_role_has_every_holder_and_drops_who_left(strategy: str)
     taken = [row for row in recorder.roles if row[4] in ("assigned", "left")]
     assert len(taken) > 20
     assert sorted(own) == sorted(taken)
-
-
-def test_roles_go_to_members_alone_and_missions_to_other_groups_too() -> None:
-    with fleet_at_rest() as fleet:
-        peer = named(fleet, "AUV02")
-        (ruling,) = hear(peer, say(named(fleet, "AUV00"), ("ASV00", "playsRole", "Operational.LeftWinger")))
-        assert ruling.outcome is Outcome.NOT_OF_GROUP
-        (ruling,) = hear(peer, say(named(fleet, "ASV00"), ("Operational", "hasMission", "AreaMapping")))
-        assert ruling.outcome is Outcome.SUCCESS
 
 
 def test_every_group_has_a_head_with_the_social_layer_and_all_reach_each_other() -> None:

@@ -44,8 +44,7 @@ def domain_of(elementary: Raw, abstract: Raw, *, lazily: bool) -> Domain:
 
     def every(alternatives: Any) -> Method:
         return Method(
-            "0",
-            lambda facts: ([Task(task) for task in tasks] for test, tasks in alternatives if holds(test, facts)),
+            "0", lambda facts: ([Task(task) for task in tasks] for test, tasks in alternatives if holds(test, facts))
         )
 
     return Domain.of(

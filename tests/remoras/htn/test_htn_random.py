@@ -1,24 +1,25 @@
 """The planner against brute force, on random domains with recursion."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from hypothesis import event, given, settings
 from hypothesis import strategies as st
 from plan_checker import check_plan
-from random_domains import (
-    Raw,
-    brute_force,
-    domain_of,
-    methods,
-    operators,
-    worlds,
-)
+from random_domains import ELEMENTARY, Raw, brute_force, condition, domain_of, holds, methods, operators, worlds
 
 from remoras.errors import PlanningError
 from remoras.htn import Domain, NoPlan, Plan, Task, plan
 
 BUDGET = 6_000
 few = settings(max_examples=80, deadline=None)
+lower = st.fixed_dictionaries(
+    {
+        name: st.lists(st.tuples(condition, st.lists(st.sampled_from(below), max_size=3)), min_size=1, max_size=3)
+        for name, below in (("Z", ELEMENTARY), ("Y", (*ELEMENTARY, "Z")), ("X", (*ELEMENTARY, "Y", "Z")))
+    }
+)
+"""Methods whose tasks stand lower in the hierarchy, so that every search ends."""
 
 
 def planned(domain: Domain, world: Raw) -> Plan | NoPlan | None:
@@ -45,11 +46,31 @@ def test_there_is_a_plan_where_brute_force_finds_one(elementary: Raw, abstract: 
         assert verdict.is_valid, str(verdict)
 
 
+def seek(elementary: Raw, abstract: Raw, facts: Raw, tasks: Sequence[str]) -> list[str] | None:
+    """The textbook search, copying the world at every step: steps of the first plan, or None."""
+    if not tasks:
+        return []
+    first, rest = tasks[0], tasks[1:]
+    if first in elementary:
+        test, effects = elementary[first]
+        later = seek(elementary, abstract, {**facts, **effects}, rest) if holds(test, facts) else None
+        return None if later is None else [first, *later]
+    found = (
+        seek(elementary, abstract, facts, [*below, *rest]) for test, below in abstract[first] if holds(test, facts)
+    )
+    return next((one for one in found if one is not None), None)
+
+
+@given(operators, lower, worlds)
+def test_the_search_finds_what_the_textbook_search_finds(elementary: Raw, abstract: Raw, world: Raw) -> None:
+    found = plan(domain_of(elementary, abstract, lazily=False), world, Task("X"))
+    steps = [task.name for task in found.tasks] if isinstance(found, Plan) else None
+    assert steps == seek(elementary, abstract, world, ["X"])
+
+
 @few
 @given(operators, methods, worlds, worlds)
-def test_facts_that_a_plan_does_not_rest_on_do_not_matter_in_recursion_either(
-    elementary: Raw, abstract: Raw, world: Raw, other: Raw
-) -> None:
+def test_facts_that_a_plan_does_not_rest_on_do_not_matter_in_recursion_either(elementary, abstract, world, other):
     domain = domain_of(elementary, abstract, lazily=False)
     found = planned(domain, world)
     if found is None:
@@ -61,9 +82,7 @@ def test_facts_that_a_plan_does_not_rest_on_do_not_matter_in_recursion_either(
 
 @few
 @given(operators, methods, worlds, st.data())
-def test_a_plan_with_one_node_changed_is_valid_only_if_it_is_another_plan(
-    elementary: Raw, abstract: Raw, world: Raw, data: st.DataObject
-) -> None:
+def test_a_plan_with_one_node_changed_is_valid_only_if_it_is_another_plan(elementary, abstract, world, data) -> None:
     """A step left out or put in the place of another breaks the tree, or the tree is one of another method."""
     domain = domain_of(elementary, abstract, lazily=False)
     found = planned(domain, world)

@@ -13,7 +13,6 @@ from remoras.htn import Domain, FactsLike, Method, NoPlan, Operator, Plan, Task,
 
 
 def steps(found: Plan | NoPlan) -> list[str]:
-    assert isinstance(found, Plan)
     return [str(task) for task in found.tasks]
 
 
@@ -32,7 +31,6 @@ def test_a_task_in_the_state_of_its_ancestor_is_given_up_first_and_tried_by_dept
     """``idle`` must be its own ancestor three times, each time in the first state, for three waits to follow."""
     found = plan(WAIT, {}, Task("all"))
     assert steps(found) == ["wait()", "wait()", "wait()", "go()"]
-    assert isinstance(found, Plan)
     assert check_plan(WAIT, {}, Task("all"), found).is_valid
 
 
@@ -56,19 +54,6 @@ def test_a_walk_to_and_fro_is_a_loop_though_facts_change_on_the_way() -> None:
         },
     )
     assert steps(plan(domain, {"at": "A"}, Task("be at", ("C",)))) == ["walk()", "swim()"]
-
-
-def test_a_recursion_that_changes_facts_for_ever_is_shown_with_its_chain() -> None:
-    domain = Domain.of(
-        [Operator("count", effects=lambda facts: {"n": facts.get("n", 0) + 1})],
-        {
-            "a": [Method("on", lambda facts: [Task("count"), Task("b")])],
-            "b": [Method("on", lambda facts: [Task("a")])],
-        },
-    )
-    message = r"no plan for a\(\) within 300 expansions; recursion: [ab]\(\) > [ab]\(\) > [ab]\(\), \d+ levels deep"
-    with pytest.raises(PlanningError, match=message):
-        plan(domain, {}, Task("a"), max_expansions=300)
 
 
 def test_arguments_that_cannot_be_hashed_are_planned_with_though_not_compared() -> None:
@@ -109,7 +94,6 @@ def test_ten_thousand_levels_take_ten_times_the_memory_of_a_thousand() -> None:
         found = plan(DEEP, {}, Task("down", (levels,)))
         peaks.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
-        assert isinstance(found, Plan)
         assert len(found.nodes) == 3 * levels + 1
     assert peaks[1] < 15 * peaks[0]
     assert peaks[1] < 40e6
@@ -123,21 +107,6 @@ def test_a_deep_plan_is_compared_copied_shown_and_checked_without_recursion() ->
     assert str(plan(DEEP, {}, Task("down", (1,)))).splitlines() == [
         "down(1) by down", "  look() by look", "  down(0) by floor", "  up()",
     ]  # fmt: skip
-
-
-def test_equal_siblings_and_empty_branches_are_told_apart() -> None:
-    domain = Domain.of(
-        [Operator("p")],
-        {
-            "A": [Method("p", lambda facts: [Task("p")])],
-            "E": [Method("nothing", lambda facts: [])],
-            "X": [Method("x", lambda facts: [Task("A"), Task("A"), Task("E")])],
-        },
-    )
-    found = plan(domain, {}, Task("X"))
-    assert isinstance(found, Plan)
-    assert found.children == ((1, 3, 5), (2,), (), (4,), (), ())
-    assert [found.nodes[place].task.name for place in found.children[0]] == ["A", "A", "E"]
 
 
 def test_coming_to_one_place_in_one_state_by_other_ways_is_tried_once() -> None:
@@ -161,9 +130,7 @@ def legs(facts: FactsLike, goal: str) -> Iterator[list[Task]]:
 
 
 SEA = Domain.of(
-    [
-        Operator("sail", effects=lambda facts, origin, target: {"at": target}),
-    ],
+    [Operator("sail", effects=lambda facts, origin, target: {"at": target})],
     {
         "reach": [
             Method("there", lambda facts, goal: [], lambda facts, goal: facts.get("at") == goal),
@@ -175,7 +142,6 @@ SEA = Domain.of(
 
 def test_tasks_in_order_are_one_plan_with_several_roots() -> None:
     found = plan(SEA, {"at": "A"}, [Task("reach", ("C",)), Task("reach", ("B",))])
-    assert isinstance(found, Plan)
     assert [node.task.args for node in found.nodes if node.parent == -1] == [("C",), ("B",)]
     assert steps(plan(SEA, {}, [])) == []
 
@@ -205,15 +171,9 @@ def test_all_faults_of_a_domain_are_told_at_once() -> None:
         assert part in text
 
 
-def test_a_recursion_that_can_end_is_no_fault() -> None:
-    Domain.of([Operator("step")], {"walk": [Method.fixed("on", "step", "walk"), Method.fixed("stay")]})
-    Domain.of([], {"walk": [Method("may end", lambda facts: [Task("walk")])]})  # nothing is declared
-
-
 def test_a_method_keeps_to_what_it_declares() -> None:
     domain = Domain.of(
-        [Operator("dive"), Operator("climb")],
-        {"move": [Method("down", lambda facts: [Task("climb")], uses=("dive",))]},
+        [Operator("dive"), Operator("climb")], {"move": [Method("down", lambda facts: [Task("climb")], uses=("dive",))]}
     )
     with pytest.raises(PlanningError, match=r"'down' of task move\(\) uses climb, and declares only: dive"):
         plan(domain, {}, Task("move"))
@@ -223,5 +183,4 @@ def test_a_plan_that_takes_most_of_the_first_half_of_the_expansions_is_found() -
     """Nine in ten of the 100,000 expansions of the first search; it does not start again."""
     count = Domain.of([Operator("step")], {"all": [Method("steps", lambda facts: [Task("step")] * 90_000)]})
     found = plan(count, {}, Task("all"))
-    assert isinstance(found, Plan)
     assert len(found.tasks) == 90_000

@@ -1,0 +1,15 @@
+"""The fleet that tests of vehicles start from."""
+
+from collections.abc import Iterator
+
+import pytest
+from resting import fleet_at_rest
+
+from remoras.fleet import Fleet
+
+
+@pytest.fixture
+def fleet() -> Iterator[Fleet]:
+    """The shipped mission before anybody has said anything."""
+    with fleet_at_rest() as resting:
+        yield resting

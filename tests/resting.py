@@ -1,0 +1,58 @@
+"""A fleet at rest in which facts are stated and heard: that of a shipped mission, before anybody has said anything.
+
+In `mapping-rendezvous` ASV00 is MissionAdministrator of Coordination, AUV00 its Tactician and Coordinator of
+Operational; AUV01 and AUV02 are Performers.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from typing import Any
+
+from missions.runs.assembly import assemble
+from missions.runs.setup import Setup, resolved
+from missions.scenarios import load
+from remoras.fleet import Fleet
+from remoras.vehicle import Vehicle
+from worldmodel import Block
+
+Said = tuple[str, str, Any]
+"""Subject, attribute, value: by name."""
+
+
+@cache
+def setup_of(scenario: str, *settings: str) -> Setup:
+    """A scenario with keys set, once for all tests."""
+    return resolved(load(scenario, [("--set", one) for one in settings]))
+
+
+@contextmanager
+def fleet_at_rest(*settings: str, scenario: str = "mapping-rendezvous") -> Iterator[Fleet]:
+    """The fleet, with keys of its scenario set."""
+    fleet = assemble(setup_of(scenario, *settings), seed=1)
+    try:
+        yield fleet
+    finally:
+        fleet.close()
+
+
+def named(fleet: Fleet, name: str) -> Vehicle:
+    """A vehicle of it."""
+    return next(vehicle for vehicle in fleet.vehicles if vehicle.name == name)
+
+
+def stated(vehicle: Vehicle, *facts: Said, now_s: float = 1.0) -> Block:
+    """What the vehicle makes known."""
+    return vehicle.beliefs.model.record([vehicle.beliefs.fact(*fact) for fact in facts], now_s).block
+
+
+def say(vehicle: Vehicle, *facts: Said, now_s: float = 1.0) -> Block:
+    """The vehicle makes facts known and takes note of them itself."""
+    change = vehicle.beliefs.model.record([vehicle.beliefs.fact(*fact) for fact in facts], now_s)
+    vehicle.social.consider([change])
+    return change.block
+
+
+def miss(vehicle: Vehicle, *names: str) -> None:
+    """Let a vehicle take these alone for absent."""
+    vehicle.social.standing._membership.absent = frozenset(names)
