@@ -36,7 +36,7 @@ from worldmodel import suggestion
 Location = tuple[str | int, ...]
 """Keys, and places in lists from 0, from the top of a document down to a value."""
 
-HEADER = re.compile(r"^\s*(\[\[?)\s*([^\]]+?)\s*\]\]?\s*(#.*)?$")
+HEADER = re.compile(r"^\s*(\[\[?)\s*([^\]\s](?:[^\]]*[^\]\s])?)\s*\]\]?\s*(#.*)?$")
 PART = r"""(?:"[^"]*"|'[^']*'|[A-Za-z0-9_-]+)"""
 KEY = re.compile(rf"^\s*({PART}(?:\s*\.\s*{PART})*)\s*=")
 
@@ -192,7 +192,8 @@ def fault_of(detail: Mapping[str, Any], root: type[BaseModel], raw: Mapping[str,
         hint = suggestion(str(location[-1]), known)
         return ConfigurationFault(key, given, f"unknown key, allowed here: {', '.join(known)}{hint}")
     if kind == "string_pattern_mismatch":  # the one pattern there is, of names
-        return ConfigurationFault(key, given, "allowed: 1 to 40 characters, none of them . / \\ or a control character")
+        allowed = "allowed: 1 to 40 characters, none of them . / \\ or a control character, and none of = + - @ first"
+        return ConfigurationFault(key, given, allowed)
     message = str(detail["msg"]).replace("tuple", "list").replace("Tuple", "list")
     return ConfigurationFault(key, given, message[0].lower() + message[1:])
 

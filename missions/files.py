@@ -29,7 +29,7 @@ TOO_LONG = "an integer of more than 307 digits; no key needs that"
 LONG_NUMBER = re.compile(r"[\da-fA-F_]{256}")
 TOO_DEEP = f"tables or lists within each other more than {MOST_LEVELS} levels deep; no key needs that"
 PART = r"""(?:"[^"\n]*"|'[^'\n]*'|[A-Za-z0-9_-]++)"""
-DOTTED = re.compile(rf"{PART}(?:[ \t]*+\.[ \t]*+{PART})++")
+DOTTED = re.compile(rf"(?<![A-Za-z0-9_-]){PART}(?:[ \t]*+\.[ \t]*+{PART})++")
 LINE_OF_SYNTAX = re.compile(r"at line (\d+)")
 BYTE_ORDER_MARKS = {b"\xff\xfe": "UTF-16", b"\xfe\xff": "UTF-16"}
 """First bytes of files that some editors write."""

@@ -108,34 +108,35 @@ def play_all(plan: TrialPlan, loops: SlotLoops, jobs: int, progress: Callable[[i
     Args:
         plan: all trials.
         loops: the slot loop of every acknowledgement in the plan.
-        jobs: threads.
+        jobs: threads, for loops of machine code; Python would run in one at a time, and none heeds an interruption.
         progress: is told how many parts of how many are done.
     """
     tallies: list[list[Tally]] = [[] for _ in plan.matrices]
-    with ThreadPoolExecutor(jobs) as pool:
-        for done, (setting, of_part) in enumerate(_in_order(plan, loops, pool, 2 * jobs), start=1):
-            if not tallies[setting]:
-                tallies[setting] = of_part
-            else:
-                for tally, more in zip(tallies[setting], of_part, strict=True):
-                    tally.add(more)
-            progress(done, plan.n_parts)
+    for done, (setting, of_part) in enumerate(_in_order(plan, loops, jobs), start=1):
+        if not tallies[setting]:
+            tallies[setting] = of_part
+        else:
+            for tally, more in zip(tallies[setting], of_part, strict=True):
+                tally.add(more)
+        progress(done, plan.n_parts)
     return tallies
 
 
-def _in_order(
-    plan: TrialPlan, loops: SlotLoops, pool: ThreadPoolExecutor, ahead: int
-) -> Iterator[tuple[int, list[Tally]]]:
-    """Setting and tallies of each part in order, so that sums do not depend on the pool; at most so many ahead."""
+def _in_order(plan: TrialPlan, loops: SlotLoops, jobs: int) -> Iterator[tuple[int, list[Tally]]]:
+    """Setting and tallies of each part in order, so that sums do not depend on the threads; a few are played ahead."""
     play = partial(_play, plan, loops)
+    if jobs == 1:
+        yield from ((part.setting, play(part)) for part in plan.parts)
+        return
     pending: deque[tuple[int, Future[list[Tally]]]] = deque()
-    for part in plan.parts:
-        pending.append((part.setting, pool.submit(play, part)))
-        if len(pending) > ahead:
-            setting, future = pending.popleft()
+    with ThreadPoolExecutor(jobs) as pool:
+        for part in plan.parts:
+            pending.append((part.setting, pool.submit(play, part)))
+            if len(pending) > 2 * jobs:
+                setting, future = pending.popleft()
+                yield setting, future.result()
+        for setting, future in pending:
             yield setting, future.result()
-    for setting, future in pending:
-        yield setting, future.result()
 
 
 def _play(plan: TrialPlan, loops: SlotLoops, part: TrialBatch) -> list[Tally]:

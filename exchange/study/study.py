@@ -75,7 +75,7 @@ def run(
     """
     if jobs < 1:
         raise ConfigurationError(f"jobs is {jobs}: at least 1 is needed")
-    from exchange.study.compiler import slot_loops
+    from exchange.study.compiler import slot_loops, why_uncompiled
 
     plan = TrialPlan(
         study.nodes,
@@ -86,7 +86,7 @@ def run(
         study.seed,
         study.trials,
     )
-    tallies = play_all(plan, slot_loops(plan.forms, say), jobs, progress)
+    tallies = play_all(plan, slot_loops(plan.forms, say), 1 if why_uncompiled() else jobs, progress)
     return [
         row_of(study, per, policy, tallies_of_per[plan.policies.index(policy)])
         for per, tallies_of_per in zip(study.per or (_mean_link(plan.matrices[0]),), tallies, strict=True)

@@ -16,8 +16,8 @@ from worldmodel import suggestion
 Positive = Annotated[float, Field(gt=0.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
 Probability = Annotated[float, Field(ge=0.0, le=1.0)]
-Name = Annotated[str, Field(min_length=1, max_length=40, pattern=r"^[^./\\\x00-\x1f]+$")]
-"""Files are named by it: it has no dot, no slash and no control character."""
+Name = Annotated[str, Field(min_length=1, max_length=40, pattern=r"^[^./\\\x00-\x1f=+@-][^./\\\x00-\x1f]*$")]
+"""Files are named by it: it has no dot, no slash, no control character; and first nothing that makes a formula."""
 PointM = tuple[float, float]
 LONGEST_REPR = 120
 """Characters of a table in a terminal or notebook."""

@@ -40,6 +40,8 @@ if TYPE_CHECKING:
     from missions.sweeps.plan import SweepPlan
     from missions.sweeps.study_file import StudyFile
 
+MOST_TABLE_BYTES = 500_000_000
+"""Most that a study keeps of tables (bytes), unless it says of which repeats."""
 STUDY, STUDY_TEXT, RUNS, PARTS, TABLES = "study.json", "study.toml", "runs.parquet", "parts", "tables"
 RUN_FIELDS = ("scenario", "strategy", "policy", "channel", "per", "seed", "n_vehicles")
 """Fields of a summary that say which run it is of."""
@@ -53,13 +55,17 @@ CODE_CHANGED = (
 
 @dataclass(frozen=True)
 class SweepStatus:
-    """How far a sweep is: ``planned`` are those made and those remaining, ``done`` are completed and censored."""
+    """How far a sweep is: ``planned`` are those made and those remaining, ``done`` are completed and censored.
+
+    Of ``with_tables`` the tables are kept.
+    """
 
     planned: int
     done: int
     failed: int
     censored: int
     remaining: int
+    with_tables: int
 
 
 @dataclass(frozen=True)
@@ -333,7 +339,8 @@ class SweepResults:
         remaining = self.schedule.n_missing({key: line["summary"] for key, line in self.lines.items()})
         failed = sum(line["status"] == FAILED for line in lines)
         censored = sum(line["status"] == DONE and not line["summary"]["completed"] for line in lines)
-        return SweepStatus(len(lines) + remaining, len(lines) - failed, failed, censored, remaining)
+        with_tables = sum(bool(line["tables"]) for line in lines)
+        return SweepStatus(len(lines) + remaining, len(lines) - failed, failed, censored, remaining, with_tables)
 
 
 class SweepFolder:
@@ -373,6 +380,8 @@ class SweepFolder:
                 write_synced(folder / STUDY, json.dumps(record, indent=1))
                 self._ledger = RunLedger(folder / LEDGER, record[IDENTITY])
                 self._again = self._to_make_again(retry_failed)
+                kept = (path for name in (PARTS, TABLES) for path in (folder / name).rglob("*.parquet"))
+                self._table_bytes = sum(path.stat().st_size for path in kept)
             except BaseException:
                 self._lock.release()
                 raise
@@ -447,9 +456,13 @@ class SweepFolder:
                     "otherwise now; name another folder for --out"
                 )
         try:
-            for run in new.values():
-                if run.tables:
+            for key, run in new.items():
+                n_bytes = sum(map(len, run.tables.values()))
+                if self._plan.study.design.keep_tables is None and self._table_bytes + n_bytes > MOST_TABLE_BYTES:
+                    new[key] = FinishedRun({**run.line, "tables": False}, {})
+                elif run.tables:
                     tables.write_part(self.folder / PARTS, run.key, run.tables)
+                    self._table_bytes += n_bytes
         except OSError as error:
             raise OutputError(f"{self.folder / PARTS}: cannot be written: {error.strerror}") from None
         self._ledger.append(run.line for key, run in new.items() if key not in known or known[key]["status"] == FAILED)

@@ -263,7 +263,7 @@ class SweepPlan:
     def task(self, number: int, repeat: int) -> RunTask:
         """A repeat of the configuration with that number, ready to run."""
         configuration = self.study.configurations[number]
-        label = self.schedule.labels[number]
+        label, keep = self.schedule.labels[number], self.study.design.keep_tables
         seed = seed_of(self.study.design.seed, repeat)
         return RunTask(
             self.schedule.key(number, repeat),
@@ -272,7 +272,7 @@ class SweepPlan:
             repeat,
             label.columns,
             replay_command(label, seed),
-            repeat < self.study.design.keep_tables,
+            keep is None or repeat < keep,
         )
 
     def due(self, summaries: Summaries, busy: Collection[str] = ()) -> Iterator[RunTask]:

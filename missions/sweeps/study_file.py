@@ -184,7 +184,9 @@ class Design(Section):
     halvings: int = Field(
         0, ge=0, le=5, strict=True, description="how many times a factorial design is halved; 0 for all combinations"
     )
-    keep_tables: int = Field(1, ge=0, description="repeats of each configuration whose tables are kept")
+    keep_tables: int | None = Field(
+        None, ge=0, description="repeats of each configuration whose tables are kept; if absent all, up to 500 MB"
+    )
 
     @field_validator("scenario", mode="before")
     @classmethod

@@ -142,7 +142,7 @@ def _checks(kind: str, name: str) -> Sequence[str]:
     except ModuleNotFoundError as error:
         if error.name != "hypothesis":
             raise
-        fail("the checks of a strategy need Hypothesis: pip install hypothesis")
+        fail('the checks of a strategy need Hypothesis: pip install "remoras-sim[authors]"')
 
 
 def _shipped_rows(suite: Suite) -> list[tuple[dict[str, object], Scored]]:

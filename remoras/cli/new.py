@@ -1,4 +1,4 @@
-"""The command that begins something of one's own: a scenario by six answers, or a plug-in with its test and a CI file.
+"""The command that begins something of one's own: a scenario by six answers, or a plug-in with its test.
 
 Templates of plug-ins are files beside this one, and plug-ins that work. The word by which their files are named stands
 in them where their name has to stand, and nowhere else; so a new one is the template with another word.
@@ -12,7 +12,6 @@ import sys
 from collections.abc import Iterator, Mapping
 from importlib.util import find_spec
 from pathlib import Path
-from string import Template
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -24,6 +23,7 @@ from remoras.cli.app import as_typed, check_known, command, fail, on_terminal
 if TYPE_CHECKING:
     from missions.mapping.beginning import Inquiry
 
+AUTHORS = 'pip install "remoras-sim[authors]"'
 TEMPLATES = Path(__file__).with_name("templates")
 SCENARIO = "scenario"
 PLUGINS: dict[str, tuple[str, ...]] = {
@@ -67,7 +67,7 @@ def new(
     """Begin a scenario, or a strategy, mission, sensor or metric of your own, by files that work as they are.
 
     A scenario comes from six options; on a terminal it asks for them if none is given.
-    A plug-in comes with its conformance test and a file for continuous integration.
+    A plug-in comes with its conformance test.
     """
     if example:
         _print_example(kind, name)
@@ -85,7 +85,7 @@ def new(
             fail(f"{told[0]}: is of a scenario; a {kind} has no such option")
         _check_plugin_name(kind, name, out)
         files = dict(plugin_files(kind, name))
-        then = f"python -m pytest -q {as_typed(out / f'test_{name}.py')}"
+        then = f"python -m pytest -q {as_typed(out / f'test_{name}.py')}  # {AUTHORS} has what it needs"
     written = [out / file for file in files]
     there = [str(path) for path in written if path.exists() or path.is_symlink()]
     if there and not force:
@@ -145,7 +145,7 @@ def _asked(question: Inquiry) -> Any:
 
 
 def plugin_files(kind: str, name: str) -> Iterator[tuple[str, str]]:
-    """Name and text of each file of a new plug-in: its own, the conformance test, the file for CI.
+    """Name and text of each file of a new plug-in: its own, and the conformance test.
 
     Args:
         kind: one of ``PLUGINS``.
@@ -157,8 +157,6 @@ def plugin_files(kind: str, name: str) -> Iterator[tuple[str, str]]:
         for old, its in ((word, name), (word.upper(), name.upper()), (word.capitalize(), _capitals(name))):
             text = text.replace(old, its)
         yield file.replace(word, name), text
-    ci = (TEMPLATES / "ci.yml").read_text(encoding="utf-8")
-    yield f".github/workflows/{name}.yml", Template(ci).substitute(name=name)
 
 
 def _capitals(name: str) -> str:

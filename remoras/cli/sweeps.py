@@ -109,9 +109,10 @@ def sweep(
             )
         except driver.PartlyDoneError as error:
             fail(f"{error}; finished runs are kept in {out}, the same command goes on", PARTLY_DONE)
-    show(
-        asdict(outcome), as_json, [_status_line(asdict(outcome)), f"compare them with: remoras compare {as_typed(out)}"]
-    )
+    said = [_status_line(asdict(outcome)), f"compare them with: remoras compare {as_typed(out)}"]
+    if loaded.design.keep_tables is None and outcome.with_tables < outcome.done:
+        said.insert(1, "tables of further runs are left out, 500 MB are kept; study.keep_tables says of which repeats")
+    show(asdict(outcome), as_json, said)
     if outcome.failed:
         print(f"remoras: {outcome.failed} runs failed; columns error and replay of {out}/runs.parquet", file=sys.stderr)
         raise typer.Exit(FAILED)
@@ -225,7 +226,7 @@ def _show_metrics(folder: Path, metrics: Sequence[str], as_json: bool) -> None:
 
 
 def _status_line(status: dict[str, Any]) -> str:
-    return ", ".join(f"{count} {name}" for name, count in status.items())
+    return ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in status.items())
 
 
 def _effect_lines(results: SweepResults, rows: Sequence[MainEffect]) -> Iterator[str]:

@@ -24,7 +24,7 @@ def main(arguments: list[str]) -> int:
     except ModuleNotFoundError as error:
         if error.name != "hypothesis":
             raise
-        print("the checks of a strategy need Hypothesis: pip install hypothesis", file=sys.stderr)
+        print('the checks of a strategy need Hypothesis: pip install "remoras-sim[authors]"', file=sys.stderr)
         return 2
     except (RemorasError, MissionsError, ExchangeError) as error:
         print(f"{arguments[0]} {arguments[1]}: {error}", file=sys.stderr)

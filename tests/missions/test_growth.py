@@ -52,7 +52,7 @@ def test_a_grown_folder_is_that_of_the_large_study(tmp_path: Path, what: str) ->
         (SMALL.replace('"ack", ', ""), r'\n  study.policies: was \["ack", "mps-ack"\], now \["mps-ack"\]'),
         (SMALL.replace("seed = 7", "seed = 8"), r"study.seed: was 7, now 8"),
         (SMALL.replace("duration_s = 20", "duration_s = 21"), r"set.scenario.duration_s: was 20, now 21"),
-        (SMALL.replace("seed = 7", "seed = 7\nkeep_tables = 2"), r"study.keep_tables: was 1, now 2"),
+        (SMALL.replace("seed = 7", "seed = 7\nkeep_tables = 2"), r"study.keep_tables: was .*, now 2"),
     ],
 )
 def test_what_loses_runs_or_changes_them_is_refused(tmp_path: Path, text: str, expected: str) -> None:

@@ -25,6 +25,7 @@ TEXTS = {
     "integer of 5000 digits": ("y = 1\nx = " + "9" * 5000 + "\n", 2, DIGITS),
     "integer that is no float": ("x = " + "9" * 400 + "\n", 1, DIGITS),
     "integer in hexadecimal": ("x = 0x" + "f" * 5000 + "\n", 1, DIGITS),
+    "one long word": ("x = 1\n" + "a" * 900_000 + "\n", 2, "Expected '='"),
     "tables": ("[[x]]\n" * (MOST_TABLES + 1), None, f"more than {MOST_TABLES} tables"),
 }
 
