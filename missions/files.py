@@ -272,3 +272,18 @@ def toml_value(value: Any) -> str:
 def shown(value: Any) -> str:
     """A value as a message shows it, cut if it is long."""
     return cut(toml_value(value), LONGEST_VALUE)
+
+
+def keys_of_options(
+    strategy: str | None, policy: str | None, channel: str | None, network: str | None, per: str | float | None
+) -> list[tuple[str, str, Any]]:
+    """(option, key of a scenario, value) of the options of a run that are given; a network needs its channel."""
+    options = (
+        ("strategy", "strategy.name", strategy),
+        ("policy", "communication.policy", policy),
+        ("channel", "channel.name", channel),
+        ("network", "channel.name", None if network is None else "network"),
+        ("network", "channel.network", network),
+        ("per", "channel.per", per),
+    )
+    return [given for given in options if given[2] is not None]

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from missions.cards import Figures, Records, card, number_text
 from missions.errors import OutputError
-from missions.files import is_named, toml_value
+from missions.files import is_named, keys_of_options, toml_value
 from missions.runs.results import MemoryResults, Results
 from missions.scenarios import Scenario
 from missions.scenarios import load as load_scenario
@@ -70,15 +70,8 @@ def load(
     >>> load("mapping-rendezvous", per=0.6).channel.per
     0.6
     """
-    given = (
-        ("strategy", "strategy.name", strategy),
-        ("policy", "communication.policy", policy),
-        ("channel", "channel.name", channel),
-        ("network", "channel.name", None if network is None else "network"),
-        ("network", "channel.network", network),
-        ("per", "channel.per", per),
-    )
-    overrides = [(name, f"{key}={toml_value(value)}") for name, key, value in given if value is not None]
+    given = keys_of_options(strategy, policy, channel, network, per)
+    overrides = [(name, f"{key}={toml_value(value)}") for name, key, value in given]
     return load_scenario(str(scenario), [*overrides, *_settings(set)])
 
 

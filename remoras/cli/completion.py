@@ -7,15 +7,17 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Iterable
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import typer
 
 Offer = Callable[[typer.Context, str], list[str]]
+Names = Callable[[typer.Context], Iterable[str]]
 
 
-def _offering(names: Callable[[typer.Context], Iterable[str]], suffixes: tuple[str, ...] = ()) -> Offer:
+def _offering(names: Names, suffixes: tuple[str, ...] = ()) -> Offer:
     """Offer those of the names, and of the files with these endings, that begin as what has been typed.
 
     Args:
@@ -46,46 +48,20 @@ def _files(incomplete: str, suffixes: tuple[str, ...]) -> list[str]:
     return [f"{prefix}{path.name}" for path in found if path.name.endswith(suffixes)] + folders
 
 
-def _scenarios(ctx: typer.Context) -> Iterable[str]:
-    from missions.files import shipped
+def _said_by(module: str, name: str) -> Names:
+    """What a function of a module gives, or a table of names; the module is loaded when Tab is pressed."""
 
-    return shipped()
+    def names(ctx: typer.Context) -> Iterable[str]:
+        found: Any = getattr(import_module(module), name)
+        return found() if callable(found) else found  # type: ignore[no-any-return]
 
-
-def _studies(ctx: typer.Context) -> Iterable[str]:
-    from missions.files import shipped_studies
-
-    return shipped_studies()
+    return names
 
 
-def _strategies(ctx: typer.Context) -> Iterable[str]:
-    from remoras.strategies import strategies
-
-    return strategies()
-
-
-def _policies(ctx: typer.Context) -> Iterable[str]:
-    from exchange.policies import POLICIES
-
-    return POLICIES
-
-
-def _channels(ctx: typer.Context) -> Iterable[str]:
-    from exchange.acoustics.shipped import CHANNELS
-
-    return CHANNELS
-
-
-def _modems(ctx: typer.Context) -> Iterable[str]:
-    from exchange.acoustics.modems import modems
-
-    return modems()
-
-
-def _networks(ctx: typer.Context) -> Iterable[str]:
-    from exchange.acoustics.network import shipped
-
-    return shipped()
+_scenarios = _said_by("missions.files", "shipped")
+_studies = _said_by("missions.files", "shipped_studies")
+_strategies = _said_by("remoras.strategies", "strategies")
+_networks = _said_by("exchange.acoustics.network", "shipped")
 
 
 def _keys(ctx: typer.Context) -> Iterable[str]:
@@ -152,9 +128,9 @@ study = _offering(_studies, TOML)
 scenario_or_study = _offering(lambda ctx: [*_scenarios(ctx), *_studies(ctx)], TOML)
 strategy = _offering(_strategies, (".py",))
 strategy_name = _offering(_strategies)
-policy = _offering(_policies)
-channel = _offering(_channels)
-modem = _offering(_modems)
+policy = _offering(_said_by("exchange.policies", "POLICIES"))
+channel = _offering(_said_by("exchange.acoustics.shipped", "CHANNELS"))
+modem = _offering(_said_by("exchange.acoustics.modems", "modems"))
 network = _offering(_networks, (".toml", ".csv"))
 sea = _offering(lambda ctx: [*_networks(ctx), *_scenarios(ctx)], (".toml", ".csv"))
 setting = _offering(lambda ctx: [f"{key}=" for key in _keys(ctx)])

@@ -59,15 +59,10 @@ def overrides_of(
     settings: Sequence[str],
 ) -> list[tuple[str, str]]:
     """(option as the user gave it, KEY=VALUE) of the options of a run."""
-    options = [
-        ("--strategy", "strategy.name", strategy),
-        ("--policy", "communication.policy", policy),
-        ("--channel", "channel.name", channel),
-        ("--network", "channel.name", None if network is None else "network"),
-        ("--network", "channel.network", network),
-        ("--per", "channel.per", per),
-    ]
-    given = [(option, f"{key}={value}") for option, key, value in options if value is not None]
+    from missions.files import keys_of_options
+
+    options = keys_of_options(strategy, policy, channel, network, per)
+    given = [(f"--{option}", f"{key}={value}") for option, key, value in options]
     return given + [("--set", setting) for setting in settings]
 
 

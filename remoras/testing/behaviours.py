@@ -162,22 +162,21 @@ def _answers(behaviour: Behaviour, moments: Sequence[DecisionInputs]) -> list[tu
 
 def _check_perception(perceived: object, where: str) -> None:
     assert isinstance(perceived, Perception), f"{where}: perceive returned {perceived!r}, expected a Perception"
-    stimulus, advance, done, failed, _, concludes, makes_no_way, ends, is_beyond_it = perceived
+    stimulus, advance, concludes, ends = perceived.stimulus, perceived.advance, perceived.concludes, perceived.ends
     is_share = isinstance(stimulus, float | int) and 0.0 <= stimulus <= 1.0
     assert is_share, f"{where}: stimulus is {stimulus!r}, expected a number of 0..1"
     is_degree = advance is None or (isinstance(advance, float | int) and -1.0 <= advance <= 1.0)
     assert is_degree, f"{where}: advance is {advance!r}, expected a number of -1..1 or None"
-    assert isinstance(done, bool), f"{where}: done is {done!r}, expected a bool"
-    assert isinstance(failed, bool), f"{where}: failed is {failed!r}, expected a bool"
-    assert isinstance(makes_no_way, bool), f"{where}: makes_no_way is {makes_no_way!r}, expected a bool"
-    assert isinstance(is_beyond_it, bool), f"{where}: is_beyond_it is {is_beyond_it!r}, expected a bool"
+    for name in ("done", "failed", "makes_no_way", "is_beyond_it"):
+        value = getattr(perceived, name)
+        assert isinstance(value, bool), f"{where}: {name} is {value!r}, expected a bool"
     answers = perceived.settled
     is_share = isinstance(answers, float | int) and 0.0 <= answers <= 1.0
     assert is_share, f"{where}: answers is {answers!r}, expected a number of 0..1"
     is_list = isinstance(concludes, tuple) and all(isinstance(found, Observation) for found in concludes)
     assert is_list, f"{where}: concludes is {concludes!r}, expected a tuple of Observation"
     assert ends is None or callable(ends), f"{where}: ends is {ends!r}, expected a function or None"
-    assert not (done and stimulus > 0.0), f"{where}: all is done, and yet the stimulus is {stimulus}"
+    assert not (perceived.done and stimulus > 0.0), f"{where}: all is done, and yet the stimulus is {stimulus}"
 
 
 def _check_reference(reference: object, where: str) -> None:

@@ -1,6 +1,6 @@
 """Requirements on exchange policies and value rules, as checks that raise ``AssertionError``.
 
-A policy by its name: ``python -m remoras.testing policy package.module:object``; from a test ``check``.
+A policy by its name: ``python -m remoras.testing policy package.module:object``; from a test ``conforms``.
 A value rule from a test: ``check_value``.
 """
 
@@ -209,12 +209,6 @@ CHECKS: tuple[Callable[[AckPolicy], None], ...] = (
     check_deterministic,
     check_compiles,
 )
-
-
-def check(policy: AckPolicy) -> None:
-    """Make every check of a policy; raises AssertionError with what is wrong."""
-    for check_one in CHECKS:
-        check_one(policy)
 
 
 def conforms(name: str) -> Iterator[str]:
