@@ -5,8 +5,7 @@ What moves vehicles to follow is help, as ``missions.meeting.helping`` has it.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -17,10 +16,20 @@ from missions.errors import ConfigurationFault
 from missions.escort.lines import ESCORTS, FollowingSource, SurveyingLine, SurveyLine
 from missions.figure import Declared, Figure, Mark, Place, RunResults, Style
 from missions.meeting.helping import URGENCY, Help, HelpMission
-from missions.meeting.job_mission import JobScenario, JobSettings, founding_of, listed_faults, with_job_roles
+from missions.meeting.job_mission import JobScenario, JobSettings, founding_of, job_role, listed_faults, with_job_roles
 from missions.meeting.meeting import Meeting
 from missions.meeting.staying import DONE_BY
-from missions.meeting.truth import JOBS, JobTruth, done_s, draw_steps, first_s, mean_of_all_s
+from missions.meeting.truth import (
+    JOBS,
+    WAITS,
+    JobTruth,
+    done_s,
+    draw_steps,
+    event_s,
+    first_s,
+    mean_of_all_s,
+    mean_wait_s,
+)
 from missions.metric import Better, MeasuredRun, Metric
 from missions.scenarios.tables import Name, PointM, Raw, Section, entries, point_of
 from remoras.behaviours import Behaviour
@@ -41,7 +50,7 @@ PASSED_M = 4.0
 """Whoever comes this near to a mark has passed it."""
 ESCORTING = Table("escorting", (TIME, VEHICLE, Column("line", "str"), Column("event", "str")))
 """When a vehicle stood at the beginning of a line that takes an escort (``waits``), and when it was ``surveyed``."""
-WAITS, SURVEYED = "waits", "surveyed"
+SURVEYED = "surveyed"
 
 
 class LineTable(Section):
@@ -134,8 +143,8 @@ def mean_surveyed_s(run: MeasuredRun) -> float:
     """Mean time by which a line was surveyed; one that was not counts with the duration of the mission."""
     scenario: Any = run.scenario
     surveyed_s = done_s(run)
-    for time_s, _, line, event in run.recorder.rows(ESCORTING.name):
-        if event == SURVEYED and line in surveyed_s:
+    for line, time_s in event_s(run, ESCORTING.name, SURVEYED).items():
+        if line in surveyed_s:
             surveyed_s[line] = max(surveyed_s[line], time_s)
     return mean_of_all_s(surveyed_s.values(), len(scenario.line), run)
 
@@ -145,11 +154,7 @@ def mean_escort_s(run: MeasuredRun) -> float | None:
 
     None if no vehicle came to any.
     """
-    rows = list(run.recorder.rows(ESCORTING.name))
-    began_s = {row[2]: row[0] for row in rows if row[3] == WAITS}
-    surveyed_s = {row[2]: row[0] for row in rows if row[3] == SURVEYED}
-    spans_s = [surveyed_s.get(name, run.end_s) - from_s for name, from_s in began_s.items()]
-    return math.fsum(spans_s) / len(spans_s) if spans_s else None
+    return mean_wait_s(run, ESCORTING.name, SURVEYED)
 
 
 METRICS = (
@@ -193,13 +198,27 @@ class EscortMission(HelpMission):
 
     @classmethod
     def completed(cls, raw: Raw) -> Raw:
-        """With a role for every line."""
-        return with_surveyors(raw)
+        """The tables with a role for each line in the first group; of escorted lines it calls on the founding roles."""
+        roles = [
+            job_role("Surveyor", line["name"], founding_of(raw) if line.get("escorted") is True else None)
+            for line in entries(raw, "line")
+            if line.get("name") is not None
+        ]
+        return with_job_roles(raw, roles, {ESCORTS: URGENCY})
 
     @classmethod
     def check(cls, raw: Raw) -> Iterable[ConfigurationFault]:
-        """What is wrong with lines."""
-        return line_faults(raw)
+        """Lines outside of the world, too short, with names that are taken, or take more than there are."""
+        yield from listed_faults(raw, "line", "from_m", "to_m")
+        for line in entries(raw, "line"):
+            for from_m, to_m in zip(point_of(line, "from_m"), point_of(line, "to_m"), strict=False):
+                if distance(from_m, to_m) < SHORTEST_M:
+                    given = f"[{to_m[0]:g}, {to_m[1]:g}]"
+                    allowed = f"the line is too short; allowed: {SHORTEST_M:g} m or more from from_m"
+                    yield ConfigurationFault(f"line.{line.get('name')}.to_m", given, allowed)
+            if line.get("escorted") is True and len(entries(raw, "vehicle")) == 1:
+                allowed = "takes two vehicles, and there is one; allowed: false"
+                yield ConfigurationFault(f"line.{line.get('name')}.escorted", "true", allowed)
 
     def jobs_of(self, scenario: EscortScenario) -> Iterable[SurveyLine]:
         """The lines."""
@@ -231,28 +250,3 @@ class EscortMission(HelpMission):
         """Rally points and lines."""
         points = [Place(point.name, "rally point", (point.position_m,)) for point in self.scenario.rally_point]
         return [*points, *(Place(one.name, "line", (one.place_m, one.to_m)) for one in self._lines.values())]
-
-
-def with_surveyors(raw: Raw) -> Raw:
-    """The tables with a role for each line in the first group; those of escorted lines call on the founding roles."""
-    roles: list[dict[str, Any]] = []
-    for line in entries(raw, "line"):
-        if (name := line.get("name")) is None:
-            continue
-        calls = {"influences": founding_of(raw)} if line.get("escorted") is True else {}
-        roles.append({"name": f"Surveyor of {name}", "maximum": 1, "job": name, **calls})
-    return with_job_roles(raw, roles, {ESCORTS: URGENCY})
-
-
-def line_faults(raw: Raw) -> Iterator[ConfigurationFault]:
-    """Lines outside of the world, too short, with names that are taken, or that take more vehicles than there are."""
-    yield from listed_faults(raw, "line", "from_m", "to_m")
-    for line in entries(raw, "line"):
-        for from_m, to_m in zip(point_of(line, "from_m"), point_of(line, "to_m"), strict=False):
-            if distance(from_m, to_m) < SHORTEST_M:
-                given = f"[{to_m[0]:g}, {to_m[1]:g}]"
-                allowed = f"the line is too short; allowed: {SHORTEST_M:g} m or more from from_m"
-                yield ConfigurationFault(f"line.{line.get('name')}.to_m", given, allowed)
-        if line.get("escorted") is True and len(entries(raw, "vehicle")) == 1:
-            allowed = "takes two vehicles, and there is one; allowed: false"
-            yield ConfigurationFault(f"line.{line.get('name')}.escorted", "true", allowed)

@@ -6,7 +6,7 @@ pass. What comes of that is the model of ``remoras.attraction``, and nothing of 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -200,13 +200,26 @@ class FerryMission(JobMission):
 
     @classmethod
     def completed(cls, raw: Raw) -> Raw:
-        """With a role for every delivery."""
-        return with_carriers(raw)
+        """The tables with a role for each delivery in the first group; these and founding roles address each other."""
+        jobs = names_of(raw, "delivery")
+        names = [f"Carrier of {job}" for job in jobs]
+        addressed = [*names, *founding_of(raw)]
+        roles = [
+            {"name": name, "maximum": 1, "job": job, "influences": addressed}
+            for name, job in zip(names, jobs, strict=True)
+        ]
+        return with_job_roles(raw, roles, {}, names)
 
     @classmethod
     def check(cls, raw: Raw) -> Iterable[ConfigurationFault]:
-        """What is wrong with deliveries."""
-        return delivery_faults(raw)
+        """Deliveries outside of the world, in the reef, or with names that are taken."""
+        yield from listed_faults(raw, "delivery", "from_m", "to_m")
+        reef = raw.get(PASSAGE)
+        for west_m, east_m in point_of(reef, "x_m") if isinstance(reef, Mapping) else ():
+            for key, at_m in placed_in(raw, "delivery", "from_m", "to_m"):
+                if west_m <= at_m[0] <= east_m:
+                    allowed = f"in the reef or its passage, x {west_m:g} to {east_m:g}; place it outside"
+                    yield ConfigurationFault(key, f"[{at_m[0]:g}, {at_m[1]:g}]", allowed)
 
     def jobs_of(self, scenario: FerryScenario) -> Iterable[Delivery]:
         """The deliveries."""
@@ -225,25 +238,3 @@ class FerryMission(JobMission):
     def behaviour_at(self, job: Job, data: VehicleData) -> Behaviour:
         """To carry the load."""
         return Carrying(self._deliveries[job.name], data)
-
-
-def with_carriers(raw: Raw) -> Raw:
-    """The tables with a role for each delivery in the first group; these and the founding roles address each other."""
-    jobs = names_of(raw, "delivery")
-    names = [f"Carrier of {job}" for job in jobs]
-    addressed = [*names, *founding_of(raw)]
-    roles = [
-        {"name": name, "maximum": 1, "job": job, "influences": addressed} for name, job in zip(names, jobs, strict=True)
-    ]
-    return with_job_roles(raw, roles, {}, names)
-
-
-def delivery_faults(raw: Raw) -> Iterator[ConfigurationFault]:
-    """Deliveries outside of the world, in the reef, or with names that are taken."""
-    yield from listed_faults(raw, "delivery", "from_m", "to_m")
-    reef = raw.get(PASSAGE)
-    for west_m, east_m in point_of(reef, "x_m") if isinstance(reef, Mapping) else ():
-        for key, at_m in placed_in(raw, "delivery", "from_m", "to_m"):
-            if west_m <= at_m[0] <= east_m:
-                allowed = f"in the reef or its passage, x {west_m:g} to {east_m:g}; place it outside"
-                yield ConfigurationFault(key, f"[{at_m[0]:g}, {at_m[1]:g}]", allowed)

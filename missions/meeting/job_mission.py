@@ -69,6 +69,16 @@ def founding_of(raw: Raw) -> list[str]:
     return [str(role["name"]) for role in roles if role.get("founding") is True and "name" in role]
 
 
+def job_role(who: str, job: str, influences: Sequence[str] | None = None) -> dict[str, Any]:
+    """Table of the role of a job for one vehicle, which is called after it.
+
+    Args:
+        who: what its holder is of the job; influences: roles that its calls address.
+    """
+    calls = {} if influences is None else {"influences": influences}
+    return {"name": f"{who} of {job}", "maximum": 1, "job": job, **calls}
+
+
 def with_job_roles(
     raw: Raw, roles: Sequence[Mapping[str, Any]], needs: Mapping[str, int], addressed: Sequence[str] = ()
 ) -> Raw:

@@ -8,6 +8,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from pydantic import Field
+
+from missions.scenarios.tables import Name, PointM, Positive, Section
 from remoras.behaviours import (
     ADVANCING,
     CAPTURE_M,
@@ -51,6 +54,14 @@ class AnyonesJob:
     def is_able(self, data: VehicleData) -> bool:
         """Every vehicle is."""
         return True
+
+
+class SiteTable(Section):
+    """One ``[[site]]``."""
+
+    name: Name = Field(description="name of the site")
+    position_m: PointM = Field(description="where it is, x east, y north")
+    stay_s: Positive = Field(120.0, description="how long a survey takes there")
 
 
 @dataclass(frozen=True)

@@ -45,6 +45,29 @@ def mean_of_all_s(times_s: Collection[float], n_all: int, run: MeasuredRun) -> f
     return (math.fsum(times_s) + (n_all - len(times_s)) * float(scenario.scenario.duration_s)) / n_all
 
 
+def mean_with_sites_s(run: MeasuredRun, others_s: Collection[float], n_others: int) -> float:
+    """The same of all ``[[site]]`` of the scenario and of other work, done by these times."""
+    scenario: Any = run.scenario
+    surveyed_s, sites = done_s(run), [site.name for site in scenario.site]
+    times_s = [surveyed_s[name] for name in sites if name in surveyed_s]
+    return mean_of_all_s([*times_s, *others_s], len(sites) + n_others, run)
+
+
+def event_s(run: MeasuredRun, table: str, event: str) -> dict[str, float]:
+    """Time (s) of the last such event by what it is about, by a table of time, vehicle, what, event."""
+    return {row[2]: row[0] for row in run.recorder.rows(table) if row[3] == event}
+
+
+def mean_wait_s(run: MeasuredRun, table: str, event: str) -> float | None:
+    """Mean time (s) from ``waits`` to an event, by a table as of ``event_s``; to the end of the run without one.
+
+    None if nobody has waited.
+    """
+    ended_s = event_s(run, table, event)
+    spans_s = [ended_s.get(name, run.end_s) - from_s for name, from_s in event_s(run, table, WAITS).items()]
+    return math.fsum(spans_s) / len(spans_s) if spans_s else None
+
+
 def first_s(results: RunResults) -> dict[str, float]:
     """The same as ``done_s`` of the tables of a results folder."""
     return {row["job"]: row["time_s"] for row in reversed(results.table(JOBS.name).to_pylist())}
@@ -69,6 +92,8 @@ def draw_steps(
     axes.locator_params("y", integer=True)
 
 
+WAITS = "waits"
+"""Event of a table of a mission: a vehicle waits for others."""
 JOBS = Table("jobs", (TIME, VEHICLE, Column("job", "str")))
 """When a vehicle had done a job; a job that two vehicles do has two rows."""
 IS_IMPOSSIBLE = "isImpossible"

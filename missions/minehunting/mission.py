@@ -6,7 +6,7 @@ contact is which strips have come through the channel. What it cannot tell it as
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
@@ -110,13 +110,47 @@ class MinehuntingMission(JobMission):
 
     @classmethod
     def completed(cls, raw: Raw) -> Raw:
-        """With a role for every contact and revisit."""
-        return with_views(raw)
+        """The tables with a role for each contact and revisit in the first group."""
+        number = table_of(raw, "mission").get("revisits", MinehuntingSettings.usual().revisits)
+        if type(number) is not int or not 0 <= number <= MOST_REVISITS:
+            number = 0  # reported elsewhere
+        jobs = [*names_of(raw, "contact"), *numbered("revisit", number)]
+        roles: list[dict[str, Any]] = [{"name": f"Viewer of {job}", "maximum": 1, "job": job} for job in jobs]
+        return with_job_roles(raw, roles, URGENCY)
 
     @classmethod
     def check(cls, raw: Raw) -> Iterable[ConfigurationFault]:
-        """What is wrong with contacts and imagery."""
-        return minehunting_faults(raw)
+        """Contacts outside of the world, too near to each other or with names that are taken; images of nothing."""
+        settings, imagery, usual = table_of(raw, "mission"), table_of(raw, "imagery"), MinehuntingSettings.usual()
+        number, view_m = settings.get("revisits", usual.revisits), settings.get("view_m", usual.view_m)
+        revisits = numbered("revisit", number) if type(number) is int and 0 < number <= MOST_REVISITS else ()
+        contacts, placed = entries(raw, "contact"), placed_in(raw, "contact", "position_m")
+        yield from listed_faults(raw, "contact", "position_m", taken=revisits)
+        if type(view_m) in (int, float) and revisits:
+            apart_m = distance(
+                beside_contact(0, len(revisits) + 1, view_m), beside_contact(1, len(revisits) + 1, view_m)
+            )
+            if apart_m < LEAST_APART_M:
+                least = f"{LEAST_APART_M:g} m or more, so fewer revisits or farther"
+                allowed = f"its views would be {apart_m:.3g} m apart; {least}"
+                yield ConfigurationFault("mission.view_m", str(view_m), allowed)
+            for number, (key, at_m) in enumerate(placed):
+                near = next((other for other, to_m in placed[:number] if distance(at_m, to_m) < 3.0 * view_m), None)
+                if near is not None:
+                    allowed = (
+                        f"nearer than {3.0 * view_m:g} m to {near}: views of the two could be taken for each other"
+                    )
+                    yield ConfigurationFault(key, f"[{at_m[0]:g}, {at_m[1]:g}]", allowed)
+        strips, targets = (imagery.get(key, getattr(ImageryTable.usual(), key)) for key in ("strips", "target_strips"))
+        if type(strips) is int and type(targets) is int and targets > strips > 0:
+            yield ConfigurationFault(
+                "imagery.target_strips", str(targets), f"allowed: 1 to {strips}, the strips there are"
+            )
+        if contacts and not any(
+            one.get("type") == "sonar" for v in entries(raw, "vehicle") for one in entries(v, "sensor")
+        ):
+            allowed = 'nobody would see one: give a vehicle a sensor of type "sonar"'
+            yield ConfigurationFault("contact", str(len(contacts)), allowed)
 
     def jobs_of(self, scenario: MinehuntingScenario) -> Iterable[Job]:
         """The first view of each contact, and the revisits."""
@@ -214,45 +248,3 @@ class MinehuntingMission(JobMission):
         if is_open and not self.meeting.is_overdue(group, beliefs, picture):
             return ()
         return super().findings(group, organisation, beliefs, picture, motion)
-
-
-# What a scenario gains ---------------------------------------------------------------------------
-
-
-def with_views(raw: Raw) -> Raw:
-    """The tables with a role for each contact and revisit in the first group."""
-    number = table_of(raw, "mission").get("revisits", MinehuntingSettings.usual().revisits)
-    if type(number) is not int or not 0 <= number <= MOST_REVISITS:
-        number = 0  # reported elsewhere
-    jobs = [*names_of(raw, "contact"), *numbered("revisit", number)]
-    roles: list[dict[str, Any]] = [{"name": f"Viewer of {job}", "maximum": 1, "job": job} for job in jobs]
-    return with_job_roles(raw, roles, URGENCY)
-
-
-def minehunting_faults(raw: Raw) -> Iterator[ConfigurationFault]:
-    """Contacts outside of the world, too near to each other or with names that are taken; images that show nothing."""
-    settings, imagery, usual = table_of(raw, "mission"), table_of(raw, "imagery"), MinehuntingSettings.usual()
-    number, view_m = settings.get("revisits", usual.revisits), settings.get("view_m", usual.view_m)
-    revisits = numbered("revisit", number) if type(number) is int and 0 < number <= MOST_REVISITS else ()
-    contacts, placed = entries(raw, "contact"), placed_in(raw, "contact", "position_m")
-    yield from listed_faults(raw, "contact", "position_m", taken=revisits)
-    if type(view_m) in (int, float) and revisits:
-        apart_m = distance(beside_contact(0, len(revisits) + 1, view_m), beside_contact(1, len(revisits) + 1, view_m))
-        if apart_m < LEAST_APART_M:
-            allowed = (
-                f"its views would be {apart_m:.3g} m apart; {LEAST_APART_M:g} m or more, so fewer revisits or farther"
-            )
-            yield ConfigurationFault("mission.view_m", str(view_m), allowed)
-        for number, (key, at_m) in enumerate(placed):
-            near = next((other for other, to_m in placed[:number] if distance(at_m, to_m) < 3.0 * view_m), None)
-            if near is not None:
-                allowed = f"nearer than {3.0 * view_m:g} m to {near}: views of the two could be taken for each other"
-                yield ConfigurationFault(key, f"[{at_m[0]:g}, {at_m[1]:g}]", allowed)
-    strips, targets = (imagery.get(key, getattr(ImageryTable.usual(), key)) for key in ("strips", "target_strips"))
-    if type(strips) is int and type(targets) is int and targets > strips > 0:
-        yield ConfigurationFault("imagery.target_strips", str(targets), f"allowed: 1 to {strips}, the strips there are")
-    if contacts and not any(
-        one.get("type") == "sonar" for v in entries(raw, "vehicle") for one in entries(v, "sensor")
-    ):
-        allowed = 'nobody would see one: give a vehicle a sensor of type "sonar"'
-        yield ConfigurationFault("contact", str(len(contacts)), allowed)

@@ -6,17 +6,17 @@ Whoever is given an object takes one end of it and waits. What moves others to t
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from pydantic import Field
 
 from missions.errors import ConfigurationFault
 from missions.figure import Declared, Place
 from missions.meeting.helping import URGENCY, HelpMission
-from missions.meeting.job_mission import JobScenario, JobSettings, founding_of, listed_faults, with_job_roles
-from missions.meeting.staying import DONE_BY, SiteSurvey, SurveyingSite
+from missions.meeting.job_mission import JobScenario, JobSettings, founding_of, job_role, listed_faults, with_job_roles
+from missions.meeting.staying import DONE_BY, SiteSurvey, SiteTable, SurveyingSite
 from missions.metric import Metric
 from missions.recovery.lifting import (
     HELPS,
@@ -30,8 +30,6 @@ from missions.recovery.lifting import (
 )
 from missions.recovery.truth import FIGURES, LIFTS, METRICS, RecoveryTruth
 from missions.scenarios.tables import (
-    Name,
-    PointM,
     Positive,
     Raw,
     Section,
@@ -53,14 +51,6 @@ ROOM = 1.65
 """Vehicles at two ends are so many separations apart at least: their margin, and half of it."""
 
 
-class SurveySiteTable(Section):
-    """One ``[[site]]``."""
-
-    name: Name = Field(description="name of the site")
-    position_m: PointM = Field(description="where it is, x east, y north")
-    stay_s: Positive = Field(120.0, description="how long a survey takes there")
-
-
 class LiftsTable(Section):
     """The table ``[lifts]``: objects that lie near sites; nobody knows where before a sonar shows one."""
 
@@ -76,7 +66,7 @@ class RecoveryScenario(JobScenario):
     """The whole input of a run of this mission."""
 
     mission: JobSettings = JobSettings()
-    site: tuple[SurveySiteTable, ...] = Field(min_length=1)
+    site: tuple[SiteTable, ...] = Field(min_length=1)
     lifts: LiftsTable = LiftsTable()
 
 
@@ -96,13 +86,33 @@ class RecoveryMission(HelpMission):
 
     @classmethod
     def completed(cls, raw: Raw) -> Raw:
-        """With a role for every site and object."""
-        return with_jobs(raw)
+        """The tables with a role for each site and object in the first group; the latter call on the founding roles."""
+        number = table_of(raw, "lifts").get("number", LiftsTable().number)
+        if type(number) is not int or not 0 <= number <= MOST_LIFTS:
+            number = 0  # reported elsewhere
+        roles = [job_role("Surveyor", site) for site in names_of(raw, "site")]
+        roles += [job_role("Lifter", lift, founding_of(raw)) for lift in numbered("lift", number)]
+        return with_job_roles(raw, roles, dict.fromkeys((LYING_AT, HELPS), URGENCY))
 
     @classmethod
     def check(cls, raw: Raw) -> Iterable[ConfigurationFault]:
-        """What is wrong with sites and objects."""
-        return recovery_faults(raw)
+        """Sites outside of the world or with names that are taken, objects for too many vehicles or too short."""
+        vehicles, lifts, usual = entries(raw, "vehicle"), table_of(raw, "lifts"), LiftsTable()
+        number = lifts.get("number", usual.number)
+        lifted = numbered("lift", number) if type(number) is int and 0 < number <= MOST_LIFTS else ()
+        yield from listed_faults(raw, "site", "position_m", taken=lifted)
+        takes, length_m = lifts.get("vehicles", usual.vehicles), lifts.get("length_m", usual.length_m)
+        if type(takes) is int and lifted and 0 < len(vehicles) < takes:
+            allowed = f"an object takes more vehicles than there are; allowed: 1 to {len(vehicles)}"
+            yield ConfigurationFault("lifts.vehicles", str(takes), allowed)
+        separation_m = table_of(raw, "guidance").get("separation_m", SEPARATION_M)
+        least_m = ROOM * separation_m if is_number(separation_m) else 0.0
+        if is_number(length_m) and takes != 1 and 0.0 < length_m < least_m:
+            allowed = f"allowed: {least_m:.3g} or more, so that vehicles keep clear of each other there"
+            yield ConfigurationFault("lifts.length_m", str(length_m), allowed)
+        if lifted and not any(sensor.get("type") == "sonar" for v in vehicles for sensor in entries(v, "sensor")):
+            allowed = 'nobody would find one: give a vehicle a sensor of type "sonar"'
+            yield ConfigurationFault("lifts.number", str(number), allowed)
 
     def jobs_of(self, scenario: RecoveryScenario) -> Iterable[Job]:
         """The sites and the objects."""
@@ -150,41 +160,3 @@ class RecoveryMission(HelpMission):
     def behaviour_at(self, job: Job, data: VehicleData) -> Behaviour:
         """The survey of a site, or the lift of an object."""
         return Lifting(job, data) if isinstance(job, Lift) else SurveyingSite(self._sites[self._sites.index(job)], data)
-
-
-# What a scenario gains ---------------------------------------------------------------------------
-
-
-def with_jobs(raw: Raw) -> Raw:
-    """The tables with a role for each site and object in the first group; the latter call on the founding roles."""
-    number = table_of(raw, "lifts").get("number", LiftsTable().number)
-    if type(number) is not int or not 0 <= number <= MOST_LIFTS:
-        number = 0  # reported elsewhere
-    roles: list[dict[str, Any]] = [
-        {"name": f"Surveyor of {site}", "maximum": 1, "job": site} for site in names_of(raw, "site")
-    ]
-    roles += [
-        {"name": f"Lifter of {lift}", "maximum": 1, "job": lift, "influences": founding_of(raw)}
-        for lift in numbered("lift", number)
-    ]
-    return with_job_roles(raw, roles, dict.fromkeys((LYING_AT, HELPS), URGENCY))
-
-
-def recovery_faults(raw: Raw) -> Iterator[ConfigurationFault]:
-    """Sites outside of the world or with names that are taken, objects that take too many vehicles or are too short."""
-    vehicles, lifts, usual = entries(raw, "vehicle"), table_of(raw, "lifts"), LiftsTable()
-    number = lifts.get("number", usual.number)
-    lifted = numbered("lift", number) if type(number) is int and 0 < number <= MOST_LIFTS else ()
-    yield from listed_faults(raw, "site", "position_m", taken=lifted)
-    takes, length_m = lifts.get("vehicles", usual.vehicles), lifts.get("length_m", usual.length_m)
-    if type(takes) is int and lifted and 0 < len(vehicles) < takes:
-        allowed = f"an object takes more vehicles than there are; allowed: 1 to {len(vehicles)}"
-        yield ConfigurationFault("lifts.vehicles", str(takes), allowed)
-    separation_m = table_of(raw, "guidance").get("separation_m", SEPARATION_M)
-    least_m = ROOM * separation_m if is_number(separation_m) else 0.0
-    if is_number(length_m) and takes != 1 and 0.0 < length_m < least_m:
-        allowed = f"allowed: {least_m:.3g} or more, so that vehicles keep clear of each other there"
-        yield ConfigurationFault("lifts.length_m", str(length_m), allowed)
-    if lifted and not any(sensor.get("type") == "sonar" for v in vehicles for sensor in entries(v, "sensor")):
-        allowed = 'nobody would find one: give a vehicle a sensor of type "sonar"'
-        yield ConfigurationFault("lifts.number", str(number), allowed)

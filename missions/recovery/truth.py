@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +9,7 @@ from exchange.arithmetic import distance
 from missions.figure import Declared, Figure, Mark, RunResults, Style
 from missions.meeting.meeting import Meeting
 from missions.meeting.staying import THERE_M
-from missions.meeting.truth import JOBS, JobTruth, done_s, draw_steps, first_s, mean_of_all_s
+from missions.meeting.truth import JOBS, WAITS, JobTruth, draw_steps, event_s, first_s, mean_wait_s, mean_with_sites_s
 from missions.metric import Better, MeasuredRun, Metric
 from missions.recovery.lifting import Lift, SeaField
 from remoras.mission import FleetView
@@ -21,7 +20,7 @@ if TYPE_CHECKING:
 
 LIFTS = Table("lifts", (TIME, VEHICLE, Column("lift", "str"), Column("event", "str")))
 """When a vehicle had come to an end of an object that nobody was at (``waits``), and when it was really ``lifted``."""
-WAITS, LIFTED = "waits", "lifted"
+LIFTED = "lifted"
 
 
 class RecoveryTruth(JobTruth):
@@ -68,31 +67,20 @@ class RecoveryTruth(JobTruth):
                 self.note(there[0], name, now_s)
 
 
-def _times_s(run: MeasuredRun, event: str) -> dict[str, float]:
-    return {row[2]: row[0] for row in run.recorder.rows(LIFTS.name) if row[3] == event}
-
-
-def mean_wait_s(run: MeasuredRun) -> float | None:
-    """Mean time from when the first vehicle was at an object to when it was lifted; one not lifted counts to the end.
-
-    None if no vehicle came to any.
-    """
-    began_s, lifted_s = _times_s(run, WAITS), _times_s(run, LIFTED)
-    waits_s = [lifted_s.get(name, run.end_s) - from_s for name, from_s in began_s.items()]
-    return math.fsum(waits_s) / len(waits_s) if waits_s else None
-
-
 def mean_done_s(run: MeasuredRun) -> float:
     """Mean time by which a site was surveyed or an object lifted; what was not counts with the mission's duration."""
     scenario: Any = run.scenario
-    surveyed_s, sites = done_s(run), [site.name for site in scenario.site]
-    times_s = [surveyed_s[name] for name in sites if name in surveyed_s] + list(_times_s(run, LIFTED).values())
-    return mean_of_all_s(times_s, len(sites) + int(scenario.lifts.number), run)
+    return mean_with_sites_s(run, event_s(run, LIFTS.name, LIFTED).values(), int(scenario.lifts.number))
+
+
+def mean_lift_wait_s(run: MeasuredRun) -> float | None:
+    """Mean time from when the first vehicle was at an object to when it was lifted; None if no vehicle came to any."""
+    return mean_wait_s(run, LIFTS.name, LIFTED)
 
 
 METRICS = (
     Metric("mean_done_s", "s", Better.LOWER, "mean time until work is done", mean_done_s, headline=True),
-    Metric("mean_wait_s", "s", Better.LOWER, "mean wait at an object", mean_wait_s, headline=True),
+    Metric("mean_wait_s", "s", Better.LOWER, "mean wait at an object", mean_lift_wait_s, headline=True),
 )
 """Metrics of the mission, in the order of the summary."""
 

@@ -17,9 +17,9 @@ from exchange.arithmetic import distance
 from missions.errors import ConfigurationFault
 from missions.figure import Declared, Place
 from missions.meeting.helping import HELPING, URGENCY, HelpMission
-from missions.meeting.job_mission import JobScenario, JobSettings, founding_of, listed_faults, with_job_roles
+from missions.meeting.job_mission import JobScenario, JobSettings, founding_of, job_role, listed_faults, with_job_roles
 from missions.meeting.meeting import Pursuit
-from missions.meeting.staying import DONE_BY, THERE_M, SiteSurvey, SurveyingSite
+from missions.meeting.staying import DONE_BY, THERE_M, SiteSurvey, SiteTable, SurveyingSite
 from missions.metric import Metric
 from missions.resupply.boring import BRINGS, IS_HALTED, Boring, Bringing, Drilling, HelpAtBerth
 from missions.resupply.energy import STORE_CHARGE, ChargerSettings, DrillSettings, Energies, Transfer
@@ -42,14 +42,6 @@ FARTHEST_M = 20.0
 """No berth is farther beside its hole: an obstacle sonar sees who lies there."""
 TOLD = {IS_HALTED: URGENCY, BRINGS: URGENCY, "isImpossible": URGENCY, STORE_CHARGE: 10}
 """How urgently vehicles need what the scenario does not list itself."""
-
-
-class SampledSiteTable(Section):
-    """One ``[[site]]``."""
-
-    name: Name = Field(description="name of the site")
-    position_m: PointM = Field(description="where it is, x east, y north")
-    stay_s: Positive = Field(120.0, description="how long a survey takes there")
 
 
 class BoringTable(Section):
@@ -79,7 +71,7 @@ class ResupplyScenario(JobScenario):
     """The whole input of a run of this mission."""
 
     mission: ResupplySettings = ResupplySettings()
-    site: tuple[SampledSiteTable, ...] = ()
+    site: tuple[SiteTable, ...] = ()
     boring: tuple[BoringTable, ...] = Field(min_length=1)
     transfer: TransferTable = TransferTable()
 
@@ -100,13 +92,37 @@ class ResupplyMission(HelpMission):
 
     @classmethod
     def completed(cls, raw: Raw) -> Raw:
-        """With a role for every site and hole."""
-        return with_samplers(raw)
+        """The tables with a role for each site and hole in the first group; the latter call on the founding roles."""
+        roles = [job_role("Surveyor", site) for site in names_of(raw, "site")]
+        roles += [job_role("Borer", hole, founding_of(raw)) for hole in names_of(raw, "boring")]
+        return with_job_roles(raw, roles, TOLD)
 
     @classmethod
     def check(cls, raw: Raw) -> Iterable[ConfigurationFault]:
-        """What is wrong with sites and holes."""
-        return resupply_faults(raw)
+        """Sites and holes outside of the world or with names that are taken, drills nobody has, berths too near."""
+        yield from listed_faults(raw, "site", "position_m", taken=names_of(raw, "boring"))
+        yield from listed_faults(raw, "boring", "position_m", taken=names_of(raw, "site"))
+        drills = {
+            str(sensor.get("name", "drill"))
+            for vehicle in entries(raw, "vehicle")
+            for sensor in entries(vehicle, "sensor")
+            if sensor.get("type") == "drill"
+        }
+        for boring in entries(raw, "boring"):
+            drill = boring.get("drill")
+            if isinstance(drill, str) and drill not in drills:
+                allowed = (
+                    f"no vehicle has such a drill; allowed: {', '.join(sorted(drills)) or 'none, as there is no drill'}"
+                )
+                yield ConfigurationFault(f"boring.{boring.get('name')}.drill", f'"{drill}"', allowed)
+        yield from _holes_in_each_other(raw)
+        separation_m = table_of(raw, "guidance").get("separation_m", SEPARATION_M)
+        least_m = ROOM * separation_m if is_number(separation_m) else 0.0
+        berth_m = table_of(raw, "transfer").get("berth_m", TransferTable().berth_m)
+        if is_number(berth_m) and berth_m > 0.0 and not least_m <= berth_m <= FARTHEST_M:
+            why = "so that vehicles keep clear of each other, and see each other"
+            allowed = f"allowed: {least_m:.3g} to {FARTHEST_M:g}, {why}"
+            yield ConfigurationFault("transfer.berth_m", str(berth_m), allowed)
 
     def jobs_of(self, scenario: ResupplyScenario) -> Iterable[Job]:
         """The sites and the holes."""
@@ -173,49 +189,6 @@ class ResupplyMission(HelpMission):
             others = {name for name, one in self._borings.items() if one.drill == job.drill and name != job.name}
             return Drilling(job, others, self.scenario.mission.wait_s, data)
         return SurveyingSite(self._sites[job.name], data)
-
-
-# What a scenario gains ---------------------------------------------------------------------------
-
-
-def with_samplers(raw: Raw) -> Raw:
-    """The tables with a role for each site and hole in the first group; the latter call on the founding roles."""
-    roles: list[dict[str, Any]] = [
-        {"name": f"Surveyor of {site}", "maximum": 1, "job": site} for site in names_of(raw, "site")
-    ]
-    roles += [
-        {"name": f"Borer of {hole}", "maximum": 1, "job": hole, "influences": founding_of(raw)}
-        for hole in names_of(raw, "boring")
-    ]
-    return with_job_roles(raw, roles, TOLD)
-
-
-def resupply_faults(raw: Raw) -> Iterator[ConfigurationFault]:
-    """Sites and holes outside of the world or with names that are taken, drills nobody has, berths too near or far."""
-    yield from listed_faults(raw, "site", "position_m", taken=names_of(raw, "boring"))
-    yield from listed_faults(raw, "boring", "position_m", taken=names_of(raw, "site"))
-    drills = {
-        str(sensor.get("name", "drill"))
-        for vehicle in entries(raw, "vehicle")
-        for sensor in entries(vehicle, "sensor")
-        if sensor.get("type") == "drill"
-    }
-    for boring in entries(raw, "boring"):
-        drill = boring.get("drill")
-        if isinstance(drill, str) and drill not in drills:
-            allowed = (
-                f"no vehicle has such a drill; allowed: {', '.join(sorted(drills)) or 'none, as there is no drill'}"
-            )
-            yield ConfigurationFault(f"boring.{boring.get('name')}.drill", f'"{drill}"', allowed)
-    yield from _holes_in_each_other(raw)
-    separation_m = table_of(raw, "guidance").get("separation_m", SEPARATION_M)
-    least_m = ROOM * separation_m if is_number(separation_m) else 0.0
-    berth_m = table_of(raw, "transfer").get("berth_m", TransferTable().berth_m)
-    if is_number(berth_m) and berth_m > 0.0 and not least_m <= berth_m <= FARTHEST_M:
-        allowed = (
-            f"allowed: {least_m:.3g} to {FARTHEST_M:g}, so that vehicles keep clear of each other, and see each other"
-        )
-        yield ConfigurationFault("transfer.berth_m", str(berth_m), allowed)
 
 
 def _holes_in_each_other(raw: Raw) -> Iterator[ConfigurationFault]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from missions.figure import Declared, Figure, Mark, RunResults, Style
 from missions.meeting.meeting import Meeting
-from missions.meeting.truth import JOBS, JobTruth, done_s, draw_steps, first_s, mean_of_all_s
+from missions.meeting.truth import JOBS, JobTruth, draw_steps, first_s, mean_with_sites_s
 from missions.metric import Better, MeasuredRun, Metric
 from missions.resupply.boring import Boring
 from missions.resupply.energy import (
@@ -163,9 +163,7 @@ def brought_j(run: MeasuredRun) -> float:
 def mean_sampled_s(run: MeasuredRun) -> float:
     """Mean time by which a site was surveyed or a hole bored; what was not counts with the mission's duration."""
     scenario: Any = run.scenario
-    surveyed_s, sites = done_s(run), [site.name for site in scenario.site]
-    times_s = [surveyed_s[name] for name in sites if name in surveyed_s] + [row[0] for row in _rows(run, BORED)]
-    return mean_of_all_s(times_s, len(sites) + len(scenario.boring), run)
+    return mean_with_sites_s(run, [row[0] for row in _rows(run, BORED)], len(scenario.boring))
 
 
 METRICS = (

@@ -9,11 +9,11 @@ import pytest
 from varied import Varied
 
 from missions.errors import ConfigurationError
-from missions.escort.mission import with_surveyors
-from missions.ferry.mission import with_carriers
-from missions.minehunting.mission import with_views
-from missions.recovery.mission import with_jobs
-from missions.resupply.mission import with_samplers
+from missions.escort.mission import EscortMission
+from missions.ferry.mission import FerryMission
+from missions.minehunting.mission import MinehuntingMission
+from missions.recovery.mission import RecoveryMission
+from missions.resupply.mission import ResupplyMission
 from missions.scenarios import load
 
 ESCORT, FERRY = Varied("escort-lines", "lines.toml"), Varied("ferry-passage", "reef.toml")
@@ -95,8 +95,9 @@ def test_a_fleet_that_is_not_able_to_do_it(tmp_path: Path) -> None:
 
 
 ROLES: list[tuple[Callable[[dict[str, Any]], dict[str, Any]], Varied, dict[str, int]]] = [
-    (with_surveyors, ESCORT, {"line": 14}), (with_jobs, RECOVERY, {"site": 12, "lift": 4}),
-    (with_samplers, RESUPPLY, {"site": 18, "hole": 8}), (with_carriers, FERRY, {}), (with_views, HUNT, {}),
+    (EscortMission.completed, ESCORT, {"line": 14}), (RecoveryMission.completed, RECOVERY, {"site": 12, "lift": 4}),
+    (ResupplyMission.completed, RESUPPLY, {"site": 18, "hole": 8}), (FerryMission.completed, FERRY, {}),
+    (MinehuntingMission.completed, HUNT, {}),
 ]  # fmt: skip
 
 
