@@ -26,46 +26,32 @@ def hook_faults(reference: str, made: Mission) -> Iterator[ConfigurationFault]:
         reference: name of the mission in the scenario.
         made: the mission of a scenario.
     """
+    count = "a whole number, 0 or more"
     hooks: tuple[tuple[str, str, Callable[[Any], bool], Callable[[], Any]], ...] = (
         ("jobs", f"objects by name, each with {', '.join(PARTS_OF_JOB)}", _are_jobs, lambda: made.jobs),
         ("world", "what its sensors perceive", lambda found: True, lambda: made.world(0)),
         (
             "nature",
             "None, or what is called with the fleet and the time",
-            lambda found: found is None or callable(found),
+            _is_nature,
             lambda: made.nature(made.world(0)),
         ),
         ("social_domain", _allowed_domain(), _is_domain, lambda: made.social_domain),
-        (
-            "founding_objectives",
-            "a list of Objective",
-            lambda found: all(isinstance(objective, Objective) for objective in found),
-            made.founding_objectives,
-        ),
+        ("founding_objectives", "a list of Objective", _all_are(Objective), made.founding_objectives),
         (
             "figures",
             "a tuple of Figure, Layer and Mark of missions.figure",
-            lambda found: all(isinstance(mark, Figure | Layer | Mark) for mark in found),
+            _all_are(Figure, Layer, Mark),
             lambda: made.figures,
         ),
-        (
-            "places",
-            "a list of missions.figure.Place",
-            lambda found: all(isinstance(place, Place) for place in found),
-            lambda: made.places,
-        ),
+        ("places", "a list of missions.figure.Place", _all_are(Place), lambda: made.places),
         ("instances", "a list of (class, name), both texts", _are_instances, lambda: made.instances),
-        (
-            "instances_found_per_vehicle",
-            "a whole number, 0 or more",
-            _is_count,
-            lambda: made.instances_found_per_vehicle,
-        ),
-        ("most_observations", "a whole number, 0 or more", _is_count, lambda: made.most_observations),
+        ("instances_found_per_vehicle", count, _is_count, lambda: made.instances_found_per_vehicle),
+        ("most_observations", count, _is_count, lambda: made.most_observations),
         (
             "truth",
             f"an object with {', '.join(PARTS_OF_TRUTH)}",
-            lambda found: all(hasattr(found, part) for part in PARTS_OF_TRUTH),
+            _is_truth,
             lambda: made.truth(Recorder(made.tables), made.world(0)),
         ),
     )
@@ -80,6 +66,18 @@ def hook_faults(reference: str, made: Mission) -> Iterator[ConfigurationFault]:
                 continue  # a hook that asks another one, which has been told
             raised.add(cause)
             yield ConfigurationFault("scenario.mission", f'"{reference}"', text)
+
+
+def _all_are(*kinds: type) -> Callable[[Any], bool]:
+    return lambda found: all(isinstance(one, kinds) for one in found)
+
+
+def _is_nature(found: Any) -> bool:
+    return found is None or callable(found)
+
+
+def _is_truth(found: Any) -> bool:
+    return all(hasattr(found, part) for part in PARTS_OF_TRUTH)
 
 
 def _are_jobs(found: Any) -> bool:
