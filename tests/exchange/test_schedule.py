@@ -7,7 +7,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from exchange.errors import ConfigurationError
-from exchange.schedule import TdmaSchedule
+from exchange.packets import Head
+from exchange.schedule import FRAMES_TOLD, TdmaSchedule
 
 schedules = st.builds(
     TdmaSchedule, n_nodes=st.integers(2, 64), packet_s=st.floats(0.01, 20.0), guard_s=st.floats(0.0, 7.0)
@@ -28,6 +29,17 @@ def test_a_slot_is_open_from_its_start_until_the_next_start(schedule: TdmaSchedu
     assert schedule.slot_at(start_s) == slot
     assert schedule.slot_at(math.nextafter(schedule.start_s(slot + 1), 0.0)) == slot
     assert schedule.slot_at(start_s + schedule.slot_s / 2.0) == slot
+
+
+@given(schedules, st.integers(0, 10**5), st.floats(0.001, 0.999))
+def test_every_node_has_one_slot_of_each_frame_and_its_packet_names_it(schedule: TdmaSchedule, frame: int, part: float):
+    start_s = schedule.frame_start_s(frame)
+    assert start_s == pytest.approx(frame * schedule.frame_s)
+    for node in {0, schedule.n_nodes // 2, schedule.n_nodes - 1}:
+        slot = schedule.slot_at(start_s + (node + 0.5) * schedule.slot_s)
+        assert (schedule.frame_of(slot), schedule.owner(slot)) == (frame, node)
+        head = Head(node, 0, schedule.frame_of(slot) % FRAMES_TOLD)
+        assert schedule.slot_named(head, schedule.start_s(slot) + part * schedule.slot_s) == slot
 
 
 @pytest.mark.parametrize(("n_nodes", "packet_s", "guard_s"), [(0, 1.0, 0.0), (2, 0.0, 1.0), (2, 1.0, -0.1)])
