@@ -1,7 +1,6 @@
 """Statistics of repeated runs: Student's and Wilson's intervals, restricted means, paired tests, effect sizes.
 
-Intervals of means stand in ``missions/comparison/intervals.py``, the test for the best of several in
-``missions/comparison/ranking.py``. All draws are seeded: the same runs give the same figures.
+Other intervals are in ``missions/comparison/intervals.py``. All draws are seeded: the same runs give the same figures.
 """
 
 from __future__ import annotations
@@ -82,41 +81,50 @@ def restricted_mean_time(times_s: Sequence[float], completed: Sequence[bool], ho
     return integral_s + alive * (horizon_s - since_s)
 
 
-def paired_p(differences: Sequence[float]) -> float | None:
-    """Probability of a mean difference at least as large if the two were exchangeable in every pair.
+def sign_flips(n: int) -> Array:
+    """Ways to flip the signs of n pairs, a row each: all of them up to 12 pairs, else the identity and seeded draws."""
+    if n <= 12:
+        return 1.0 - 2.0 * ((np.arange(2**n)[:, None] >> np.arange(n)) & 1)
+    return np.vstack([np.ones(n), 1.0 - 2.0 * generator().integers(0, 2, (2 * RESAMPLES - 1, n))])
 
-    The sign-flip permutation test (Fisher 1935; Pitman 1937): exact whatever the distribution. All flips up to 12
-    pairs, seeded draws above.
 
-    >>> paired_p([1.0, 2.0, 3.0, 4.0])  # only + + + + and - - - - reach the mean: 2 of 16
-    0.125
+def step_down_p(differences: npt.ArrayLike) -> list[float]:
+    """Two-sided p of mean paired differences, corrected for their number.
+
+    If two treatments are alike, the sign of their difference is chance in each repeat (Fisher 1935). All differences of
+    a repeat are flipped together, so that their dependence is kept. The statistic is ``|sum d| / sqrt(sum d^2)``, a
+    monotone function of Student's t whose scale no flip changes. Step-down (Romano and Wolf 2005, algorithm 1; p values
+    as in Romano and Wolf 2016): each difference is compared with the largest of those that are not clearer than itself,
+    so clear differences take nothing from the others. SciPy has sign flips of a single sample only.
+
+    Args:
+        differences: repeats down, comparisons across; 0 where a repeat has no pair.
+
+    >>> step_down_p([[1.0], [2.0], [3.0], [4.0]])  # of 16 flips only + + + + and - - - - reach the sum
+    [0.125]
+    >>> step_down_p([[9.0, 1.0], [9.1, 2.0], [9.2, 3.0], [9.0, -2.5]])  # 2 / 16; then the second by itself, 8 / 16
+    [0.125, 0.5]
     """
     sample = np.asarray(differences, dtype=float)
-    n = len(sample)
-    if n < 2:
-        return None
-    if n <= 12:
-        signs = 1.0 - 2.0 * ((np.arange(2**n)[:, None] >> np.arange(n)) & 1)
-        extra = 0
-    else:
-        signs = 1.0 - 2.0 * generator().integers(0, 2, (5 * RESAMPLES - 1, n))
-        extra = 1
-    reached = np.abs(signs @ sample) >= abs(float(sample.sum())) * (1.0 - 1e-12)
-    return (int(reached.sum()) + extra) / (len(signs) + extra)
+    scale = np.sqrt((sample**2).sum(axis=0))
+    sample = sample / np.where(scale > 0.0, scale, 1.0)
+    observed = np.abs(sample.sum(axis=0))
+    order = np.argsort(-observed, kind="stable")
+    flipped = np.abs(sign_flips(len(sample)) @ sample[:, order])
+    largest = np.maximum.accumulate(flipped[:, ::-1], axis=1)[:, ::-1]
+    p = (largest >= observed[order] * (1.0 - 1e-9)).mean(axis=0)
+    corrected = np.empty(len(order))
+    corrected[order] = np.maximum.accumulate(p)
+    return [float(value) for value in corrected]
 
 
-def holm(p_values: Sequence[float]) -> list[float]:
-    """P values corrected for their number (Holm 1979), in the order given.
+def least_p(n: int) -> float:
+    """The smallest p that ``step_down_p`` can give for n pairs.
 
-    >>> [round(p, 4) for p in holm([0.01, 0.04, 0.03])]
-    [0.03, 0.06, 0.06]
+    >>> least_p(5), least_p(10)
+    (0.0625, 0.001953125)
     """
-    order = sorted(range(len(p_values)), key=lambda number: p_values[number])
-    corrected, highest = [0.0] * len(p_values), 0.0
-    for rank, number in enumerate(order):
-        highest = max(highest, min(1.0, (len(order) - rank) * p_values[number]))
-        corrected[number] = highest
-    return corrected
+    return 2.0 / 2**n if 1 <= n <= 12 else 0.5 / RESAMPLES if n else 1.0
 
 
 def effect_size(values: Sequence[float], baseline: Sequence[float]) -> float | None:

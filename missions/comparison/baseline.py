@@ -16,7 +16,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 from missions.comparison.intervals import Estimated, NoInterval, Timed, mean_interval, restricted_interval
-from missions.comparison.ranking import columns_of, of_less_success
+from missions.comparison.ranking import columns_of, family_of, of_less_success, without
 from missions.comparison.rows import Comparison
 from missions.comparison.treatments import (
     MISSION_TIME,
@@ -33,7 +33,7 @@ from missions.comparison.treatments import (
     values_of,
 )
 from missions.metric import Metric, MetricRecord
-from missions.statistics import Interval, holm, restricted_mean_time, wilson_interval
+from missions.statistics import Interval, restricted_mean_time, wilson_interval
 from missions.sweeps.folder import SweepResults
 
 
@@ -68,9 +68,9 @@ def compare(
     check_name("--baseline", baseline, [*strategies, *policies])
     by_strategy = baseline in strategies
     declared = results.metrics
-    columns = columns_of(treatments, declared[SUCCESS], declared[SUCCESS], results.bounds)
-    behind = frozenset(treatment for column in columns for treatment in of_less_success(column))
-    return [row for metric in names for row in _rows(treatments, declared, metric, baseline, by_strategy, behind)]
+    return [
+        row for metric in names for row in _rows(treatments, declared, metric, baseline, by_strategy, results.bounds)
+    ]
 
 
 def _rows(
@@ -79,34 +79,31 @@ def _rows(
     name: str,
     baseline: str,
     by_strategy: bool,
-    behind: Collection[Treatment],
+    bounds: Collection[str],
 ) -> list[Comparison]:
-    """Rows of one metric; its comparisons are one family for Holm's correction."""
+    """Rows of one metric."""
     metric = declared[name]
     times_s = {treated: values_of(runs, declared[MISSION_TIME]) for treated, runs in treatments.items()}
     values = {treated: sample for treated, runs in treatments.items() if (sample := measured(runs, metric)).values}
+    columns = columns_of(treatments, metric, declared[SUCCESS])
+    family = family_of(columns)
+    contenders = [own for column in columns if (own := without(column, bounds))]
+    behind = {treatment for own in contenders for treatment in of_less_success(own, family)}
     compared: dict[Treatment, Paired] = {}
+    p: dict[Treatment, float | None] = {}
     for treatment, sample in values.items():
         other = replace(treatment, strategy=baseline) if by_strategy else replace(treatment, policy=baseline)
         if other != treatment and other in values and (paired := paired_with(sample, values[other])):
-            compared[treatment] = paired
-    tested = {treatment: paired.p for treatment, paired in compared.items() if paired.p is not None}
-    corrected = dict(zip(tested, holm(list(tested.values())), strict=True))
-    rows = [
-        _row(
-            treatment,
-            metric,
-            baseline,
-            sample,
-            treatments[treatment],
-            times_s[treatment],
-            compared.get(treatment),
+            compared[treatment], p[treatment] = paired, family.p(treatment, other)
+    return [
+        replace(
+            _row(
+                treatment, metric, baseline, sample, treatments[treatment], times_s[treatment], compared.get(treatment)
+            ),
+            p_holm=p.get(treatment),
+            unequal_success=treatment in behind,
         )
         for treatment, sample in values.items()
-    ]
-    return [
-        replace(row, p_holm=corrected.get(treatment), unequal_success=treatment in behind)
-        for treatment, row in zip(values, rows, strict=True)
     ]
 
 
@@ -143,6 +140,8 @@ def _row(
         ci95_low=low,
         ci95_high=high,
         median=plain.median(values),
+        least=min(values),
+        largest=max(values),
         success_rate=sum(completed) / len(completed),
         success_ci95_low=success_low,
         success_ci95_high=success_high,

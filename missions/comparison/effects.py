@@ -14,7 +14,7 @@ import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from missions.comparison.intervals import NoInterval, mean_interval
+from missions.comparison.intervals import NoInterval, difference_interval
 from missions.comparison.treatments import Measured, Treatment, check_name, measured, treatments_of
 from missions.errors import OutputError
 from missions.metric import MetricRecord
@@ -173,7 +173,7 @@ def _row(
         math.fsum(sign * value for sign, value in zip(column, values, strict=True)) / (len(column) / 2)
         for values in response.values.values()
     ]
-    interval = NoInterval.DETERMINISTIC if response.constant else mean_interval(of_repeats)
+    interval = NoInterval.DETERMINISTIC if response.constant else difference_interval(of_repeats)
     low, high = (None, None) if isinstance(interval, NoInterval) else interval
     is_main = len(term) == 1
     name = design.named(term)

@@ -24,6 +24,9 @@ class Comparison:
         n_completed: runs whose mission completed.
         n_failed: runs that raised or killed their process.
         n_reached: runs that reached the event of a censored metric, whose mean is restricted; None for other metrics.
+        least, largest: of the values.
+        p_holm: that a treatment is like its baseline, corrected for all pairs of the metric by step-down sign flips,
+            see ``missions/comparison/ranking.py``.
         ci95_low: of a censored metric it holds whatever runs that were not made would have done, see
             ``missions/comparison/intervals.py``.
         deterministic: nothing was drawn, so repeats are one run: no interval, no probability.
@@ -51,6 +54,8 @@ class Comparison:
     ci95_low: float | None
     ci95_high: float | None
     median: float
+    least: float
+    largest: float
     diff_to_baseline: float | None = None
     diff_ci95_low: float | None = None
     diff_ci95_high: float | None = None
@@ -82,11 +87,10 @@ class Rank:
     Args:
         rank: by the mean among those of like success, 1 is best; equal ones share the mean of their ranks (Friedman
             1937).
-        p_to_best: of being worse than another by that much if all were equal, corrected for all pairs of the column
-            and for the test of success beside it, see ``missions/comparison/ranking.py``; None for the best itself, and
-            where fewer than two runs are shared.
-        among_best: the best, or told from it neither in the metric nor in success: of equal ones, somebody is told
-            from the best in at most 5 % of studies. In a column in which nothing was drawn, those with the best value.
+        p_to_best: that it is like the best, the same value as ``Comparison.p_holm`` of the two; None for the best
+            itself, and where nothing was drawn in either.
+        among_best: the best, or told from it neither in the metric nor in success. Where nothing was drawn, those with
+            the best value.
         unequal_success: its success rate is told from the highest; it stands behind those of like success, since a mean
             of other work says nothing about theirs.
         deterministic: nothing was drawn, so there is one run and nothing was tested.

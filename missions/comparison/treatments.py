@@ -10,10 +10,16 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from missions.comparison.intervals import Estimated, NoInterval, Timed, mean_interval, restricted_difference_interval
+from missions.comparison.intervals import (
+    Estimated,
+    NoInterval,
+    Timed,
+    difference_interval,
+    restricted_difference_interval,
+)
 from missions.errors import OutputError
 from missions.metric import MetricRecord
-from missions.statistics import effect_size, paired_p, pairing_gain
+from missions.statistics import effect_size, pairing_gain
 from missions.sweeps.folder import SweepResults
 from missions.sweeps.ledger import DONE, Line
 from missions.sweeps.plan import DRAWN, UNFORESEEN, outcome
@@ -38,7 +44,6 @@ class Paired:
 
     difference: float
     interval: Estimated
-    p: float | None
     effect: float | None
     gain: float | None
     n: int
@@ -61,7 +66,7 @@ def paired_with(ours: Measured, theirs: Measured) -> Paired | None:
     """
     if ours.constant and theirs.constant:
         (own,), (other,) = ours.values.values(), theirs.values.values()
-        return Paired(own - other, NoInterval.DETERMINISTIC, None, None, None, 1)
+        return Paired(own - other, NoInterval.DETERMINISTIC, None, None, 1)
     a, b = ours.over(theirs.values), theirs.over(ours.values)
     shared = [repeat for repeat in a.values if repeat in b.values]
     if not shared:
@@ -70,8 +75,7 @@ def paired_with(ours: Measured, theirs: Measured) -> Paired | None:
     differences = [x - y for x, y in zip(mine, others, strict=True)]
     paired = Paired(
         plain.fmean(differences),
-        mean_interval(differences),
-        paired_p(differences),
+        difference_interval(differences),
         effect_size(mine, others),
         pairing_gain(mine, others),
         len(shared),
@@ -88,17 +92,8 @@ def paired_with(ours: Measured, theirs: Measured) -> Paired | None:
         )
     mean = plain.fmean(reached) if reached else None
     return replace(
-        paired, interval=interval, n_reached=len(reached), reached=mean, reached_interval=mean_interval(reached)
+        paired, interval=interval, n_reached=len(reached), reached=mean, reached_interval=difference_interval(reached)
     )
-
-
-def least_p_holm(n_pairs: int, n_tests: int) -> float:
-    """The smallest corrected probability that so many tests of so many pairs can give.
-
-    >>> least_p_holm(5, 2)  # 2 of the 32 ways to flip the signs, twice
-    0.125
-    """
-    return min(1.0, n_tests * (paired_p([1.0] * n_pairs) or 1.0))
 
 
 FIELDS = ("scenario", "strategy", "policy", "channel", "per")

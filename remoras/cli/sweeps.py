@@ -259,6 +259,12 @@ def _interval(mean: float | None, low: float | None, high: float | None) -> str:
     return "-" if mean is None else f"{mean:.4g}{bounds}"
 
 
+def _mean(row: Comparison) -> str:
+    """The mean with its interval; without one, the least and the largest value."""
+    spread = f" ({row.least:.4g} to {row.largest:.4g})" * (row.ci95_low is None and row.least < row.largest)
+    return _interval(row.mean, row.ci95_low, row.ci95_high) + spread
+
+
 def _entries(row: Comparison) -> dict[str, str]:
     """What a table for people says of a row; columns that no row of a table fills are left out there."""
     return {
@@ -267,18 +273,18 @@ def _entries(row: Comparison) -> dict[str, str]:
         "policy": row.policy,
         "n": str(row.n),
         "done": str(row.n_completed),
-        "mean [95 %]": _interval(row.mean, row.ci95_low, row.ci95_high),
+        "mean [95 %]": _mean(row),
         "of those that got there": _interval(row.reached_mean, row.reached_ci95_low, row.reached_ci95_high),
         f"difference to {row.baseline}": _interval(row.diff_to_baseline, row.diff_ci95_low, row.diff_ci95_high),
         "where both did": _interval(row.diff_reached, row.diff_reached_ci95_low, row.diff_reached_ci95_high),
-        "p (Holm)": "-" if row.p_holm is None else f"{row.p_holm:.2g}",
+        "p": "-" if row.p_holm is None else f"{row.p_holm:.2g}",
         "note": row.ci95_note,
         "unforeseen": row.unforeseen,
         "settings": " ".join(f"{key}={value}" for key, value in row.settings.items()),
     }
 
 
-ALWAYS = ("per", "strategy", "policy", "n", "done", "mean [95 %]", "p (Holm)")
+ALWAYS = ("per", "strategy", "policy", "n", "done", "mean [95 %]", "p")
 """Columns that tables have even where they are empty."""
 NUMBERS = ("per", "n", "done")
 
@@ -314,7 +320,8 @@ def _comparison_lines(rows: Sequence[Comparison]) -> Sequence[str]:
 def _notes(rows: Sequence[Comparison]) -> Iterator[str]:
     """What to know of the rows of one metric: restricted means, unequal work, too few runs."""
     from missions.comparison.ranking import of_unequal_work
-    from missions.comparison.treatments import SIGNIFICANT, least_p_holm
+    from missions.comparison.treatments import SIGNIFICANT
+    from missions.statistics import least_p
 
     if rows[0].n_reached is not None:
         n, reached = sum(row.n for row in rows), sum(row.n_reached or 0 for row in rows)
@@ -325,6 +332,6 @@ def _notes(rows: Sequence[Comparison]) -> Iterator[str]:
     if rows[0].metric != "completed" and (unequal := of_unequal_work(rows)):
         names = ", ".join(dict.fromkeys(f"{row.strategy} with {row.policy} at per {row.per:g}" for row in unequal))
         yield f"unequal work, success rates are told from the highest, do not rank by this: {names}"
-    tested = [row.n for row in rows if row.p_holm is not None]
-    if tested and (least := least_p_holm(max(tested), len(tested))) >= SIGNIFICANT:
-        yield f"no p (Holm) of {len(tested)} comparisons of {max(tested)} pairs can be below {least:.2g}: repeat more"
+    tested = [row.n_pairs for row in rows if row.p_holm is not None]
+    if tested and (least := least_p(max(tested))) >= SIGNIFICANT:
+        yield f"no p of {max(tested)} pairs can be below {least:.2g}: repeat more"

@@ -14,7 +14,7 @@ from sweeping import study_text, written
 from typer.testing import CliRunner
 
 from missions.comparison.baseline import compare
-from missions.comparison.ranking import Contender, column_ranks, mean_ranks, ranks
+from missions.comparison.ranking import Contender, column_ranks, family_of, mean_ranks, ranks
 from missions.comparison.rows import Comparison, Rank
 from missions.comparison.treatments import Treatment
 from missions.errors import OutputError
@@ -76,7 +76,7 @@ def ranked(values: dict[str, list[float]], per: float = 0.1, better: Better = Be
         )
         for name, own in values.items()
     }
-    return {rank.strategy: rank for rank in column_ranks(column, "m", better)}
+    return {rank.strategy: rank for rank in column_ranks(column, family_of([column]), "m", better)}
 
 
 def row_of(rows: list[Comparison], policy: str, metric: str = "mission_time_s") -> Comparison:
@@ -180,18 +180,20 @@ def test_success_ranks_before_the_metric_and_unequal_work_is_told() -> None:
         Treatment("s", name, "ack", "bernoulli", 0.1, ()): Contender(dict(enumerate(own)), dict(enumerate(done[name])))
         for name, own in times.items()
     }
-    found = {rank.strategy: rank for rank in column_ranks(column, "m", Better.LOWER)}
+    found = {rank.strategy: rank for rank in column_ranks(column, family_of([column]), "m", Better.LOWER)}
     assert [found[name].rank for name in "cba"] == [1, 2, 3]
     assert [found[name].unequal_success for name in "cba"] == [False, False, True]
     assert not found["a"].among_best
 
 
-def test_ranks_come_with_their_distance_to_the_best(tmp_path: Path) -> None:
-    """All eight differences have one sign: 2 of 2**8 ways to deal; the test of success has 0.3 of the error."""
-    best, other = sorted(ranks(results(tmp_path), "mission_time_s"), key=lambda rank: rank.rank)
+def test_a_ranking_and_a_comparison_give_the_same_p(tmp_path: Path) -> None:
+    """All eight differences have one sign: 2 of 2**8 flips."""
+    found = results(tmp_path)
+    best, other = sorted(ranks(found, "mission_time_s"), key=lambda rank: rank.rank)
     assert (best.policy, best.rank, best.p_to_best, best.among_best) == ("mps-ack", 1.0, None, True)
     assert (other.policy, other.rank, other.among_best) == ("ack", 2.0, False)
-    assert other.p_to_best == pytest.approx(2 / 2**8 / 0.7)
+    compared = row_of(compare(found, ["mission_time_s"], baseline="mps-ack"), "ack")
+    assert other.p_to_best == compared.p_holm == pytest.approx(2 / 2**8)
     assert mean_ranks([best, other]) == {("remoras", "mps-ack"): 1.0, ("remoras", "ack"): 2.0}
 
 

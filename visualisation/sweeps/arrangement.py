@@ -73,13 +73,14 @@ class Measure:
         return self.metric.name == RATE and not self.signed
 
     def bounds(self, row: Comparison) -> tuple[float, float]:
-        """Ends of the interval on the scale of the axis; the mean where there is none.
+        """Ends of the interval on the scale of the axis; the least and the largest value where there is none.
 
         Where all runs got there, it is the interval of the mean of runs that do.
         """
         all_reached = row.n_reached == row.n
         ends = (row.reached_ci95_low, row.reached_ci95_high) if all_reached else (row.ci95_low, row.ci95_high)
-        low, high = (row.mean if bound is None else bound for bound in ends)
+        spread = row.least, row.largest
+        low, high = (other if bound is None else bound for bound, other in zip(ends, spread, strict=True))
         return low * self.scale, high * self.scale
 
 
@@ -103,7 +104,8 @@ def of_differences(own: Measure, rows: Sequence[Comparison]) -> tuple[Measure, l
     metric = replace(own.metric, label=f"{own.metric.label}, difference")
     found = [
         replace(
-            row, mean=row.diff_to_baseline, ci95_low=row.diff_ci95_low, ci95_high=row.diff_ci95_high,
+            row, mean=row.diff_to_baseline, least=row.diff_to_baseline, largest=row.diff_to_baseline,
+            ci95_low=row.diff_ci95_low, ci95_high=row.diff_ci95_high,
             n=row.n_pairs, n_reached=row.n_pairs_reached,
             reached_ci95_low=row.diff_reached_ci95_low, reached_ci95_high=row.diff_reached_ci95_high,
         )

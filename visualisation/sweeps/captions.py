@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from missions.comparison.effects import MainEffect
-from missions.comparison.intervals import FEW, INTERVALS_OF_MEANS
+from missions.comparison.intervals import FEW, INTERVALS_OF_DIFFERENCES, INTERVALS_OF_MEANS
 from missions.comparison.ranking import are_too_few, of_unequal_work
 from missions.comparison.rows import Comparison, Rank
 from missions.comparison.treatments import SIGNIFICANT
@@ -31,7 +31,6 @@ def metric_caption(
     return words.joined(
         f"{words.capital(measure.name)} over {arrangement.axis_label}.",
         f"Lines: rates; bars: {OF_RATES}." if rate else f"Lines: means; bands: {INTERVALS_OF_MEANS}.",
-        "" if rate else without_intervals(rows),
         measure.metric.note,
         _without_values(arrangement, rows),
         _aside(arrangement),
@@ -51,7 +50,6 @@ def overview_caption(arrangement: Arrangement, rows: Sequence[Comparison], measu
     return words.joined(
         f"Overview over {arrangement.axis_label}.",
         f"Lines: means; bands: {INTERVALS_OF_MEANS}{f', for the success rate {OF_RATES}' if rates else ''}.",
-        without_intervals(rows),
         *notes,
         _aside(arrangement),
         _cases(arrangement),
@@ -68,7 +66,7 @@ def differences_caption(
         f"{words.capital(measure.name)}: mean differences to {rows[0].baseline} over {arrangement.axis_label}, run by "
         "run of the same repeat.",
         better.get(measure.metric.better, "") if measure.metric.better else "",
-        f"Bands: {INTERVALS_OF_MEANS}.",
+        f"Bands: {INTERVALS_OF_DIFFERENCES}.",
         without_intervals(rows),
         measure.metric.note,
         _aside(arrangement),
@@ -112,10 +110,10 @@ def ranking(arrangement: Arrangement, by: MetricRecord, rows: Sequence[Rank]) ->
     return words.joined(
         f"Ranks by the mean of {words.within(by.label)} for each {arrangement.axis_label}, 1 is the {best}; "
         "equal means share their ranks. "
-        "Bold and shaded: the best of the column and those that are not told from it (permutation test of all pairs of "
-        f"the column at once, p >= {SIGNIFICANT:g}: of equal ones, somebody is told from the best in at most 5 % of "
-        "studies). Last column: mean rank. Those whose success rate is told from the highest stand behind the others "
-        "and are marked: theirs are means of unequal work.",
+        "Bold and shaded: the best of the column and those that are not told from it (step-down sign flips of all "
+        f"pairs at once, p >= {SIGNIFICANT:g}: of equal ones, one is told from the best in at most 5 % of studies). "
+        "Last column: mean rank. Those whose success rate is told from the highest stand behind the others and are "
+        "marked: theirs are means of unequal work.",
         "Where nothing was drawn there is one run of each: nothing was tested, and nothing is shaded."
         if any(row.deterministic for row in rows)
         else "",
@@ -191,7 +189,7 @@ def effects_caption(rows: Sequence[MainEffect], metric: MetricRecord) -> str:
     return words.joined(
         f"Main effects on {words.within(metric.label)}: mean at the second level less mean at the first, by runs of "
         f"the same repeat (n = {' or '.join(map(str, numbers))} repeats).",
-        f"Whiskers: {INTERVALS_OF_MEANS}.",
+        f"Whiskers: {INTERVALS_OF_DIFFERENCES}.",
         f"Mixed with interactions of two factors: {'; '.join(dict.fromkeys(mixed))}." if mixed else "",
         f"Effects of fewer than {FEW} repeats have no interval: n is too small."
         if numbers and numbers[0] < FEW

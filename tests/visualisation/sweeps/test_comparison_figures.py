@@ -17,7 +17,7 @@ from PIL import Image
 from synthetic_sweeps import FEW, METRICS, SEVEN, SWEEPS, TEN, Sweep, law
 
 from missions.comparison import compare, ranks
-from missions.comparison.intervals import INTERVALS_OF_MEANS
+from missions.comparison.intervals import INTERVALS_OF_DIFFERENCES, INTERVALS_OF_MEANS
 from missions.errors import OutputError
 from missions.metric import Better, Metric, MetricRecord
 from missions.sweeps.folder import SweepResults
@@ -181,7 +181,11 @@ def test_captions_say_what_the_figure_rests_on(tmp_path: Path, kind: str) -> Non
     ):  # fmt: skip
         assert part in text
     assert re.search(r"\d+ of them not completed \(censored\)", text)
-    intervals = {"ranking": "permutation test of all pairs", "success-rate": "Wilson's 95 % intervals"}
+    intervals = {
+        "ranking": "step-down sign flips of all pairs",
+        "differences": INTERVALS_OF_DIFFERENCES,
+        "success-rate": "Wilson's 95 % intervals",
+    }
     assert intervals.get(kind, INTERVALS_OF_MEANS) in text
 
 

@@ -49,9 +49,9 @@ def test_a_share_is_what_lies_between_0_and_1(row: Comparison, means: list[float
     assert measure(replace(ENERGY, unit=unit), [replace(row, mean=mean) for mean in means]).share is share
 
 
-def test_an_interval_that_is_missing_is_the_mean(row: Comparison) -> None:
-    bare = replace(row, mean=2000.0, ci95_low=None, ci95_high=None)
-    assert measure(ENERGY, [bare]).bounds(bare) == (2.0, 2.0)
+def test_where_an_interval_is_missing_the_spread_is_drawn(row: Comparison) -> None:
+    bare = replace(row, mean=2000.0, least=1500.0, largest=2500.0, ci95_low=None, ci95_high=None)
+    assert measure(ENERGY, [bare]).bounds(bare) == (1.5, 2.5)
 
 
 def test_the_kind_is_the_label_with_hyphens() -> None:
