@@ -11,7 +11,7 @@ import typer
 
 from missions.errors import LONGEST_VALUE, cut
 from remoras.cli import completion
-from remoras.cli.app import Format, Json, check_known, command, fail, on_terminal, show_json, show_table
+from remoras.cli.app import Format, Json, check_known, command, fail, on_terminal, show, show_json, show_table
 from remoras.cli.keys import explained
 
 KINDS = ("scenarios", "strategies", "policies", "channels", "modems", "networks", "studies")
@@ -154,17 +154,19 @@ def _validate_organisation(file: str, as_json: bool) -> bool:
 
 
 def _validate_study(file: str, as_json: bool) -> None:
+    from missions.comparison.ranking import too_few
     from missions.sweeps.study import load_study
 
     study = load_study(file)
     n_configurations, at_most = len(study.configurations), "at most " if study.file.stopping else ""
-    if as_json:
-        show_json(
-            {"file": file, "kind": "study", "ok": True, "configurations": n_configurations, "planned": study.n_runs}
-        )
-        return
     runs = f"{at_most}{study.maximum} repeats = {at_most}{study.n_runs} runs"
-    print(f"{file}: study ok; {n_configurations} configurations x {runs}")
+    warnings = [text for text in [too_few(study.maximum)] if text]
+    told = {"configurations": n_configurations, "planned": study.n_runs, "warnings": warnings}
+    said = [
+        f"{file}: study ok; {n_configurations} configurations x {runs}",
+        *(f"  warning: {text}" for text in warnings),
+    ]
+    show({"file": file, "kind": "study", "ok": True, **told}, as_json, said)
 
 
 def _explained(key: str, known: dict[str, tuple[str, str]]) -> dict[str, tuple[str, str]]:

@@ -84,10 +84,13 @@ def sweep(
         _show_status(out, as_json)
         return
     file_of(STUDY, study, shipped_studies())  # a name that is mistyped is told before much is loaded
+    from missions.comparison.ranking import too_few
     from missions.sweeps import driver
     from missions.sweeps.study import load_study
 
     loaded = load_study(study, strategies or ())
+    if verified is None and (text := too_few(loaded.maximum)):
+        print(f"remoras: {text}", file=sys.stderr)
     if dry_run:
         guess = driver.estimate(loaded, jobs)
         said = [f"{guess.planned} runs at most, about {guess.estimate_s:.0f} s on {jobs} processes"]

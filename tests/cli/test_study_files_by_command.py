@@ -63,3 +63,20 @@ def test_a_stopping_rule_says_at_most(example: Path) -> None:
     rule = '[stopping]\nmetric = "n_bytes"\nhalf_width = 1.0\nmaximum = 60\n'
     example.write_text(example_study() + rule, encoding="utf-8")
     assert "at most 1920 runs" in remoras("validate", example).stdout
+
+
+@pytest.mark.parametrize(
+    ("repeats", "said"), [(5, "5 repeats: no interval (8 needed), smallest p 0.062; 8 give 0.0078"), (8, "")]
+)
+def test_too_few_repeats_are_told_before_any_run(tmp_path: Path, repeats: int, said: str) -> None:
+    file = tmp_path / "few.toml"
+    file.write_text(
+        f'[study]\nname = "few"\nscenario = "mapping-rendezvous"\nrepeats = {repeats}\n'
+        '[set]\nscenario.duration_s = 20.0\n[[channel]]\nname = "bernoulli"\nper = [0.1]\n',
+        encoding="utf-8",
+    )
+    assert json.loads(remoras("validate", file, "--json").stdout)["warnings"] == [said] * bool(said)
+    assert said in remoras("validate", file).stdout
+    dry = remoras("sweep", file, "--out", tmp_path / "out", "--dry-run")
+    assert ("no interval" in dry.stderr) is bool(said)
+    assert said in dry.stderr
