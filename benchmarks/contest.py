@@ -1,8 +1,8 @@
 """What cards of one split say together: ``python -m benchmarks.contest CARD... [--other CARD...]``.
 
-Scores; which pairs are told apart (normal approximation of the bootstrap over runs paired by seed, Holm's correction,
-5 %); regret, the mean over conditions (network and what is unforeseen) of what is lacking to the best of the nine
-shipped strategies in each, chosen in hindsight; and of another split by how many pairs stand in the same order.
+Scores; which pairs are told apart (step-down sign flips over instances, 5 %); regret, the mean over conditions (network
+and what is unforeseen) of what is lacking to the best of the nine shipped strategies in each, chosen in hindsight; and
+of another split by how many pairs stand in the same order.
 """
 
 from __future__ import annotations
@@ -13,15 +13,14 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
 from pathlib import Path
-from statistics import NormalDist, fmean
+from statistics import fmean
 
 from missions.benchmark.card import read_strategies
 from missions.benchmark.scoring import Scored, against
-from missions.statistics import CONFIDENCE, holm
+from missions.comparison.treatments import SIGNIFICANT
+from missions.statistics import step_down_p
 from remoras.strategies import strategies
 
-WIDTH = 2.0 * NormalDist().inv_cdf((1.0 + CONFIDENCE) / 2.0)
-"""Of an interval, in standard errors."""
 Contest = Mapping[str, Scored]
 
 
@@ -44,19 +43,13 @@ def ranked(contest: Contest) -> list[str]:
     return [name for name in contest if name in shipped]
 
 
-def p_value(one: Scored, other: Scored) -> float:
-    """That two are alike."""
-    mean, interval = against(one, other)
-    if interval is None or interval[0] == interval[1]:
-        return 1.0 if mean == 0.0 or interval is None else 0.0
-    return 2.0 * NormalDist().cdf(-abs(mean) * WIDTH / (interval[1] - interval[0]))
-
-
 def apart(contest: Contest, names: Sequence[str]) -> dict[tuple[str, str], bool]:
     """Of each pair, the better one first, whether it is told apart."""
     pairs = list(combinations(names, 2))
-    corrected = holm([p_value(contest[one], contest[other]) for one, other in pairs])
-    return {pair: p <= 1.0 - CONFIDENCE for pair, p in zip(pairs, corrected, strict=True)}
+    of = {name: contest[name].by_instance for name in names}
+    instances = set.intersection(*(set(own) for own in of.values()))
+    p = step_down_p([[of[one][at] - of[other][at] for one, other in pairs] for at in instances])
+    return {pair: value < SIGNIFICANT for pair, value in zip(pairs, p, strict=True)}
 
 
 def by_condition(scored: Scored) -> dict[tuple[str, str], float]:

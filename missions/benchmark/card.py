@@ -6,9 +6,11 @@ interrupted; what depends on the machine is not in it.
 
 from __future__ import annotations
 
-import hashlib
 import json
+import math
+import random
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -24,17 +26,23 @@ from missions.sweeps.worker import run_task
 CARD = "card.json"
 COLUMNS = ("repeat", "seed", "bound_s", "time_s", "completed", "n_bytes", "wrong_belief_fraction", "failed", "silenced")
 """What a card says of each run, in this order."""
+LEAST_DRAWN = 10
+"""Runs that a verifier makes again at least."""
 
 
 def card_of(contest: Contest, scored: Sequence[Scored]) -> dict[str, Any]:
     """The card of strategies that were run."""
-    suite = contest.suite
+    codes = [code_of(contest, place) for place in range(len(scored))]
+    return _card(contest.suite, contest.repeats, version(), scored, codes)
+
+
+def _card(suite: Suite, repeats: int, made_by: str, scored: Sequence[Scored], codes: Sequence[str]) -> dict[str, Any]:
     return {
         "suite": suite.about.name,
         "digest": suite.digest,
         "split": suite.split,
-        "version": version(),
-        "repeats": contest.repeats,
+        "version": made_by,
+        "repeats": repeats,
         "limit_s": suite.about.limit_s,
         "cells": [list(cell) for cell in suite.cells],
         "columns": list(COLUMNS),
@@ -42,14 +50,14 @@ def card_of(contest: Contest, scored: Sequence[Scored]) -> dict[str, Any]:
             {
                 "name": strategy.name,
                 "reference": strategy.reference,
-                "code": code_of(contest, place),
+                "code": code,
                 **figures(strategy, suite),
                 "runs": [
                     [[getattr(run, column) for column in COLUMNS] for run in strategy.cells[cell]]
                     for cell in suite.cells
                 ],
             }
-            for place, strategy in enumerate(scored)
+            for strategy, code in zip(scored, codes, strict=True)
         ],
     }
 
@@ -76,8 +84,8 @@ def figures(strategy: Scored, suite: Suite) -> dict[str, Any]:
 
 def code_of(contest: Contest, place: int) -> str:
     """Digest of what makes the runs of a strategy: this program, and the strategy's own sources."""
-    number, _ = contest.suite.place(0, 0, place, len(contest.strategies))
-    return short(fingerprint([contest.study.configurations[number].scenario.model_dump(mode="json")]))
+    study, number, _ = contest.suite.place(0, 0, place, len(contest.strategies))
+    return short(fingerprint([contest.studies[study].configurations[number].scenario.model_dump(mode="json")]))
 
 
 def card_text(card: Mapping[str, Any]) -> str:
@@ -92,29 +100,40 @@ def card_text(card: Mapping[str, Any]) -> str:
 
 
 def read_card(path: Path, suite: Suite) -> dict[str, Any]:
-    """A card of a suite.
+    """A card of a suite, in which each entry is the one that its runs give.
 
     Raises:
-        OutputError: there is none, it is damaged or altered, or it is of another suite.
+        OutputError: there is none, it is damaged or altered, has a key that no card has, or is of another suite.
     """
     try:
-        card = json.loads(text_of(path))
-        known = card["suite"], card["digest"]
-        strategies = read_strategies(card) if known == (suite.about.name, suite.digest) else []
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        card: dict[str, Any] = json.loads(text_of(path))
+        if (known := (card["suite"], card["digest"])) != (suite.about.name, suite.digest):
+            here = f"{suite.about.name} with digest {suite.digest[:12]}"
+            raise OutputError(f"{path}: suite = {known[0]} with digest {str(known[1])[:12]}; allowed: {here}")
+        strategies, codes = read_strategies(card), [entry["code"] for entry in card["strategies"]]
+        expected = _card(suite, card["repeats"], card["version"], strategies, codes)
+        seeds = [[repeat, suite.seed(repeat)] for repeat in range(card["repeats"])]
+    except (ValueError, KeyError, TypeError, AttributeError, IndexError, ZeroDivisionError) as error:
         raise OutputError(f"{path}: no card of a benchmark ({type(error).__name__}: {error})") from None
-    if known != (suite.about.name, suite.digest):
-        here = f"{suite.about.name} with digest {suite.digest[:12]}"
-        raise OutputError(f"{path}: suite = {known[0]} with digest {str(known[1])[:12]}; allowed: {here}")
-    if [Cell(*cell) for cell in card["cells"]] != list(suite.cells):
-        raise OutputError(f"{path}: cells: other ones than {suite.about.name} has; the card was altered")
-    for entry, strategy in zip(card["strategies"], strategies, strict=True):
-        for key, value in figures(strategy, suite).items():
-            if entry.get(key) != value:
-                now = f"allowed: {value}, which its runs give; the card was altered"
-                raise OutputError(f"{path}: {strategy.name}.{key} = {entry.get(key)}: {now}")
-    result: dict[str, Any] = card
-    return result
+    _compare(path, "", {**card, "strategies": None}, {**expected, "strategies": None})
+    for entry, own in zip(card["strategies"], expected["strategies"], strict=True):
+        _compare(path, f"{entry['name']}.", entry, own)
+        for cell, runs in zip(suite.cells, entry["runs"], strict=True):
+            if [run[:2] for run in runs] != seeds:
+                where = f"{entry['name']}, {cell.label}"
+                raise OutputError(f"{path}: {where}: other repeats or seeds than the suite has; the card was altered")
+    return card
+
+
+def _compare(path: Path, prefix: str, found: Mapping[str, Any], expected: Mapping[str, Any]) -> None:
+    """Refuse keys that no card has, and values that do not follow from the runs and the suite."""
+    for key in found:
+        if key not in expected:
+            raise OutputError(f"{path}: {prefix}{key}: unknown key; allowed: {', '.join(expected)}")
+    for key, value in expected.items():
+        if found.get(key) != value:
+            said = f"{prefix}{key} = {found.get(key)}: allowed: {value}, which its runs give"
+            raise OutputError(f"{path}: {said}; the card was altered")
 
 
 def read_strategies(card: Mapping[str, Any]) -> list[Scored]:
@@ -137,49 +156,65 @@ def read_strategies(card: Mapping[str, Any]) -> list[Scored]:
     ]
 
 
-def verify_card(path: Path, suite: Suite, count: int) -> Iterator[tuple[str, str]]:
-    """Make drawn runs of a card again: for each its name, and what is other now; empty if nothing is.
+@dataclass(frozen=True)
+class Verification:
+    """Check of a card by runs that the verifier draws.
 
-    Which are drawn follows from what the card says, so nobody can choose them.
+    Attributes:
+        seed: of the draw.
+        n_runs: of the card.
+        other_code: of each strategy whose runs other code has made: its digest there, and here.
+        runs: the drawn runs are made again while this is read: for each its name, and what is other now, or nothing.
+    """
+
+    seed: int
+    n_runs: int
+    other_code: Mapping[str, tuple[str, str]]
+    runs: Iterator[tuple[str, str]]
+
+
+def verify_card(path: Path, suite: Suite, seed: int, count: int | None = None) -> Verification:
+    """Draw runs of a card to make again.
 
     Args:
         path: of the card.
         suite: that it has to be of.
-        count: of runs.
+        seed: of the draw; whoever made the card cannot know it.
+        count: of runs; a tenth if left out, and ten at least.
 
     Raises:
-        OutputError: it is no card of the suite, was altered, or other code made its runs.
+        OutputError: it is no card of the suite, or was altered.
         PluginError: a strategy cannot be had.
     """
     card = read_card(path, suite)
     strategies = read_strategies(card)
     contest = Contest.of(suite, [strategy.reference for strategy in strategies], card["repeats"])
-    for place, entry in enumerate(card["strategies"]):
-        if entry["code"] != (here := code_of(contest, place)):
-            raise OutputError(f"{path}: {entry['name']}.code = {entry['code']}; allowed: {here}, the code that is here")
-    plan = SweepPlan(contest.study)
+    here = {entry["name"]: (entry["code"], code_of(contest, at)) for at, entry in enumerate(card["strategies"])}
     known = [
         (place, at, run)
         for place, strategy in enumerate(strategies)
         for at, cell in enumerate(suite.cells)
         for run in strategy.cells[cell]
     ]
-    text = card_text(card)
-    order = sorted(range(len(known)), key=lambda number: hashlib.sha256(f"{number} {text}".encode()).digest())
-    for place, at, run in [known[number] for number in order[:count]]:
-        name = f"{strategies[place].name}, {suite.cells[at].label}, repeat {run.repeat}"
-        if run.seed != suite.seed(run.repeat):
-            yield name, f"seed: was {run.seed}, now {suite.seed(run.repeat)}"
-            continue
-        number, repeat = suite.place(at, run.repeat, place, len(strategies))
-        line = run_task(plan.task(number, repeat)).line
-        again = contest.run_of(line, run.repeat, number)
+    count = min(len(known), max(LEAST_DRAWN, math.ceil(len(known) / 10)) if count is None else count)
+    drawn = random.Random(seed).sample(known, count)
+    other = {name: codes for name, codes in here.items() if codes[0] != codes[1]}
+    return Verification(seed, len(known), other, _made_again(contest, strategies, drawn))
+
+
+def _made_again(
+    contest: Contest, strategies: Sequence[Scored], drawn: Sequence[tuple[int, int, CellRun]]
+) -> Iterator[tuple[str, str]]:
+    plans = [SweepPlan(study) for study in contest.studies]
+    for place, at, run in drawn:
+        study, number, repeat = contest.suite.place(at, run.repeat, place, len(strategies))
+        again = contest.run_of(run_task(plans[study].task(number, repeat)).line, run.repeat, study, number)
         other = [
             f"{column}: was {getattr(run, column)}, now {getattr(again, column)}"
             for column in COLUMNS
             if getattr(run, column) != getattr(again, column)
         ]
-        yield name, "; ".join(other)
+        yield f"{strategies[place].name}, {contest.suite.cells[at].label}, repeat {run.repeat}", "; ".join(other)
 
 
 def _rounded(value: float | None) -> float | None:

@@ -89,7 +89,7 @@ class FleetEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's classes have 
     def __init__(self, name_or_path: str) -> None:
         self.suite = suite_named(name_or_path)
         self.metadata, self.render_mode = {"name": self.suite.about.name, "render_modes": []}, None
-        self._configurations = self.suite.study(("remoras",)).configurations
+        self._configurations = self.suite.studies(("remoras",))[0].configurations
         self._bounds = Bounds(named_object(self.suite.about.bound))
         self._seed = self._episode = 0
         self.fleet: Fleet
@@ -133,9 +133,9 @@ class FleetEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's classes have 
         for key, allowed in ("cell", labels), ("repeat", range(suite.repeats)):
             if case[key] not in allowed:
                 raise OutputError(f"{key} = {case[key]!r}; allowed: {allowed[0]!r} to {allowed[-1]!r}")
-        number, run_seed = suite.place(labels.index(case["cell"]), case["repeat"], 0, 1)[0], suite.seed(case["repeat"])
-        scenario = self._configurations[number].scenario
-        self.bound_s, self._now_s = self._bounds.bound_s(number, scenario, run_seed), 0.0
+        study, number, _ = suite.place(labels.index(case["cell"]), case["repeat"], 0, 1)
+        scenario, run_seed = self._configurations[number].scenario, suite.seed(case["repeat"])
+        self.bound_s, self._now_s = self._bounds.bound_s((study, number), scenario, run_seed), 0.0
         self.dividing, self._rounds = set[str](), dict[str, tuple[greenlet, Any]]()
         self.fleet = assemble(resolved(scenario, _Strategy(self)), run_seed)
         self._run = greenlet(self.fleet.run)

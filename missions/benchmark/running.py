@@ -48,7 +48,7 @@ class Contest:
     suite: Suite
     strategies: tuple[str, ...]
     repeats: int
-    study: Study = field(repr=False)
+    studies: Sequence[Study] = field(repr=False)
 
     @cached_property
     def _bounds(self) -> Bounds:
@@ -74,11 +74,17 @@ class Contest:
         if n > suite.repeats:
             raise OutputError(f"--repeats {n}: allowed: 1 to {suite.repeats}, as {suite.about.name} has")
         chosen = tuple(dict.fromkeys(named))
-        return cls(suite, chosen, n, suite.study(chosen, n, WATCHED))
+        return cls(suite, chosen, n, suite.studies(chosen, n, WATCHED))
+
+    def _folders(self, folder: Path) -> list[Path]:
+        """Folder of each study."""
+        several = len(self.studies) > 1
+        return [folder / f"ground-{number:02d}" if several else folder for number in range(1, len(self.studies) + 1)]
 
     def make(self, folder: Path, jobs: int, progress: ReportProgress | None = None) -> None:
         """Make the runs that the folder does not have yet; see ``missions.sweeps.sweep``."""
-        sweep(self.study, folder, jobs, progress=progress, limits=Limits(timeout_s=LONGEST_RUN_S))
+        for study, own in zip(self.studies, self._folders(folder), strict=True):
+            sweep(study, own, jobs, progress=progress, limits=Limits(timeout_s=LONGEST_RUN_S))
 
     def scored(self, folder: Path) -> list[Scored]:
         """The strategies with their runs, in the order in which they were named.
@@ -86,34 +92,34 @@ class Contest:
         Raises:
             OutputError: runs are missing.
         """
-        results = SweepResults.read(folder)
-        plan, lines = SweepPlan(self.study), results.lines
-        summaries = {key: line["summary"] for key, line in lines.items()}
+        ledgers = [SweepResults.read(own).lines for own in self._folders(folder)]
+        schedules = [SweepPlan(study).schedule for study in self.studies]
+        summaries = [{key: line["summary"] for key, line in lines.items()} for lines in ledgers]
         found = []
         for place, reference in enumerate(self.strategies):
             cells: dict[Cell, list[CellRun]] = {}
             for at, cell in enumerate(self.suite.cells):
                 cells[cell] = []
                 for repeat in range(self.repeats):
-                    number, at_most = self.suite.place(at, repeat, place, len(self.strategies))
-                    made = plan.schedule.repeats(number, summaries)  # fewer, where nothing is drawn: all are one run
-                    key = plan.schedule.key(number, min(at_most, made - 1))
-                    if key not in lines:
+                    study, number, at_most = self.suite.place(at, repeat, place, len(self.strategies))
+                    made = schedules[study].repeats(number, summaries[study])  # fewer, where nothing is drawn
+                    key = schedules[study].key(number, min(at_most, made - 1))
+                    if key not in ledgers[study]:
                         raise OutputError(f"{folder}: runs of {reference} are missing; the same command goes on")
-                    cells[cell].append(self.run_of(lines[key], repeat, number))
+                    cells[cell].append(self.run_of(ledgers[study][key], repeat, study, number))
             found.append(Scored(strategy_named(reference).name, reference, cells))
         return found
 
-    def run_of(self, line: Mapping[str, Any], repeat: int, number: int) -> CellRun:
+    def run_of(self, line: Mapping[str, Any], repeat: int, study: int, number: int) -> CellRun:
         """How a run ended.
 
         Args:
             line: of the ledger.
-            repeat: of the run; number: of its configuration.
+            repeat: of the run; study, number: of its configuration.
         """
         summary, failed = line["summary"], line["status"] == FAILED
         seed = self.suite.seed(repeat)
-        bound_s = self._bounds.bound_s(number, self.study.configurations[number].scenario, seed)
+        bound_s = self._bounds.bound_s((study, number), self.studies[study].configurations[number].scenario, seed)
         completed = not failed and bool(summary["completed"])
         return CellRun(
             repeat,
@@ -129,7 +135,8 @@ class Contest:
 
     def cpu_s(self, folder: Path) -> float | None:
         """Mean CPU time of a run on the machines that made them; None where none was noted."""
-        known = [line["machine"]["cpu_s"] for line in SweepResults.read(folder).lines.values()]
+        lines = [line for own in self._folders(folder) for line in SweepResults.read(own).lines.values()]
+        known = [line["machine"]["cpu_s"] for line in lines]
         known = [value for value in known if value is not None]
         return math.fsum(known) / len(known) if known else None
 
@@ -143,14 +150,14 @@ class Bounds:
 
     def __init__(self, rounds: GetRounds) -> None:
         self._rounds = rounds
-        self._setups: dict[int, Setup] = {}
+        self._setups: dict[tuple[int, int], Setup] = {}
         self._known: dict[tuple[Any, ...], float] = {}
 
-    def bound_s(self, number: int, scenario: Scenario, seed: int) -> float:
+    def bound_s(self, number: tuple[int, int], scenario: Scenario, seed: int) -> float:
         """Time that no strategy beats in the run with that seed, with the speeds that the vehicles really have.
 
         Args:
-            number: of the configuration.
+            number: of the study and of its configuration.
             scenario: of the run; seed: root of its draws.
         """
         if number not in self._setups:

@@ -1,22 +1,24 @@
 """Scoring: what a strategy's runs come to.
 
 The efficiency of a run is a time that nobody beats over the time that it took, ``T_bound / T``; a run that has not
-completed counts the suite's limit for T. The score is the mean of the cells' means. Its 95 % interval is a bootstrap
-stratified by cell: the runs of each cell are drawn anew, so it says what other seeds may give, not other cases.
+completed counts the suite's limit for T. The score is the mean of the cells' means.
+
+All n-th runs are one instance: one fleet and one seed, on the grounds of the suite or on one drawn ground. Cells share
+what is drawn, so an instance gives one value, its mean over the cells, and n counts instances. Intervals are those of
+paired differences (``missions.comparison.intervals.difference_interval``); of fewer than 8 instances there is none.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-import numpy as np
-import numpy.typing as npt
-
 from missions.benchmark.suite import Cell
-from missions.statistics import CONFIDENCE, RESAMPLES, Interval, generator
+from missions.comparison.intervals import NoInterval, difference_interval
+from missions.statistics import Interval
 
 DIGITS = 6
 """Of what cards say."""
@@ -81,8 +83,13 @@ class Scored:
 
     @cached_property
     def interval(self) -> Interval | None:
-        """Its 95 % interval; None where a cell has a single run."""
-        return bootstrap([[run.efficiency for run in runs] for runs in self.cells.values()])
+        """Its 95 % interval; None of few instances."""
+        return _over_instances(self.by_instance.values())[1]
+
+    @cached_property
+    def by_instance(self) -> dict[int, float]:
+        """Mean efficiency over the cells by instance, as far as all cells have it."""
+        return _by_instance([{run.repeat: run.efficiency for run in runs} for runs in self.cells.values()])
 
     @property
     def worst(self) -> Cell:
@@ -107,42 +114,32 @@ class Scored:
     def difference(self, network: str, other: str) -> tuple[float, Interval | None]:
         """Efficiency with one network minus that with another, all else equal, and its interval; runs are paired."""
         pairs = [
-            [run.efficiency - twin.efficiency for run, twin in zip(runs, self.cells[at], strict=True)]
+            {run.repeat: run.efficiency - twin.efficiency for run, twin in zip(runs, self.cells[at], strict=True)}
             for cell, runs in self.cells.items()
             if cell.network == network and (at := cell._replace(network=other)) in self.cells
         ]
-        return _mean([_mean(values) for values in pairs]), bootstrap(pairs)
+        return _over_instances(_by_instance(pairs).values())
 
 
 def against(one: Scored, other: Scored) -> tuple[float, Interval | None]:
-    """Score of a strategy minus that of another over the repeats that both have, and its interval; runs are paired."""
-    pairs = []
-    for cell, runs in one.cells.items():
-        theirs = {run.repeat: run.efficiency for run in other.cells[cell]}
-        pairs.append([run.efficiency - theirs[run.repeat] for run in runs if run.repeat in theirs])
-    return _mean([_mean(values) for values in pairs]), bootstrap(pairs)
+    """Score of a strategy minus that of another over the instances that both have, and its interval."""
+    both = one.by_instance.keys() & other.by_instance.keys()
+    return _over_instances([one.by_instance[at] - other.by_instance[at] for at in sorted(both)])
 
 
-def bootstrap(strata: Sequence[Sequence[float]]) -> Interval | None:
-    """Interval of the mean of the strata's means, by percentiles; None where a stratum has less than two values.
+def _by_instance(cells: Sequence[Mapping[int, float]]) -> dict[int, float]:
+    values: dict[int, list[float]] = defaultdict(list)
+    for cell in cells:
+        for repeat, value in cell.items():
+            values[repeat].append(value)
+    return {repeat: _mean(own) for repeat, own in values.items() if len(own) == len(cells)}
 
-    A mean of n values drawn anew varies by sqrt((n - 1) / n) of what a mean of n does: so much more is taken.
 
-    >>> bootstrap([[0.5, 0.5], [0.7, 0.7]])
-    (0.6, 0.6)
-    >>> bootstrap([[0.5]])
-    """
-    if not strata or min(map(len, strata)) < 2:
-        return None
-    draws = generator()
-    means: npt.NDArray[np.float64] = np.zeros(RESAMPLES)
-    for values in strata:
-        n, mean = len(values), _mean(values)
-        anew = np.array(values)[draws.integers(0, n, (RESAMPLES, n))].mean(axis=1)
-        means += (mean + math.sqrt(n / (n - 1)) * (anew - mean)) / len(strata)
-    tail = 100.0 * (1.0 - CONFIDENCE) / 2.0
-    low, high = np.percentile(means, [tail, 100.0 - tail])
-    return round(float(low), DIGITS), round(float(high), DIGITS)
+def _over_instances(values: Collection[float]) -> tuple[float, Interval | None]:
+    interval = difference_interval(list(values))
+    if isinstance(interval, NoInterval):
+        return _mean(list(values)), None
+    return _mean(list(values)), (round(interval[0], DIGITS), round(interval[1], DIGITS))
 
 
 def _mean(values: Sequence[float]) -> float:

@@ -86,7 +86,7 @@ class DrawnGrounds:
 
     Attributes:
         paths: scenarios, one for each repeat of all cells.
-        seed: master seed of their runs.
+        seed: of which follows the seed of the runs on each.
     """
 
     paths: tuple[str, ...]
@@ -143,10 +143,10 @@ class Suite:
             "\n".join(hashlib.sha256(text.encode()).hexdigest() for text in texts).encode()
         ).hexdigest()
 
-    def study(
+    def studies(
         self, strategies: Sequence[str], repeats: int | None = None, settings: Mapping[str, Any] = MappingProxyType({})
-    ) -> Study:
-        """The runs of some strategies in all cells.
+    ) -> list[Study]:
+        """The runs of some strategies in all cells: one study, or one for each drawn ground, with a seed of its own.
 
         Args:
             strategies: shipped names, or ``package.module:object``.
@@ -156,15 +156,22 @@ class Suite:
         Raises:
             ConfigurationError: a scenario does not allow what a network or a case sets.
         """
-        about, n_repeats = self.about, self.repeats if repeats is None else repeats
-        drawn = None if self.drawn is None else self.drawn.paths[:n_repeats]
+        n = self.repeats if repeats is None else repeats
+        if self.drawn is None:
+            return [self._study(self.about.grounds, strategies, n, self.about.seed, settings)]
+        paths = self.drawn.paths[:n]
+        return [self._study([path], strategies, 1, self._master(at), settings) for at, path in enumerate(paths)]
+
+    def _study(
+        self, grounds: Sequence[str], strategies: Sequence[str], repeats: int, seed: int, settings: Mapping[str, Any]
+    ) -> Study:
         tables = {
             "study": {
-                "name": about.name,
-                "scenario": list(about.grounds if drawn is None else drawn),
+                "name": self.about.name,
+                "scenario": list(grounds),
                 "strategies": list(strategies),
-                "repeats": n_repeats if drawn is None else 1,
-                "seed": about.seed if self.drawn is None else self.drawn.seed,
+                "repeats": repeats,
+                "seed": seed,
                 "sampling": "list",
                 "keep_tables": 0,
                 "metrics": ["mission_time_s", "completed", "n_bytes"],
@@ -174,27 +181,30 @@ class Suite:
             "unforeseen": [case.model_dump(exclude_defaults=True) for case in self.file.unforeseen],
         }
         study = study_of(Document.of_text(tomli_w.dumps(tables), self.document.path))
-        if len(study.configurations) != len(strategies) * len(self.cells) * (1 if drawn is None else len(drawn)):
+        if len(study.configurations) != len(strategies) * len(self.cells):
             fault = ConfigurationFault("network", "", "two cases of this suite run alike; leave one of them out")
             raise ConfigurationError(self.document.path, [fault])
         return study
 
-    def place(self, cell: int, repeat: int, strategy: int, n_strategies: int) -> tuple[int, int]:
-        """Number of the configuration of a study that runs a strategy in a cell, and which of its repeats it is.
+    def place(self, cell: int, repeat: int, strategy: int, n_strategies: int) -> tuple[int, int, int]:
+        """Where a strategy runs in a cell: number of the study, of its configuration, and of its repeat.
 
         >>> suite = suite_named("fathom-1")
         >>> [suite.place(cell, 7, 1, 2) for cell in (0, 19, 20)]
-        [(20, 7), (39, 7), (60, 7)]
+        [(0, 20, 7), (0, 39, 7), (0, 60, 7)]
         """
         per_ground = len(self.file.network) * len(self.file.unforeseen)
         ground, within = divmod(cell, per_ground)
-        if self.drawn is not None:
-            ground, repeat = repeat, 0
-        return (ground * n_strategies + strategy) * per_ground + within, repeat
+        number = (ground * n_strategies + strategy) * per_ground + within
+        return (0, number, repeat) if self.drawn is None else (repeat, number, 0)
 
     def seed(self, repeat: int) -> int:
-        """Seed of the runs of a repeat."""
-        return seed_of(self.about.seed, repeat) if self.drawn is None else seed_of(self.drawn.seed, 0)
+        """Seed of the runs of a repeat: of one instance, in all cells."""
+        return seed_of(self.about.seed, repeat) if self.drawn is None else seed_of(self._master(repeat), 0)
+
+    def _master(self, ground: int) -> int:
+        """Master seed of the study of a drawn ground."""
+        return seed_of(self.drawn.seed if self.drawn else 0, ground)
 
 
 def suites() -> dict[str, Path]:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from missions.benchmark.scoring import Scored, against
+from missions.comparison.intervals import FEW
 from remoras.strategies import bounds
 
 HEADS = ("strategy", "score [95 %]", "completed", "worst cell", "bytes", "wrong beliefs", "n")
@@ -65,10 +66,11 @@ class ScoreTable:
     def caption(self) -> str:
         """What the numbers are of."""
         card = self.card
+        n = card["repeats"]
         return (
             f"Suite {card['suite']} (digest {card['digest'][:12]}), split {card['split']}, {len(card['cells'])} cells, "
-            f"{card['repeats']} runs of each; remoras {card['version']}. Score: mean of T_bound / T, "
-            f"T = {card['limit_s']:g} s if never completed; 95 % intervals by bootstrap stratified by cell."
+            f"{n} runs of each; remoras {card['version']}. Score: mean of T_bound / T, "
+            f"T = {card['limit_s']:g} s if never completed; 95 % intervals over {n} instances ({FEW} needed)."
         )
 
     def markdown(self) -> str:

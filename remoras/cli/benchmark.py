@@ -59,7 +59,16 @@ def benchmark(
     verified: Annotated[
         Path | None, typer.Option("--verify", metavar="CARD", help="Repeat drawn runs of a card instead, and compare.")
     ] = None,
-    drawn: Annotated[int, typer.Option("--runs", min=1, metavar="K", help="Runs that --verify repeats.")] = 3,
+    drawn: Annotated[
+        int | None,
+        typer.Option(
+            "--runs", min=1, metavar="K", help="Runs that --verify repeats; a tenth, ten at least, if left out."
+        ),
+    ] = None,
+    draw_seed: Annotated[
+        int | None,
+        typer.Option("--seed", min=0, metavar="S", help="Seed by which --verify draws them; a fresh one if left out."),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Place a strategy among the shipped ones on a suite of cases, with a score and an interval."""
@@ -70,7 +79,7 @@ def benchmark(
         fail("--seeds is of --split test alone; leave it out, or add --split test")
     if verified is not None:
         with TemporaryDirectory() as folder:
-            _verify(verified, _of_split(found, split, seeds, Path(folder)), drawn, as_json)
+            _verify(verified, _of_split(found, split, seeds, Path(folder)), drawn, draw_seed, as_json)
         return
     if split is Split.TEST and seeds is None:
         _of_split(found, split, seeds, Path())
@@ -180,15 +189,25 @@ def _tell_failures(scored: Sequence[Scored], out: Path) -> None:
         fail("; ".join(texts), FAILED)
 
 
-def _verify(path: Path, suite: Suite, count: int, as_json: bool) -> None:
+def _verify(path: Path, suite: Suite, count: int | None, seed: int | None, as_json: bool) -> None:
     """Repeat drawn runs of a card; end with an error if one ends otherwise."""
+    from secrets import randbits
+
     from missions.benchmark.card import verify_card
 
-    found = dict(verify_card(path, suite, count))
+    check = verify_card(path, suite, randbits(32) if seed is None else seed, count)
+    found = dict(check.runs)
     other = {name: text for name, text in found.items() if text}
-    said = [f"{len(found)} runs made again, {len(other)} end otherwise"]
+    said = [
+        f"{name}: made by code {there}, here is {here}: judged by its runs alone"
+        for name, (there, here) in check.other_code.items()
+    ]
+    said += [
+        f"{len(found)} of {check.n_runs} runs made again, drawn by --seed {check.seed}, {len(other)} end otherwise"
+    ]
     said += [f"{name}: {text}" for name, text in other.items()]
-    show({"verified": len(found), "other": other}, as_json, said)
+    told = {"verified": len(found), "of": check.n_runs, "seed": check.seed, "other_code": check.other_code}
+    show({**told, "other": other}, as_json, said)
     if other:
         raise typer.Exit(FAILED)
 

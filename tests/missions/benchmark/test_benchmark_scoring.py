@@ -2,12 +2,16 @@
 
 import hashlib
 import json
+import re
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 import tomli_w
 from short_suite import SHORT
+from typer.testing import CliRunner
 
 from missions.benchmark.card import card_of, card_text, figures, read_card, read_strategies, verify_card
 from missions.benchmark.judging import judging_of, split_to_judge
@@ -23,6 +27,8 @@ from missions.runs.assembly import actual
 from missions.runs.setup import resolved
 from missions.scenarios import load
 from missions.scenarios.deployment import deployment_of
+from missions.sweeps.plan import SweepPlan
+from remoras.cli import app
 from remoras.errors import PluginError
 from remoras.strategies import strategies
 
@@ -81,9 +87,32 @@ def test_a_run_in_which_nothing_is_drawn_stands_for_all_repeats(suite: Suite, tm
     assert len({run.efficiency for run in runs}) == 1
 
 
-def test_differences_are_of_the_repeats_that_both_have() -> None:
+def test_differences_are_of_the_instances_that_both_have() -> None:
     mean, _ = against(strategy_of([0.5, 0.6, 0.1]), strategy_of([0.4, 0.4]))
     assert mean == pytest.approx(0.15)
+
+
+def test_cells_that_share_an_instance_are_no_more_repeats() -> None:
+    """40 cells that all meet the same luck say what one says; with two instances there is no interval at all."""
+    luck = [0.5, 0.52, 0.61, 0.47, 0.66, 0.58, 0.43, 0.55]
+    one, forty = strategy_of(luck), strategy_of(*[luck] * 40)
+    assert one.interval == forty.interval == pytest.approx((0.4867, 0.5933), abs=0.02)
+    assert strategy_of(*[luck[:2]] * 40).interval is None
+
+
+@pytest.mark.slow
+def test_the_interval_of_a_score_covers_it_where_cells_share_their_luck() -> None:
+    """Luck of the instance 0.05, of the cell 0.03, 10 instances of 40 cells, 300 made-up cards.
+
+    A bootstrap of cells each for itself covers some 20 %: it takes 400 values for independent.
+    """
+    draws = np.random.default_rng(4)
+    covered = 0
+    for _ in range(300):
+        values = 0.6 + draws.normal(0.0, 0.05, 10) + draws.normal(0.0, 0.03, (40, 10))
+        low, high = strategy_of(*values.tolist()).interval or (0.0, 0.0)
+        covered += low <= 0.6 <= high
+    assert covered / 300 == pytest.approx(0.95, abs=0.035)
 
 
 @pytest.mark.slow
@@ -106,9 +135,37 @@ def test_a_card_is_read_and_its_runs_end_as_it_says(suite: Suite, contest: Conte
         {key: entry[key] for key in figures(strategy, suite)}
         for entry, strategy in zip(card["strategies"], read_strategies(card), strict=True)
     ]
-    verified = dict(verify_card(path, suite, 3))
+    check = verify_card(path, suite, 5, 3)
+    assert (check.seed, check.n_runs, check.other_code) == (5, 8, {})
+    verified = dict(check.runs)
     assert len(verified) == 3
     assert set(verified.values()) == {""}
+
+
+@pytest.mark.slow
+def test_a_card_of_other_code_is_judged_by_its_runs(suite: Suite, contest: Contest, made: Path, tmp_path: Path) -> None:
+    path = tmp_path / "card.json"
+    altered(card_of(contest, contest.scored(made)), path, "code")
+    printed = CliRunner().invoke(app, ["benchmark", suite.document.path, "--verify", str(path), "--runs", "1"])
+    assert printed.exit_code == 0
+    assert re.search(r"cbba: made by code abc, here is [0-9a-f]{12}: judged by its runs alone", printed.stdout)
+    assert re.search(r"1 of 8 runs made again, drawn by --seed \d+, 0 end otherwise", printed.stdout)
+
+
+@pytest.mark.slow
+def test_a_forged_half_of_a_card_is_found_however_its_text_is_chosen(
+    suite: Suite, contest: Contest, made: Path, tmp_path: Path
+) -> None:
+    """Times of one strategy are forged, figures and all. Of 8 runs a verifier makes all 8 again: ten at least."""
+    strategies = contest.scored(made)
+    forged = {cell: [replace(run, time_s=6000.0, completed=True) for run in runs]
+              for cell, runs in strategies[1].cells.items()}  # fmt: skip
+    path = tmp_path / "card.json"
+    path.write_text(card_text(card_of(contest, [strategies[0], replace(strategies[1], cells=forged)])))
+    found = [text for _, text in verify_card(path, suite, 1).runs]
+    assert (len(found), sum(bool(text) for text in found)) == (8, 4)
+    of_seeds = [{name for name, _ in verify_card(path, suite, seed, 1).runs} for seed in (1, 2, 3, 4)]
+    assert len(set.union(*of_seeds)) > 1
 
 
 def altered(card: dict[str, object], path: Path, how: str) -> None:
@@ -122,6 +179,10 @@ def altered(card: dict[str, object], path: Path, how: str) -> None:
         found["strategies"][0]["runs"][0][0][3] = 1000.0
     elif how == "code":
         found["strategies"][0]["code"] = "abc"
+    elif how == "note":
+        found["note"] = "17"
+    elif how == "note of a strategy":
+        found["strategies"][0]["note"] = "17"
     else:
         del found["strategies"][0]["runs"]
     path.write_text(json.dumps(found), encoding="utf-8")
@@ -131,7 +192,8 @@ def altered(card: dict[str, object], path: Path, how: str) -> None:
 @pytest.mark.parametrize(("how", "said"), [
     ("suite", "suite = short with digest 000000000000; allowed: short with digest"),
     ("score", "cbba.score = 0.99: allowed: .* the card was altered"), ("run", "cbba.score = .* the card was altered"),
-    ("code", "cbba.code = abc; allowed: "), ("runs", "no card of a benchmark"),
+    ("note", "note: unknown key; allowed: suite, digest"), ("runs", "no card of a benchmark"),
+    ("note of a strategy", "cbba.note: unknown key; allowed: name, reference"),
 ])  # fmt: skip
 def test_a_card_that_was_altered_is_refused(
     how: str, said: str, suite: Suite, contest: Contest, made: Path, tmp_path: Path
@@ -139,7 +201,20 @@ def test_a_card_that_was_altered_is_refused(
     path = tmp_path / "card.json"
     altered(card_of(contest, contest.scored(made)), path, how)
     with pytest.raises(OutputError, match=said):
-        list(verify_card(path, suite, 1))
+        verify_card(path, suite, 1)
+
+
+def test_the_best_run_of_a_cell_cannot_stand_for_all_its_repeats(tmp_path: Path) -> None:
+    suite = suite_named("fathom-1")
+    card = json.loads(Path(suite.document.path).with_suffix(".json").read_text(encoding="utf-8"))
+    runs = card["strategies"][0]["runs"][0]
+    runs[1] = runs[0]
+    scored = read_strategies(card)
+    for entry, strategy in zip(card["strategies"], scored, strict=True):
+        entry.update(figures(strategy, suite))
+    (tmp_path / "card.json").write_text(json.dumps(card), encoding="utf-8")
+    with pytest.raises(OutputError, match="other repeats or seeds than the suite has"):
+        read_card(tmp_path / "card.json", suite)
 
 
 def test_the_card_of_the_shipped_strategies_is_one_of_the_suite() -> None:
@@ -221,6 +296,19 @@ def test_each_repeat_is_on_another_ground_with_its_own_bound(judged: tuple[Conte
                 fleet = tuple(actual(setup, data, run.seed) for data in setup.database.values())
                 assert run.bound_s == pytest.approx(least_time_s(rounds(setup.scenario, fleet)), abs=1e-3)
             assert len({run.bound_s for run in runs}) == 3
+            assert len({run.seed for run in runs}) == 3
+
+
+def test_each_drawn_ground_has_a_fleet_of_its_own(tmp_path: Path) -> None:
+    """Speeds are drawn for the instance: with one seed for all grounds they would be the same on each."""
+    suite, seeds = suite_in(tmp_path)
+    judged = split_to_judge(suite, seeds, tmp_path / "grounds")
+    speeds = set()
+    for repeat, study in enumerate(judged.studies(["remoras"], settings={"uncertainty": {"speed_spread": 0.3}})):
+        setup = resolved(study.configurations[0].scenario)
+        assert SweepPlan(study).task(0, 0).seed == judged.seed(repeat)
+        speeds |= {actual(setup, data, judged.seed(repeat)).speed_factor for data in setup.database.values()}
+    assert len(speeds) > 8
 
 
 @pytest.mark.parametrize(("seeds", "named"), [
@@ -259,7 +347,7 @@ def test_the_cases_of_a_suite_never_change() -> None:
 @pytest.mark.slow
 def test_it_has_forty_cells_and_the_networks_lose_as_much() -> None:
     suite = suite_named("fathom-1")
-    study = suite.study(["remoras"])
+    (study,) = suite.studies(["remoras"])
     assert len(suite.cells) == len(study.configurations) == 40
     assert study.n_runs == 400
     for configuration in study.configurations:
@@ -291,7 +379,7 @@ def test_a_network_that_cannot_be_is_told_before_a_run(was: str, now: str, said:
     path = tmp_path / "mine.toml"
     path.write_text(TEXT.replace(was, now), encoding="utf-8")
     with pytest.raises(ConfigurationError, match=said):
-        suite_named(str(path)).study(["remoras"])
+        suite_named(str(path)).studies(["remoras"])
 
 
 def test_what_cannot_be_asked_for_is_told() -> None:

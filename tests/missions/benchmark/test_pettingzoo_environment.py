@@ -83,7 +83,7 @@ def test_an_example_gives_the_same_rows_through_the_environment_as_a_strategy(la
     run_through(env, label, nearest)
     assert env.fleet.completed
     number = [cell.label for cell in suite.cells].index(label)
-    scenario = suite.study(("remoras",)).configurations[number].scenario
+    scenario = suite.studies(("remoras",))[0].configurations[number].scenario
     one, other = run_of(resolved(scenario, nearest_of_the_howto()), seed_of(1, 0)).recorder, env.fleet.recorder
     assert one.tables == other.tables
     for name in one.tables:
