@@ -85,7 +85,9 @@ def sign_flips(n: int) -> Array:
     """Ways to flip the signs of n pairs, a row each: all of them up to 12 pairs, else the identity and seeded draws."""
     if n <= 12:
         return 1.0 - 2.0 * ((np.arange(2**n)[:, None] >> np.arange(n)) & 1)
-    return np.vstack([np.ones(n), 1.0 - 2.0 * generator().integers(0, 2, (2 * RESAMPLES - 1, n))])
+    drawn: Array = 1.0 - 2.0 * generator().integers(0, 2, (2 * RESAMPLES, n))
+    drawn[0] = 1.0
+    return drawn
 
 
 def step_down_p(differences: npt.ArrayLike) -> list[float]:
