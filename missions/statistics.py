@@ -84,10 +84,10 @@ def restricted_mean_time(times_s: Sequence[float], completed: Sequence[bool], ho
 def sign_flips(n: int) -> Array:
     """Ways to flip the signs of n pairs, a row each: all of them up to 12 pairs, else the identity and seeded draws."""
     if n <= 12:
-        return 1.0 - 2.0 * ((np.arange(2**n)[:, None] >> np.arange(n)) & 1)
-    drawn: Array = 1.0 - 2.0 * generator().integers(0, 2, (2 * RESAMPLES, n))
+        return np.where((np.arange(2**n)[:, None] >> np.arange(n)) & 1, -1.0, 1.0)
+    drawn = generator().random((2 * RESAMPLES, n))
     drawn[0] = 1.0
-    return drawn
+    return np.where(drawn < 0.5, -1.0, 1.0)
 
 
 def step_down_p(differences: npt.ArrayLike) -> list[float]:
