@@ -3,7 +3,7 @@
 DIR is the folder of the study, finished or not: a repeat counts once all its runs are made. A strategy that another
 folder has, too, counts as the last has it. A mission that never ends
 counts with its horizon. Differences are to the baseline of the study, run by run, each repeat first averaged over its
-conditions; Student's interval of 95 % over the repeats.
+conditions, with the standard deviation over the repeats.
 """
 
 from __future__ import annotations
@@ -12,11 +12,10 @@ import argparse
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from statistics import fmean
+from statistics import fmean, stdev
 from typing import Any
 
 from missions.errors import OutputError
-from missions.statistics import t_half_width
 from missions.sweeps.folder import SweepResults
 
 HORIZON_S = 7200.0
@@ -88,18 +87,18 @@ class Runs:
         yield ""
 
     def difference(self, strategy: str, **conditions: Any) -> tuple[float, float]:
-        """How much later missions of a strategy end than those of the baseline, and half of the interval (s)."""
+        """How much later missions of a strategy end than those of the baseline, and the standard deviation (s)."""
         means = [
             {n: self.mean_s(one for one in self.where(of, **conditions) if one["repeat"] == n) for n in self.repeats}
             for of in (strategy, BASELINE)
         ]
         later = [means[0][n] - means[1][n] for n in self.repeats]
-        return fmean(later), t_half_width(later) if len(later) > 1 else float("nan")
+        return fmean(later), stdev(later) if len(later) > 1 else float("nan")
 
 
-def said(mean: float, half: float) -> str:
-    """A difference with its interval."""
-    return f"{mean:.0f} ({mean - half:.0f} to {mean + half:.0f})"
+def said(mean: float, deviation: float) -> str:
+    """A difference with its standard deviation over the repeats."""
+    return f"{mean:.0f} ± {deviation:.0f}"
 
 
 def mean_of(lines: Iterable[Line], name: str) -> str:
