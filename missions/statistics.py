@@ -1,4 +1,4 @@
-"""Statistics of repeated runs: Student's and Wilson's intervals, restricted means, paired tests, effect sizes.
+"""Statistics of repeated runs: Student's and Wilson's intervals, paired tests, effect sizes.
 
 Other intervals are in ``missions/comparison/intervals.py``. All draws are seeded: the same runs give the same figures.
 """
@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from statistics import NormalDist
 
 import numpy as np
 import numpy.typing as npt
@@ -44,41 +43,8 @@ def wilson_interval(successes: int, n: int) -> Interval:
     >>> tuple(round(bound, 4) for bound in wilson_interval(0, 20))
     (0.0, 0.1611)
     """
-    z = NormalDist().inv_cdf((1.0 + CONFIDENCE) / 2.0)
-    rate, weight = successes / n, z * z / n
-    centre = (rate + weight / 2.0) / (1.0 + weight)
-    half = z * math.sqrt(rate * (1.0 - rate) / n + weight / (4.0 * n)) / (1.0 + weight)
-    return (centre - half if successes else 0.0), (centre + half if successes < n else 1.0)
-
-
-def restricted_mean_time(times_s: Sequence[float], completed: Sequence[bool], horizon_s: float) -> float:
-    """Mean time to completion within a horizon: the integral of the Kaplan-Meier curve up to it.
-
-    A run that ended without completing counts as long as it was watched, not as if it had completed. Royston and
-    Parmar 2013; Kaplan and Meier 1958. The estimator is ten lines, so no survival library is needed.
-
-    Args:
-        times_s: end of each run.
-        completed: True for the runs that completed then.
-        horizon_s: end of the curve.
-
-    >>> restricted_mean_time([1.0, 2.0, 4.0, 4.0], [True, True, False, False], 4.0)  # 1 + 0.75 + 0.5 * 2
-    2.75
-    >>> round(restricted_mean_time([6, 6, 6, 7, 10, 13, 16], [1, 1, 1, 1, 1, 1, 1], 16), 4)  # no censoring: the mean
-    9.1429
-    >>> restricted_mean_time([2.0, 3.0, 4.0], [True, False, True], 5.0)  # 2 + 2/3 * 2 + 0: the 3 leaves the risk set
-    3.3333333333333335
-    """
-    integral_s, alive, since_s = 0.0, 1.0, 0.0
-    for time_s in sorted({time_s for time_s, ended in zip(times_s, completed, strict=True) if ended}):
-        if time_s > horizon_s:
-            break
-        at_risk = sum(other >= time_s for other in times_s)
-        ended_here = sum(t == time_s and bool(ended) for t, ended in zip(times_s, completed, strict=True))
-        integral_s += alive * (time_s - since_s)
-        alive *= 1.0 - ended_here / at_risk
-        since_s = time_s
-    return integral_s + alive * (horizon_s - since_s)
+    found = stats.binomtest(successes, n).proportion_ci(CONFIDENCE, method="wilson")
+    return float(found.low), float(found.high)
 
 
 def sign_flips(n: int) -> Array:

@@ -19,7 +19,6 @@ from missions.comparison.intervals import Estimated, NoInterval, Timed, mean_int
 from missions.comparison.ranking import columns_of, family_of, of_less_success, without
 from missions.comparison.rows import Comparison
 from missions.comparison.treatments import (
-    MISSION_TIME,
     SUCCESS,
     Measured,
     Outcomes,
@@ -30,10 +29,9 @@ from missions.comparison.treatments import (
     n_reached,
     paired_with,
     treatments_of,
-    values_of,
 )
 from missions.metric import Metric, MetricRecord
-from missions.statistics import Interval, restricted_mean_time, wilson_interval
+from missions.statistics import Interval, wilson_interval
 from missions.sweeps.folder import SweepResults
 
 
@@ -83,7 +81,6 @@ def _rows(
 ) -> list[Comparison]:
     """Rows of one metric."""
     metric = declared[name]
-    times_s = {treated: values_of(runs, declared[MISSION_TIME]) for treated, runs in treatments.items()}
     values = {treated: sample for treated, runs in treatments.items() if (sample := measured(runs, metric)).values}
     columns = columns_of(treatments, metric, declared[SUCCESS])
     family = family_of(columns)
@@ -97,9 +94,7 @@ def _rows(
             compared[treatment], p[treatment] = paired, family.p(treatment, other)
     return [
         replace(
-            _row(
-                treatment, metric, baseline, sample, treatments[treatment], times_s[treatment], compared.get(treatment)
-            ),
+            _row(treatment, metric, baseline, sample, treatments[treatment], compared.get(treatment)),
             p_holm=p.get(treatment),
             unequal_success=treatment in behind,
         )
@@ -113,14 +108,11 @@ def _row(
     baseline: str,
     sample: Measured,
     runs: Outcomes,
-    times_s: Mapping[int, float],
     paired: Paired | None,
 ) -> Comparison:
     """The row of one treatment and metric; ``runs`` are all that were made, ``sample`` has those of the metric."""
     values = list(sample.values.values())
     completed = [run.completed for run in runs.values()]
-    timed = [runs[repeat].completed for repeat in times_s]
-    horizon_s = max(times_s.values(), default=0.0)
     success = NoInterval.DETERMINISTIC if sample.constant else wilson_interval(sum(completed), len(completed))
     interval = success if metric.name == SUCCESS else _interval(sample)
     reached = [sample.values[repeat] for repeat in sample.reached or ()]
@@ -145,7 +137,6 @@ def _row(
         success_rate=sum(completed) / len(completed),
         success_ci95_low=success_low,
         success_ci95_high=success_high,
-        restricted_mean_time_s=restricted_mean_time(list(times_s.values()), timed, horizon_s),
         deterministic=sample.constant,
         ci95_note=_note(interval),
         reached_mean=plain.fmean(reached) if reached else None,

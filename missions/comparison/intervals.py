@@ -14,10 +14,10 @@ differences from ``FEW`` pairs on, and agrees with ``missions.statistics.step_do
 
 **Times of runs that may not get there.** Let p be the share that does not, m the mean of those that do, H the horizon
 at which all others count. The restricted mean is (1 - p) m + p H. Each part has an interval of its own: Clopper and
-Pearson (1934) of p, the above of m whatever their number. They are joined by the method of variance estimates recovery
-(Zou and Donner 2008): the distance to the upper bound is the root of the sum of the squares of what each part adds. So
-ten runs that all got there do not say that all will: p may be 0.31, and the interval reaches up, beyond any slow run
-that was not seen, too.
+Pearson (1934) of p, the above of m, or Student's below 30 runs. They are joined by the method of variance estimates
+recovery (Zou and Donner 2008): the distance to the upper bound is the root of the sum of the squares of what each part
+adds. So ten runs that all got there do not say that all will: p may be 0.31, and the interval reaches up, beyond any
+slow run that was not seen, too.
 """
 
 from __future__ import annotations
@@ -93,10 +93,8 @@ def mean_interval(values: Sequence[float]) -> Estimated:
     >>> round(low, 2), round(high, 2)  # no tail is longer: 10 -+ 2.045 * 1.438 / sqrt(30)
     (9.46, 10.54)
     """
-    return NoInterval.RARE if len(values) < MANY else _bounds_of_mean(values)
-
-
-def _bounds_of_mean(values: Sequence[float]) -> Estimated:
+    if len(values) < MANY:
+        return NoInterval.RARE
     sample = np.asarray(values, dtype=float)
     spread, mean, n = float(sample.std(ddof=1)), float(sample.mean()), len(sample)
     if spread <= 1e-12 * max(1.0, abs(mean)):
@@ -139,10 +137,8 @@ def share_interval(count: int, n: int) -> Interval:
     >>> tuple(round(bound, 4) for bound in share_interval(0, 10))  # 1 - 0.025 ** (1 / 10)
     (0.0, 0.3085)
     """
-    tail = (1.0 - CONFIDENCE) / 2.0
-    low = float(stats.beta.ppf(tail, count, n - count + 1)) if count else 0.0
-    high = float(stats.beta.ppf(1.0 - tail, count + 1, n - count)) if count < n else 1.0
-    return low, high
+    found = stats.binomtest(count, n).proportion_ci(CONFIDENCE, method="exact")
+    return float(found.low), float(found.high)
 
 
 def restricted_interval(timed: Timed) -> Estimated:
@@ -159,9 +155,9 @@ def restricted_interval(timed: Timed) -> Estimated:
     share_low, share_high = share_interval(n - len(own), n)
     if len(own) < 2:
         return share_low * timed.horizon, timed.horizon
-    bounds = _student(own) if len(own) < FEW else _bounds_of_mean(own)
-    if bounds is NoInterval.ALIKE:
-        bounds = own[0], own[0]
+    bounds = mean_interval(own)
+    if bounds in (NoInterval.RARE, NoInterval.ALIKE):
+        bounds = _student(own)
     if isinstance(bounds, NoInterval):
         return bounds
     mean, centre = math.fsum(own) / len(own), math.fsum(timed.values) / n

@@ -65,7 +65,6 @@ class Comparison:
     success_rate: float
     success_ci95_low: float | None
     success_ci95_high: float | None
-    restricted_mean_time_s: float
     deterministic: bool = False
     ci95_note: str = ""
     diff_note: str = ""
