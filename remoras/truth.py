@@ -18,7 +18,7 @@ from typing import Any, Protocol
 from remoras.activities import Objective
 from remoras.database import VehicleData
 from remoras.organisation import Group, Organisation
-from remoras.work import Job, Point
+from remoras.work import Job, Point, vehicles_taken
 
 COMPLETE = "mission_complete"
 """The milestone of a mission that has all of its goal and its meetings."""
@@ -174,9 +174,10 @@ def left(fleet: FleetView) -> list[tuple[VehicleView, VehicleData]]:
 def within_reach(
     jobs: Mapping[str, Job], groups: Iterable[Group], fleet: FleetView, done: Collection[str]
 ) -> frozenset[str]:
-    """Names of the jobs that are done, or that somebody left is able to do, as all that must be done before.
+    """Names of the jobs that are done, or that those left are able to do, as all that must be done before.
 
-    Who is able has what the job takes and can play a role that has it; a job without a role is open to all.
+    Who is able has what the job takes and can play a role that has it; a job without a role is open to all. A job that
+    takes several vehicles at once takes as many who are in contact, or will be.
 
     Args:
         jobs: by name.
@@ -195,8 +196,15 @@ def within_reach(
         may = name not in paths or any(vehicle.can_play(*path) for path in paths[name])
         return may and jobs[name].is_able(data)
 
+    def can_be_done(name: str) -> bool:
+        n_taken = vehicles_taken(jobs[name])
+        if n_taken == 1:
+            return any(is_able(name, *worker) for worker in workers)
+        crew = [worker for worker in workers if worker[0].is_in_contact or worker[0].will_return]
+        return sum(is_able(name, *worker) for worker in crew) >= n_taken
+
     found = set(done) & jobs.keys()
-    able = [name for name in jobs if name not in found and any(is_able(name, *worker) for worker in workers)]
+    able = [name for name in jobs if name not in found and can_be_done(name)]
     while opened := [name for name in able if name not in found and found.issuperset(jobs[name].needs)]:
         found.update(opened)
     return frozenset(found)

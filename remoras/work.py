@@ -147,6 +147,11 @@ def share_left(job: Job) -> float:
     return getattr(job, "share_left", 1.0)
 
 
+def vehicles_taken(job: Job) -> int:
+    """How many vehicles a job takes at once: one, unless it has an attribute ``n_vehicles``."""
+    return getattr(job, "n_vehicles", 1)
+
+
 def hindrances(job: Job) -> tuple[str, ...]:
     """What is in the way of a job, in words, see ``HinderedJob``; nothing where it says nothing."""
     return getattr(job, "hindrances", ())
@@ -259,16 +264,29 @@ class Work:
         What the goal spares may stay undone: its vehicle is free to answer calls.
         """
         return not self.is_enough and any(
-            self.holders(role) or any(self._may_do(worker, role) for worker in self.workers) for role in self.unfinished
+            self.holders(role) or any(self._may_do(worker, role) for worker in self.workers)
+            for role in self.unfinished
+            if role.job not in self.short_handed
         )
 
     @cached_property
     def impossible(self) -> frozenset[str]:
-        """Unfinished jobs that nobody holds, and that no member which takes jobs is able to do."""
-        return frozenset(
+        """Unfinished jobs that nobody holds and no member which takes jobs is able to do, and ``short_handed`` ones."""
+        return self.short_handed | frozenset(
             role.job
             for role in self.unfinished
             if role.job and not self.holders(role) and not any(self.able(data, role) for data in self.workers)
+        )
+
+    @cached_property
+    def short_handed(self) -> frozenset[str]:
+        """Unfinished jobs that take more vehicles at once than members which take jobs are able to do them."""
+        takes = {role: vehicles_taken(self.job(role)) for role in self.unfinished}
+        crew = [self.database[name] for name in set(self.members).difference(self.unavailable)]
+        return frozenset(
+            role.job
+            for role, n_taken in takes.items()
+            if role.job and n_taken > 1 and sum(self._has_what_it_takes(data, role) for data in crew) < n_taken
         )
 
     @property
@@ -301,6 +319,10 @@ class Work:
 
     def able(self, data: VehicleData, role: RoleSpecification) -> bool:
         """True if the vehicle can play the role, beside those that it plays, and has what its job takes."""
+        return role.job not in self.short_handed and self._has_what_it_takes(data, role)
+
+    def _has_what_it_takes(self, data: VehicleData, role: RoleSpecification) -> bool:
+        """The same, however many vehicles the job takes."""
         if self.barred and (data.name, role.name) in self.barred:
             return False
         if self.unable and (data.name, role.job) in self.unable:

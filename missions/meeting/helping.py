@@ -14,9 +14,12 @@ from abc import abstractmethod
 from collections.abc import Collection, Sequence
 from typing import ClassVar
 
+from pydantic import Field
+
 from exchange.arithmetic import distance
-from missions.meeting.job_mission import JobMission
+from missions.meeting.job_mission import JobMission, JobSettings
 from missions.meeting.meeting import Pursuit
+from missions.scenarios.tables import Positive
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import Behaviour
 from remoras.database import VehicleData
@@ -125,6 +128,12 @@ class Help:
         return [name for one in work.unfinished if one.job in self._helped for name in work.holders(one)]
 
 
+class HelpSettings(JobSettings):
+    """The ``[mission]`` table of a mission in which vehicles wait for help."""
+
+    wait_s: Positive = Field(2400.0, description="a vehicle that has waited for help for so long gives up its job")
+
+
 class HelpMission(JobMission):
     """A mission of jobs of which some take help; see the text of this module."""
 
@@ -166,10 +175,11 @@ class HelpMission(JobMission):
         for role in self._groups[objective.group].roles:
             if role.job is None or role.job not in self.helped:
                 continue
-            key, done = ("members", f"{objective.group}.{role.name}"), self._jobs[role.job].done
-            rests_on |= {key, done}
+            key = "members", f"{objective.group}.{role.name}"
+            ends = self.ends_of(role.job)
+            rests_on |= {key, *ends}
             holders = facts.get(key) or ()
-            if facts.get(done) is None and data.name not in holders:
+            if all(facts.get(end) in (None, False) for end in ends) and data.name not in holders:
                 about = (HELPING, role.job, objective.group, tuple(holders))
                 activity = Activity(self.help_activity, ActivityType.GUIDANCE, about)
                 sets.append(ActivitySet(objective, ActivityKind.COLLECTIVE, (activity,), importance))

@@ -30,7 +30,7 @@ from missions.figure import Place
 from missions.meeting.meeting import GATHERING, MEET, NEEDS, OBJECTIVES, RENDEZ_VOUS, SUPERVISION, Meeting, Pursuit
 from missions.meeting.meeting import importance_of as importance_in
 from missions.meeting.orders import entrusted
-from missions.meeting.truth import JOBS, JobTruth
+from missions.meeting.truth import IS_IMPOSSIBLE, JOBS, JobTruth
 from missions.scenarios.parts import groups_of
 from missions.scenarios.scenario import Scenario
 from missions.scenarios.tables import (
@@ -46,7 +46,7 @@ from missions.scenarios.tables import (
 )
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import Behaviour
-from remoras.beliefs import Beliefs
+from remoras.beliefs import Beliefs, Key
 from remoras.database import VehicleData
 from remoras.errors import PluginError
 from remoras.htn import Domain, FactsLike, Method, Task
@@ -55,7 +55,7 @@ from remoras.motion import Motion
 from remoras.organisation import Group, Organisation
 from remoras.picture import Picture
 from remoras.recorder import Recorder, Table
-from remoras.work import Job, Point
+from remoras.work import Job, Point, vehicles_taken
 
 MEETING_DEADLINE: Any = Field(
     900.0, gt=0.0, description="a head that has waited this long at the rally point meets with those who are there"
@@ -303,7 +303,13 @@ class JobMission(Mission):
         unfinished = self._unfinished(facts, group)
         if not self.meeting.says_impossible:
             return bool(unfinished)
-        return any(not facts.get(("isImpossible", job)) for _, job in unfinished)
+        return any(not facts.get((IS_IMPOSSIBLE, job)) for _, job in unfinished)
+
+    def ends_of(self, job: str) -> frozenset[Key]:
+        """Facts by which a job ends: it is done or, where it takes several vehicles at once, impossible."""
+        of = self._jobs[job]
+        impossible = {(IS_IMPOSSIBLE, job)} if self.meeting.says_impossible and vehicles_taken(of) > 1 else set[Key]()
+        return frozenset({of.done, *impossible})
 
     def founding_objectives(self) -> Sequence[Objective]:
         """Heads supervise their groups."""
@@ -318,8 +324,8 @@ class JobMission(Mission):
         if objective.name in OBJECTIVES:
             return self.meeting.activity_sets(objective, data.name, facts)
         job = self._jobs[objective.argument]
-        ends = frozenset({job.done, ("gatheredAt", objective.group)})
-        if any(facts.get(key) is not None for key in ends):
+        ends = self.ends_of(job.name) | {("gatheredAt", objective.group)}
+        if any(facts.get(key) not in (None, False) for key in ends):
             return (), ends
         doing = Activity(self.objective, ActivityType.GUIDANCE, (job.name,), self.switched_on(job, data))
         importance = importance_in(

@@ -18,7 +18,7 @@ from exchange.acoustics import loss
 from exchange.arithmetic import distance, sincos
 from missions.meeting.helping import Help
 from missions.meeting.staying import DONE_BY, THERE_M, AnyonesJob, SiteSurvey, Stay
-from remoras.behaviours import DONE, IDLE, STANDING, Behaviour, Perception, Reference, distance_m
+from remoras.behaviours import BEYOND_IT, DONE, IDLE, STANDING, Behaviour, Perception, Reference, distance_m
 from remoras.beliefs import Known
 from remoras.database import VehicleData
 from remoras.motion import Motion
@@ -41,7 +41,7 @@ class Lift(AnyonesJob):
     """An object: a ``remoras.work.DivisibleJob`` that comes up when somebody says where it lies.
 
     Attributes:
-        name: of the lift; lift_s: how long it takes once all are there; vehicles: how many it takes.
+        name: of the lift; lift_s: how long it takes once all are there; n_vehicles: how many it takes at once.
         length_m: distance of two neighbouring ends.
         place_m: middle of the object; the origin of the map before it is known.
         share_left: 1 until it is done, then 0.
@@ -49,7 +49,7 @@ class Lift(AnyonesJob):
     """
 
     lift_s: float
-    vehicles: int
+    n_vehicles: int
     length_m: float
     place_m: Point = (0.0, 0.0)
     share_left: float = 1.0
@@ -74,12 +74,12 @@ class Lift(AnyonesJob):
         >>> Lift("lift 1", 60.0, 2, 10.0).ends_m((100.0, 50.0))
         ((105.0, 50.0), (95.0, 50.0))
         """
-        if self.vehicles == 1:
+        if self.n_vehicles == 1:
             return (middle_m,)
-        radius_m = self.length_m / (2.0 * sincos(math.pi / self.vehicles)[0])
+        radius_m = self.length_m / (2.0 * sincos(math.pi / self.n_vehicles)[0])
         found = []
-        for number in range(self.vehicles):
-            sin, cos = sincos(2.0 * math.pi * number / self.vehicles)
+        for number in range(self.n_vehicles):
+            sin, cos = sincos(2.0 * math.pi * number / self.n_vehicles)
             found.append((round(middle_m[0] + radius_m * cos, 6), round(middle_m[1] + radius_m * sin, 6)))
         return tuple(found)
 
@@ -147,12 +147,14 @@ class Lifting(Behaviour):
 
     Args:
         lift: the job; data: of the vehicle.
+        wait_s: after so long there without all others it gives up; whoever helps goes on waiting.
     """
 
-    def __init__(self, lift: Lift, data: VehicleData) -> None:
-        self._lift = lift
+    def __init__(self, lift: Lift, data: VehicleData, wait_s: float = math.inf) -> None:
+        self._lift, self._wait_s = lift, wait_s
         self._stay = Stay(data)
         self._end_m: Point | None = None
+        self._waits_s: float | None = None  # since when it is there, and others are missing
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Due once it is known where the object lies; it advances on the way, and while all are there."""
@@ -176,7 +178,10 @@ class Lifting(Behaviour):
             or any(end_m != self._end_m and not _is_taken(end_m, picture, SURELY_M) for end_m in ends_m)
         ):
             self._stay.begin_anew()
-            return STANDING
+            now_s = picture.body.now_s
+            self._waits_s = now_s if self._waits_s is None else self._waits_s
+            return STANDING if now_s - self._waits_s <= self._wait_s else BEYOND_IT
+        self._waits_s = None
         return self._stay.perceive(to_go_m, self._lift.lift_s, picture.body.now_s, performed)
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
@@ -201,7 +206,7 @@ class Helping(Lifting):
     ) -> None:
         super().__init__(lift, data)
         self._me = data.name
-        self._help = Help(lift.name, group, holders, data.name, lift.vehicles - 1, HELPS, lifts)
+        self._help = Help(lift.name, group, holders, data.name, lift.n_vehicles - 1, HELPS, lifts)
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Due as ``Lifting`` is, as long as another one is needed; it says when it begins, and that it is done."""

@@ -14,9 +14,10 @@ from pydantic import Field
 
 from missions.errors import ConfigurationFault
 from missions.figure import Declared, Place
-from missions.meeting.helping import URGENCY, HelpMission
-from missions.meeting.job_mission import JobScenario, JobSettings, founding_of, job_role, listed_faults, with_job_roles
+from missions.meeting.helping import URGENCY, HelpMission, HelpSettings
+from missions.meeting.job_mission import JobScenario, founding_of, job_role, listed_faults, with_job_roles
 from missions.meeting.staying import DONE_BY, SiteSurvey, SiteTable, SurveyingSite
+from missions.meeting.truth import IS_IMPOSSIBLE
 from missions.metric import Metric
 from missions.recovery.lifting import (
     HELPS,
@@ -42,8 +43,10 @@ from missions.scenarios.tables import (
 from remoras.avoidance import SEPARATION_M
 from remoras.behaviours import Behaviour
 from remoras.database import VehicleData
+from remoras.mission import ABILITIES
 from remoras.recorder import Recorder, Table
 from remoras.sensor import SensorSettings
+from remoras.social.workload import UNABLE_TO
 from remoras.work import Job
 
 MOST_LIFTS = 20
@@ -65,7 +68,7 @@ class LiftsTable(Section):
 class RecoveryScenario(JobScenario):
     """The whole input of a run of this mission."""
 
-    mission: JobSettings = JobSettings()
+    mission: HelpSettings = HelpSettings()
     site: tuple[SiteTable, ...] = Field(min_length=1)
     lifts: LiftsTable = LiftsTable()
 
@@ -77,7 +80,7 @@ class RecoveryMission(HelpMission):
     group_missions = ("Recovery",)
     objective = "Recovering"
     needs = (*HelpMission.needs, "objectiveRecovering", DONE_BY, LYING_AT)
-    vocabulary = (Path(__file__).with_name("vocabulary.ttl"),)
+    vocabulary = (Path(__file__).with_name("vocabulary.ttl"), ABILITIES)
     sensors: ClassVar[Mapping[str, type[SensorSettings]]] = {"sonar": SonarSettings}
     tables: ClassVar[tuple[Table, ...]] = (*HelpMission.tables, LIFTS)
     metrics: ClassVar[tuple[Metric, ...]] = METRICS
@@ -92,7 +95,7 @@ class RecoveryMission(HelpMission):
             number = 0  # reported elsewhere
         roles = [job_role("Surveyor", site) for site in names_of(raw, "site")]
         roles += [job_role("Lifter", lift, founding_of(raw)) for lift in numbered("lift", number)]
-        return with_job_roles(raw, roles, dict.fromkeys((LYING_AT, HELPS), URGENCY))
+        return with_job_roles(raw, roles, dict.fromkeys((LYING_AT, HELPS, UNABLE_TO, IS_IMPOSSIBLE), URGENCY))
 
     @classmethod
     def check(cls, raw: Raw) -> Iterable[ConfigurationFault]:
@@ -159,4 +162,6 @@ class RecoveryMission(HelpMission):
 
     def behaviour_at(self, job: Job, data: VehicleData) -> Behaviour:
         """The survey of a site, or the lift of an object."""
-        return Lifting(job, data) if isinstance(job, Lift) else SurveyingSite(self._sites[self._sites.index(job)], data)
+        if not isinstance(job, Lift):
+            return SurveyingSite(self._sites[self._sites.index(job)], data)
+        return Lifting(job, data, self.scenario.mission.wait_s)

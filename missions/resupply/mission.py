@@ -16,8 +16,8 @@ from pydantic import Field
 from exchange.arithmetic import distance
 from missions.errors import ConfigurationFault
 from missions.figure import Declared, Place
-from missions.meeting.helping import HELPING, URGENCY, HelpMission
-from missions.meeting.job_mission import JobScenario, JobSettings, founding_of, job_role, listed_faults, with_job_roles
+from missions.meeting.helping import HELPING, URGENCY, HelpMission, HelpSettings
+from missions.meeting.job_mission import JobScenario, founding_of, job_role, listed_faults, with_job_roles
 from missions.meeting.meeting import Pursuit
 from missions.meeting.staying import DONE_BY, THERE_M, SiteSurvey, SiteTable, SurveyingSite
 from missions.metric import Metric
@@ -61,16 +61,10 @@ class TransferTable(Section):
     berth_m: Positive = Field(10.0, description="how far beside the hole, to the east, the vehicle with the store lies")
 
 
-class ResupplySettings(JobSettings):
-    """The ``[mission]`` table."""
-
-    wait_s: Positive = Field(2400.0, description="a vehicle that got no energy for so long gives up boring")
-
-
 class ResupplyScenario(JobScenario):
     """The whole input of a run of this mission."""
 
-    mission: ResupplySettings = ResupplySettings()
+    mission: HelpSettings = HelpSettings()
     site: tuple[SiteTable, ...] = ()
     boring: tuple[BoringTable, ...] = Field(min_length=1)
     transfer: TransferTable = TransferTable()

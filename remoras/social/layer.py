@@ -42,7 +42,7 @@ from remoras.social.requests import HAS_MISSION
 from remoras.social.standing import Footing, Seen, Standing
 from remoras.social.workload import IS_IMPOSSIBLE, UNABLE_TO, Workload
 from remoras.strategy import Strategy
-from remoras.work import Awaited, Point, Work
+from remoras.work import Awaited, Point, Work, vehicles_taken
 from worldmodel import Change
 
 
@@ -396,9 +396,11 @@ class SocialLayer:
             self._picture.groups.note_work(name, work[name].has_something_left, self._picture.body.now_s)
             if standing.is_patient:  # with its own work done it meets with whoever has come
                 self._picture.groups.meets_unheard = not self._has_left(work[name])
-            is_new = self.says_impossible and work[name].impossible is not self._impossible.get(name)
-            if is_new and not standing.is_cut_off:
-                self._see_what_is_impossible(work[name])
+            if self.says_impossible and not standing.is_patient:
+                of = work[name]  # who is cut off may only not have come yet to what no other one does
+                impossible = of.short_handed if standing.is_cut_off else of.impossible
+                if impossible is not self._impossible.get(name):
+                    self._see_what_is_impossible(of, impossible)
             if not self._holds(work[name]):
                 facts += self.conclusions.of_head(name, present, self._picture, motion)
         return facts
@@ -417,25 +419,31 @@ class SocialLayer:
 
     def leave(self) -> list[tuple[str, list[Fact]]]:
         """End of a round: jobs that it is not able to do, with the reason, and by which facts it leaves them."""
-        if not (self.pursuit.hopeless or self._workload.is_hindered):
+        works = self._work()
+        if not (self.pursuit.hopeless or self._workload.is_hindered or any(of.short_handed for of in works.values())):
             return []
         left, hopeless = list[tuple[str, list[Fact]]](), {(of.group, of.role) for of in self.pursuit.hopeless}
-        for name, work in self._work().items():
+        for name, work in works.items():
             for role in work.held_by(self.me):
                 job, said = role.job or "", list[Fact]()
                 if (name, role.name) in hopeless:
                     said = self.unable_to(job)
-                if said or not self._workload.is_able(job):
+                if said or job in work.short_handed or not self._workload.is_able(job):
                     facts = [*said, self._beliefs.fact(self.me, LEFT_ROLE, f"{name}.{role.name}")]
-                    left.append((f"{job}: {self._workload.why_not(job) or 'no way left'}", facts))
+                    left.append((f"{job}: {self._why_not(work, job) or 'no way left'}", facts))
         return left
 
-    def _see_what_is_impossible(self, work: Work) -> None:
+    def _why_not(self, work: Work, job: str) -> str:
+        """Why nobody does a job, in words."""
+        few = [f"takes {vehicles_taken(work.jobs[job])} vehicles at once"] if job in work.short_handed else []
+        return "; ".join([*few, *filter(None, [self._workload.why_not(job)])])
+
+    def _see_what_is_impossible(self, work: Work, now: frozenset[str]) -> None:
         """Take note of the jobs of a group that nobody who is there is able to do, or that are possible again."""
-        now = self._impossible[work.group.name] = work.impossible
+        self._impossible[work.group.name] = now
         for job in [role.job or "" for role in work.unfinished]:
             if (job in now) is not bool(self._beliefs.get((IS_IMPOSSIBLE, job))):
-                why = self._workload.why_not(job) if job in now else "possible again"
+                why = self._why_not(work, job) if job in now else "possible again"
                 self.judged.append((f"{job}: {why}", [self._beliefs.fact(job, IS_IMPOSSIBLE, job in now)]))
 
     def gives_out(self, group: str) -> bool:

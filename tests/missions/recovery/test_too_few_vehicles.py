@@ -1,0 +1,60 @@
+"""Fewer able vehicles than a lift takes: the fleet says so, does the rest and comes home; nobody waits for good."""
+
+from types import SimpleNamespace
+
+import pytest
+from recovering import flown
+from sample_vehicles import AUV
+
+from missions.recovery.lifting import Lift
+from missions.runs.run import Run
+from remoras.truth import within_reach
+
+LIFTS = ["lift 1", "lift 2", "lift 3", "lift 4"]
+
+
+def fault(*vehicles: str, kind: str = "lost", at_s: float = 200.0) -> str:
+    return "fault=[" + ", ".join(f"{{vehicle='{name}', kind='{kind}', at_s={at_s}}}" for name in vehicles) + "]"
+
+
+def ends_as_impossible(run: Run) -> bool:
+    """All sites are surveyed, all lifts are said to be impossible, and the run ends then."""
+    said = {row[4] for row in run.recorder.items if row[5] == "isImpossible" and row[6] == "true"}
+    assert said == set(LIFTS)
+    assert run.goal_fraction == run.reachable_fraction == 0.75  # twelve of sixteen jobs
+    assert "no vehicle left that is able to do lift 1, lift 2, lift 3, lift 4" in run.reason
+    return run.recorder.trajectories[-1][0] < run.scenario.scenario.duration_s
+
+
+@pytest.mark.parametrize(
+    ("keys", "why"),
+    [
+        ((fault("AUV01", "AUV02", "AUV03"),), "takes 2 vehicles at once"),
+        pytest.param(("lifts.vehicles=4", fault("AUV01", kind="deaf")), "takes 4 vehicles at once",
+                     marks=pytest.mark.slow),
+    ],
+)  # fmt: skip
+def test_the_fleet_says_what_takes_more_vehicles_than_are_left(keys: tuple[str, ...], why: str) -> None:
+    """Before, a holder waited at a lift to the end and sites stayed open: goal 0.25 and 0.56, reachable 1."""
+    run = flown(1, *keys)
+    assert ends_as_impossible(run)
+    assert {row[3] for row in run.recorder.faults if row[2] == "impossible"} == {f"{lift}: {why}" for lift in LIFTS}
+
+
+@pytest.mark.slow
+def test_whoever_has_waited_too_long_lets_go_and_helps() -> None:
+    """Nobody calls under ``central``: each held a lift and waited for the others, to the end of 14,400 s."""
+    keys = "strategy.name=central", "lifts.lift_s=400.0", "scenario.duration_s=14400"
+    waiting = flown(2, *keys, "mission.wait_s=14400")
+    assert not waiting.completed
+    assert flown(2, *keys).completed
+
+
+def test_as_many_must_be_left_in_contact_as_a_job_takes_at_once() -> None:
+    lift = Lift("lift 1", 60.0, 2, 10.0)
+    one, deaf, away = (
+        SimpleNamespace(able_data=AUV, is_in_contact=contact, will_return=back, can_play=lambda *of: True)
+        for contact, back in ((True, False), (False, False), (False, True))
+    )
+    for fleet, found in (([one], set()), ([one, deaf], set()), ([one, one], {"lift 1"}), ([one, away], {"lift 1"})):
+        assert within_reach({"lift 1": lift}, (), SimpleNamespace(vehicles=fleet), ()) == found
