@@ -1,5 +1,7 @@
 """Positions that cannot be: what is suspected, what is believed in the end, and what is left alone."""
 
+import pytest
+
 from remoras.jumps import MARGIN, SLACK_M, Jumps
 from worldmodel import STATUS, Block, PropertyValue
 
@@ -15,6 +17,11 @@ def said(frame: int, x_m: float, subject: int = PEER, origin: int = PEER) -> Blo
 def suspected(*blocks: Block) -> list[bool]:
     jumps = Jumps(POSITION, {PEER: SPEED_MPS})
     return [jumps.suspected(one) is not None for one in blocks]
+
+
+@pytest.mark.parametrize(("beyond_m", "is_suspected"), [(0.0, False), (0.1, True)])
+def test_the_reach_is_that_of_the_top_speed_and_its_margins(beyond_m: float, is_suspected: bool) -> None:
+    assert suspected(said(0, 0.0), said(1, REACH_M + beyond_m)) == [False, is_suspected]
 
 
 def test_one_wrong_report_is_set_aside_and_the_next_true_one_counts() -> None:
