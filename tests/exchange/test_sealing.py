@@ -1,28 +1,22 @@
 """Checksums and keys: what is damaged or of a stranger does no harm, and is counted."""
 
 import sys
-from functools import cache
+from functools import partial
 from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from test_bad_packets import KEY, codec
 
-from benchmarks.manager_fleet import DURATION_S, N_BLOCKS, TBOX, cells, instances
+from benchmarks.manager_fleet import cells
 from exchange.errors import ConfigurationError
 from exchange.packets import Fragment
-from exchange.policies import POLICIES
-from exchange.wire.codec import Codec, Framing
+from exchange.wire.codec import Codec
 from exchange.wire.sealing import CRC_BITS, Seal, key_in, nonce_of
 
-KEY = bytes(range(16))
-
-
-@cache
-def guarded(crc_bits: int = 0, key: bytes | None = None, n_nodes: int = 3) -> Codec:
-    return Codec(
-        TBOX, len(instances(n_nodes)), n_nodes, POLICIES["ack"], N_BLOCKS, DURATION_S, framing=Framing(crc_bits, key)
-    )
+guarded = partial(codec, "ack")
+"""By the bits of the checksum, the key and the number of nodes."""
 
 
 def a_packet(codec: Codec, frame: int = 0) -> bytes:

@@ -7,7 +7,6 @@ from sample_vehicles import AUV
 
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.database import AUVDatabase, VehicleData
-from remoras.organisation import Group, RoleSpecification
 
 
 def auv(name: str = "AUV00", **changes: Any) -> VehicleData:
@@ -42,18 +41,5 @@ def activity_set(
     )
 
 
-GROUPS = (
-    Group("Coordination", (RoleSpecification("Tactician", 1, 1, founding=True),)),
-    Group(
-        "Operational",
-        (
-            RoleSpecification("Coordinator", 1, 1, head=True, founding=True, played_by=("Coordination", "Tactician")),
-            RoleSpecification("Performer", 1, founding=True),
-            RoleSpecification("Cartographer", 1),
-            RoleSpecification("LeftWinger", 1, 1, job="left"),
-            RoleSpecification("RightWinger", 1, 1, job="right"),
-        ),
-    ),
-)
 LEADER = ("Tactician", "Coordinator", "Cartographer", "LeftWinger", "RightWinger")
 WORKER = ("Performer", "Cartographer", "LeftWinger", "RightWinger")

@@ -8,9 +8,10 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
+from samples import auv
+
 from missions.mapping.jobs import SurveyJob
-from missions.mapping.sensors import SwathSettings
-from remoras.database import AUVDatabase, VehicleData
+from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleSpecification
 from remoras.strategy import Heard, Negotiator, Situation, Statable, Strategy, adapt_roles, ask
 from remoras.testing.sample_worlds import ROLES, Visit
@@ -45,28 +46,6 @@ def ordered_visits(places_m: Sequence[Point]) -> list[Job]:
     """Visits of which every second one needs the one before it; the third of them needs the first too."""
     needs = {n: (f"job {n - 1}",) for n in range(1, len(places_m), 2)} | {2: ("job 0",)}
     return [Visit(f"job {n}", place_m, needs=needs.get(n, ())) for n, place_m in enumerate(places_m)]
-
-
-def _vehicle(node: int, start_m: Point, playable_roles: tuple[str, ...]) -> VehicleData:
-    return VehicleData(
-        name=f"AUV{node:02d}",
-        vehicle_type="AUV",
-        node=node,
-        social_layer=True,
-        start_m=start_m,
-        depth_m=20.0,
-        depth_limit_m=100.0,
-        transit_speed_mps=2.0,
-        survey_speed_mps=1.5,
-        turn_rate_radps=0.5,
-        acceleration_mps2=0.5,
-        energy_j=1.0e6,
-        hotel_w=40.0,
-        drag_w_per_mps3=15.0,
-        transmit_j_per_bit=0.01,
-        playable_roles=playable_roles,
-        sensors=(SwathSettings(swath_m=25.0, speed_limit_mps=1.25),),
-    )
 
 
 KINDS_OF_JOBS: dict[str, Callable[[Sequence[Point]], list[Job]]] = {
@@ -104,7 +83,11 @@ class Team:
         self.group = Group("Team", (head, RoleSpecification("Hand", 1, founding=True), *roles), "rally")
         self.database = AUVDatabase(
             tuple(
-                _vehicle(n, start_m, ("Head" if n == 0 else "Hand", *(role.name for role in roles)))
+                auv(
+                    f"AUV{n:02d}",
+                    start_m=start_m,
+                    playable_roles=("Head" if n == 0 else "Hand", *(role.name for role in roles)),
+                )
                 for n, start_m in enumerate(starts_m)
             )
         )

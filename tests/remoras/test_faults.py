@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from samples import GROUPS, LEADER, WORKER, auv, database
+from samples import LEADER, WORKER, auv, database
 
 from missions.fault import kinds
 from missions.runs.assembly import assemble
@@ -19,6 +19,7 @@ from remoras.condition import SOUND, Condition
 from remoras.database import AUVDatabase
 from remoras.faults import ANY, Fault, condition_under, drawn, hears_throughout
 from remoras.organisation import Organisation, RoleAssignment
+from remoras.testing.sample_worlds import GROUPS
 
 BOAT = auv("ASV03", sensors=(), playable_roles=("MissionAdministrator",))
 FLEET = database(

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import pytest
-from samples import GROUPS, WORKER, auv, database
+from samples import WORKER, auv, database
 
 from remoras.bound import AT_ONCE
 from remoras.errors import PluginError
@@ -20,6 +20,7 @@ from remoras.strategy import (
     form_groups,
     negotiator_of,
 )
+from remoras.testing.sample_worlds import GROUPS
 from remoras.work import Work
 
 FLEET = database(auv("AUV00", playable_roles=WORKER))
