@@ -3,6 +3,8 @@
 from functools import cache
 
 import pytest
+from sampling import sampled
+from test_strategies_conform import IN_THE_SAME_CODE
 
 from missions.runs.run import Run, run
 from missions.scenarios.scenario import Scenario
@@ -10,6 +12,7 @@ from remoras.strategies import strategies
 from remoras.testing.sample_worlds import small_patches
 
 DURATION_S = 600.0
+NAMES = sampled(strategies(), *(name for name in strategies() if name not in IN_THE_SAME_CODE))
 
 
 @cache
@@ -31,7 +34,7 @@ def changed(scenario: Scenario, **update: object) -> Scenario:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", strategies())
+@pytest.mark.parametrize("name", NAMES)
 def test_the_order_of_roles_in_a_file_decides_nothing(name: str) -> None:
     scenario = scenario_of(name)
     groups = [group.model_copy(update={"role": group.role[::-1]}) for group in scenario.group]
@@ -39,7 +42,7 @@ def test_the_order_of_roles_in_a_file_decides_nothing(name: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", strategies())
+@pytest.mark.parametrize("name", NAMES)
 def test_the_name_of_a_vehicle_is_a_name_only(name: str) -> None:
     """Names that sort the other way round."""
     scenario = scenario_of(name)
