@@ -34,7 +34,7 @@ def silent_s() -> float:
     "strategy",
     [
         "remoras",
-        pytest.param("plan-and-dispatch", marks=pytest.mark.slow),
+        pytest.param("plan-and-dispatch", marks=[pytest.mark.slow, pytest.mark.thorough]),
         *(pytest.param(name, marks=pytest.mark.slow) for name in ("central", *BIDDERS)),
     ],
 )

@@ -60,13 +60,12 @@ def test_work_is_duplicated_when_nearly_all_packets_are_lost_and_not_without_los
 @pytest.mark.slow
 @pytest.mark.parametrize("channel", ["per=0.9", "blackout=[{from_s=0.0, until_s=1e5}]", "name=perfect"])
 def test_fixed_partition_sends_nothing_and_no_channel_changes_it(channel: str) -> None:
-    for seed in SEEDS:
-        one, other = finished("fixed-partition", seed), finished("fixed-partition", seed, f"channel.{channel}")
-        assert one.recorder.packets == other.recorder.packets == []
-        assert one.recorder.trajectories == other.recorder.trajectories
-        assert one.recorder.rows("coverage") == other.recorder.rows("coverage")
-        assert summary(other)["duplicate_fraction"] == 0.0
-        assert other.completed
+    one, other = finished("fixed-partition", 1), finished("fixed-partition", 1, f"channel.{channel}")
+    assert one.recorder.packets == other.recorder.packets == []
+    assert one.recorder.trajectories == other.recorder.trajectories
+    assert one.recorder.rows("coverage") == other.recorder.rows("coverage")
+    assert summary(other)["duplicate_fraction"] == 0.0
+    assert other.completed
 
 
 # Meetings cost time -------------------------------------------------------------------------------
