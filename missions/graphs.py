@@ -155,6 +155,14 @@ def _vehicles(results: RunResults) -> list[str]:
     return list(dict.fromkeys(results.table("trajectories").column("vehicle").to_pylist()))
 
 
+def _moment_s(results: RunResults, at_s: float | None, viewer: str) -> float:
+    """The time that is asked for, by default the end of the run; raises OutputError without such a time or vehicle."""
+    vehicles, end_s = _vehicles(results), results.summary["mission_time_s"]
+    if viewer and viewer not in vehicles:
+        raise OutputError(f"viewer {viewer!r}: there are {', '.join(vehicles)}{suggestion(str(viewer), vehicles)}")
+    return _time_s("at_s", at_s, end_s, end_s)
+
+
 def organisation_graph(results: RunResults, at_s: float | None = None, viewer: str = "") -> nx.DiGraph:
     """Who plays what: vehicle to role ("plays"), role to group ("of"), group to the one that supervises it ("within").
 
@@ -167,12 +175,9 @@ def organisation_graph(results: RunResults, at_s: float | None = None, viewer: s
         OutputError: the run has no such time or vehicle.
     """
     nx = library()
-    vehicles, end_s = _vehicles(results), results.summary["mission_time_s"]
-    if viewer and viewer not in vehicles:
-        raise OutputError(f"viewer {viewer!r}: there are {', '.join(vehicles)}{suggestion(str(viewer), vehicles)}")
-    moment_s = _time_s("at_s", at_s, end_s, end_s)
+    moment_s = _moment_s(results, at_s, viewer)
     graph = nx.DiGraph(name="organisation", at_s=moment_s, viewer=viewer)
-    for vehicle in vehicles:
+    for vehicle in _vehicles(results):
         graph.add_node(vehicle, kind=VEHICLE)
     held: dict[tuple[str, str, str], float] = {}
     for row in results.table("organisation").to_pylist():
@@ -261,10 +266,7 @@ def plan_graph(results: RunResults, at_s: float | None = None, viewer: str = "")
         OutputError: the run has no such time or vehicle.
     """
     nx = library()
-    vehicles, end_s = _vehicles(results), results.summary["mission_time_s"]
-    if viewer and viewer not in vehicles:
-        raise OutputError(f"viewer {viewer!r}: there are {', '.join(vehicles)}{suggestion(str(viewer), vehicles)}")
-    moment_s = _time_s("at_s", at_s, end_s, end_s)
+    moment_s = _moment_s(results, at_s, viewer)
     graph = nx.DiGraph(name="plan", at_s=moment_s, viewer=viewer)
     for row in results.table("plans").to_pylist() if results.has("plans") else ():
         if row["time_s"] > moment_s or (viewer and row["vehicle"] != viewer):

@@ -131,10 +131,6 @@ class Beliefs:
 
     # Into the world model ------------------------------------------------------------------------
 
-    def record(self, facts: Sequence[Fact], now_s: float, private: bool) -> Change:
-        """Record what the vehicle found out itself; see ``WorldModel.record``."""
-        return self.model.record(facts, now_s, private)
-
     # From the world model ------------------------------------------------------------------------
 
     def get(self, key: Key, default: Any = None, /) -> Any:

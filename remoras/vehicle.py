@@ -345,7 +345,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         """Record facts that the vehicle found out itself and, if they are to be told, offer them to the others."""
         if facts:
             private = not self.radio.tells(facts, told)
-            self._share(self.beliefs.record(facts, now_s, private), now_s, told)
+            self._share(self.beliefs.model.record(facts, now_s, private), now_s, told)
 
     def _share(self, change: Change, now_s: float, told: bool = True) -> None:
         self.radio.tell(change, self.social.addressed, now_s)
@@ -373,7 +373,7 @@ def _recorded(sensed: Sensed, vehicle: Vehicle, now_s: float) -> Change:
         observation = changed(sensed.sensor, observation)
     try:
         facts = beliefs.facts_of(observation)
-        return beliefs.record(facts, now_s, private=not vehicle.radio.tells(facts))
+        return beliefs.model.record(facts, now_s, private=not vehicle.radio.tells(facts))
     except (WorldModelError, TypeError, ValueError) as error:
         hint = "; the mission's instances_found_per_vehicle says how many" if observation.found else ""
         raise PluginError(

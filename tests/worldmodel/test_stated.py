@@ -56,7 +56,7 @@ def test_all_know_them_from_the_start_with_what_follows_until_a_vehicle_says_ano
             assert beliefs.values(("leaks", "W1")) == {True}
     told = run.query("SELECT ?w WHERE { ?w a <https://example.org/wells#Wellhead> }", vehicle="AUV01")
     assert sorted(told.w) == ["W1", "W2"]  # once each
-    beliefs.record([beliefs.fact("W1", "leaks", False)], 1.0, private=False)
+    beliefs.model.record([beliefs.fact("W1", "leaks", False)], 1.0, private=False)
     assert beliefs.get(("leaks", "W1")) is False
     assert beliefs.instances("Leaky") == ()
 

@@ -59,7 +59,7 @@ class Known:
 
     def say(self, subject: str, attribute: str, value: Any) -> None:
         self._now_s += 1.0
-        self.beliefs.record([self.beliefs.fact(subject, attribute, value)], self._now_s, False)
+        self.beliefs.model.record([self.beliefs.fact(subject, attribute, value)], self._now_s, False)
 
     def ways(self, activity: str, me: str = "IAUV00", there: frozenset[str] = BOTH) -> tuple[str, ...]:
         return self.matching.ways(activity, me, self.facts, there)
