@@ -8,8 +8,9 @@ peers mean the same packet by the same acknowledgement.
 third vehicle may not have heard of it and state by its matrix what the old life held. So of rows about a peer that
 began anew only those are heeded whose senders are known to have heard the new epoch. They say so by the bit in their
 own row for the peer's last packet: at that time its epoch was not lower than the one known here. What such a vehicle
-states rests, in turn, on rows that it heeded by the same rule. An older epoch is refused; if it comes twice running,
-the newer one was damage.
+states rests, in turn, on rows that it heeded by the same rule. One that begins anew is known to have heard no epoch but
+its own: what it heard in an earlier life it has forgotten, and may heed rows of those who never heard it either. An
+older epoch is refused; if it comes twice running, the newer one was damage.
 
 *Links.* Of the link from a peer to this vehicle a sample is each slot of the peer: heard or missed. Which slots a peer
 spoke in is known once it is heard again; a silence too long to be loss is no sample, for the peer was away. Of the link
@@ -337,7 +338,8 @@ class PeerStates:
         """A node is in another life: nothing is believed of it."""
         self.epochs[node] = epoch
         for peer, known in enumerate(self._informed_of):
-            self._informed_of[peer] = known | 1 << node if peer in (node, self._me) else known & ~(1 << node)
+            self._informed_of[peer] = known | 1 << node if peer == self._me else known & ~(1 << node)
+        self._informed_of[node] = 1 << node
         self.forget(node)
 
     def is_over(self, origin: int, epoch: int) -> bool:
