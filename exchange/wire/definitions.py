@@ -11,6 +11,10 @@ that of an old packet, played again four frames later, may be right for the next
 four bytes have been right for it, and none for the era known in between. One stranger in 2**26 passes for a peer in
 another era.
 
+Under a key none of this is needed. The byte stands in clear, so anybody may write it, and a few packets of noise would
+make strangers of all peers. But the seal depends on the definition, the era and the slot. So a packet that opens proves
+all bytes at once, and one that does not open changes nothing that is held true of a peer (`ProvenDefinitions`).
+
 Each process draws a salt when it starts. It is two things at once: what its own packets are encrypted by, and what a
 peer has to repeat to show that it speaks now, as in RFC 8613, appendix B.2. A packet that tells it is an introduction;
 it takes the place of another packet in an own slot::
@@ -23,8 +27,10 @@ the whole number of the slot, of which the head has a part. A hearer takes a sal
 introduction was made after its own start, by somebody with the key, in the slot in which it was heard. One of another
 mission repeats another salt; one of this mission that is played again names another slot.
 
-A vehicle introduces itself in its first slot, then to each who lacks it, and when it hears a packet that it cannot
-open. After the first two it leaves a slot for what it has to tell between any two introductions.
+A vehicle introduces itself in its first slot, then to each who lacks it, and when it hears a packet of one whose salt
+it lacks. Noise in the name of a peer that is known makes no introduction due. Two that follow each other are an odd
+number of frames apart, so that other packets go in even and in odd frames, whose headers may differ. After the first
+two there are slots for what it has to tell between any two introductions.
 
 Sans-io, as the manager: bits and ``now_s`` go in, bits come out, and a log of them repeats it.
 """
@@ -101,13 +107,27 @@ class ComparedDefinitions:
         return True
 
 
+class ProvenDefinitions(ComparedDefinitions):
+    """Under a key: what opens is proven, and nothing is noted of what does not."""
+
+    def differ(self, peer: int, frame: int) -> bool:
+        """Nobody is a stranger by a byte that anybody may write."""
+        return False
+
+    def claim(self, peer: int, frame: int, era: int | None) -> bool:
+        """Any era may be tried: the packet opens in the true one alone."""
+        return True
+
+
 ECHO_BYTES = 4
 """Of a salt that is repeated: one introduction in 2**32 of another mission repeats that of a hearer by chance."""
 ENTRY_BYTES = 1 + ECHO_BYTES
 TAG_BYTES = 8
 """Of an introduction: no packet passes for one, and no forgery but one in 2**64."""
 N_AT_ONCE = 2
-"""Introductions that a vehicle may make in slots that follow each other."""
+"""Introductions that a vehicle may make in slots that follow each other, when it begins."""
+LEAST_FRAMES = 3
+"""From one introduction to the next behind these; odd, as all numbers of frames between two of them."""
 
 
 class Introductions:
@@ -147,20 +167,23 @@ class Introductions:
                 "itself under a key: take a modem with a larger payload"
             )
         self._tag_key = derived(key, b"", b"remoras introductions" + codec.definition, 32)
-        self._salts = {me: salt}  # of those whose packets open
+        self.begin(salt)
+
+    def begin(self, salt: bytes) -> None:
+        """Begin anew, with another salt: of the peers nothing is known."""
+        self._salts = {self._me: salt}  # of those whose packets open
         self._claims: dict[int, bytes] = {}  # as told last, by all who were heard
         self._owed: dict[int, None] = {}  # peers that lack this vehicle, in the order in which they said so
         self._is_due = True
-        self._n_made = 0
-        self._has_rested = True
+        self._made: list[int] = []  # TDMA frames of the introductions made
 
     def salt_of(self, node: int) -> bytes | None:
         """The salt of a node; None for one that has not introduced itself to this vehicle."""
         return self._salts.get(node)
 
     def miss(self, node: int) -> None:
-        """Note that a packet of a node was heard and could not be taken."""
-        self._is_due |= node != self._me
+        """Note that a packet was heard in the name of a node and could not be taken."""
+        self._is_due |= self._lacks(node)
 
     def packet(self, slot: int) -> bytes | None:
         """The introduction that goes in the own slot that opens; None if this is for another packet.
@@ -168,22 +191,24 @@ class Introductions:
         Args:
             slot: its number.
         """
-        may_speak = self._has_rested or self._n_made < N_AT_ONCE
-        self._has_rested = True
-        if not (self._is_due or self._owed) or not may_speak:
+        frame = self._schedule.frame_of(slot)
+        if not (self._is_due or self._owed) or not self._may_go(frame):
             return None
-        self._is_due = self._has_rested = False
-        self._n_made += 1
+        self._is_due = False
+        self._made.append(frame)
         told = list(self._owed)[: self._most]
         for peer in told:
             del self._owed[peer]
         lacks = sum(1 << node for node in range(self._schedule.n_nodes) if self._lacks(node))
-        body = self._codec.encode_head(Head(self._me, 0, self._schedule.frame_of(slot))).to_bytes(
-            self._head_bytes, "big"
-        )
+        body = self._codec.encode_head(Head(self._me, 0, frame)).to_bytes(self._head_bytes, "big")
         body += self._salts[self._me] + lacks.to_bytes(self._lacks_bytes, "big")
         body += b"".join(bytes((peer,)) + self._claims[peer][:ECHO_BYTES] for peer in told)
         return body + self._tag(body, slot)
+
+    def _may_go(self, frame: int) -> bool:
+        """True if an introduction may go in a TDMA frame: an odd number of them after the last, and seldom."""
+        since = frame - self._made[-1] if self._made else LEAST_FRAMES
+        return since % 2 == 1 and (since >= LEAST_FRAMES or len(self._made) < N_AT_ONCE)
 
     def hear(self, data: bytes, now_s: float) -> bool:
         """Take in an introduction that arrives at ``now_s``; False if it is none of this fleet, slot and time."""

@@ -115,6 +115,7 @@ class LoneVehicle:
     """A vehicle by itself, with what it follows from: its plan, the scenario of the plan resolved, and its salt.
 
     Attributes:
+        salt: of its packets in its present life, under a key; empty without one.
         lives: how often it has begun so far: more than once if it goes on after its process was ended.
         steered: its body, if that is one of its own.
     """
@@ -122,7 +123,7 @@ class LoneVehicle:
     plan: NodePlan
     setup: Setup
     solo: Solo
-    salt: bytes | None = None
+    salt: bytes = b""
     lives: int = 1
     steered: Steered | None = None
 
@@ -131,21 +132,33 @@ Pause = tuple[float, float]
 """From when to when a vehicle was off (s of the mission)."""
 
 
-def alone(plan: NodePlan, salt: bytes | None = None, pauses: Sequence[Pause] = ()) -> LoneVehicle:
+@dataclass(frozen=True, slots=True)
+class _Introduced:
+    """The process of a vehicle is there again: as another one, it introduces itself by another salt."""
+
+    introductions: Introductions
+    salt: bytes
+
+    def act(self, solo: Solo) -> None:
+        self.introductions.begin(self.salt)
+
+
+def alone(plan: NodePlan, salts: Sequence[bytes] = (), pauses: Sequence[Pause] = ()) -> LoneVehicle:
     """The vehicle of a plan: what it is in the run of its scenario and seed, without the others.
 
     Args:
         plan: what it follows from.
-        salt: of its packets, where its scenario has a key: a fresh one if None. To play a log, that of the log.
+        salts: of its packets in each of its lives, where its scenario has a key: fresh ones behind those given. To play
+            a log, those of the log.
         pauses: when its process was not there; after each the vehicle begins anew with its memory.
 
     Raises:
         ConfigurationError: see ``NodePlan.setup``.
     """
-    setup, introductions = plan.setup(), None
+    setup, introductions, by_life = plan.setup(), None, [b""]
     if key := key_of(setup.scenario.communication.key_file):
-        salt = salt or fresh_salt()
-        introductions = _introductions(setup, plan.vehicle, key, salt)
+        by_life = [*salts, *(fresh_salt() for _ in range(1 + len(pauses) - len(salts)))]
+        introductions = _introductions(setup, plan.vehicle, key, by_life[0])
         setup = replace(setup, codec=renewed(setup.codec, introductions.salt_of))
     scenario, mission = setup.scenario, setup.mission
     real = actual(setup, setup.database[plan.vehicle], plan.seed)
@@ -168,7 +181,10 @@ def alone(plan: NodePlan, salt: bytes | None = None, pauses: Sequence[Pause] = (
         faults.append(_away(setup, plan, Absence.PAUSE, at_s=from_s, until_s=until_s, memory="kept"))
     everything = (faults_part(faults), *parts)
     solo = Solo(make, make_anew, setup.schedule, recorder, times, introductions, everything)
-    return LoneVehicle(plan, setup, solo, salt, 1 + len(pauses), steered)
+    if introductions is not None:
+        for (_, until_s), salt in zip(pauses, by_life[1:], strict=True):
+            solo.note(_Introduced(introductions, salt), until_s)
+    return LoneVehicle(plan, setup, solo, by_life[-1], 1 + len(pauses), steered)
 
 
 def _away(setup: Setup, plan: NodePlan, absence: Absence, *, at_s: float, **keys: Any) -> Fault:

@@ -9,7 +9,8 @@ A log is a text file of one JSON object a line, each written at once:
 * ``{"kind": "heard", ...}`` for one of others, with the time at which it was heard, twice for one heard twice;
 * ``{"kind": "fix", ...}`` for where a body of one's own said that it is, see ``missions.nodes.frontseat``;
 * ``{"kind": "lost", ...}`` for one that was drawn to be lost here; playing passes it over;
-* ``{"kind": "back", "time_s": ..., "data": ""}`` where a node that was ended goes on: it was off since the line before;
+* ``{"kind": "back", "time_s": ..., "data": ...}`` where a node that was ended goes on; it was off since the line
+  before. Under a key it has another salt, so that two that go on from copies of one log share none;
 * ``{"kind": "end", "time_s": ..., "state_hash": ...}`` last, unless the node was killed.
 """
 
@@ -53,7 +54,7 @@ class LineKind(StrEnum):
 
 
 class LogEntry(NamedTuple):
-    """A packet of a log, the salt of its packets, a fix, or that the vehicle is back (without data)."""
+    """A packet of a log, a fix, or that the vehicle begins or is back with a salt."""
 
     kind: LineKind
     time_s: float
@@ -160,9 +161,9 @@ class Logged:
     began: Began | None = None
 
     @property
-    def salt(self) -> bytes | None:
-        """Of its packets, under a key."""
-        return next((entry.data for entry in self.entries if entry.kind is LineKind.SALT), None)
+    def salts(self) -> list[bytes]:
+        """Of its packets in each of its lives, under a key."""
+        return [entry.data for entry in self.entries if entry.kind in (LineKind.SALT, LineKind.BACK)]
 
     @property
     def last_s(self) -> float:
@@ -290,18 +291,26 @@ def gone_on(path: Path, plan: NodePlan) -> tuple[LoneVehicle, NodeLog, Paced]:
         raise _cannot(path, "without a start", "a log of a node that goes by the clock of its machine")
     pace = log.began.pace
     now_s = max(pace.now_s, just_after(log.last_s))
-    own = _hearing(log, [*log.pauses, (just_after(log.last_s), now_s)])
-    if difference := next(_differences(log.of(LineKind.SENT), own.solo.advance(just_after(log.last_s))), ""):
+    own, difference = back(log, now_s)
+    if difference:
         raise _cannot(path, f"not repeated by this version: {difference}", "the version that wrote it")
-    own.solo.advance(just_after(now_s))
     going_on = NodeLog.going_on(path)
-    going_on.write(LogEntry(LineKind.BACK, now_s, b""))
+    going_on.write(LogEntry(LineKind.BACK, now_s, own.salt))
     return own, going_on, pace
+
+
+def back(log: Logged, now_s: float) -> tuple[LoneVehicle, str]:
+    """The vehicle of a log that has no end, back at a time (s); and where the log is not repeated, in words."""
+    off_s = just_after(log.last_s)
+    own = _hearing(log, [*log.pauses, (off_s, now_s)])
+    difference = next(_differences(log.of(LineKind.SENT), own.solo.advance(off_s)), "")
+    own.solo.advance(just_after(now_s))
+    return own, difference
 
 
 def _hearing(log: Logged, pauses: Sequence[Pause]) -> LoneVehicle:
     """The vehicle of a log, which is to hear what it heard."""
-    own = alone(log.plan, log.salt, pauses)
+    own = alone(log.plan, log.salts, pauses)
     for entry in log.entries:
         if entry.kind is LineKind.HEARD:
             own.solo.hear(entry.data, entry.time_s)

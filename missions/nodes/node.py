@@ -111,7 +111,7 @@ class VehicleNode:
         self._n_doubled = self._n_withheld = 0
         self._late_s = 0.0
         self._tolerance_s = own.setup.scenario.communication.clock_tolerance_s
-        if log is not None and own.salt is not None and own.lives == 1:
+        if log is not None and own.salt and own.lives == 1:
             log.write(LogEntry(LineKind.SALT, own.plan.begins_s, own.salt))
 
     @property
