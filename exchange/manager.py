@@ -50,7 +50,7 @@ from exchange.queueing.queue import Queue
 from exchange.schedule import TdmaSchedule
 from exchange.values import ADDITIVE, STATUS_COLUMN, ValueRule
 from exchange.wire.codec import Codec, behind, refuse_longer_texts
-from exchange.wire.definitions import ComparedDefinitions
+from exchange.wire.definitions import ComparedDefinitions, ProvenDefinitions
 from exchange.wire.fragmentcodec import EPOCH_BITS
 from worldmodel import STATUS, Change, Needs, PropertyValue, Stated, WorldModel
 from worldmodel.facts import Guid
@@ -122,7 +122,7 @@ class ExchangeManager:
         self._me = me
         self._model = model
         self._epoch = model.epoch
-        self._definitions = ComparedDefinitions()
+        self._definitions = ProvenDefinitions() if codec.is_sealed else ComparedDefinitions()
         self._codec = codec
         self._schedule = schedule
         self._options = options

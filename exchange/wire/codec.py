@@ -329,6 +329,11 @@ class Codec:
         """The definition hash, 4 bytes: of grammar, TBox, fleet, policy and widths."""
         return self._hash
 
+    @property
+    def is_sealed(self) -> bool:
+        """True under a key."""
+        return bool(self._seals)
+
     # Sizes ---------------------------------------------------------------------------------------
 
     def packing(self, sender: int, epoch: int, slot_start_s: float, room_bits: int) -> Packing:
