@@ -5,18 +5,21 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from random import Random
 from typing import Any
 
 from stress.invariants import Heard, Scene
 from stress.reference_record import Aired, Life
-from stress.schedules import LINKS, PACKETS, Schedule, StressFault, befalls
+from stress.schedules import LINKS, OTHERS, PACKETS, Schedule, StressFault, befalls
 
 from exchange.acoustics import loss
 from exchange.acoustics.channel import Arrival, Channel
 from exchange.errors import ExchangeError
 from exchange.packets import Fragment, Packet, Transmission
+from exchange.policies import POLICIES
 from exchange.schedule import TdmaSchedule
-from exchange.wire.codec import Codec
+from exchange.wire.codec import Codec, Framing
+from exchange.wire.definitions import Introductions
 from remoras.beliefs import Fact, Key
 from remoras.fleet import Fleet
 from remoras.radio import HeardPacket
@@ -24,7 +27,7 @@ from remoras.sensor import Observation
 from remoras.strategy import Declaration
 from remoras.vehicle import Vehicle
 from remoras.work import Job, share_left
-from worldmodel import Change, PropertyValue, WorldModel
+from worldmodel import Change, PropertyValue, TBox, WorldModel
 from worldmodel.facts import Guid
 
 # Channel ------------------------------------------------------------------------------------------
@@ -32,20 +35,23 @@ from worldmodel.facts import Guid
 Forge = Callable[[bytes, int, int], bytes]
 """Makes another packet of one: ``forge(data, slot, draw)``."""
 
+Foreign = Callable[[int, int], bytes]
+"""Makes a packet of another fleet: ``foreign(sender, slot)``."""
+
 
 class FaultyChannel:
     """Carries packets as the channel of the scenario does, changed by the faults of a schedule until ``is_calm``."""
 
     def __init__(
-        self, calm: Channel, schedule: Schedule, slots: TdmaSchedule, forge: Forge, happened: Counter[str],
-        node_of: Mapping[str, int],
+        self, calm: Channel, schedule: Schedule, slots: TdmaSchedule, forge: Forge, foreign: Foreign,
+        happened: Counter[str], node_of: Mapping[str, int],
     ) -> None:  # fmt: skip
-        self.is_calm = False
+        self.is_calm, self._foreign = False, foreign
         self._calm, self._slots, self._forge, self._happened, self._seed = calm, slots, forge, happened, schedule.seed
         self._faults = [
             (number, fault, node_of.get(fault.vehicle), node_of.get(fault.peer))
             for number, fault in schedule.numbered()
-            if fault.kind in LINKS
+            if fault.kind in LINKS | OTHERS
         ]
 
     def transmit(
@@ -55,6 +61,11 @@ class FaultyChannel:
         arrivals = self._calm.transmit(slot, sender, data, now_s, positions_m)
         for number, fault, vehicle, peer in () if self.is_calm else self._faults:
             if not fault.holds(now_s):
+                continue
+            if fault.kind in OTHERS:
+                if befalls(self._seed, number, slot, 0, fault.share):
+                    self._happened[fault.kind] += 1
+                    arrivals += self._others(number, fault, slot, sender, now_s)
                 continue
             if fault.kind == "echo":
                 if sender == vehicle and befalls(self._seed, number, slot, sender, fault.share):
@@ -73,6 +84,16 @@ class FaultyChannel:
                 changed += found
             arrivals = changed
         return sorted(arrivals, key=lambda arrival: (arrival.receiver, arrival.time_s))
+
+    def _others(self, number: int, fault: StressFault, slot: int, sender: int, now_s: float) -> list[Arrival]:
+        """What all hear in a slot beside its packet: noise, or a packet of another fleet."""
+        heard_s, dice = now_s + self._slots.packet_s, Random(f"{self._seed} {number} {slot}")
+        if fault.kind == "noise":
+            packets = [dice.randbytes(dice.randrange(1, 65)) for _ in range(fault.packets)]
+        else:
+            packets = [self._foreign(sender, slot)]
+        receivers = range(self._slots.n_nodes)
+        return [Arrival(node, heard_s, data) for data in packets for node in receivers if node != sender]
 
     def _befallen(self, number: int, fault: StressFault, slot: int, one: Arrival) -> list[Arrival]:
         """What a fault makes of one arrival."""
@@ -112,14 +133,14 @@ LATER_EVERY, LATER_S = 4, (20.0, 200.0, 2000.0)
 """In one of so many forged packets a time is later by one of these, in the others a value is another one."""
 
 
-def forger(codec: Codec, slots: TdmaSchedule, model: Callable[[], WorldModel]) -> Forge:
+def forger(codec: Codec, slots: TdmaSchedule, model: WorldModel) -> Forge:
     """Forge packets of a fleet, in good form; ``model`` knows which values are in range."""
 
     def forge(data: bytes, slot: int, draw: int) -> bytes:
         frame, start_s = slots.frame_of(slot), slots.start_s(slot)
         try:
             packet = codec.decode(data, frame, start_s, codec.era_of(data, frame) or 0)
-            forged = _forged(packet, draw, model())
+            forged = _forged(packet, draw, model)
             if forged == packet:
                 return data
             return codec.encode(
@@ -130,6 +151,22 @@ def forger(codec: Codec, slots: TdmaSchedule, model: Callable[[], WorldModel]) -
             return data  # damaged before: it stays what it is
 
     return forge
+
+
+def stranger(tbox: TBox, slots: TdmaSchedule, crc_bits: int, is_keyed: bool) -> Foreign:
+    """Speak as another fleet, with another key if this one has one; then in every third frame by an introduction."""
+    n_nodes, key = slots.n_nodes, bytes(range(16)) if is_keyed else None
+    other = Codec(tbox, 3, n_nodes, POLICIES["ack"], 7, 1e5, framing=Framing(crc_bits, key))
+    greetings = [Introductions(node, bytes(range(16)), bytes(8), other, slots, 2048, 1.0) for node in range(n_nodes)]
+
+    def speak(sender: int, slot: int) -> bytes:
+        frame = slots.frame_of(slot)
+        if key is not None and (data := greetings[sender].packet(slot)) is not None:
+            greetings[sender].miss((sender + 1) % n_nodes)
+            return data
+        return other.encode(sender, [0] * n_nodes, frame=frame, slot_start_s=slots.start_s(slot))
+
+    return speak
 
 
 def _forged(packet: Packet, draw: int, model: WorldModel) -> Packet:
@@ -281,16 +318,20 @@ class Wrapping:
         make_anew = fleet.makers.anew
 
         def wrapped_anew(model: Fleet, before: Vehicle, remembers: bool) -> Vehicle:
-            old = scene.lives[before.name]
-            old.is_alive = False
+            scene.lives[before.name].is_alive = False
             vehicle = make_anew(model, before, remembers)
-            life = self._begin(vehicle)
-            if remembers:
-                life.inherit(old)
-                life.had = {guid for guid in old.had if old.model.has_arrived(guid)}
+            self.begin_anew(vehicle, remembers)
             return vehicle
 
         fleet.makers = fleet.makers._replace(anew=wrapped_anew)
+
+    def begin_anew(self, vehicle: Vehicle, remembers: bool) -> None:
+        """Let a vehicle begin a life behind another, wrapped."""
+        old = self._scene.lives[vehicle.name]
+        life = self._begin(vehicle)
+        if remembers:
+            life.inherit(old)
+            life.had = {guid for guid in old.had if old.model.has_arrived(guid)}
 
     def _begin(self, vehicle: Vehicle) -> Life:
         """Let a vehicle begin a life, wrapped."""

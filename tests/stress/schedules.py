@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import tempfile
 import tomllib
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
@@ -20,7 +21,7 @@ from exchange.acoustics.link import Matrix, Transmission
 from exchange.acoustics.models import MatrixChannel
 from exchange.acoustics.modems import modems
 from exchange.acoustics.network import NetworkChannel, shipped
-from exchange.policies import PAPER_POLICIES
+from exchange.policies import PAPER_POLICIES, POLICIES
 from missions.errors import ConfigurationError
 from missions.files import toml_value
 from missions.runs.run import run
@@ -99,8 +100,15 @@ KINDS = {
     "forged-lead": Kind(_of("term", 1, 2, 64, 65, 128, 254, 255), is_sudden=True),
     "sulks": Kind(_share(0.1, 1.0)),
 }
-AWAY = frozenset({"lost", "restarts", "joins"})
-DAMAGE = frozenset({"bits", "cut", "forged"})
+AWAY = frozenset({"lost", "restarts", "joins", "killed"})
+OTHERS = {
+    "noise": Kind(_share(0.02, 1.0) | _of("packets", 1, 4, 40)),
+    "foreign": Kind(_share(0.1, 1.0)),
+}
+"""What nodes hear beside packets: random bytes, and those of another fleet."""
+OF_NODES = {**LINKS, **DECLARED, **OTHERS, "killed": Kind()}
+"""Kinds that may befall nodes; one that is killed goes on from its log."""
+DAMAGE = frozenset({"bits", "cut", "forged", "noise", "foreign"})
 OF_SENSORS = frozenset({"sensor", "random", "frozen"})
 WORK = frozenset({"sensor", "drains", "biased"})
 """Kinds under which work may stay undone though no vehicle is to blame."""
@@ -120,6 +128,7 @@ class StressFault:
     share: float = 1.0
     slots: float = 1.0
     bits: int = 1
+    packets: int = 1
     one_way: bool = False
     by_s: float = 0.0
     by_m: float = 5000.0
@@ -135,7 +144,7 @@ class StressFault:
     @property
     def is_permanent(self) -> bool:
         """True if it lasts for good."""
-        return self.until_s is None and KINDS[self.kind].may_stay
+        return self.until_s is None and (KINDS | OF_NODES)[self.kind].may_stay
 
     def said(self) -> dict[str, Any]:
         """Its keys that are no defaults."""
@@ -538,7 +547,7 @@ def ground_of(scenario: str, given: tuple[str, ...]) -> tuple[Baseline, Baseline
 @st.composite
 def faults(draw: Draw, kind: str, ground: Baseline, heal_s: float, staying: str) -> StressFault:
     """Draw one fault of a kind, near a rare moment or at any time, over by ``heal_s`` unless it lasts for good."""
-    about, able = KINDS[kind], ground.sensing if kind in OF_SENSORS else ground.vehicles
+    about, able = (KINDS | OF_NODES)[kind], ground.sensing if kind in OF_SENSORS else ground.vehicles
     near, name = draw(st.sampled_from(((0.0, ""), *ground.moments)))
     after_s = draw(st.sampled_from(NEAR_S)) if near else draw(number(0.0, 0.8 * heal_s))
     at_s = min(max(1.0, round(near + after_s, 1)), round(heal_s - 10.0, 1))
@@ -554,6 +563,41 @@ def faults(draw: Draw, kind: str, ground: Baseline, heal_s: float, staying: str)
     else:
         keys["vehicle"] = vehicle
     return StressFault(kind, at_s, until_s=until_s, **keys)
+
+
+KEY = tempfile.NamedTemporaryFile("w")  # noqa: SIM115  # there as long as this process
+KEY.write("00112233445566778899aabbccddeeff")
+KEY.flush()
+GUARDS = {"key": f"communication.key_file='{KEY.name}'", "checksum": "communication.crc_bits=32", "none": ""}
+
+
+def node_settings(policy: str, per: float, guard: str) -> tuple[str, ...]:
+    """Settings of the small mission for vehicles by themselves."""
+    own = "channel.name=bernoulli", f"channel.per={per}", f"communication.policy={policy}", GUARDS[guard]
+    return (*SMALL, *filter(None, own))
+
+
+@st.composite
+def node_schedules(draw: Draw, kinds: Collection[str] = tuple(OF_NODES), wide: bool = False) -> Schedule:
+    """Draw a short schedule for vehicles by themselves, in further settings too if it is to be ``wide``."""
+    policy, guard = draw(st.sampled_from(sorted(POLICIES))), draw(st.sampled_from(("key", "key", "checksum", "none")))
+    given = node_settings(policy, draw(st.sampled_from((0.0, 0.0, 0.2, 0.4))), guard)
+    given = draw(settings(GROUND, given)) if wide else given
+    own, heal_s = loaded(GROUND, given), draw(number(40.0, 100.0))
+    ground = Baseline(heal_s, False, 0.0, (), own.names_by_slot, tuple(one.name for one in own.vehicle if one.sensor))
+    chosen = draw(st.lists(st.sampled_from(sorted(kinds)), max_size=4))
+    return Schedule(draw(st.integers(0, 1 << 20)), heal_s, 600.0, given, draw(_befalling(chosen, ground, heal_s)))
+
+
+@st.composite
+def _befalling(draw: Draw, kinds: Sequence[str], ground: Baseline, heal_s: float) -> tuple[StressFault, ...]:
+    """Draw a fault of each kind; only one vehicle is struck for good, and what excludes another is left out."""
+    staying, found = draw(st.sampled_from(("", *ground.vehicles))), list[StressFault]()
+    for kind in kinds:
+        fault = draw(faults(kind, ground, heal_s, staying))
+        if not any(fault.excludes(other) for other in found):
+            found.append(fault)
+    return tuple(sorted(found, key=lambda fault: (fault.at_s, fault.kind, fault.vehicle)))
 
 
 @st.composite
@@ -573,19 +617,11 @@ def schedules(
         names.append(draw(st.sampled_from(sorted(needs))))
     if any(line.startswith("fleet.size") for line in chosen):
         names = [name for name in names if name != "clock"]
-    staying, found = draw(st.sampled_from(("", *ground.vehicles))), list[StressFault]()
-    for name in names:
-        for _ in range(draw(st.integers(1, 2))):
-            fault = draw(faults(name, ground, heal_s, staying))
-            if not any(fault.excludes(other) for other in found):
-                found.append(fault)
+    found = draw(_befalling([name for name in names for _ in range(draw(st.integers(1, 2)))], ground, heal_s))
     permanent = [fault for fault in found if fault.is_permanent]
     factor = min((fault.factor or 0.5 for fault in permanent if fault.kind == "slow"), default=1.0)
     left = max(1, len({*ground.sensing} - {fault.vehicle for fault in permanent})) / max(1, len(ground.sensing))
     bound_s = round(heal_s + SLACK * ground.usual_s / (factor * left) + ground.spare_s, 1)
     may_fail = any("energy_j" in line for line in chosen)
-    ordered = tuple(sorted(found, key=lambda fault: (fault.at_s, fault.kind, fault.vehicle)))
     is_whole = ground.completes and not may_fail
-    return Schedule(
-        draw(st.integers(0, 1 << 20)), heal_s, bound_s, chosen, ordered, scenario, is_whole, usual.completes
-    )
+    return Schedule(draw(st.integers(0, 1 << 20)), heal_s, bound_s, chosen, found, scenario, is_whole, usual.completes)

@@ -1,0 +1,68 @@
+"""Vehicles in processes of their own: the same promises, under what no simulated fleet meets."""
+
+from dataclasses import replace
+
+import pytest
+from hypothesis import HealthCheck, Phase, assume, find, given, note, settings
+from planted import believe_what_anybody_may_write
+from stress.nodes import judge_nodes
+from stress.schedules import OF_NODES, OTHERS, Schedule, StressFault, node_schedules, node_settings
+from test_trials import CASES, fault
+
+from missions.errors import ConfigurationError
+
+CAMPAIGN = {"deadline": None, "suppress_health_check": list(HealthCheck)}
+
+
+def check(schedule: Schedule) -> None:
+    note(schedule.as_toml())
+    try:
+        outcome = judge_nodes(schedule)
+    except ConfigurationError:  # no setting for vehicles by themselves
+        assume(False)
+    assert outcome.broken is None, outcome.broken
+
+
+@pytest.mark.slow
+@settings(max_examples=100, derandomize=True, **CAMPAIGN)
+@given(node_schedules())
+def test_no_schedule_breaks_an_invariant_of_nodes(schedule: Schedule) -> None:
+    check(schedule)
+
+
+@pytest.mark.slow
+@pytest.mark.thorough
+@settings(max_examples=5000, **CAMPAIGN)
+@given(node_schedules() | node_schedules(wide=True))
+def test_no_further_schedule_breaks_an_invariant_of_nodes(schedule: Schedule) -> None:
+    check(schedule)
+
+
+@pytest.mark.parametrize("what", [
+    StressFault("noise", 1.0, until_s=30.0, share=0.25, packets=1),
+    StressFault("noise", 5.0, until_s=100.0, packets=4),
+    StressFault("foreign", 1.0, until_s=100.0),
+])  # fmt: skip
+@pytest.mark.parametrize("per", [0.0, 0.2])
+def test_what_others_say_changes_nothing_under_a_key(what: StressFault, per: float) -> None:
+    """Neither a few random packets in the beginning nor many for long, nor another fleet: all know what they would."""
+    quiet = Schedule(3, 130.0, 600.0, node_settings("ack", per, "key"))
+    alone, beside = judge_nodes(quiet), judge_nodes(replace(quiet, fault=(what,)))
+    assert beside.happened == {what.kind}
+    assert alone.completed
+    assert (beside.digest, beside.end_s) == (alone.digest, alone.end_s)
+
+
+@pytest.mark.slow
+def test_a_fleet_that_believes_what_anybody_may_write_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    believe_what_anybody_may_write(monkeypatch)
+    search = settings(max_examples=200, phases=[Phase.generate], derandomize=True, database=None, deadline=None)
+    find(node_schedules(OTHERS), lambda schedule: judge_nodes(schedule).broken is not None, settings=search)
+
+
+def test_every_kind_befalls_nodes_and_nothing_breaks() -> None:
+    own = fault("killed", "AUV00", at_s=100.0, until_s=150.0), fault("noise", ""), fault("foreign", "")
+    found = [one for case in CASES.values() for one in case if one.kind in OF_NODES]
+    outcome = judge_nodes(Schedule(1, 210.0, 600.0, node_settings("ack", 0.0, "key"), (*found, *own)))
+    assert outcome.broken is None, outcome.broken
+    assert outcome.happened == set(OF_NODES)
