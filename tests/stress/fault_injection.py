@@ -366,11 +366,11 @@ class Wrapping:
         ]  # fmt: skip
 
     def _wrap_exchange(self, vehicle: Vehicle, life: Life) -> None:
-        witness, manager, radio, beliefs = self._scene.witness, life.manager, vehicle.radio, vehicle.beliefs
-        record, offer, send = beliefs.record, manager.offer, manager.packet_to_send
+        witness, manager, radio, model = self._scene.witness, life.manager, vehicle.radio, life.model
+        record, offer, send = model.record, manager.offer, manager.packet_to_send
         give_up, hear = manager.give_up, radio.hear
 
-        def recorded(facts: Sequence[Fact], now_s: float, private: bool) -> Change:
+        def recorded(facts: Sequence[Fact], now_s: float, private: bool = False) -> Change:
             change = record(self._misplaced(vehicle, facts), now_s, private)
             if not private:
                 witness.note_recorded(life, change.block)
@@ -406,7 +406,7 @@ class Wrapping:
             self._listen(Heard(vehicle, life, aired, found.reception, found.changes, now_s))
             return found
 
-        beliefs.record, radio.hear = recorded, heard  # type: ignore[method-assign]
+        model.record, radio.hear = recorded, heard  # type: ignore[method-assign]
         manager.offer, manager.packet_to_send, manager.give_up = offered, sent, gave_up  # type: ignore[method-assign]
 
     def _misplaced(self, vehicle: Vehicle, facts: Sequence[Fact]) -> Sequence[Fact]:

@@ -29,7 +29,7 @@ def linked(kinds: Sequence[str]) -> list[StressFault]:
 
 CASES: dict[str, list[StressFault]] = {
     "links": [*linked(sorted({*LINKS} - DAMAGE - {"partition"})), fault("partition", "AUV02", peer="AUV01")],
-    "damage": linked(sorted(DAMAGE)),
+    "damage": linked(sorted(DAMAGE.intersection(LINKS))),
     "vehicles": [
         fault("lost", "ASV00"), fault("mute", "AUV00", until_s=40.0), fault("deaf", "AUV00", at_s=50.0, until_s=90.0),
         fault("restarts", memory="kept"), fault("slow", "AUV02", factor=0.5), fault("drains", "AUV02", drain_w=50.0),
