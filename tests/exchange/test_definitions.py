@@ -88,6 +88,14 @@ def test_a_packet_played_again_in_another_frame_is_always_refused():
     assert not any(fleet.managers[1].knows_life(0, epoch) for epoch in range(1, 256))
 
 
+def test_the_first_era_that_is_heard_of_a_peer_counts_when_four_bytes_say_so():
+    fleet = ManagerFleet(3)
+    heard = [in_epoch(fleet, 21, frame) for frame in (0, 1, 2, 5, 6, 7, 8)]
+    assert [reception.fault is None for reception in heard] == [False, False, False, False, False, True, True]
+    assert not any(reception.is_stranger for reception in heard)
+    assert fleet.managers[1].knows_life(0, 21)
+
+
 @given(st.sets(st.integers(0, 3), min_size=1), st.lists(st.integers(0, 40), min_size=1))
 def test_nothing_of_a_stranger_counts_once_a_byte_has_differed(differing: set[int], frames: list[int]):
     """Whichever bytes differ and in whichever frames it is heard."""
