@@ -8,12 +8,12 @@ from hypothesis import strategies as st
 from test_introductions import SCHEDULE, Process, mission
 from test_sealing import KEY
 
+from benchmarks.manager_fleet import DURATION_S, N_BLOCKS, TBOX, ManagerFleet, cells, instances, needs
 from exchange.manager import ExchangeManager
 from exchange.packets import Fragment
 from exchange.policies import POLICIES
 from exchange.wire.codec import Codec, Framing
 from exchange.wire.fragmentcodec import EPOCH_BITS
-from remoras.testing.policies import DURATION_S, N_BLOCKS, TBOX, ManagerFleet, cells, instances, needs
 
 
 class Keyed(ManagerFleet):
