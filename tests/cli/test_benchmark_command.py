@@ -1,39 +1,13 @@
 """The commands benchmark and check."""
 
 import json
-import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
 
 import pytest
 from invoked import refused, remoras
+from short_suite import SHORT
 
 from missions.sweeps.ledger import LEDGER
-
-SHORT = """
-[suite]
-name = "short"
-grounds = ["mapping-patches"]
-bound = "missions.mapping.rounds:rounds"
-limit_s = 7200.0
-repeats = 3
-
-[set]
-scenario.duration_s = 100.0
-
-[[network]]
-name = "alike"
-set."channel.per" = 0.42
-
-[[network]]
-name = "measured"
-set."channel.name" = "network"
-
-[[unforeseen]]
-name = "nothing"
-"""
 
 
 @pytest.fixture
@@ -46,11 +20,18 @@ def suite(tmp_path: Path) -> Path:
 @pytest.mark.slow
 def test_a_benchmark_writes_card_tables_and_citation_and_can_be_verified(suite: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    done = remoras("benchmark", suite, "--strategy", "cbba", "--repeats", 1, "--jobs", 1, "--out", out, "--json")
+    command = ("benchmark", suite, "--strategy", "cbba", "--repeats", 1, "--jobs", 1, "--out", out, "--json")
+    done = remoras(*command)
     assert done.exit_code == 0, done.output
     card = json.loads((out / "card.json").read_text())
     assert json.loads(done.stdout)["strategies"][0]["score"] == card["strategies"][0]["score"]
     assert {path.name for path in out.iterdir()} == {"card.json", "cite.bib", "runs", "table.md", "table.tex"}
+    written, ledger = (out / "card.json").read_bytes(), out / "runs" / LEDGER
+    made = ledger.read_bytes().splitlines(keepends=True)
+    ledger.write_bytes(b"".join(made[:1]))  # as a kill after the first run leaves it
+    (out / "card.json").unlink()
+    assert remoras(*command).exit_code == 0
+    assert ((out / "card.json").read_bytes(), len(ledger.read_bytes().splitlines())) == (written, len(made))
     again = remoras("benchmark", suite, "--verify", out / "card.json", "--runs", 2, "--json")
     assert (again.exit_code, json.loads(again.stdout)) == (0, {"verified": 2, "other": {}})
 
@@ -90,21 +71,3 @@ def test_a_strategy_that_does_not_conform_makes_no_run(
     assert "does not conform" in done.stderr
     assert not (tmp_path / "out").exists()
     assert remoras("check", "strategy", "mute.py:Mute").exit_code == 1
-
-
-@pytest.mark.slow
-def test_killed_thrice_it_ends_with_the_same_card(suite: Path, tmp_path: Path) -> None:
-    arguments = ["benchmark", str(suite), "--strategy", "cbba", "--strategy", "remoras", "--jobs", "1", "--out"]
-    assert remoras(*arguments, tmp_path / "whole").exit_code == 0
-    cut = tmp_path / "cut"
-    ledger = cut / "runs" / LEDGER
-    for number in range(3):
-        process = subprocess.Popen([sys.executable, "-m", "remoras", *arguments, str(cut)], stderr=subprocess.DEVNULL)
-        while process.poll() is None and (not ledger.is_file() or ledger.read_bytes().count(b"\n") <= 3 * number):
-            time.sleep(0.005)
-        process.send_signal(signal.SIGKILL)
-        process.wait()
-        assert not (cut / "card.json").exists()
-    assert remoras(*arguments, cut).exit_code == 0
-    for name in ("card.json", "table.md", "table.tex", "cite.bib"):
-        assert (cut / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()

@@ -10,15 +10,12 @@ import pytest
 import tomli_w
 from invoked import refused, remoras
 
-from missions.figure import Figure
 from missions.files import shipped, shipped_studies
 from remoras import plugins
 from remoras.cli import main
 from remoras.cli.commands import HOMES
 from remoras.errors import PluginError
 from remoras.plugins import NO_PLUGINS, named_object
-from visualisation.output import DrawingError
-from visualisation.runs.drawing import _own
 
 OTHER = "canary:Bird"
 KEYS = (
@@ -160,9 +157,3 @@ def test_results_that_name_other_code_import_none(tmp_path: Path, canary: Path) 
     assert not canary.exists()
     refused("plot", "dive")
     assert canary.exists()
-
-
-@pytest.mark.parametrize("name", ["", "a/b", "../a", ".a", "a\\b", "/a"])
-def test_figures_that_a_mission_declares_are_names_of_files(name: str) -> None:
-    with pytest.raises(DrawingError, match="which is no name of a file"):
-        _own([Figure(name, "mine", lambda axes, results, style: "")])

@@ -15,15 +15,6 @@ if sys.platform == "win32":
 import pty
 
 RULE = "───"
-STUDY = """[study]
-name = "two"
-scenario = "mapping-rendezvous"
-policies = ["ack", "m-ack"]
-repeats = 2
-[set]
-scenario.duration_s = 30
-channel.per = 0.2
-"""
 
 
 def on_terminal(*arguments: str, **environment: str) -> str:
@@ -50,14 +41,6 @@ def on_terminal(*arguments: str, **environment: str) -> str:
 
 def piped(*arguments: str) -> str:
     return subprocess.run([sys.executable, "-c", MAIN, *arguments], capture_output=True, text=True, check=False).stdout
-
-
-@pytest.fixture(scope="module")
-def swept(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("work")
-    (folder / "two.toml").write_text(STUDY, encoding="utf-8")
-    assert "4 done" in piped("sweep", str(folder / "two.toml"), "--out", str(folder / "out"), "--jobs", "1")
-    return folder / "out"
 
 
 @pytest.mark.slow

@@ -12,16 +12,9 @@ PATHS = "SELECT * { ?a (rdf:type|!rdf:type)* ?b . ?b (rdf:type|!rdf:type)* ?c }"
 PAIRS = "SELECT * { ?a ?b ?c . ?d ?e ?f }"
 
 
-@pytest.fixture(scope="module")
-def dive(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("runs") / "dive"
-    remoras("run", "mapping-rendezvous", "--set", "scenario.duration_s=30", "--out", folder)
-    return folder
-
-
 @pytest.mark.slow
-def test_a_runaway_query_ends_in_one_line(dive: Path) -> None:
-    words = ["query", str(dive), PATHS, "--timeout-s", "2", "--json"]
+def test_a_runaway_query_ends_in_one_line(results: Path) -> None:
+    words = ["query", str(results), PATHS, "--timeout-s", "2", "--json"]
     began_s = time.monotonic()
     done = subprocess.run([*COMMAND, *words], capture_output=True, text=True, check=False)
     assert time.monotonic() - began_s < 60.0
@@ -30,10 +23,10 @@ def test_a_runaway_query_ends_in_one_line(dive: Path) -> None:
     assert "within 2 s" in json.loads(done.stdout)["error"]
 
 
-def test_only_so_many_rows_are_shown_and_that_is_said(dive: Path) -> None:
-    done = remoras("query", dive, PAIRS, "--limit", 5, "--json")
+def test_only_so_many_rows_are_shown_and_that_is_said(results: Path) -> None:
+    done = remoras("query", results, PAIRS, "--limit", 5, "--json")
     assert done.exit_code == 0
     assert len(json.loads(done.stdout)) == 5
     assert done.stderr == "remoras: only the first 5 rows are shown; --limit N shows more\n"
-    few = remoras("query", dive, "ASK { ?a ?b ?c }", "--vehicle", "AUV01", "--limit", 1, "--json")
+    few = remoras("query", results, "ASK { ?a ?b ?c }", "--vehicle", "AUV01", "--limit", 1, "--json")
     assert (json.loads(few.stdout), few.stderr) == ([{"answer": True}], "")

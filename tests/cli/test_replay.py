@@ -7,7 +7,6 @@ import sys
 from pathlib import Path
 
 import pyarrow.parquet as pq
-import pytest
 from invoked import COMMAND, refused, remoras
 
 from missions.runs.results import write_results
@@ -18,41 +17,36 @@ SLOW_TO_LOAD = {"pandas", "matplotlib", "scipy", "numba", "duckdb", "distributed
 
 
 def record(folder: Path, *settings: str, scenario: str = "mapping-rendezvous", seed: int = 1) -> Path:
-    loaded = load(scenario, [("--set", one) for one in ("scenario.duration_s=40", *settings)])
+    loaded = load(scenario, [("--set", one) for one in ("scenario.duration_s=30", *settings)])
     write_results(run(loaded, seed), folder)
     return folder
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return record(tmp_path_factory.mktemp("replay") / "run", "channel.per=0.6")
-
-
-def test_the_page_is_in_the_folder_or_where_one_says(folder: Path, tmp_path: Path) -> None:
-    shutil.copytree(folder, tmp_path / "run")
+def test_the_page_is_in_the_folder_or_where_one_says(results: Path, tmp_path: Path) -> None:
+    shutil.copytree(results, tmp_path / "run")
     result = remoras("replay", tmp_path / "run")
     assert (result.exit_code, result.stdout.strip()) == (0, str(tmp_path / "run" / "replay.html"))
     assert result.stderr == ""
     text = (tmp_path / "run" / "replay.html").read_text(encoding="utf-8")
     assert text.startswith("<!DOCTYPE html>")
     assert "<title>mapping-rendezvous, remoras, seed 1 - replay</title>" in text
-    assert remoras("replay", folder, "--out", tmp_path / "mission.html").exit_code == 0
+    assert remoras("replay", results, "--out", tmp_path / "mission.html").exit_code == 0
     assert (tmp_path / "mission.html").read_text(encoding="utf-8") == text
 
 
-def test_a_file_that_is_there_is_kept_without_force(folder: Path, tmp_path: Path) -> None:
+def test_a_file_that_is_there_is_kept_without_force(results: Path, tmp_path: Path) -> None:
     out = tmp_path / "mine.html"
     out.write_text("mine")
     assert (
-        refused("replay", folder, "--out", out) == f"remoras: --out {out}: exists; name another file or add --force\n"
+        refused("replay", results, "--out", out) == f"remoras: --out {out}: exists; name another file or add --force\n"
     )
     assert out.read_text() == "mine"
-    assert remoras("replay", folder, "--out", out, "--force").exit_code == 0
+    assert remoras("replay", results, "--out", out, "--force").exit_code == 0
     assert out.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
     assert list(tmp_path.iterdir()) == [out]
 
 
-def test_on_a_full_disk_nothing_is_left_and_nothing_harmed(folder: Path, tmp_path: Path) -> None:
+def test_on_a_full_disk_nothing_is_left_and_nothing_harmed(results: Path, tmp_path: Path) -> None:
     """The disk is full for files of more than 20 kB."""
     out = tmp_path / "mission.html"
     out.write_text("older")
@@ -60,7 +54,7 @@ def test_on_a_full_disk_nothing_is_left_and_nothing_harmed(folder: Path, tmp_pat
     def fill() -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
 
-    command = [*COMMAND, "replay", str(folder), "--out", str(out), "--force"]
+    command = [*COMMAND, "replay", str(results), "--out", str(out), "--force"]
     done = subprocess.run(command, capture_output=True, text=True, check=False, preexec_fn=fill)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == f"remoras: --out {out}: cannot be written: File too large\n"
@@ -68,24 +62,24 @@ def test_on_a_full_disk_nothing_is_left_and_nothing_harmed(folder: Path, tmp_pat
     assert list(tmp_path.iterdir()) == [out]
 
 
-def test_what_is_no_run_is_named(folder: Path, tmp_path: Path) -> None:
-    assert "is a folder; name a file, such as" in refused("replay", folder, "--out", tmp_path)
-    assert "there is no folder" in refused("replay", folder, "--out", tmp_path / "none" / "a.html")
+def test_what_is_no_run_is_named(results: Path, tmp_path: Path) -> None:
+    assert "is a folder; name a file, such as" in refused("replay", results, "--out", tmp_path)
+    assert "there is no folder" in refused("replay", results, "--out", tmp_path / "none" / "a.html")
     (tmp_path / "study.json").write_text("{}")
     assert "holds a sweep; a replay shows one run" in refused("replay", tmp_path)
-    assert "holds a sweep" in refused("replay", folder, tmp_path, "--out", tmp_path / "a.html")
+    assert "holds a sweep" in refused("replay", results, tmp_path, "--out", tmp_path / "a.html")
 
 
-def test_a_cut_table_is_named_and_nothing_written(folder: Path, tmp_path: Path) -> None:
-    shutil.copytree(folder, tmp_path / "run")
+def test_a_cut_table_is_named_and_nothing_written(results: Path, tmp_path: Path) -> None:
+    shutil.copytree(results, tmp_path / "run")
     path = tmp_path / "run" / "items.parquet"
     path.write_bytes(path.read_bytes()[:100])
     assert f"{path}: damaged: " in refused("replay", tmp_path / "run")
     assert not (tmp_path / "run" / "replay.html").exists()
 
 
-def test_of_an_older_folder_it_says_what_is_not_shown(folder: Path, tmp_path: Path) -> None:
-    shutil.copytree(folder, tmp_path / "run")
+def test_of_an_older_folder_it_says_what_is_not_shown(results: Path, tmp_path: Path) -> None:
+    shutil.copytree(results, tmp_path / "run")
     (tmp_path / "run" / "decisions.parquet").unlink()
     path = tmp_path / "run" / "packets.parquet"
     pq.write_table(pq.read_table(path).select(range(8)), path)
@@ -97,8 +91,8 @@ def test_of_an_older_folder_it_says_what_is_not_shown(folder: Path, tmp_path: Pa
     )
 
 
-def test_a_scenario_that_this_version_cannot_read_costs_its_places_only(folder: Path, tmp_path: Path) -> None:
-    shutil.copytree(folder, tmp_path / "run")
+def test_a_scenario_that_this_version_cannot_read_costs_its_places_only(results: Path, tmp_path: Path) -> None:
+    shutil.copytree(results, tmp_path / "run")
     path = tmp_path / "run" / "manifest.json"
     path.write_text(path.read_text(encoding="utf-8").replace("duration_s", "length_s"), encoding="utf-8")
     result = remoras("replay", tmp_path / "run")
@@ -108,10 +102,10 @@ def test_a_scenario_that_this_version_cannot_read_costs_its_places_only(folder: 
     assert (tmp_path / "run" / "replay.html").is_file()
 
 
-def test_two_runs_stand_side_by_side_in_one_world_only(folder: Path, tmp_path: Path) -> None:
+def test_two_runs_stand_side_by_side_in_one_world_only(results: Path, tmp_path: Path) -> None:
     """Of other seed, loss and strategy, that is; not of other borders, work or vehicles."""
     other = record(tmp_path / "other", "channel.per=0.1", "strategy.name='central'", seed=2)
-    assert remoras("replay", folder, other, "--out", tmp_path / "two.html").exit_code == 0
+    assert remoras("replay", results, other, "--out", tmp_path / "two.html").exit_code == 0
     text = (tmp_path / "two.html").read_text(encoding="utf-8")
     assert text.count('class="run"') == 2
     assert "<title>mapping-rendezvous, remoras, seed 1 beside mapping-rendezvous, central, seed 2 - replay" in text
@@ -121,16 +115,16 @@ def test_two_runs_stand_side_by_side_in_one_world_only(folder: Path, tmp_path: P
         ("named", "vehicles", ("vehicle.AUV02.name='AUV09'",), "mapping-rendezvous"),
     ):
         apart = record(tmp_path / name, *settings, scenario=scenario)
-        said = refused("replay", folder, apart, "--out", tmp_path / "a.html")
-        assert said.startswith(f"remoras: {apart}: {what} differ from {folder}; two runs are shown side by side if")
+        said = refused("replay", results, apart, "--out", tmp_path / "a.html")
+        assert said.startswith(f"remoras: {apart}: {what} differ from {results}; two runs are shown side by side if")
 
 
-def test_a_page_is_made_without_what_takes_long_to_load(folder: Path, tmp_path: Path) -> None:
+def test_a_page_is_made_without_what_takes_long_to_load(results: Path, tmp_path: Path) -> None:
     """Each of these takes a tenth of a second or more, and a page needs none of them."""
     program = (
         "import sys\nfrom remoras.cli import main\ntry:\n    main()\nfinally:\n"
         f"    print(*sorted({SLOW_TO_LOAD} & {{*sys.modules}}))"
     )
-    command = [sys.executable, "-c", program, "replay", str(folder), "--out", str(tmp_path / "a.html")]
+    command = [sys.executable, "-c", program, "replay", str(results), "--out", str(tmp_path / "a.html")]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert done.stdout.splitlines() == [str(tmp_path / "a.html"), ""]

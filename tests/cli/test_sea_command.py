@@ -57,16 +57,8 @@ def test_the_reach_that_the_documents_state(spreading: float, fading: str, half_
 
 def test_packets_are_drawn_beside_the_budget(tmp_path: Path):
     """Shares of 4000 packets are within 4 standard errors of the budget, the same each time, and in the files."""
-    asked = [
-        "--modem",
-        "whoi-psk-1",
-        "--ranges",
-        "1000,6000,7000,9000",
-        "--draws",
-        "4000",
-        "--set",
-        "channel.spreading=2",
-    ]
+    settings = ("--draws", 4000, "--set", "channel.spreading=2")
+    asked = ("--modem", "whoi-psk-1", "--ranges", "1000,6000,7000,9000", *settings)
     found = points(*asked)
     for one in found:
         error = (one["delivered"] * (1.0 - one["delivered"]) / 4000) ** 0.5

@@ -6,11 +6,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import pytest
 import tomli_w
 
+from missions.errors import ConfigurationError, ConfigurationFault
 from missions.runs.run import Run
 from missions.runs.run import run as run_scenario
-from missions.scenarios import load, shipped
+from missions.scenarios import Scenario, load, shipped
 
 Raw = dict[str, Any]
 
@@ -131,6 +133,22 @@ def line_of(text: str, wanted: str, occurrence: int = 1) -> int:
     """Number of the line that begins with ``wanted``, for the n-th time, as an editor counts."""
     numbers = [number for number, line in enumerate(text.splitlines(), 1) if line.strip().startswith(wanted)]
     return numbers[occurrence - 1]
+
+
+def pond(folder: Path, text: str = SMALL, *settings: str) -> Scenario:
+    """A text as the scenario of a folder, with keys set."""
+    file = folder / "pond.toml"
+    file.write_text(text, encoding="utf-8")
+    return load(str(file), [("--set", setting) for setting in settings])
+
+
+def faults_of(folder: Path, text: str, *settings: str) -> tuple[ConfigurationFault, ...]:
+    """What is wrong with it; all of which the message says, a line each."""
+    with pytest.raises(ConfigurationError) as caught:
+        pond(folder, text, *settings)
+    for fault, line in zip(caught.value.faults, str(caught.value).splitlines(), strict=True):
+        assert all(part in line for part in (str(folder), fault.key, fault.given, fault.allowed))
+    return caught.value.faults
 
 
 def shipped_tables() -> Raw:

@@ -5,32 +5,23 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-from small_mission import SMALL, line_of
+from small_mission import SMALL, faults_of, line_of, pond
 
-from missions.errors import ConfigurationError, ConfigurationFault
+from missions.errors import ConfigurationError
 from missions.runs.assembly import channel_of
 from missions.runs.results import Results, write_results
 from missions.runs.run import run
 from missions.runs.setup import resolved
 from missions.runs.summary import summary
-from missions.scenarios import Scenario, load
+from missions.scenarios import load
 from missions.scenarios.deployment import deployment_of
 
 OWN = '[channel]\nname = "bernoulli"\nper = 0.2\n'
 SHORT = ("--set", "scenario.duration_s=200")
 
 
-def loaded(folder: Path, channel: str, *settings: str) -> Scenario:
-    file = folder / "pond.toml"
-    file.write_text(SMALL.replace(OWN, channel).replace("s2c-18-34", "seatrac-x150"), encoding="utf-8")
-    return load(str(file), [("--set", setting) for setting in settings])
-
-
-def fault_of(folder: Path, channel: str, *settings: str) -> ConfigurationFault:
-    with pytest.raises(ConfigurationError) as caught:
-        loaded(folder, channel, *settings)
-    (fault,) = caught.value.faults
-    return fault
+def text_of(channel: str) -> str:
+    return SMALL.replace(OWN, channel).replace("s2c-18-34", "seatrac-x150")
 
 
 # acoustic -----------------------------------------------------------------------------------------
@@ -60,25 +51,28 @@ def test_on_the_channel_acoustic_the_declared_range_cuts_nothing_off():
 
 
 @pytest.mark.parametrize(
-    ("channel", "settings", "key", "says"),
+    ("channel", "setting", "key", "says"),
     [
-        ('[channel]\nname = "acoustic"\n', ["communication.modem=s2c-18-34"], "channel.source_level_db",
+        ('"acoustic"', "communication.modem=s2c-18-34", "source_level_db",
          "profile s2c-18-34 has no source_level_db; set channel.source_level_db"),
-        ('[channel]\nname = "acoustic"\nsource_level_db = 170\nacoustic_power_w = 1.0\n', [],
-         "channel.acoustic_power_w", "leave one of them out"),
-        ('[channel]\nname = "acoustic"\nspreading = 3\n', [], "channel.spreading", "less than or equal to 2"),
-        ('[channel]\nname = "acoustic"\nfading = "slow"\n', [], "channel.fading",
-         "'none', 'bit', 'frame' or 'packet'"),
-        ('[channel]\nname = "acoustic"\nper = 0.2\n', [], "channel.per",
-         "not used by the acoustic channel, only by bernoulli and matrix"),
-        ('[channel]\nname = "acoustic"\nwind = 3\n', [], "channel.wind", "did you mean 'wind_mps'"),
+        ('"acoustic"\nsource_level_db = 170\nacoustic_power_w = 1.0', "", "acoustic_power_w", "leave one of them out"),
+        ('"acoustic"\nspreading = 3', "", "spreading", "less than or equal to 2"),
+        ('"acoustic"\nfading = "slow"', "", "fading", "'none', 'bit', 'frame' or 'packet'"),
+        ('"acoustic"\nper = 0.2', "", "per", "not used by the acoustic channel, only by bernoulli and matrix"),
+        ('"acoustic"\nwind = 3', "", "wind", "did you mean 'wind_mps'"),
+        ('"trace"', "", "file", "missing: a CSV or Parquet file of time_s, sender, receiver, and lost or per"),
+        ('"trace"\nfile = "none.csv"', "", "file", "cannot be read: No such file"),
+        ('"trace"\nfile = "others.csv"', "", "file", "is of vehicle Raft; those of the scenario are "),
+        ('"trace"\nfile = "short.csv"', "", "file", "ends at 0 s, the run at"),
     ],
 )  # fmt: skip
-def test_a_fault_is_one_clear_message(tmp_path: Path, channel: str, settings: list[str], key: str, says: str):
-    fault = fault_of(tmp_path, channel, *settings)
-    assert fault.key == key
+def test_a_fault_is_one_clear_message(tmp_path: Path, channel: str, setting: str, key: str, says: str):
+    for name, other in (("others", "Raft"), ("short", "Diver")):
+        (tmp_path / f"{name}.csv").write_text(f"time_s,sender,receiver,lost\n0,Boat,{other},0\n0,{other},Boat,0\n")
+    (fault,) = faults_of(tmp_path, text_of(f"[channel]\nname = {channel}\n"), *filter(None, [setting]))
+    assert fault.key == f"channel.{key}"
     assert says in fault.allowed
-    assert fault.line is not None
+    assert fault.line in range(line_of(SMALL, "[channel]"), line_of(SMALL, "[channel]") + 4)
 
 
 # trace --------------------------------------------------------------------------------------------
@@ -113,33 +107,15 @@ def test_results_say_which_file_it_was(tmp_path: Path):
     """Its path is taken from the scenario's folder; a file that was changed since is refused."""
     channel = '[channel]\nname = "trace"\nfile = "rel.csv"\nrepeat = true\n'
     (tmp_path / "rel.csv").write_text("time_s,sender,receiver,per\n0,Boat,Diver,0.1\n0,Diver,Boat,0.3\n")
-    scenario = loaded(tmp_path, channel)
+    scenario = pond(tmp_path, text_of(channel))
     table = json.loads(scenario.model_dump_json())["channel"]
     assert table["file"] == str(tmp_path / "rel.csv")
     assert len(table["sha256"]) == 64
     assert scenario.channel.mean_per(deployment_of(scenario)) == pytest.approx(0.2)
     (tmp_path / "rel.csv").write_text("time_s,sender,receiver,per\n0,Boat,Diver,0.1\n0,Diver,Boat,0.4\n")
-    again = loaded(tmp_path, channel + f'sha256 = "{table["sha256"]}"\n')
+    again = pond(tmp_path, text_of(channel + f'sha256 = "{table["sha256"]}"\n'))
     with pytest.raises(ConfigurationError, match=r"channel\.file.*rel\.csv.*is not the file that was used"):
         run(again, seed=1)
-
-
-@pytest.mark.parametrize(
-    ("channel", "says"),
-    [
-        ('[channel]\nname = "trace"\n', "missing: a CSV or Parquet file of time_s, sender, receiver, and lost or per"),
-        ('[channel]\nname = "trace"\nfile = "none.csv"\n', "cannot be read: No such file"),
-        ('[channel]\nname = "trace"\nfile = "others.csv"\n', "is of vehicle Raft; those of the scenario are "),
-        ('[channel]\nname = "trace"\nfile = "short.csv"\n', "ends at 0 s, the run at"),
-    ],
-)
-def test_a_trace_that_does_not_fit_is_one_clear_message(tmp_path: Path, channel: str, says: str):
-    (tmp_path / "others.csv").write_text("time_s,sender,receiver,lost\n0,Boat,Raft,0\n0,Raft,Boat,0\n")
-    (tmp_path / "short.csv").write_text("time_s,sender,receiver,lost\n0,Boat,Diver,0\n0,Diver,Boat,0\n")
-    fault = fault_of(tmp_path, channel)
-    assert fault.key == "channel.file"
-    assert says in fault.allowed
-    assert fault.line in range(line_of(SMALL, "[channel]"), line_of(SMALL, "[channel]") + 3)
 
 
 # A site -------------------------------------------------------------------------------------------

@@ -7,29 +7,14 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from small_mission import SMALL, line_of
+from small_mission import SMALL, faults_of, line_of, pond
 
-from missions.errors import ConfigurationError, ConfigurationFault
-from missions.runs.run import run as run_scenario
-from missions.runs.summary import summary
 from missions.scenarios import Scenario, VehicleTable, load
 from missions.scenarios.copies import MAX_VEHICLES
 from remoras.separation import SAME_DEPTH_M
 
 FLEET = '[fleet]\nsize = 6\ncopies_of = "Diver"\n\n'
 BOATS = FLEET.replace("Diver", "Boat")
-
-
-def pond(folder: Path, fleet: str = FLEET, *settings: str, text: str = SMALL) -> Scenario:
-    file = folder / "pond.toml"
-    file.write_text(fleet + text, encoding="utf-8")
-    return load(str(file), [("--set", setting) for setting in settings])
-
-
-def faults_of(folder: Path, fleet: str, *settings: str, text: str = SMALL) -> tuple[ConfigurationFault, ...]:
-    with pytest.raises(ConfigurationError) as caught:
-        pond(folder, fleet, *settings, text=text)
-    return caught.value.faults
 
 
 def shipped_at(size: int, *settings: str) -> Scenario:
@@ -68,7 +53,7 @@ def test_without_layers_copies_stay_at_the_depth_of_their_original_and_start_apa
 
 def test_names_and_slots_are_the_next_that_are_free(tmp_path: Path) -> None:
     """Boat owns slot 1 and Diver slot 0; Diver2 is an area here, and the numbers are no wider than they were."""
-    scenario = pond(tmp_path, text=SMALL.replace('"north bank"', '"Diver2"'))
+    scenario = pond(tmp_path, FLEET + SMALL.replace('"north bank"', '"Diver2"'))
     assert [(vehicle.name, vehicle.slot) for vehicle in scenario.vehicle[2:]] == [
         ("Diver3", 2),
         ("Diver4", 3),
@@ -78,11 +63,9 @@ def test_names_and_slots_are_the_next_that_are_free(tmp_path: Path) -> None:
 
 
 def test_a_size_that_is_met_or_not_given_adds_nothing(tmp_path: Path) -> None:
-    as_listed = pond(tmp_path, "")
-    assert pond(tmp_path, "[fleet]\nsize = 2\n\n") == as_listed
-    assert pond(tmp_path, '[fleet]\ncopies_of = "Diver"\n\n') == as_listed
-    assert pond(tmp_path, '[fleet]\ncopies_of = "Gone"\n\n') == as_listed  # nothing is to be copied
-    assert pond(tmp_path, "[fleet]\n\n") == as_listed
+    as_listed = pond(tmp_path)
+    for fleet in ("size = 2", 'copies_of = "Diver"', 'copies_of = "Gone"', ""):  # nothing is to be copied
+        assert pond(tmp_path, f"[fleet]\n{fleet}\n\n" + SMALL) == as_listed
 
 
 # What is refused ----------------------------------------------------------------------------------
@@ -105,29 +88,13 @@ def test_a_size_that_is_met_or_not_given_adds_nothing(tmp_path: Path) -> None:
 def test_what_is_wrong_with_the_fleet_is_said_once_with_its_line(
     tmp_path: Path, fleet: str, key: str, given: str, says: str
 ) -> None:
-    [fault] = faults_of(tmp_path, f"[fleet]\n{fleet}\n\n")
+    [fault] = faults_of(tmp_path, f"[fleet]\n{fleet}\n\n" + SMALL)
     assert (fault.key, fault.given) == (key, given)
     assert says in fault.allowed
     assert fault.line == (line_of(f"[fleet]\n{fleet}", key.split(".")[1]) if given else 1)
 
 
-def test_a_size_below_the_vehicles_listed_is_refused_by_the_option_that_asked_for_it() -> None:
-    with pytest.raises(ConfigurationError, match=r"--set \(fleet.size\) = 3: allowed: 4, the vehicles that are listed"):
-        shipped_at(3)
-
-
 def test_a_world_without_room_is_said(tmp_path: Path) -> None:
     """Between -50 m and 250 m around (0, 0) a lattice of 200 m has 3 more places."""
-    [fault] = faults_of(tmp_path, BOATS + "spacing_m = 200.0\n\n")
+    [fault] = faults_of(tmp_path, BOATS + "spacing_m = 200.0\n\n" + SMALL)
     assert (fault.key, fault.allowed.split(" that")[0]) == ("fleet.spacing_m", "the world has room for 3 of 4 copies")
-
-
-# The mission --------------------------------------------------------------------------------------
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("size", "per"), [(8, 0.3)])
-def test_the_mission_completes_with_more_vehicles(size: int, per: float) -> None:
-    found = summary(run_scenario(shipped_at(size, f"channel.per={per}"), 1))
-    assert found["completed"], found["reason"]
-    assert (found["n_vehicles"], found["coverage_fraction"], found["false_beliefs"]) == (size, 1.0, 0)

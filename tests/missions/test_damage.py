@@ -8,7 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from exchange.acoustics.channel import Arrival
-from missions.errors import ConfigurationError
 from missions.features.damage import DamagingChannel
 from missions.runs.run import run
 from missions.runs.summary import summary
@@ -51,18 +50,6 @@ def test_what_is_damaged_at_one_share_is_damaged_alike_at_every_higher_one(slot:
     data = bytes(range(32))
     for less, more in zip(damaged(slot, data, min(one, other)), damaged(slot, data, max(one, other)), strict=True):
         assert less in (data, more)
-
-
-# The refusal --------------------------------------------------------------------------------------
-
-
-def test_damage_that_nothing_finds_is_refused_in_one_line() -> None:
-    with pytest.raises(ConfigurationError) as refused:
-        load("mapping-rendezvous", [("--set", SHARE)])
-    said = str(refused.value)
-    assert len(said.splitlines()) == 1
-    for part in ("damage.share", "0.3", "communication.crc_bits", "communication.key_file", "damage.unchecked = true"):
-        assert part in said
 
 
 # In a mission -------------------------------------------------------------------------------------

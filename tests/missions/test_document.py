@@ -5,7 +5,6 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from missions.document import Document
 from missions.errors import ConfigurationError, ConfigurationFault
@@ -33,26 +32,6 @@ per = [0.1]
 [mission]
 importance."Performer.RendezVous" = 1.0
 """
-
-
-class Sensor(BaseModel):
-    model_config = ConfigDict(extra="forbid")
-    swath_m: float
-
-
-class Vehicle(BaseModel):
-    model_config = ConfigDict(extra="forbid")
-    name: str
-    slot: int
-    sensor: Sensor | None = None
-
-
-class Root(BaseModel):
-    model_config = ConfigDict(extra="forbid")
-    title: str
-    vehicle: tuple[Vehicle, ...] = Field(min_length=2)
-    channel: tuple[dict[str, object], ...] = ()
-    mission: dict[str, object] = {}
 
 
 def document(tmp_path: Path, text: str = TEXT) -> Document:
@@ -95,33 +74,6 @@ def test_what_an_option_has_set_is_named_by_the_option(tmp_path: Path) -> None:
     options = {"channel.per": "--per", "mission.patience_s": "--set"}
     found = document(tmp_path).located(faults, options)
     assert [fault.key for fault in found] == ["--per (channel.per)", "--set x", "--set (mission)", "vehicle.AUV01.slot"]
-
-
-@pytest.mark.parametrize(
-    ("change", "expected"),
-    [
-        (("slot = 1", "slots = 1"), ':9: vehicle.AUV01.slots = 1: unknown key, allowed here: name, slot, sensor; did'),
-        (("slot = 1", ""), ":8: vehicle.AUV01.slot: missing"),
-        (("swath_m = 2.0", 'swath_m = "wide"'), ':11: vehicle.AUV01.sensor.swath_m = "wide": input should be a valid'),
-        (("swath_m = 2.0", "swath_m = 2020-01-01"), ":11: vehicle.AUV01.sensor.swath_m = 2020-01-01: input should be"),
-        (('title = "t"', f'title = ["{"x" * 300}"]'), f':1: title = ["{"x" * 195}...: input should be a valid string'),
-        (("[mission]", "[missions]"), "allowed here: title, vehicle, channel, mission; did you mean 'mission'?"),
-    ],
-)  # fmt: skip
-def test_what_pydantic_finds_is_said_in_words_of_the_file(
-    tmp_path: Path, change: tuple[str, str], expected: str
-) -> None:
-    found = document(tmp_path, TEXT.replace(*change))
-    with pytest.raises(ValidationError) as caught:
-        Root.model_validate(found.raw)
-    assert expected in str(found.error(found.faults_of(caught.value, Root)))
-
-
-def test_a_list_too_short_because_of_a_wrong_entry_is_no_fault_of_its_own(tmp_path: Path) -> None:
-    found = document(tmp_path, TEXT.replace("slot = 1", 'slot = "one"'))
-    with pytest.raises(ValidationError) as caught:
-        Root.model_validate(found.raw)
-    assert [fault.key for fault in found.faults_of(caught.value, Root)] == ["vehicle.AUV01.slot"]
 
 
 @pytest.mark.parametrize(

@@ -7,16 +7,16 @@ from typing import Any
 
 import outside_channels
 import pytest
-from small_mission import SMALL, line_of, run_varied
+from small_mission import SMALL, faults_of, line_of, pond, run_varied
 
 from exchange.acoustics.link import GilbertElliott, Transmission
 from exchange.acoustics.shipped import CHANNELS
-from missions.errors import ConfigurationError, ConfigurationFault
+from missions.errors import ConfigurationError
 from missions.runs.assembly import channel_of
 from missions.runs.run import Run
 from missions.runs.setup import resolved
 from missions.runs.summary import identity
-from missions.scenarios import Scenario, load
+from missions.scenarios import load
 from missions.scenarios.deployment import deployment_of
 
 SHIPPED = ["ASV00", "AUV00", "AUV01", "AUV02"]
@@ -59,20 +59,12 @@ per_bad = 0.8
 """
 
 
+def text_of(channel: str) -> str:
+    return SMALL.replace(OWN, channel)
+
+
 def sent(slot: int, sender: int) -> Transmission:
     return Transmission(slot, sender, 0.0, 512)
-
-
-def loaded(folder: Path, channel: str, *settings: str) -> Scenario:
-    file = folder / "pond.toml"
-    file.write_text(SMALL.replace(OWN, channel), encoding="utf-8")
-    return load(str(file), [("--set", setting) for setting in settings])
-
-
-def faults_of(folder: Path, channel: str, *settings: str) -> tuple[ConfigurationFault, ...]:
-    with pytest.raises(ConfigurationError) as caught:
-        loaded(folder, channel, *settings)
-    return caught.value.faults
 
 
 # What is read -------------------------------------------------------------------------------------
@@ -87,13 +79,13 @@ def test_every_model_but_the_trace_which_needs_a_file_runs_as_soon_as_it_is_name
 
 def test_links_and_blackouts_are_of_the_nodes_that_own_the_slots(tmp_path: Path):
     """Boat is the first vehicle of the file and owns slot 1."""
-    channel = channel_of(resolved(loaded(tmp_path, LINKED)), 1)
+    channel = channel_of(resolved(pond(tmp_path, text_of(LINKED))), 1)
     assert (channel.link.p_loss(sent(0, 0), 1, 9.0), channel.link.p_loss(sent(1, 1), 0, 9.0)) == (0.5, 1.0)
     assert [(b.from_s, b.until_s, b.node) for b in channel.blackouts] == [(600.0, 900.0, 0)]
 
 
 def test_the_states_of_the_links_come_from_the_seed_of_the_run(tmp_path: Path):
-    link = channel_of(resolved(loaded(tmp_path, BURSTS, "channel.per_bad=0.9")), 7).link
+    link = channel_of(resolved(pond(tmp_path, text_of(BURSTS), "channel.per_bad=0.9")), 7).link
     assert link == GilbertElliott(0.1, 0.3, 0.05, 0.9, seed=7)
 
 
@@ -109,14 +101,14 @@ def test_the_states_of_the_links_come_from_the_seed_of_the_run(tmp_path: Path):
     ],
 )
 def test_the_summary_has_the_mean_packet_error_rate(tmp_path: Path, channel: str, per: float):
-    assert identity(loaded(tmp_path, channel), 1)["per"] == pytest.approx(per, rel=1e-12)
+    assert identity(pond(tmp_path, text_of(channel)), 1)["per"] == pytest.approx(per, rel=1e-12)
 
 
 @pytest.mark.parametrize("channel", [OWN, LINKED, BURSTS])
 @pytest.mark.parametrize("settings", [(), ("channel.name=perfect",), ("channel.name=gilbert-elliott",)])
 def test_what_is_written_is_read_again(tmp_path: Path, channel: str, settings: tuple[str, ...]):
     """As the manifest has it: settings of a model that was replaced are not in it."""
-    scenario = loaded(tmp_path, channel, *settings)
+    scenario = pond(tmp_path, text_of(channel), *settings)
     again = type(scenario).model_validate_json(scenario.model_dump_json(exclude_none=True))
     assert again == scenario
     table = scenario.channel.model_dump()
@@ -130,6 +122,8 @@ ONE_FAULT = [
     (LINKED, 'sender = "Diver"', 'sender = "Diner"', "link.1.sender", '"Diner"', "did you mean 'Diver'"),
     (LINKED, 'receiver = "Diver"', 'receiver = "Jetty"', "link.2.receiver", '"Jetty"', "allowed: Boat, Diver"),
     (LINKED, 'receiver = "Diver"', 'receiver = "Boat"', "link.2.receiver", '"Boat"', "must not be the sender"),
+    (LINKED, 'sender = "Boat"\nreceiver = "Diver"', 'receiver = "Boat"\nsender = "Diver"', "link.2.receiver", '"Boat"',
+     "the link from Diver to Boat is listed twice"),
     (LINKED, "per = 1.0", "per = 1.1", "link.2.per", "1.1", "less than or equal to 1"),
     (LINKED, "per = 0.5", "per = -0.1", "link.1.per", "-0.1", "greater than or equal to 0"),
     (LINKED, "per = 0.5", "prr = 0.5", "link.1.prr", "0.5", "did you mean 'per'"),
@@ -147,7 +141,7 @@ ONE_FAULT = [
     (BURSTS, "per_bad = 0.8", "per_bad = 1.01", "per_bad", "1.01", "less than or equal to 1"),
     (BURSTS, "per_bad = 0.8", "per = 0.8", "per", "0.8", "not used by the gilbert-elliott channel, only by bernoulli"),
     (OWN, "per = 0.2", "per_bad = 0.2", "per_bad", "0.2", "not used by the bernoulli channel, only by gilbert-elliott"),
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("channel", "old", "new", "key", "given", "says"), ONE_FAULT, ids=[c[2] for c in ONE_FAULT])
@@ -156,16 +150,10 @@ def test_one_fault_is_one_clear_message(
 ):
     changed = channel.replace(old, new, 1)
     assert changed != channel
-    (fault,) = [fault for fault in faults_of(tmp_path, changed) if fault.key == f"channel.{key}"]
+    (fault,) = [fault for fault in faults_of(tmp_path, text_of(changed)) if fault.key == f"channel.{key}"]
     assert fault.given == given
     assert says in fault.allowed
     assert fault.line == line_of(SMALL, "[channel]") + channel[: channel.index(old)].count("\n")
-
-
-def test_a_link_that_is_listed_twice_is_a_fault(tmp_path: Path):
-    twice = LINKED.replace('sender = "Boat"\nreceiver = "Diver"', 'sender = "Diver"\nreceiver = "Boat"')
-    (fault,) = faults_of(tmp_path, twice)
-    assert (fault.key, fault.allowed) == ("channel.link.2.receiver", "the link from Diver to Boat is listed twice")
 
 
 @pytest.mark.parametrize(
@@ -181,7 +169,7 @@ def test_a_link_that_is_listed_twice_is_a_fault(tmp_path: Path):
     ],
 )
 def test_a_setting_without_effect_is_refused(tmp_path: Path, channel: str, settings: list[str], key: str):
-    faults = faults_of(tmp_path, channel, *settings)
+    faults = faults_of(tmp_path, text_of(channel), *settings)
     assert [fault.key for fault in faults if key in fault.key] == [fault.key for fault in faults]
     assert "not used by" in faults[0].allowed
 
@@ -193,7 +181,7 @@ MUD = '[channel]\nname = "outside_channels:MODEL"\nclear_per = 0.2\nin_mud = "Di
 
 def test_a_model_from_outside_has_settings_of_its_own(tmp_path: Path):
     """Boat owns slot 1, Diver slot 0: 2 of 2 links are in the mud."""
-    scenario = loaded(tmp_path, MUD)
+    scenario = pond(tmp_path, text_of(MUD))
     assert scenario.channel.settings() == outside_channels.Mud(clear_per=0.2, in_mud="Diver", layers_m=(1.0, 2.0))
     three = replace(deployment_of(scenario), nodes={"Diver": 0, "Boat": 1, "Buoy": 2})
     links = scenario.channel.link_model(three, 1)
@@ -205,7 +193,7 @@ def test_a_model_from_outside_has_settings_of_its_own(tmp_path: Path):
 @pytest.mark.parametrize("own", [OWN, LINKED, BURSTS])
 def test_a_model_from_outside_replaces_that_of_the_file(tmp_path: Path, own: str):
     """Settings that the file has for its own model are left aside."""
-    channel = loaded(tmp_path, own, "channel.name=outside_channels:MODEL", "channel.clear_per=0.3").channel
+    channel = pond(tmp_path, text_of(own), "channel.name=outside_channels:MODEL", "channel.clear_per=0.3").channel
     assert channel.settings() == outside_channels.Mud(clear_per=0.3)
 
 
@@ -227,7 +215,7 @@ def test_a_model_from_outside_replaces_that_of_the_file(tmp_path: Path, own: str
 def test_a_fault_with_a_model_from_outside_is_one_clear_message(
     tmp_path: Path, old: str, new: str, key: str, says: str
 ):
-    (fault,) = faults_of(tmp_path, MUD.replace(old, new))
+    (fault,) = faults_of(tmp_path, text_of(MUD.replace(old, new)))
     assert fault.key == key
     assert re.search(says, fault.allowed)
     assert fault.line is not None
@@ -247,7 +235,7 @@ def test_a_fault_with_a_model_from_outside_is_one_clear_message(
     ],
 )
 def test_a_model_that_does_not_keep_to_its_seam_is_found_before_the_run(tmp_path: Path, name: str, says: str):
-    (fault,) = faults_of(tmp_path, f'[channel]\nname = "outside_channels:{name}"\n')
+    (fault,) = faults_of(tmp_path, text_of(f'[channel]\nname = "outside_channels:{name}"\n'))
     assert fault.key == "channel.name"
     assert re.search(says, fault.allowed)
 

@@ -1,21 +1,12 @@
 """An exchange policy from outside in a scenario and in the policy study, and what is refused of such."""
 
-import re
-
 import outside_policies
 import pytest
 
 from exchange.study.study import ExchangeStudy
-from missions.errors import ConfigurationError
 from missions.scenarios.loading import load
-from missions.scenarios.policy import policy_of
 
 SPARSE = "outside_policies:SPARSE"
-
-
-def test_a_scenario_names_a_policy_from_outside() -> None:
-    scenario = load("mapping-rendezvous", [("--policy", f"communication.policy={SPARSE}")])
-    assert policy_of(scenario.communication.policy) is outside_policies.SPARSE
 
 
 def test_a_mission_runs_under_a_policy_from_outside() -> None:
@@ -27,23 +18,6 @@ def test_a_mission_runs_under_a_policy_from_outside() -> None:
     assert len(packets) > 40
     assert max(packet[5] for packet in packets if packet[0] // 4 % 2 == 0) == 3
     assert max(packet[5] for packet in packets if packet[0] // 4 % 2 == 1) == 0
-
-
-@pytest.mark.parametrize(
-    ("name", "says"),
-    [
-        ("outside_policies:ONLY_A_KIND", "an exchange.AckPolicy is expected"),
-        ("outside_policies:DOUBLE", "the name ack is taken by a shipped policy"),
-        ("outside_policies:ANGRY", "its carries must answer for every bit of a header, but raised KeyError: 'frame'"),
-        ("outside_policies:NONE", "has no attribute 'NONE'"),
-        ("mps-ak", "allowed: ack, .*did you mean 'mps-ack'"),
-    ],
-)
-def test_what_is_no_policy_is_one_clear_message(name: str, says: str) -> None:
-    with pytest.raises(ConfigurationError) as caught:
-        load("mapping-rendezvous", [("--policy", f"communication.policy={name}")])
-    (fault,) = caught.value.faults
-    assert re.search(says, fault.allowed)
 
 
 def test_two_policies_of_one_name_are_refused() -> None:

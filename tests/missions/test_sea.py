@@ -6,9 +6,8 @@ from pathlib import Path
 from statistics import median
 
 import pytest
-from small_mission import SMALL, line_of
+from small_mission import SMALL, faults_of, line_of
 
-from missions.errors import ConfigurationError, ConfigurationFault
 from missions.mapping import MappingMission
 from missions.runs.run import Run
 from missions.runs.run import run as run_scenario
@@ -20,24 +19,17 @@ def finished(*settings: str, seed: int = 1) -> Run:
     return run_scenario(load("mapping-rendezvous", [("--set", one) for one in settings]), seed)
 
 
-def faults_of(folder: Path, sea: str) -> tuple[ConfigurationFault, ...]:
-    (folder / "pond.toml").write_text(sea + "\n" + SMALL, encoding="utf-8")
-    with pytest.raises(ConfigurationError) as caught:
-        load(str(folder / "pond.toml"))
-    return caught.value.faults
-
-
 # Current ------------------------------------------------------------------------------------------
 
 
 def test_a_current_as_fast_as_a_vehicle_is_refused_with_line_and_what_is_allowed(tmp_path: Path) -> None:
     """Both go at 1.5 m/s. At the 5 m of Diver a current that ends at 20 m has three quarters of its speed."""
     sea = "[current]\neast_mps = 0.5\nnorth_mps = -1.5\n"
-    [fault] = faults_of(tmp_path, sea)
+    [fault] = faults_of(tmp_path, sea + SMALL)
     assert (fault.key, fault.given, fault.line) == ("current.north_mps", "-1.5", line_of(sea, "north_mps"))
     assert "1.58 m/s at the 0 m of Boat" in fault.allowed
     assert fault.allowed.endswith("allowed: less than 1.5 m/s, its survey_speed_mps")
-    [fault] = faults_of(tmp_path, "[uncertainty]\nspeed_spread = 0.1\n[current]\neast_mps = 1.4\n")
+    [fault] = faults_of(tmp_path, "[uncertainty]\nspeed_spread = 0.1\n[current]\neast_mps = 1.4\n" + SMALL)
     assert fault.allowed.endswith("less than 1.35 m/s, its survey_speed_mps less the uncertainty.speed_spread of 0.1")
 
 

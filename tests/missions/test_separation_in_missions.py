@@ -7,9 +7,8 @@ from typing import Any
 
 import pytest
 from cli.invoked import remoras
-from small_mission import SMALL, line_of
+from small_mission import SMALL, faults_of, line_of
 
-from missions.errors import ConfigurationError, ConfigurationFault
 from missions.runs.run import Run
 from missions.runs.run import run as run_scenario
 from missions.runs.summary import summary
@@ -28,15 +27,6 @@ def conflicts_of(run: Run) -> list[tuple[Any, ...]]:
 # Starts -------------------------------------------------------------------------------------------
 
 
-def start_faults(folder: Path, *settings: str) -> tuple[ConfigurationFault, ...]:
-    """Diver starts 4.5 m from Boat, in the same layer."""
-    text = SMALL.replace("start_m = [10.0, 0.0]", "start_m = [4.5, 0.0]").replace("depth_m = 5.0", "depth_m = 2.0")
-    (folder / "pond.toml").write_text(text, encoding="utf-8")
-    with pytest.raises(ConfigurationError) as caught:
-        load(str(folder / "pond.toml"), [("--set", one) for one in settings])
-    return caught.value.faults
-
-
 def test_who_would_start_too_near_starts_at_the_nearest_free_place() -> None:
     """Three at one point, as from a ship: the second and third 10 m aside, so nobody is nearer than the separation."""
     names = ("AUV00", "AUV01", "AUV02")
@@ -49,7 +39,8 @@ def test_who_would_start_too_near_starts_at_the_nearest_free_place() -> None:
 
 def test_starts_that_overlap_are_refused_where_there_is_no_room(tmp_path: Path) -> None:
     """The rest of the scenario does not fit this world either, and is said beside it."""
-    found = start_faults(tmp_path, "world.x_m=[-1, 6]", "world.y_m=[-1, 6]")
+    near = SMALL.replace("start_m = [10.0, 0.0]", "start_m = [4.5, 0.0]").replace("depth_m = 5.0", "depth_m = 2.0")
+    found = faults_of(tmp_path, near, "world.x_m=[-1, 6]", "world.y_m=[-1, 6]")
     [fault] = [one for one in found if one.key == "vehicle.Diver.start_m"]
     assert (fault.key, fault.given) == ("vehicle.Diver.start_m", "[4.5, 0.0]")
     assert fault.line == line_of(SMALL, "start_m", 2)
@@ -57,12 +48,6 @@ def test_starts_that_overlap_are_refused_where_there_is_no_room(tmp_path: Path) 
         "4.5 m from the start of Boat, in the same depth layer, and no place is free; allowed: guidance.separation"
     )
     assert "= 5 m or more, or a depth_m that differs by more than 3 m" in fault.allowed
-
-
-@pytest.mark.parametrize("given", ["0.5", "25", '"far"', "nan"])
-def test_a_separation_that_nobody_can_keep_is_refused(tmp_path: Path, given: str) -> None:
-    [fault] = [one for one in start_faults(tmp_path, f"guidance.separation_m={given}") if "guidance" in one.key]
-    assert fault.key == "--set (guidance.separation_m)"
 
 
 # Conflicts ----------------------------------------------------------------------------------------

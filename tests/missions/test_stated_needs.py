@@ -3,9 +3,6 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-import pytest
-
-from missions.errors import ConfigurationError
 from missions.runs.assembly import assemble
 from missions.runs.run import run
 from missions.runs.setup import resolved
@@ -85,25 +82,3 @@ def test_the_summary_counts_what_expired_only_where_a_need_lets_it(tmp_path: Pat
     lost = [row for row in made.recorder.rows("deliveries") if row[4] in {"time to live", "overflow"}]
     assert summary(made)["n_expired"] == len(lost) > 0
     assert "n_expired" not in summary(run(scenario(tmp_path, NEED, listed=["mappedCell"]), 3))
-
-
-@pytest.mark.parametrize(
-    ("tables", "message"),
-    [
-        (NEED.replace("mappedCell", "mappedSell"), 'need.1.attribute = "mappedSell"'),
-        (NEED + 'of = "Bey"', 'need.1.of = "Bey": no class or instance'),
-        (NEED.replace("ASV00", "ASV01"), 'need.1.vehicle = "ASV01"'),
-        (NEED + "ttl_s = 0.0", "need.1.ttl_s = 0.0: must be above 0: leave it out for no limit"),
-        (NEED + "ttl_s = 10.0\nblackout_s = 20.0", "need.1.blackout_s = 20.0: must be below ttl_s = 10, else values"),
-        (NEED + "queue_limit = 0", "need.1.queue_limit = 0: must be 1 or more: leave it out for no limit"),
-        (NEED.replace("mappedCell", "position") + "ttl_s = 60.0",
-         "need.1.ttl_s = 60.0: limits nothing, for communication.needs"),
-        (NEED + "from_s = 90.0\nuntil_s = 80.0", "need.1.until_s = 80.0: must be above from_s = 90"),
-    ],
-)  # fmt: skip
-def test_what_cannot_be_is_refused_in_a_line(tmp_path: Path, tables: str, message: str) -> None:
-    with pytest.raises(ConfigurationError) as refused:
-        scenario(tmp_path, tables)
-    lines = str(refused.value).splitlines()
-    assert any("scenario.toml" in line for line in lines)
-    assert any(message in line for line in lines), lines

@@ -1,5 +1,7 @@
 """Statistics against known values and against their own promises."""
 
+import math
+
 import numpy as np
 import pytest
 from scipy import stats
@@ -54,3 +56,14 @@ def test_pairing_gains_nothing_without_common_draws() -> None:
     a, b = draws(5).normal(size=4000), draws(6).normal(size=4000)
     assert pairing_gain(a, b) == pytest.approx(1.0, abs=0.1)
     assert pairing_gain(a, a + 0.1 * b) == pytest.approx(201.0, rel=0.1)
+
+
+@pytest.mark.parametrize("unit", [1.0, 0.1, math.pi])
+def test_flips_that_reach_the_mean_but_for_rounding_count(unit: float) -> None:
+    """Of 0, a, a, b both signs of 0 reach it, with all others as they are or all turned: 4 of 16."""
+    assert step_down_p([[0.0], [unit], [unit], [3.0 * unit]]) == [4 / 16]
+    assert step_down_p([[unit], [2.0 * unit], [3.0 * unit]]) == [2 / 8]
+
+
+def test_what_does_not_differ_is_alike() -> None:
+    assert step_down_p([[0.0, 0.0]] * 20) == [1.0, 1.0]

@@ -312,25 +312,6 @@ def test_equipment_is_common_knowledge(tmp_path: Path) -> None:
         assert inferred == [("AUV00",), ("AUV02",)]
 
 
-@pytest.mark.parametrize(
-    ("setting", "expected"),
-    [
-        (
-            "group.Inspectors.role.InspectionHead.requires.capability=SurveyPlatfrom",
-            'requires.capability) = "SurveyPlatfrom": allowed: CommunicationGateway, InspectionPlatform, '
-            "InterventionPlatform, NavigationAid, SamplingPlatform, SurveyPlatform; did you mean 'SurveyPlatform'?",
-        ),
-        ("vehicle.AUV01.sensor.equipment=SideScan", "SideScanSonar, Sonar"),
-        ("vehicle.AUV01.sensor.equipment=AUV", 'sensor.equipment) = "AUV": allowed: AcousticModem'),
-    ],
-)
-def test_what_is_wrong_is_said_once(setting: str, expected: str) -> None:
-    with pytest.raises(ConfigurationError) as caught:
-        load(SCENARIO, [("--set", setting)])
-    assert expected in str(caught.value)
-    assert len(str(caught.value).splitlines()) == 1
-
-
 POND: dict[str, Any] = tomllib.loads(SMALL.replace("[vehicle.sensor]", "[[vehicle.sensor]]"))
 POND["fault"] = [
     {"kind": "sensor", "vehicle": "any", "at_s": [100.0, 200.0], "until_s": 300.0, "sensor": "mapping"},

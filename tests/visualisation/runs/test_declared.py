@@ -95,8 +95,10 @@ def test_a_text_that_cannot_be_set_is_the_fault_of_its_figure(run: Results, tmp_
         ([FINDS, FINDS], "declares a figure 'finds', a name that is taken; rename it"),
         ([replace(FINDS, name="roles")], "declares a figure 'roles', a name that is taken"),
         ([replace(FINDS, name="overview")], "declares a figure 'overview', a name that is taken"),
-        ([replace(FINDS, name="../finds")], "declares a figure '../finds', which is no name of a file"),
-        ([replace(FINDS, name="")], "declares a figure '', which is no name of a file"),
+        *(
+            ([replace(FINDS, name=name)], "declares a figure '.*', which is no name of a file")
+            for name in ("", "a/b", "../finds", ".a", "a\\b", "/a")
+        ),
         ([raises], "which is a function; allowed: Figure, Layer and Mark of missions.figure"),
     ],
 )
