@@ -4,14 +4,18 @@ import io
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from concurrent.futures import Executor, Future
 from pathlib import Path
 from typing import Any
 
 import pyarrow.parquet as pq
 
-from missions.sweeps.folder import RUNS, TABLES
-from missions.sweeps.ledger import LEDGER, MACHINE_COLUMNS
+from missions.runs.summary import identity
+from missions.sweeps.folder import RUNS, TABLES, SweepFolder, SweepResults
+from missions.sweeps.ledger import LEDGER, MACHINE_COLUMNS, FinishedRun
+from missions.sweeps.plan import RunTask, SweepPlan
+from missions.sweeps.study import load_study
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
@@ -51,6 +55,25 @@ def written(folder: Path, text: str) -> Path:
     path = folder / "study.toml"
     path.write_text(text, encoding="utf-8")
     return path
+
+
+def finished(task: RunTask, **summary: Any) -> FinishedRun:
+    """A run that nobody made, with this in its summary."""
+    line = {
+        "key": task.key, "status": "done", "repeat": task.repeat, "settings": dict(task.settings), "error": "",
+        "summary": {**identity(task.scenario, task.seed), **summary}, "replay": "", "tables": False,
+        "machine": dict.fromkeys(("wall_s", "cpu_s", "host", "worker", "finished_at")),
+    }  # fmt: skip
+    return FinishedRun(line, {})
+
+
+def swept(folder: Path, text: str, made: Callable[[RunTask], FinishedRun]) -> SweepResults:
+    """A sweep of such runs, read back."""
+    plan = SweepPlan(load_study(str(written(folder, text))))
+    log = SweepFolder(folder / "out", plan)
+    log.append([made(task) for task in plan.missing({})])
+    log.close()
+    return SweepResults.read(folder / "out")
 
 
 def outcome(folder: Path) -> tuple[bytes, dict[str, bytes]]:

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from sweeping import study_text, written
+from sweeping import finished, study_text, swept, written
 from typer.testing import CliRunner
 
 from missions.comparison.baseline import compare
@@ -19,80 +19,52 @@ from missions.comparison.rows import Comparison, Rank
 from missions.comparison.treatments import Treatment
 from missions.errors import OutputError
 from missions.metric import Better
-from missions.runs.summary import identity
 from missions.sweeps.folder import SweepFolder, SweepResults
 from missions.sweeps.ledger import FinishedRun
 from missions.sweeps.plan import RunTask, SweepPlan
 from missions.sweeps.study import load_study
 from remoras.cli import app
 
-COLUMNS = (
-    "n, n_completed, mean, ci95_low, ci95_high, median, diff_to_baseline, diff_ci95_low, diff_ci95_high, p_holm, "
-    "effect_size, pairing_gain"
-)
-
 
 def made_up(task: RunTask, completed: bool = True) -> FinishedRun:
     """A run whose time is 100 s, 10 s more per repeat and 5 s (6 s in every other) less with mps-ack."""
     gain_s = (5.0 + task.repeat % 2) * (task.scenario.communication.policy == "mps-ack")
-    summary: dict[str, Any] = {
-        **identity(task.scenario, task.seed),
-        "completed": completed,
-        "mission_time_s": 100.0 + 10.0 * task.repeat - gain_s if completed else 500.0,
-        "n_bytes": 7,
-        "mean_latency_s": None,
-    }
-    machine = dict.fromkeys(("wall_s", "cpu_s", "host", "worker", "finished_at"))
-    line = {
-        "key": task.key, "status": "done", "repeat": task.repeat, "settings": dict(task.settings), "summary": summary,
-        "error": "", "replay": "", "tables": False, "machine": machine,
-    }  # fmt: skip
-    return FinishedRun(line, {})
+    time_s = 100.0 + 10.0 * task.repeat - gain_s if completed else 500.0
+    return finished(task, completed=completed, mission_time_s=time_s, n_bytes=7, mean_latency_s=None)
 
 
 def raised(task: RunTask) -> FinishedRun:
     """A run in which a plug-in raised."""
-    line = made_up(task).line
-    summary = identity(task.scenario, task.seed)
-    return FinishedRun({**line, "status": "failed", "summary": summary, "error": "ValueError: oops"}, {})
+    return FinishedRun({**finished(task).line, "status": "failed", "error": "ValueError: oops"}, {})
 
 
 def results(
     tmp_path: Path, made: Callable[[RunTask], FinishedRun] = made_up, repeats: int = 8, **options: Any
 ) -> SweepResults:
     """A sweep over ack and mps-ack whose runs are made up."""
-    plan = SweepPlan(load_study(str(written(tmp_path, study_text(repeats=repeats, per="[0.1]", **options)))))
-    log = SweepFolder(tmp_path / "out", plan)
-    log.append([made(task) for task in plan.missing({})])
-    log.close()
-    return SweepResults.read(tmp_path / "out")
+    return swept(tmp_path, study_text(repeats=repeats, per="[0.1]", **options), made)
 
 
-def ranked(values: dict[str, list[float]], per: float = 0.1, better: Better = Better.LOWER) -> dict[str, Rank]:
-    """Ranks of one column: values by strategy, in the order of repeats."""
+def ranked(values: dict[str, list[float]], done: dict[str, list[float]] | None = None) -> dict[str, Rank]:
+    """Ranks of one column: values, and whether the mission was done, by strategy, in the order of repeats."""
     column = {
-        Treatment("s", name, "ack", "bernoulli", per, ()): Contender(
-            dict(enumerate(own)), dict.fromkeys(range(len(own)), 1.0)
+        Treatment("s", name, "ack", "bernoulli", 0.1, ()): Contender(
+            dict(enumerate(own)), dict(enumerate(done[name] if done else [1.0] * len(own)))
         )
         for name, own in values.items()
     }
-    return {rank.strategy: rank for rank in column_ranks(column, family_of([column]), "m", better)}
+    return {rank.strategy: rank for rank in column_ranks(column, family_of([column]), "m", Better.LOWER)}
 
 
 def row_of(rows: list[Comparison], policy: str, metric: str = "mission_time_s") -> Comparison:
     return next(row for row in rows if row.policy == policy and row.metric == metric)
 
 
-def test_a_row_has_all_columns_of_the_contract_and_is_json(tmp_path: Path) -> None:
-    rows = [asdict(row) for row in compare(results(tmp_path))]
-    assert {"strategy", "policy", "per", "metric", *COLUMNS.split(", ")} <= set(rows[0])
-    json.dumps(rows, allow_nan=False)
-    assert len(rows) == 4
-
-
 def test_pairs_are_compared_run_by_run(tmp_path: Path) -> None:
     """Differences are -5 and -6 in turn: mean -5.5, variance 2/7; each policy alone has variance 600 or so."""
     rows = compare(results(tmp_path))
+    json.dumps([asdict(row) for row in rows], allow_nan=False)
+    assert len(rows) == 4
     other = row_of(rows, "mps-ack")
     assert other.baseline == "ack"
     assert other.diff_to_baseline == pytest.approx(-5.5)
@@ -121,12 +93,7 @@ def test_censored_runs_stay_in(tmp_path: Path) -> None:
 
 def test_runs_that_failed_count_against_success_and_with_their_duration(tmp_path: Path) -> None:
     """Two of eight raised: (2 * 1000 + 120 + ... + 170) / 8 = 358.75 s; bytes are those of the six others."""
-    plan = SweepPlan(load_study(str(written(tmp_path, study_text(repeats=8, per="[0.1]", duration_s=1000)))))
-    log = SweepFolder(tmp_path / "out", plan)
-    runs = [raised(task) if task.repeat < 2 else made_up(task) for task in plan.missing({})]
-    log.append(runs)
-    log.close()
-    found = SweepResults.read(tmp_path / "out")
+    found = results(tmp_path, lambda task: raised(task) if task.repeat < 2 else made_up(task), duration_s=1000)
     rows = compare(found, ["mission_time_s", "completed", "n_bytes"])
     row = row_of(rows, "ack")
     assert (row.n, row.n_completed, row.n_failed, row.n_reached, row.success_rate) == (8, 6, 2, 6, 0.75)
@@ -176,11 +143,7 @@ def test_success_ranks_before_the_metric_and_unequal_work_is_told() -> None:
     """a is quicker and completes 3 of 16, b all, c 15: b and c are not told apart, so time decides; a is the last."""
     times = {"a": [1.0] * 16, "b": [5.0] * 16, "c": [4.0] * 16}
     done = {"a": [1.0] * 3 + [0.0] * 13, "b": [1.0] * 16, "c": [1.0] * 15 + [0.0]}
-    column = {
-        Treatment("s", name, "ack", "bernoulli", 0.1, ()): Contender(dict(enumerate(own)), dict(enumerate(done[name])))
-        for name, own in times.items()
-    }
-    found = {rank.strategy: rank for rank in column_ranks(column, family_of([column]), "m", Better.LOWER)}
+    found = ranked(times, done)
     assert [found[name].rank for name in "cba"] == [1, 2, 3]
     assert [found[name].unequal_success for name in "cba"] == [False, False, True]
     assert not found["a"].among_best

@@ -12,7 +12,7 @@ from missions.sweeps.driver import sweep
 from missions.sweeps.folder import PARTS, TABLES, SweepFolder, SweepResults
 from missions.sweeps.plan import SweepPlan
 from missions.sweeps.study import load_study
-from missions.sweeps.worker import verify
+from missions.sweeps.worker import run_task, verify
 
 TEXT = study_text(repeats=2, per="[0.1]")
 
@@ -46,8 +46,10 @@ def sound(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("damage", [lose, cut, flip, replace_by_a_folder])
-@pytest.mark.parametrize("name", ["trajectories", "packets"])
+@pytest.mark.parametrize(
+    ("damage", "name"),
+    [(lose, "packets"), (cut, "trajectories"), (flip, "packets"), (replace_by_a_folder, "trajectories")],
+)
 def test_the_same_sweep_makes_a_damaged_table_anew(
     tmp_path: Path, sound: Path, damage: Callable[[Path], None], name: str
 ) -> None:
@@ -72,8 +74,6 @@ def test_a_part_that_cannot_be_read_is_made_again(tmp_path: Path, sound: Path) -
     """Between a kill and the end of the sweep tables lie in parts."""
     study, folder = load_study(str(sound / "study.toml")), tmp_path / "out"
     plan = SweepPlan(study)
-    from missions.sweeps.worker import run_task
-
     opened = SweepFolder(folder, plan)
     finished = [run_task(task) for task in plan.missing({})]
     opened.append(finished)

@@ -21,26 +21,20 @@ set = { uncertainty = { speed_spread = 0.3 } }
 """
 
 
-GROWN = {
-    "strategies": SMALL.replace('["remoras"]', '["central", "remoras"]'),
-    "unforeseen": SMALL + UNFORESEEN,
-    "all at once": study_text(repeats=3, extra=UNFORESEEN).replace('["remoras"]', '["remoras", "central"]'),
-}
-
-
 def made(tmp_path: Path, text: str, out: str) -> Path:
     sweep(load_study(str(written(tmp_path, text))), tmp_path / out)
     return tmp_path / out
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("what", GROWN)
-def test_a_grown_folder_is_that_of_the_large_study(tmp_path: Path, what: str) -> None:
+def test_a_grown_folder_is_that_of_the_large_study(tmp_path: Path) -> None:
+    """By strategies, by cases of what is unforeseen and by repeats."""
+    text = study_text(repeats=3, per="[0.1]", extra=UNFORESEEN).replace('["remoras"]', '["central", "remoras"]')
     grown = made(tmp_path, SMALL, "grown")
     before = (grown / LEDGER).read_bytes()
-    made(tmp_path, GROWN[what], "grown")
+    made(tmp_path, text, "grown")
     assert (grown / LEDGER).read_bytes().startswith(before)  # runs that were made stay, and are not made again
-    assert outcome(grown) == outcome(made(tmp_path, GROWN[what], "large"))
+    assert outcome(grown) == outcome(made(tmp_path, text, "large"))
     assert SweepResults.read(grown).status() == SweepResults.read(tmp_path / "large").status()
 
 

@@ -130,7 +130,7 @@ REFUSED = [  # scenario, settings, what is said
     (RENDEZVOUS, need("ttl_s=0.0"), r"need\.1\.ttl_s\) = 0\.0: must be above 0: leave it out for no limit"),
     (RENDEZVOUS, need("ttl_s=10.0", "blackout_s=20.0"), r"blackout_s\) = 20\.0: must be below ttl_s = 10, else val"),
     (RENDEZVOUS, need("queue_limit=0"), r"queue_limit\) = 0: must be 1 or more: leave it out for no limit"),
-    (RENDEZVOUS, need("ttl_s=60.0", attribute="position"), r"ttl_s\) = 60\.0: limits nothing, for communication\.needs"),
+    (RENDEZVOUS, need("ttl_s=60.0", attribute="position"), r"ttl_s\) = 60\.0: limits nothing, for communication\.need"),
     (RENDEZVOUS, need("from_s=90.0", "until_s=80.0"), r"need\.1\.until_s\) = 80\.0: must be above from_s = 90"),
 ]  # fmt: skip
 

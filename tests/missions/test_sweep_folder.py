@@ -1,5 +1,6 @@
 """The folder of a sweep: nothing lost, nothing doubled, whatever the end of the file looks like."""
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -17,19 +18,27 @@ def plan_of(tmp_path: Path, text: str = study_text(repeats=2)) -> SweepPlan:
     return SweepPlan(load_study(str(written(tmp_path, text))))
 
 
-def finished_log(tmp_path: Path, n_runs: int = 3) -> tuple[Path, SweepPlan]:
-    plan, folder = plan_of(tmp_path), tmp_path / "out"
-    log = SweepFolder(folder, plan)
-    log.append(run_chunk(Needed.like_here(), list(plan.missing({}))[:n_runs]))
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a sweep of which three of eight runs are made."""
+    folder = tmp_path_factory.mktemp("made")
+    plan = plan_of(folder)
+    log = SweepFolder(folder / "out", plan)
+    log.append(run_chunk(Needed.like_here(), list(plan.missing({}))[:3]))
     log.compact()
     log.close()
-    return folder, plan
+    return folder / "out"
+
+
+@pytest.fixture
+def folder(made: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(made, tmp_path / "out"))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("cut", [1, 2, 40, 200])
-def test_a_torn_tail_is_cut_and_its_run_made_again(tmp_path: Path, cut: int) -> None:
-    folder, plan = finished_log(tmp_path)
+def test_a_torn_tail_is_cut_and_its_run_made_again(folder: Path, tmp_path: Path, cut: int) -> None:
+    plan = plan_of(tmp_path)
     content = (folder / LEDGER).read_bytes()
     (folder / LEDGER).write_bytes(content[:-cut])
     log = SweepFolder(folder, plan)
@@ -41,17 +50,16 @@ def test_a_torn_tail_is_cut_and_its_run_made_again(tmp_path: Path, cut: int) -> 
     assert (status.planned, status.done, status.remaining) == (8, 8, 0)
 
 
-def test_status_leaves_a_torn_tail_alone(tmp_path: Path) -> None:
+def test_status_leaves_a_torn_tail_alone(folder: Path) -> None:
     """The sweep that writes it may be at it right now."""
-    folder, _ = finished_log(tmp_path)
     content = (folder / LEDGER).read_bytes()[:-5]
     (folder / LEDGER).write_bytes(content)
     assert SweepResults.read(folder).status().remaining == 6
     assert (folder / LEDGER).read_bytes() == content
 
 
-def test_a_broken_line_in_the_middle_is_named(tmp_path: Path) -> None:
-    folder, plan = finished_log(tmp_path)
+def test_a_broken_line_in_the_middle_is_named(folder: Path, tmp_path: Path) -> None:
+    plan = plan_of(tmp_path)
     lines = (folder / LEDGER).read_text().splitlines(keepends=True)
     (folder / LEDGER).write_text(lines[0] + "oops\n" + lines[2])
     with pytest.raises(OutputError, match=r"ledger.jsonl:2: not a line"):
@@ -59,8 +67,8 @@ def test_a_broken_line_in_the_middle_is_named(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("line", ["42", "{}", '{"key": "x"}', "null"])
-def test_a_line_that_is_no_run_is_named_with_its_remedy(tmp_path: Path, line: str) -> None:
-    folder, plan = finished_log(tmp_path)
+def test_a_line_that_is_no_run_is_named_with_its_remedy(folder: Path, tmp_path: Path, line: str) -> None:
+    plan = plan_of(tmp_path)
     whole = (folder / LEDGER).read_text()
     (folder / LEDGER).write_text(whole + line + "\n")
     with pytest.raises(OutputError, match=r"ledger.jsonl:4: not a line of a run.* Take the line out"):
@@ -74,8 +82,8 @@ OF_ANOTHER_VERSION = '{"version": "1", "study": {"x": 1}, "digests": []}'
 
 
 @pytest.mark.parametrize("text", ["", "[]", "42", '{"version": "1"}', OF_ANOTHER_VERSION])
-def test_a_folder_that_does_not_say_what_it_is_for_is_named_and_can_be_set_aside(tmp_path: Path, text: str) -> None:
-    folder, plan = finished_log(tmp_path)
+def test_a_folder_that_does_not_say_what_it_is_for_can_be_set_aside(folder: Path, tmp_path: Path, text: str) -> None:
+    plan = plan_of(tmp_path)
     (folder / "study.json").write_text(text)
     with pytest.raises(OutputError, match=r"study.json: does not describe a study"):
         SweepResults.read(folder).status()
@@ -105,8 +113,7 @@ def test_the_folder_of_a_run_is_not_taken_for_a_sweep(tmp_path: Path) -> None:
         SweepFolder(tmp_path / "out", plan_of(tmp_path))
 
 
-def test_starting_anew_sets_the_old_runs_aside(tmp_path: Path) -> None:
-    folder, _ = finished_log(tmp_path)
+def test_starting_anew_sets_the_old_runs_aside(folder: Path, tmp_path: Path) -> None:
     old = (folder / LEDGER).read_bytes()
     log = SweepFolder(folder, plan_of(tmp_path, study_text(repeats=1)), force_new=True)
     assert log.lines == {}

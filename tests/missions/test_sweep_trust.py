@@ -1,6 +1,7 @@
 """What the runs of a sweep are worth: which code made them, whether lines are theirs, and that they can be repeated."""
 
 import json
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -30,10 +31,17 @@ def tiny(tmp_path: Path, strategy: str = "remoras", repeats: int = 1) -> Study:
     return load_study(str(written(tmp_path, text if strategy != "remoras" else study_text(repeats, "[0.1]"))))
 
 
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("made")
+    sweep(tiny(folder), folder / "out")
+    return folder / "out"
+
+
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
-    sweep(tiny(tmp_path), tmp_path / "out")
-    return tmp_path / "out"
+def folder(made: Path, tmp_path: Path) -> Path:
+    """A finished sweep."""
+    return Path(shutil.copytree(made, tmp_path / "out"))
 
 
 # Code ---------------------------------------------------------------------------------------------
