@@ -38,6 +38,11 @@ class Varied:
         return _flown(self._name, seed, *keys)
 
 
+def tracks(of: Run) -> list[tuple[object, ...]]:
+    """Where everybody was at any time."""
+    return list(of.recorder.trajectories)
+
+
 @cache
 def _flown(name: str, seed: int, *keys: str) -> Run:
     return run(load(name, [("--set", key) for key in keys]), seed)

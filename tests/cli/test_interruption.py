@@ -49,7 +49,7 @@ def ended(trap: str, *arguments: object, handlers: str = "SIG_DFL") -> "subproce
 
 
 @ENDS
-@pytest.mark.parametrize("module", ["remoras.cli.app", "typer", "pydantic", "numpy"])
+@pytest.mark.parametrize("module", ["remoras.cli.app", "numpy"])
 def test_while_libraries_load_it_is_one_line(module: str, number: int, code: int, said: str) -> None:
     done = ended(WHILE_LOADING.format(module=module, number=number), *RUN)
     assert (done.returncode, done.stdout, done.stderr) == (code, "", f"remoras: {said}\n")
@@ -63,17 +63,6 @@ def test_in_the_middle_of_a_run_nothing_is_written(tmp_path: Path, number: int, 
     assert (done.returncode, done.stdout) == (code, "")
     assert done.stderr == f"remoras: {said}; nothing was written to {out}\n"
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.slow
-def test_results_that_were_there_stay(tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    ended("", *RUN, "--out", out)
-    before = {path.name: path.read_bytes() for path in out.iterdir()}
-    done = ended(WHILE_RUNNING.format(number=15), *RUN, "--seed", 2, "--out", out, "--force")
-    assert done.stderr == f"remoras: terminated; nothing was written to {out}\n"
-    assert {path.name: path.read_bytes() for path in out.iterdir()} == before
-    assert list(tmp_path.iterdir()) == [out]
 
 
 def test_results_that_were_written_by_then_are_told(tmp_path: Path) -> None:

@@ -147,15 +147,6 @@ def test_a_port_that_is_none_and_a_log_that_is_none_are_named(tmp_path: Path) ->
     now = datetime.now(UTC).isoformat()
     (tmp_path / "AUV00.jsonl").write_text("x\n", encoding="utf-8")
     assert "no line of a log" in refused("node", SCENARIO, "AUV00", "--resume", "--out", tmp_path).splitlines()[-1]
-    wrong = refused(
-        "node",
-        SCENARIO,
-        "AUV00",
-        "--serial",
-        tmp_path / "none",
-        "--start-utc",
-        now,
-        "--set",
-        "communication.modem=nanomodem-v3",
-    )
+    serial = ("--serial", tmp_path / "none", "--start-utc", now, "--set", "communication.modem=nanomodem-v3")
+    wrong = refused("node", SCENARIO, "AUV00", *serial)
     assert "No such file or directory; allowed is a serial port" in wrong

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from watched import JETTY_M, PLAYED, TEAM, seen
 
 from missions.arrows.detectors import CONTACTS
 from missions.arrows.truth import IDENTIFIED, ArrowsTruth
@@ -15,24 +16,12 @@ from missions.meeting import Meeting
 from missions.meeting.truth import JOBS, JobTruth
 from missions.pandora.sensors import LOOKS, TURNS
 from missions.pandora.truth import MET, SERVICED, PandoraTruth
-from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
+from remoras.organisation import Organisation, RoleSpecification
 from remoras.recorder import Recorder
 
-TEAM = Group("Team", (RoleSpecification("Head", 1, 1, head=True, founding=True),), "jetty", "Surveying")
-JETTY_M = (100.0, 100.0)
 MEETING = Meeting({"Team": TEAM}, {"jetty": JETTY_M}, 15.0, 20.0, 60.0, 900.0, {})
-ALONE = Organisation.of([TEAM], (RoleAssignment("Team", "Head", "A"),))
+ALONE = Organisation.of([TEAM], PLAYED[:1])
 UNASKED: Any = None
-
-
-def seen(name: str) -> Any:
-    """A vehicle far from the jetty, which has planned and has nothing to do."""
-    return SimpleNamespace(
-        name=name, position_m=(0.0, 0.0), is_alive=True, is_in_contact=True, communicates=True, will_return=False,
-        organisation=ALONE, issued=(), issued_objectives=(), finished=(), sensing=(), has_planned=lambda group: True,
-        leads=lambda group: name == "A", gives_out=lambda group: False, has_met=lambda group: False, is_patient=False,
-        can_play=lambda group, role: True,
-    )  # fmt: skip
 
 
 def arrows() -> JobTruth:
@@ -50,7 +39,7 @@ def pandora() -> JobTruth:
 @pytest.mark.parametrize("truth", [arrows, pandora])
 def test_a_mission_of_jobs_waits_for_who_will_be_back(truth: Callable[[], JobTruth]) -> None:
     """A meets alone while B is out of contact: B may do what is left once it is back."""
-    watching, a, b = truth(), seen("A"), seen("B")
+    watching, a, b = truth(), *(seen(name, organisation=ALONE) for name in "AB")
     fleet: Any = SimpleNamespace(vehicles=(a, b))
     b.is_in_contact, b.will_return = False, True
     watching.observe(fleet, 10.0)
@@ -67,7 +56,7 @@ def test_a_mission_of_jobs_waits_for_who_will_be_back(truth: Callable[[], JobTru
 def test_what_is_reached_is_the_share_of_all_jobs_that_are_done() -> None:
     """Three jobs, one of which only a role has; who does a job again has done it once."""
     digging = RoleSpecification("Digger", job="pit")
-    team = replace(TEAM, roles=(*TEAM.roles, digging))
+    team = replace(TEAM, roles=(*TEAM.roles, digging), mission="Surveying")
     meeting = replace(MEETING, groups={"Team": team}, jobs={"reef": UNASKED, "wreck": UNASKED})
     truth = JobTruth(meeting, "Servicing", Recorder([JOBS]))
     assert truth.goal_fraction == 0.0

@@ -2,12 +2,10 @@
 
 from pathlib import Path
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from sweeping import study_text, written
 
-from missions.errors import ConfigurationError
 from missions.sweeps.plan import StoppingLimits, SweepPlan, repeats_needed, seed_of
 from missions.sweeps.study import load_study
 
@@ -51,11 +49,6 @@ def test_a_rule_may_be_a_share_of_the_mean_and_of_two_limits_the_first_counts() 
     assert repeats_needed(StoppingLimits(half_width_share=0.018, **limits), values) == 6
     assert repeats_needed(StoppingLimits(half_width=1.0, half_width_share=0.02, **limits), values) == 4
     assert repeats_needed(StoppingLimits(half_width=1.0, half_width_share=0.018, **limits), values) == 6
-
-
-def test_a_rule_without_a_limit_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ConfigurationError, match=r"stopping.half_width: missing; give it, or half_width_share"):
-        plan_of(tmp_path, study_text(extra='[stopping]\nmetric = "n_bytes"\nminimum = 2\nmaximum = 3\n'))
 
 
 def test_runs_that_never_got_there_count_in_a_rule_with_their_duration(tmp_path: Path) -> None:

@@ -48,15 +48,12 @@ def test_no_flipped_bit_holds_up_a_mission(policy: str, n: int, seed: int):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("memory", "policy", "vehicle"),
-    [("lost", "mps-ack-repeat", "AUV01"), ("kept", "ack", "ASV00"), ("lost", "ack", "ASV00")],
-)
-def test_a_mission_ends_although_a_vehicle_restarts(tmp_path: Path, memory: str, policy: str, vehicle: str):
-    """It is off from 300 to 360 s."""
+@pytest.mark.parametrize(("memory", "policy"), [("kept", "ack"), ("lost", "mps-ack-repeat")])
+def test_a_mission_ends_although_a_vehicle_restarts(tmp_path: Path, memory: str, policy: str):
+    """The head of all is off from 300 to 360 s."""
 
     def strike(raw: Raw) -> None:
-        raw["fault"] = [{"kind": "restarts", "vehicle": vehicle, "at_s": 300.0, "until_s": 360.0, "memory": memory}]
+        raw["fault"] = [{"kind": "restarts", "vehicle": "ASV00", "at_s": 300.0, "until_s": 360.0, "memory": memory}]
 
     run = run_varied(tmp_path, strike, "channel.per=0.4", f"communication.policy={policy}")
     assert run.n_false_beliefs == 0

@@ -84,6 +84,10 @@ def test_a_list_is_taken_as_it_is(tmp_path: Path) -> None:
         (("seed = 7", 'baseline = "ack-repeat"'), "study.baseline"),
         (("[set]", '[stopping]\nmetric = "n"\nhalf_width = 1\nminimum = 2\nmaximum = 3\n[set]'), "stopping.metric"),
         (("[set]", '[stopping]\nmetric = "n_bytes"\nhalf_width = 1\nmaximum = 3\n[set]'), "stopping.minimum = 10"),
+        (
+            ("[set]", '[stopping]\nmetric = "n_bytes"\nmaximum = 30\n[set]'),
+            "half_width: missing; give it, or half_w",
+        ),
         (('name = "bernoulli"', ""), "channel.name: missing"),
         (("[study]", "[study"), "TOML"),
         (("[set]", '[grid]\nstrategy.name = ["central"]\n[set]'), "grid.strategy.name: is set by study.strategies too"),

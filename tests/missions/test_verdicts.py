@@ -42,8 +42,7 @@ def assert_failed_for_want_of_vehicles(finished: Run, found: dict[str, Any]) -> 
     assert found["reason"].startswith(f"no vehicle left that is able to map: {open_percent:.0f} % open")
 
 
-@pytest.mark.parametrize("scenario", GROUNDS)
-@pytest.mark.parametrize("strategy", strategies())
+@pytest.mark.parametrize(("scenario", "strategy"), EACH)
 def test_with_empty_batteries_nothing_is_reached(scenario: str, strategy: str) -> None:
     finished, found = made(scenario, f"strategy.name={strategy}", *with_energy(scenario, 1.0))
     assert_failed_for_want_of_vehicles(finished, found)

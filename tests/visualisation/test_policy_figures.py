@@ -18,12 +18,12 @@ def write_figure(rows: list[StudyRow], kind: str, folder: Path, name: str, forma
 
 @pytest.fixture(scope="module")
 def rows() -> list[StudyRow]:
-    return run(ExchangeStudy(per=(0.1, 0.4, 0.7), trials=50, seed=3))
+    return run(ExchangeStudy(per=(0.1, 0.4, 0.7), trials=20, seed=3))
 
 
 @pytest.fixture(scope="module")
 def loaded() -> list[StudyRow]:
-    return [row for study in loaded_studies(trials=2)[::4] for row in run(study)]
+    return [row for study in loaded_studies(trials=2)[::8] for row in run(study)]
 
 
 @pytest.mark.parametrize("kind", ["delivered", "source", "senders"])
@@ -31,7 +31,7 @@ def test_a_figure_comes_with_caption_and_numbers(rows: list[StudyRow], kind: str
     picture, text, table = write_figure(rows, kind, tmp_path / "new", "figure-3", "svg")
     assert picture.name == "figure-3.svg"
     assert picture.stat().st_size > 5000
-    assert "n = 50 trials per point, seed 3" in text.read_text(encoding="utf-8")
+    assert "n = 20 trials per point, seed 3" in text.read_text(encoding="utf-8")
     with table.open(encoding="utf-8") as file:
         read = list(csv.DictReader(file))
     assert [(line["policy"], float(line["per"])) for line in read] == [(row.policy, row.per) for row in rows]

@@ -225,6 +225,7 @@ def test_the_card_of_the_shipped_strategies_is_one_of_the_suite() -> None:
     assert max(run.efficiency for run in runs) <= 1.0
 
 
+FATHOM_1 = "ea2aba0115e7405defc96f77238edc3bba40158ff1673c4883bfa99a3ad432f0"
 SEEDS_OF_FATHOM_1 = "d82117fed81a13fc3a2b480da550abe4df262d1818a23f5812df4cbcb80a7de7"
 STILL = SHORT[: SHORT.index("[[unforeseen]]")].replace("40.0\n", "40.0\nuncertainty.speed_spread = 0.0\n")
 SUITE = STILL + '[[unforeseen]]\nname = "nothing"\n'
@@ -244,8 +245,9 @@ def suite_in(folder: Path, seeds: str = SEEDS) -> tuple[Suite, Path]:
     return suite_named(str(folder / "short.toml")), folder / "seeds.txt"
 
 
-def test_the_seeds_by_which_fathom_1_is_judged_are_settled() -> None:
-    """Another digest means another list: who has tuned on one is judged by the next version's."""
+def test_the_cases_of_a_suite_and_the_seeds_by_which_it_is_judged_never_change() -> None:
+    """Another digest means other cases, of another suite, or another list, by which that is judged."""
+    assert suite_named("fathom-1").digest == FATHOM_1
     assert judging_of(suite_named("fathom-1")).seeds_sha256 == SEEDS_OF_FATHOM_1
 
 
@@ -314,34 +316,17 @@ def test_each_drawn_ground_has_a_fleet_of_its_own(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("seeds", "named"), [
     ("11\n12\n14\n", r"--seeds .*: sha256 = [0-9a-f]{12}; allowed: [0-9a-f]{12}, the seeds of short"),
     (None, "--split test: --seeds FILE is missing; the seeds of short have the sha256 [0-9a-f]{12} and are"),
+    *((f"11\n{line}\n", r"seeds\.txt:2: .*; allowed: a whole number below 2\^62")
+      for line in ("twelve", "-1", "1.5", 2**62)),
 ])  # fmt: skip
-def test_without_the_seeds_one_line_says_what_is_allowed(tmp_path: Path, seeds: str | None, named: str) -> None:
-    suite, path = suite_in(tmp_path)
-    if seeds is not None:
-        path.write_text(seeds, encoding="utf-8")
+def test_seeds_that_cannot_judge_are_one_line(tmp_path: Path, seeds: str | None, named: str) -> None:
+    suite, path = suite_in(tmp_path, SEEDS if seeds is None or "14" in seeds else seeds)
+    path.write_text(seeds or "", encoding="utf-8")
     with pytest.raises(OutputError, match=named):
         split_to_judge(suite, None if seeds is None else path, tmp_path / "grounds")
-
-
-@pytest.mark.parametrize("line", ["twelve", "-1", "1.5", str(2**62)])
-def test_a_seed_that_is_none_is_named_with_its_line(tmp_path: Path, line: str) -> None:
-    suite, path = suite_in(tmp_path, f"11\n{line}\n")
-    with pytest.raises(OutputError, match=r"seeds\.txt:2: .*; allowed: a whole number below 2\^62"):
-        split_to_judge(suite, path, tmp_path / "grounds")
-
-
-def test_a_suite_without_such_a_split_says_so(tmp_path: Path) -> None:
-    (tmp_path / "short.toml").write_text(SUITE, encoding="utf-8")
+    (tmp_path / "test" / "short.toml").unlink()
     with pytest.raises(OutputError, match=r"--split test: short has none: .* is missing; allowed: dev"):
-        split_to_judge(suite_named(str(tmp_path / "short.toml")), None, tmp_path)
-
-
-FATHOM_1 = "ea2aba0115e7405defc96f77238edc3bba40158ff1673c4883bfa99a3ad432f0"
-
-
-def test_the_cases_of_a_suite_never_change() -> None:
-    """Another digest means other cases: they are those of another suite, fathom-2."""
-    assert suite_named("fathom-1").digest == FATHOM_1
+        split_to_judge(suite, None, tmp_path)
 
 
 @pytest.mark.slow
@@ -363,19 +348,10 @@ TEXT = TEXT.replace('"measured"\nset."channel.name" = "network"', '"worse"\nset.
     ('"mapping-patches"', '"mapping-patch"', "suite.grounds.*a shipped scenario.*mapping-patches"),
     ('"worse"', '"alike"', "network.2.name.*give each its own"), ("repeats = 2", "repeats = 0", "suite.repeats = 0"),
     ("limit_s = 7200.0", "limit = 7200.0", "suite.limit"),
-])  # fmt: skip
-def test_a_file_that_is_wrong_is_told_by_key(was: str, now: str, said: str, tmp_path: Path) -> None:
-    path = tmp_path / "mine.toml"
-    path.write_text(TEXT.replace(was, now), encoding="utf-8")
-    with pytest.raises(ConfigurationError, match=said):
-        suite_named(str(path))
-
-
-@pytest.mark.parametrize(("was", "now", "said"), [
     ("0.6", "1.6", "channel.per = 1.6"), ("0.6", "0.4", "two cases of this suite run alike"),
     ('set."channel.per" = 0.6', 'set."channel.name" = "network"\nset."channel.network" = "lost.csv"', "lost.csv"),
 ])  # fmt: skip
-def test_a_network_that_cannot_be_is_told_before_a_run(was: str, now: str, said: str, tmp_path: Path) -> None:
+def test_a_file_that_is_wrong_is_told_by_key_before_a_run(was: str, now: str, said: str, tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     path.write_text(TEXT.replace(was, now), encoding="utf-8")
     with pytest.raises(ConfigurationError, match=said):

@@ -1,17 +1,12 @@
 """Altruism bears the mission of escorts: vehicles leave work of their own. Without its cause it does nothing."""
 
 import pytest
-from escorting import flown
+from varied import Varied, tracks
 
-from missions.runs.run import Run
-
+flown = Varied("escort-lines", "lines.toml").flown
 OFF = "decision.weight_external=0.0"
 PLAIN = tuple(f"line.line {number}.escorted=false" for number in (2, 5, 7, 10))
 SHORT = "scenario.duration_s=900.0"
-
-
-def tracks(of: Run) -> list[tuple[object, ...]]:
-    return list(of.recorder.trajectories)
 
 
 def test_following_is_performed_and_calls_move_to_it_alone() -> None:

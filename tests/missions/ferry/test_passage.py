@@ -3,14 +3,14 @@
 import math
 
 import pytest
-from ferrying import ferried
 from hypothesis import given
 from hypothesis import strategies as st
+from varied import Varied, tracks
 
 from missions.features.passage import MOUTH_M, ReefPassage
-from missions.runs.run import Run
 from remoras.avoidance import FASTEST_MPS, RECOVERY_S
 
+ferried = Varied("ferry-passage", "reef.toml").flown
 PASSAGE = ReefPassage(-42.5, 42.5, 10.0, 0.5)
 
 
@@ -67,10 +67,6 @@ def test_nobody_is_ever_in_the_reef(keys: tuple[str, ...]) -> None:
 
 KEPT, OFF = "guidance.keeps_calls=true", "decision.weight_external=0.0"
 LONG, SHORT = "scenario.duration_s=2000.0", "scenario.duration_s=500.0"
-
-
-def tracks(of: Run) -> list[tuple[object, ...]]:
-    return list(of.recorder.trajectories)
 
 
 @pytest.mark.slow

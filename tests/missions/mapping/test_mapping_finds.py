@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from small_mission import SMALL, line_of
 from surveying import mapper
+from watched import Facts
 
 from missions.errors import ConfigurationError
 from missions.mapping.detections import NO_WAY_S, PATIENCE_S, Inspecting, InspectionJob, find_names, seabed_with_finds
@@ -28,21 +29,6 @@ SEABED = Seabed.of_areas(25.0, {"area": ((0.0, 0.0), (0.0, 100.0), (100.0, 100.0
 FINDS = FindsTable(number=3)
 QUICK = ("remoras", "fixed-partition")
 """Strategies whose missions are flown in every test run."""
-
-
-class Facts:
-    """What a vehicle knows, by key."""
-
-    def __init__(self, known: dict[tuple[str, str], Any] | None = None) -> None:
-        self.known = known or {}
-
-    def get(self, key: tuple[str, str], default: Any = None, /) -> Any:
-        return self.known.get(key, default)
-
-    def values(self, key: tuple[str, str]) -> set[Any]:
-        return {self.known[key]} if key in self.known else set()
-
-    n_told = 0
 
 
 def with_finds(number: int = 2, *more: str) -> Scenario:

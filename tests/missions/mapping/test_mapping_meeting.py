@@ -1,11 +1,11 @@
 """Vehicles of one mission: places in formation, jobs that two chose, and work that keeps them from the meeting."""
 
 import tomllib
-from typing import Any
 
 import pytest
 import tomli_w
 from surveying import mapper
+from watched import Facts
 
 from missions.document import Document
 from missions.files import shipped, text_of
@@ -17,7 +17,6 @@ from missions.runs.results import MemoryResults
 from missions.runs.run import Run, run
 from missions.scenarios.loading import scenario_from
 from remoras.behaviours import Standing
-from remoras.beliefs import Key
 from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.radio import note_position
@@ -53,24 +52,6 @@ def test_a_place_is_farther_from_a_leader_that_turns_on_a_wide_circle_or_keeps_o
 WEST = SurveyJob("west", ((0.0, 0.0), (0.0, 100.0), (100.0, 100.0), (100.0, 0.0)))
 EAST = SurveyJob("east", ((100.0, 0.0), (100.0, 100.0), (200.0, 100.0), (200.0, 0.0)))
 """Areas of 16 cells of 25 m each."""
-
-
-class Facts:
-    """What a vehicle knows: values by key; of cells all that were told."""
-
-    def __init__(self) -> None:
-        self.known: dict[Key, Any] = {}
-        self.cells: dict[str, set[float]] = {"west": set(), "east": set()}
-
-    def get(self, key: Key, default: Any = None, /) -> Any:
-        return self.known.get(key, default)
-
-    def values(self, key: Key) -> set[Any]:
-        if key[0] == "mappedCell":
-            return self.cells[key[1]]
-        return {self.known[key]} if key in self.known else set()
-
-    n_told = 0
 
 
 def answers(facts: Facts, goal: float, finds: tuple[str, ...] = ()) -> float:

@@ -67,17 +67,10 @@ def test_a_cell_is_new_to_a_sensor_once() -> None:
     one, other = (SwathSensor(25.0, 1.3, "AUV00") for _ in range(2))
     assert cells(one, 12.5, 12.5, 1.3) == [(0, 0)]
     assert cells(one, 12.5, 14.0, 1.3) == []
+    assert cells(other, 12.5, 12.5, 1.31) == []  # too fast
     assert cells(other, 12.5, 12.5, 1.3) == [(0, 0)]
-
-
-def test_what_is_found_is_a_fact_of_its_area() -> None:
-    """Cell (2, 1) is in the second row of four: index 1 * 4 + 2."""
-    found = SwathSensor(25.0, 1.3, "AUV00").sense(Pose(62.5, 37.5, 20.0, 0.0, 1.0), FIELD, 0.0)
-    assert found == [Observation((("field", "mappedCell", 6),))]
-
-
-def test_too_fast_nothing_is_mapped() -> None:
-    assert cells(SwathSensor(25.0, 1.3, "AUV00"), 12.5, 12.5, 1.31) == []
+    found = one.sense(Pose(62.5, 37.5, 20.0, 0.0, 1.0), FIELD, 0.0)
+    assert found == [Observation((("field", "mappedCell", 6),))]  # cell (2, 1) is in the second row of four: 1 * 4 + 2
 
 
 def test_a_vehicle_that_is_faster_than_its_data_maps_faster() -> None:

@@ -1,89 +1,32 @@
 """The truth of mapping, told a fleet by hand: milestones in their order, and who is missing at the end."""
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import pytest
 from sample_vehicles import AUV
+from watched import JETTY_M, PLAYED, TEAM, seen
 
 from missions.mapping.sensors import COVERAGE, Seabed, SeabedFeature, SwathSettings
 from missions.mapping.truth import GOAL, MappingTruth
 from missions.meeting import Meeting
 from remoras.activities import Objective
-from remoras.database import VehicleData
 from remoras.mission import FleetView, Milestone
-from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
+from remoras.organisation import Group, Organisation, RoleAssignment
 from remoras.recorder import Recorder
 
-TEAM = Group(
-    "Team",
-    (RoleSpecification("Head", 1, 1, head=True, founding=True), RoleSpecification("Hand", 1, None, founding=True)),
-    "jetty",
-    "AreaMapping",
-)
-JETTY_M = (100.0, 100.0)
 EXPLORING = Objective("Team", "Hand", "Exploring", "bank")
 NOTHING = Seabed(25.0, {})
 BANK = Seabed.of_areas(25.0, {"bank": [(200.0, 0.0), (300.0, 0.0), (300.0, 25.0), (200.0, 25.0)]})
 """Four cells in a row, whose centres are at 212.5, 237.5, 262.5 and 287.5."""
-PLAYED = (RoleAssignment("Team", "Head", "A"), RoleAssignment("Team", "Hand", "B"))
 
 
-@dataclass
-class Seen:
-    """A vehicle as the truth sees it; by default all is agreed, nothing is being done, and it is far away."""
-
-    name: str
-    position_m: tuple[float, float] = (0.0, 0.0)
-    is_alive: bool = True
-    speed_mps: float = 1.0
-    data: VehicleData = AUV
-    sensing: Sequence[str] = ()
-    organisation: Organisation = field(default_factory=lambda: Organisation.of([TEAM], PLAYED))
-    performed: tuple[str, ...] = ()
-    finished: Sequence[Objective] = ()
-    issued: Iterable[Any] = ()
-    issued_objectives: Iterable[Objective] = ()
-    has: tuple[Objective, ...] = ()
-    planned: bool = True
-    busy: bool = False
-    is_in_contact: bool = True
-    communicates: bool = True
-    will_return: bool = False
-    able: tuple[str, ...] = ("Hand",)
-    met: bool = False
-    is_patient: bool = False
-
-    @property
-    def able_data(self) -> VehicleData | None:
-        return self.data if self.is_alive or self.will_return else None
-
-    def can_play(self, group: str, role: str) -> bool:
-        return role in self.able
-
-    def has_met(self, group: str) -> bool:
-        return self.met
-
-    def objectives_of(self, vehicle: str) -> tuple[Objective, ...]:
-        return self.has
-
-    def leads(self, group: str) -> bool:
-        return self.name == "A"
-
-    def has_planned(self, group: str) -> bool:
-        return self.planned
-
-    def gives_out(self, group: str) -> bool:
-        return self.busy
-
-
-@dataclass
 class Fleet(FleetView):
     """Head A and hand B."""
 
-    a: Seen = field(default_factory=lambda: Seen("A"))
-    b: Seen = field(default_factory=lambda: Seen("B"))
+    def __init__(self, a: Any = None, b: Any = None) -> None:
+        self.a, self.b = a or seen("A"), b or seen("B")
 
     @property
     def vehicles(self) -> Sequence[Any]:
@@ -158,7 +101,7 @@ def test_nobody_waits_for_the_dead_unless_somebody_is_free_to_take_the_place() -
     fleet.a.position_m = JETTY_M
     fleet.b.is_in_contact = False
     assert watching.observe(fleet, 1.0)
-    spare = Seen("C", organisation=Organisation.of([TEAM], [*PLAYED, RoleAssignment("Team", "Extra", "C")]))
+    spare = seen("C", organisation=Organisation.of([TEAM], [*PLAYED, RoleAssignment("Team", "Extra", "C")]))
     spare.position_m = JETTY_M
     watching, fleet.b = truth(), spare
     assert not watching.observe(fleet, 1.0)
@@ -185,7 +128,7 @@ def test_the_group_that_supervises_gathers_last() -> None:
     crew = Group("Crew", TEAM.roles, "jetty", None)
     played = (*PLAYED, RoleAssignment("Crew", "Head", "A"), RoleAssignment("Crew", "Hand", "B"))
     organisation = Organisation.of([TEAM, crew], played)
-    fleet = Fleet(Seen("A", JETTY_M, organisation=organisation), Seen("B", JETTY_M, organisation=organisation))
+    fleet = Fleet(*(seen(name, position_m=JETTY_M, organisation=organisation) for name in "AB"))
     watching = truth(TEAM, crew)
     assert watching.observe(fleet, 1.0)
     assert [m.group for m in watching.milestones if m.name == "gathered"] == ["Crew", "Team"]

@@ -6,10 +6,11 @@ Where the channel has room for all, the same change makes no difference.
 import math
 
 import pytest
-from hunting import hunted
+from varied import Varied
 
 from exchange.arithmetic import log
 
+hunted = Varied("minehunting-contacts", "contacts.toml").flown
 SHORT = "scenario.duration_s=30.0"
 
 

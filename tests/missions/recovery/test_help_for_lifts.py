@@ -4,16 +4,18 @@ import itertools
 import math
 
 import pytest
-from recovering import events, flown
+from varied import Varied, tracks
 
 from missions.runs.run import Run
 
+flown = Varied("recovery-field", "field.toml").flown
 OFF = "decision.weight_external=0.0"
 SHORT, LONG = "scenario.duration_s=900.0", "scenario.duration_s=2000.0"
 
 
-def tracks(of: Run) -> list[tuple[object, ...]]:
-    return list(of.recorder.trajectories)
+def events(of: Run, event: str) -> dict[str, float]:
+    """When a lift came to an event, by name."""
+    return {row[2]: row[0] for row in of.recorder.rows("lifts") if row[3] == event}
 
 
 def waits_s(*keys: str) -> float:

@@ -3,8 +3,8 @@
 import math
 
 import pytest
-from resupplying import FULL, OFF, events, sampled
 from sample_vehicles import AUV
+from varied import Varied, tracks
 
 from missions.errors import ConfigurationError
 from missions.nodes import NodePlan
@@ -17,12 +17,16 @@ from missions.runs.setup import resolved
 from missions.scenarios import load
 from remoras.sensor import Pose
 
+sampled = Varied("resupply-field", "field.toml").flown
+OFF = "decision.weight_external=0.0"
+FULL = ("vehicle.AUV03.sensor.corer.battery_j=1e6", "vehicle.AUV04.sensor.auger.battery_j=1e6")
 SHORT = "scenario.duration_s=1500.0"
 CALM = "decision.tedium_per_s=0.0"
 
 
-def tracks(of: Run) -> list[tuple[object, ...]]:
-    return list(of.recorder.trajectories)
+def events(of: Run, event: str) -> list[tuple[float, str, str, float]]:
+    """What befell holes: time, vehicle, hole, energy."""
+    return [(row[0], row[1], row[2], row[4]) for row in of.recorder.rows("energy") if row[3] == event]
 
 
 def lost(vehicle: str, at_s: float) -> str:
@@ -128,9 +132,6 @@ def test_nature_has_to_be_callable(monkeypatch: pytest.MonkeyPatch) -> None:
         load("resupply-field")
 
 
-LOST = 'fault=[{kind="lost",vehicle="AUV03",at_s=700.0}]'
-
-
 def anew(seed: int, *keys: str) -> Run:
     """A run that is not taken from those that were made before."""
     return run(load("resupply-field", [("--set", key) for key in keys]), seed)
@@ -144,11 +145,11 @@ def ended_s(of: Run) -> float:
 @pytest.mark.slow
 def test_nobody_helps_at_a_hole_whose_vehicle_is_lost(monkeypatch: pytest.MonkeyPatch) -> None:
     """The run ends once the others are home; a helper that did not see that nobody waits lay there for 1000 s more."""
-    done = sampled(1, LOST)
+    done = sampled(1, lost("AUV03", 700.0))
     assert not done.completed
     assert "no vehicle left that is able to do hole 2, hole 3, hole 4" in done.reason
     monkeypatch.setattr(Bringing, "_is_awaited", lambda self, picture: True)
-    assert ended_s(anew(1, LOST)) > ended_s(done) + 500.0
+    assert ended_s(anew(1, lost("AUV03", 700.0))) > ended_s(done) + 500.0
 
 
 @pytest.mark.parametrize("strategy", ["cbba", "status-broadcast"])

@@ -13,9 +13,7 @@ from missions.runs.fleet_metrics import (
     closest_approach_m,
     conflicts,
     idle_s,
-    job_roles,
     recovery_time_s,
-    vehicles_for_jobs,
 )
 from missions.runs.organisation_metrics import (
     holder_conflict_fraction,
@@ -42,11 +40,6 @@ def finished(completed: bool = True, end_s: float = 1000.0, **rows: list[tuple[A
         recorder.rows(name).extend(own)
     made: Any = SimpleNamespace(recorder=recorder, scenario=SCENARIO, completed=completed, end_s=end_s)
     return made  # type: ignore[no-any-return]
-
-
-def test_work_is_the_roles_with_a_job_and_those_who_may_play_them() -> None:
-    assert {role for _, role in job_roles(SCENARIO)} == {"LeftWinger", "Midfield", "RightWinger"}
-    assert vehicles_for_jobs(SCENARIO) == ("AUV00", "AUV01", "AUV02")  # the surface vehicle leads
 
 
 def test_idle_is_the_time_in_which_no_role_with_a_job_is_served() -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
-from small_mission import SMALL
+from small_mission import SMALL, pond
 
 from missions.errors import OutputError
 from missions.runs import folder as folders
@@ -19,15 +19,12 @@ from missions.runs.folder import new_content
 from missions.runs.results import MemoryResults, Results, write_results
 from missions.runs.run import Run
 from missions.runs.run import run as run_scenario
-from missions.scenarios import load
 
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Run, Run]:
-    file = tmp_path_factory.mktemp("scenario") / "pond.toml"
-    file.write_text(SMALL, encoding="utf-8")
-    one, other = (run_scenario(load(str(file), [("--set", "scenario.duration_s=40")]), seed) for seed in (1, 2))
-    return one, other
+    scenario = pond(tmp_path_factory.mktemp("scenario"), SMALL, "scenario.duration_s=40")
+    return run_scenario(scenario, 1), run_scenario(scenario, 2)
 
 
 def everything_in(folder: Path) -> dict[str, bytes]:

@@ -5,12 +5,12 @@ from typing import Any
 
 import pytest
 from small_mission import SMALL
+from small_mission import pond as pond_of
 
 from missions.errors import ConfigurationError
 from missions.runs.assembly import actual, assemble
-from missions.runs.setup import Setup, resolved, sensors_of
-from missions.scenarios import Scenario, load
-from remoras.errors import PluginError
+from missions.runs.setup import Setup, resolved
+from missions.scenarios import Scenario
 from remoras.fleet import Fleet
 
 SECONDS_S = 200.0
@@ -18,9 +18,8 @@ SECONDS_S = 200.0
 
 @pytest.fixture(scope="module")
 def scenario(tmp_path_factory: pytest.TempPathFactory) -> Scenario:
-    file = tmp_path_factory.mktemp("setup") / "pond.toml"
-    file.write_text(SMALL, encoding="utf-8")
-    return load(str(file), [("--set", f"scenario.duration_s={SECONDS_S}"), ("--set", "uncertainty.speed_spread=0.1")])
+    settings = (f"scenario.duration_s={SECONDS_S}", "uncertainty.speed_spread=0.1")
+    return pond_of(tmp_path_factory.mktemp("setup"), SMALL, *settings)
 
 
 @pytest.fixture(scope="module")
@@ -68,19 +67,10 @@ def test_a_vehicle_is_as_fast_as_it_really_is_and_believed_to_be_as_its_data_say
     fleet.close()
 
 
-def test_a_sensor_that_cannot_be_made_is_named_with_its_vehicle(pond: Setup, monkeypatch: pytest.MonkeyPatch) -> None:
-    data = pond.database["Diver"]
-    monkeypatch.setattr(type(data.sensors[0]), "make", lambda self, data: object())
-    with pytest.raises(PluginError, match=r"sensor mapping of Diver: lacks table, sense of remoras\.sensor\.Sensor"):
-        sensors_of(data)
-
-
 def test_a_group_that_nobody_comes_to_lead_is_a_fault(tmp_path: Path) -> None:
     """The Skipper must also be Scout, a role that is not played before the mission; that is one fault, told once."""
-    file = tmp_path / "pond.toml"
     text = SMALL.replace("head = true", 'head = true\n  played_by = "Team.Scout"')
-    file.write_text(text.replace('["Skipper"]', '["Skipper", "Scout"]'), encoding="utf-8")
-    scenario = load(str(file))
+    scenario = pond_of(tmp_path, text.replace('["Skipper"]', '["Skipper", "Scout"]'))
     with pytest.raises(
         ConfigurationError, match=r"group\.Team\.role\.Skipper: nobody came to play it before"
     ) as caught:
@@ -92,9 +82,8 @@ def test_a_job_that_vehicles_without_the_social_layer_alone_are_able_to_do_needs
     tmp_path: Path,
 ) -> None:
     """The Diver alone can do the jobs."""
-    file = tmp_path / "pond.toml"
-    file.write_text(SMALL.replace('name = "Diver"', 'name = "Diver"\nsocial_layer = false'), encoding="utf-8")
-    resolved(load(str(file), [("--set", "strategy.name='central'")]))
-    auctioned = load(str(file), [("--set", "strategy.name='contract-net'")])
+    text = SMALL.replace('name = "Diver"', 'name = "Diver"\nsocial_layer = false')
+    resolved(pond_of(tmp_path, text, "strategy.name='central'"))
+    auctioned = pond_of(tmp_path, text, "strategy.name='contract-net'")
     with pytest.raises(ConfigurationError, match=r"role\..*\.job.*contract-net .* Diver has none: set social_layer"):
         resolved(auctioned)

@@ -7,21 +7,20 @@ from pathlib import Path
 
 import pytest
 from faulty_missions import SounderSettings
-from small_mission import SMALL, line_of
+from small_mission import SMALL, faults_of, line_of, pond
 
 from exchange.acoustics.modems import modems
 from missions.document import Document
-from missions.errors import ConfigurationError, ConfigurationFault
+from missions.errors import ConfigurationError
 from missions.files import shipped
 from missions.mapping.sensors import SwathSettings
 from missions.runs.knowledge import query
 from missions.runs.results import Results, write_results
 from missions.runs.run import run
 from missions.runs.setup import resolved
-from missions.scenarios import Scenario, load
+from missions.scenarios import load
 from missions.scenarios.loading import scenario_from
 from missions.scenarios.modem import ModemTable, modem_named
-from remoras.database import VehicleData
 
 OWN = """
 [modem.quay]
@@ -202,32 +201,15 @@ LISTED = SMALL.replace("[vehicle.sensor]", "[[vehicle.sensor]]")
 SECOND = '\n  [[vehicle.sensor]]\n  name = "deep"\n  type = "faulty_missions:SounderSettings"\n  interval_s = 5.0\n'
 
 
-def loaded(folder: Path, text: str) -> Scenario:
-    file = folder / "pond.toml"
-    file.write_text(text, encoding="utf-8")
-    return load(str(file))
-
-
-def diver(folder: Path, text: str) -> VehicleData:
-    return resolved(loaded(folder, text)).database["Diver"]
-
-
-def fault(folder: Path, text: str) -> ConfigurationFault:
-    with pytest.raises(ConfigurationError) as caught:
-        loaded(folder, text)
-    (found,) = caught.value.faults
-    return found
-
-
 def test_a_single_table_and_a_list_of_one_are_the_same_sensor(tmp_path: Path) -> None:
-    one, listed = loaded(tmp_path, SMALL), loaded(tmp_path, LISTED)
+    one, listed = pond(tmp_path, SMALL), pond(tmp_path, LISTED)
     assert one == listed
-    (sensor,) = diver(tmp_path, SMALL).sensors
+    (sensor,) = resolved(one).database["Diver"].sensors
     assert sensor == SwathSettings(name="mapping", swath_m=10.0, speed_limit_mps=2.0)
 
 
 def test_several_sensors_of_one_vehicle_are_had_by_their_names(tmp_path: Path) -> None:
-    data = diver(tmp_path, LISTED + SECOND)
+    data = resolved(pond(tmp_path, LISTED + SECOND)).database["Diver"]
     assert [(type(sensor), sensor.name) for sensor in data.sensors] == [
         (SwathSettings, "mapping"),
         (SounderSettings, "deep"),
@@ -253,7 +235,7 @@ def test_a_fault_in_a_sensors_table_is_told_with_its_line(
 ) -> None:
     assert old in text
     wrong = text.replace(old, new, 1)
-    found = fault(tmp_path, wrong)
+    (found,) = faults_of(tmp_path, wrong)
     assert found.key.startswith("vehicle.Diver.sensor")
     assert found.key.endswith(f".{key}")
     assert found.given == given
@@ -264,7 +246,7 @@ def test_a_fault_in_a_sensors_table_is_told_with_its_line(
 
 def test_a_fault_in_the_second_table_points_into_it(tmp_path: Path) -> None:
     wrong = LISTED + SECOND.replace("interval_s = 5.0", "interval = 5.0")
-    found = fault(tmp_path, wrong)
+    (found,) = faults_of(tmp_path, wrong)
     assert found.key == "vehicle.Diver.sensor.deep.interval"
     assert "did you mean 'interval_s'" in found.allowed
     assert found.line == line_of(wrong, "interval =")
@@ -274,4 +256,4 @@ def test_a_fault_in_the_second_table_points_into_it(tmp_path: Path) -> None:
 def test_what_is_no_table_is_a_fault(tmp_path: Path, wrong: str) -> None:
     text = SMALL[: SMALL.index("  [vehicle.sensor]")] + f"sensor = {wrong}\n"
     with pytest.raises(ConfigurationError, match=r"vehicle\.Diver\.sensor"):
-        loaded(tmp_path, text)
+        pond(tmp_path, text)

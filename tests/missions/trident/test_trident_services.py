@@ -86,6 +86,14 @@ def test_without_inference_only_what_is_called_alike_fits() -> None:
     known = Known(inference=False)
     assert [known.ways(one) for one in (FIND, FIX, HOLD, HANDLE, CHOOSE)] == [()] * 5
     assert known.block("east", "IAUV00") == ()
+    raw = tables()
+    raw["mission"]["inference"] = False
+    module(raw, "IAUV00 arm")["capability"] = "Manipulation"
+    of = TridentScenario.model_validate(raw)
+    known.matching = Matching.of(of, database_of(of, TridentMission).values())
+    assert known.ways(HANDLE) == ("IAUV00 arm",)
+    known.say("IAUV00 arm", "serviceStatus", "failed")
+    assert known.ways(HANDLE) == ()
 
 
 def test_a_service_that_says_it_failed_is_not_available_and_is_again_when_it_says_so() -> None:
@@ -271,19 +279,4 @@ def test_objects_lie_inside_blocks_and_apart() -> None:
             )
         gaps = [math.dist(a.position_m, b.position_m) for a in found for b in found if a is not b]
         assert min(gaps) >= APART_M
-
-
-def test_the_place_of_the_target_may_be_given() -> None:
-    target, *_ = lying((WEST,), (33.0, 144.0), 1, 3)
-    assert target == Lying("target", (33.0, 144.0), True)
-
-
-def test_without_inference_a_service_that_is_called_alike_does_fit() -> None:
-    raw = tables()
-    raw["mission"]["inference"] = False
-    module(raw, "IAUV00 arm")["capability"] = "Manipulation"
-    of = TridentScenario.model_validate(raw)
-    matching, known = Matching.of(of, database_of(of, TridentMission).values()), Known()
-    assert matching.ways(HANDLE, "IAUV00", known.facts, BOTH) == ("IAUV00 arm",)
-    known.say("IAUV00 arm", "serviceStatus", "failed")
-    assert matching.ways(HANDLE, "IAUV00", known.facts, BOTH) == ()
+    assert lying((WEST,), (33.0, 144.0), 1, 3)[0] == Lying("target", (33.0, 144.0), True)  # its place may be given

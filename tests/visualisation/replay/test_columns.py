@@ -68,10 +68,3 @@ def test_what_is_missing_or_not_finite_counts_as_nothing() -> None:
     columns = Columns()
     columns.add("a", np.array([1.0, np.nan, np.inf, 2.0]), 1, 0.5)
     assert opened(columns.block({}))[1]["a"] == [1.0, 0.0, 0.0, 2.0]
-
-
-def test_what_hardly_changes_takes_hardly_any_room() -> None:
-    """50 vehicles that move evenly for an hour: 180,000 positions in less than a hundredth of a byte each."""
-    columns = Columns()
-    columns.add("x", np.tile(np.arange(3600) * 1.5, 50), 2, 2.0**-5)
-    assert len(columns.block({})) < 1800

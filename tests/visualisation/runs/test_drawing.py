@@ -11,29 +11,32 @@ from legibility import check_texts
 from synthetic_runs import DECLARED, FICTIONS, FINDS, LONG, Fiction
 
 from missions.runs.results import Results
-from visualisation import FORMATS, KINDS, DrawingError, style
+from visualisation import KINDS, DrawingError, style
 from visualisation.page import DrawnPage
 from visualisation.runs import ViewAt, draw_run_figures, motivation, run_picture
 
 ALL_KINDS = [*KINDS, FINDS.name]
 
 
-def drawn(runs: dict[str, Results], name: str, kind: str) -> DrawnPage:
-    return run_picture(runs[name], kind, DECLARED, FICTIONS[name].places)
+NARROW = [("sixteen vehicles", 3.5), ("sixteen vehicles", 5.0), ("long names", 3.5)]
+
+
+def drawn(runs: dict[str, Results], name: str, kind: str, width_in: float | None = None) -> DrawnPage:
+    return run_picture(runs[name], kind, DECLARED, FICTIONS[name].places, width_in)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ALL_KINDS)
-@pytest.mark.parametrize("name", FICTIONS)
+@pytest.mark.parametrize(("name", "width_in"), [*((name, None) for name in FICTIONS), *NARROW])
 def test_texts_overlap_nothing_and_captions_hold_the_conditions_of_the_run(
-    runs: dict[str, Results], name: str, kind: str, monkeypatch: pytest.MonkeyPatch
+    runs: dict[str, Results], name: str, width_in: float | None, kind: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Nor are texts cut off."""
-    figure, text = (page := drawn(runs, name, kind)).figure, page.caption
+    """Nor are texts cut off; a figure is as wide as it is wanted."""
+    figure, text = (page := drawn(runs, name, kind, width_in)).figure, page.caption
     vehicles = len(FICTIONS[name].vehicles)
     for part in (f"n = {vehicles} vehicles", "seed 77", "policy m-ack", "PER 25 %", "mission time"):
         assert part in text
-    assert figure.get_figwidth() in {style.COLUMN_IN, style.PAGE_IN}
+    assert figure.get_figwidth() in ({style.COLUMN_IN, style.PAGE_IN} if width_in is None else {width_in})
     check_texts(figure, monkeypatch)
 
 
@@ -50,12 +53,6 @@ def test_the_same_results_give_the_same_bytes(
         name for kind in kinds for name in (f"{kind}.{file_format}", f"{kind}.txt")
     ]
     assert [path.read_bytes() for path in first] == [path.read_bytes() for path in again]
-
-
-def test_no_kinds_are_all_kinds(tmp_path: Path, runs: dict[str, Results]) -> None:
-    written = draw_run_figures(runs["empty tables"], [], tmp_path, "svg", DECLARED)
-    assert [path.stem for path in written.files[::2]] == ALL_KINDS
-    assert written.notes == []
 
 
 def test_settings_of_the_user_change_nothing(tmp_path: Path, runs: dict[str, Results]) -> None:
@@ -75,18 +72,19 @@ def test_faults_are_in_the_legend_and_the_caption(runs: dict[str, Results], kind
     assert "Faults" not in drawn(runs, "two vehicles", kind).caption
 
 
-def test_a_caption_tells_why_a_run_did_not_complete(runs: dict[str, Results]) -> None:
-    assert "not completed (out of time)" in drawn(runs, "not completed", "roles").caption
-
-
-def test_a_caption_gives_names_whole(runs: dict[str, Results]) -> None:
-    assert LONG in drawn(runs, "long names", "trajectories").caption
-
-
-def test_a_channel_without_loss_rate_has_none_in_the_caption(tmp_path: Path) -> None:
-    run = Fiction().write(tmp_path / "run")
-    run.summary["per"] = None
-    assert "PER" not in run_picture(run, "roles").caption
+@pytest.mark.parametrize(
+    ("name", "kind", "part"),
+    [("not completed", "roles", "not completed (out of time)"), ("long names", "trajectories", LONG)],
+)
+def test_a_caption_tells_why_a_run_did_not_complete_and_gives_names_whole(
+    runs: dict[str, Results], name: str, kind: str, part: str
+) -> None:
+    caption = drawn(runs, name, kind).caption
+    assert part in caption
+    without = Results(runs[name].folder)
+    without.summary["per"] = None
+    assert "PER" in caption
+    assert "PER" not in run_picture(without, kind, DECLARED, FICTIONS[name].places).caption
 
 
 @pytest.mark.parametrize(
@@ -106,12 +104,6 @@ def test_what_cannot_be_drawn_is_refused(
     with pytest.raises(DrawingError, match=message):
         draw_run_figures(runs["two vehicles"], kinds, tmp_path / "out", **given)
     assert not (tmp_path / "out").exists()
-
-
-def test_formats_are_those_that_can_be_written(runs: dict[str, Results]) -> None:
-    figure = drawn(runs, "two vehicles", "roles").figure
-    begins = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
-    assert {name: style.rendered(figure, name)[: len(begins[name])] for name in FORMATS} == begins
 
 
 def test_a_figure_without_its_table_is_left_out_with_a_note_or_refused(tmp_path: Path) -> None:

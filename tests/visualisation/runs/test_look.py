@@ -4,30 +4,13 @@ import re
 from pathlib import Path
 
 import pytest
-from legibility import check_texts
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from PIL import Image
-from synthetic_runs import DECLARED, FICTIONS, FINDS
 
 from missions.runs.results import Results
 from visualisation import KINDS, style
 from visualisation.runs import draw_run_figures, run_picture
-
-ALL_KINDS = [*KINDS, FINDS.name]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", ALL_KINDS)
-@pytest.mark.parametrize(
-    ("name", "width_in"), [("sixteen vehicles", 3.5), ("sixteen vehicles", 5.0), ("long names", 3.5)]
-)
-def test_a_figure_is_as_wide_as_it_is_wanted(
-    runs: dict[str, Results], name: str, kind: str, width_in: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    figure = run_picture(runs[name], kind, DECLARED, FICTIONS[name].places, width_in).figure
-    assert figure.get_figwidth() == width_in
-    check_texts(figure, monkeypatch)
 
 
 def colours(figure: Figure) -> set[str]:

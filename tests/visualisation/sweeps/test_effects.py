@@ -63,8 +63,10 @@ def test_effects_are_those_of_the_law(results: SweepResults) -> None:
 
 
 def test_a_half_gives_main_effects_mixed_with_interactions_and_says_so(tmp_path: Path) -> None:
-    """With C = AB the interaction of 8 s goes to C."""
-    rows = of_all(effects_of(sweep(halvings=1).write(tmp_path / "half"), ["mission_time_s"]))
+    """With C = AB the interaction of 8 s goes to C. A design of one condition is drawn, though it has no axis."""
+    results = sweep(channels=[("bernoulli", (0.8,), {})], halvings=1).write(tmp_path / "half")
+    assert [axes.get_title(loc="left") for axes in sweep_picture(results, "effects").figure.axes] == [""]
+    rows = {row.term: row for row in effects_of(results, ["mission_time_s"])}
     mixed = rows["guidance.repulsion"]
     assert mixed.aliases == "decision.weight_external x guidance.attraction"
     assert mixed.effect == pytest.approx(8.0, abs=1.5)
@@ -83,15 +85,11 @@ def test_runs_that_do_not_get_there_are_counted(tmp_path: Path) -> None:
     assert row.effect > 5000.0
 
 
-def test_few_repeats_have_no_interval(tmp_path: Path) -> None:
-    rows = effects_of(sweep(repeats=7).write(tmp_path / "few"), ["mission_time_s"])
-    assert all(row.ci95_low is None and row.note == "n too small" for row in rows)
-
-
-def test_a_condition_that_lacks_a_run_is_left_out(tmp_path: Path) -> None:
+def test_few_repeats_have_no_interval_and_a_condition_that_lacks_a_run_is_left_out(tmp_path: Path) -> None:
     """The second loss rate comes last for each point; the last configuration of it was not made."""
-    rows = effects_of(sweep(n_remaining=12).write(tmp_path / "part"), ["mission_time_s"])
+    rows = effects_of(sweep(repeats=7, n_remaining=7).write(tmp_path / "few"), ["mission_time_s"])
     assert {row.condition for row in rows} == {"mapping-rendezvous, remoras, m-ack, bernoulli per 0.2"}
+    assert all(row.ci95_low is None and row.note == "n too small" for row in rows)
 
 
 def test_other_studies_have_none(tmp_path: Path) -> None:
@@ -115,12 +113,6 @@ def test_the_figure_has_a_panel_for_each_condition_and_a_whisker_for_each_factor
     assert labels[0] == "weight_external\n0.0 to 1.0"
     for part in ("n = 12 repeats", "full factorial, 2^3 = 8 runs", "master seed 11", "95 % intervals"):
         assert part in drawn.caption
-
-
-def test_a_design_of_one_condition_is_drawn_though_its_runs_have_no_axis(tmp_path: Path) -> None:
-    one = sweep(channels=[("bernoulli", (0.8,), {})], halvings=1).write(tmp_path / "one")
-    panels = sweep_picture(one, "effects").figure.axes
-    assert [axes.get_title(loc="left") for axes in panels] == [""]
 
 
 def test_a_factorial_study_is_drawn_as_effects_alone(results: SweepResults, tmp_path: Path) -> None:
