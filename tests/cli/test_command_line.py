@@ -155,7 +155,7 @@ def test_summaries_of_equal_runs_are_the_same_bytes_and_the_manifest_has_the_tim
     assert json.loads((tmp_path / "one" / "manifest.json").read_text())["wall_s"] > 0.0
 
 
-def test_results_are_written_and_not_overwritten_without_being_asked(tmp_path: Path):
+def test_results_are_written_and_not_overwritten_without_being_asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """The mission would not complete and exit 1; an output that cannot be is refused before the run."""
     out = tmp_path / "run"
     run = ("run", "mapping-rendezvous", *SHORT, "--out")
@@ -166,6 +166,7 @@ def test_results_are_written_and_not_overwritten_without_being_asked(tmp_path: P
     assert Results.read(out).summary["seed"] == 1
     assert remoras(*run, out, "--seed", "3", "--force").exit_code == 1
     assert Results.read(out).summary["seed"] == 3
+    monkeypatch.setattr("missions.runs.run.run", lambda *_, **__: pytest.fail("it is run"))
     for place in ("summary.json", "summary.json/below"):
         assert "--out" in refused(*run, out / place)
 

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -264,3 +265,8 @@ def test_a_cut_parts_a_fleet_for_exactly_its_time(tmp_path: Path):
     far = {"ASV00": {"AUV01"}, "AUV00": {"AUV01"}, "AUV01": {"ASV00", "AUV00"}, "AUV02": set()}
     assert {sender for time_s, sender in packets if 30.0 <= time_s < 60.0} == set(SHIPPED)
     assert all(lost == (far[who] if 30.0 <= at_s < 60.0 else set()) for (at_s, who), lost in packets.items())
+
+
+def test_every_seed_loses_other_packets(tmp_path: Path):
+    lost = [lost_by(run_with(tmp_path, {"name": "bernoulli", "per": 0.5}, seed)) for seed in range(1, 5)]
+    assert all(one != other for one, other in combinations(lost, 2))

@@ -74,7 +74,6 @@ ONE_FAULT = [
      "up to transit_speed_mps = 2.0", "survey_speed_mps"),
     ("swath_m = 10.0", "swath_m = 0.0", "vehicle.Diver.sensor.swath_m", "0.0", "greater than or equal to 0.1",
      "swath_m"),
-    ("swath_m = 10.0", "swath_m = 2020-01-01", "vehicle.Diver.sensor.swath_m", "2020-01-01", "valid number", "swath_m"),
     ("patience_s = 60.0", "patience = 60.0", "mission.patience", "60.0", "mean 'patience_s'", "patience ="),
     ("Exploring = 0.6", "Exploring = 1.6", "mission.importance.Exploring", "1.6", "less than or equal to 1",
      "Exploring = 1.6"),

@@ -365,6 +365,20 @@ def test_a_run_and_a_sweep_keep_the_same_columns_and_values(recorder: Recorder) 
         assert of_sweep.drop_columns(["key"]).equals(of_run)
 
 
+def test_no_row_is_lost_however_many_there_are(finished: Run, tmp_path: Path) -> None:
+    """Nor one of lists, of which a recorder packs all but the newest."""
+    recorder, numbers = Recorder(), range(2500)
+    recorder.trajectories.append(finished.recorder.trajectories[-1])
+    recorder.faults.extend((float(n), "Boat", "kind", str(n)) for n in numbers)
+    told = [["Diver"], [], 1.0, [1.0], [], [], [], [], [], []]
+    recorder.packets.extend((n, float(n), "Boat", 8, 1, 0, *told) for n in numbers)
+    write_results(replace(finished, recorder=recorder), tmp_path / "out")
+    faults, packets = (Results.read(tmp_path / "out").table(name).to_pydict() for name in ("faults", "packets"))
+    assert faults["detail"] == [str(n) for n in numbers]
+    assert (packets["slot"], packets["arrivals_s"]) == ([*numbers], [[1.0]] * 2500)
+    assert pq.read_table(io.BytesIO(encoded(recorder, "k")["packets"])).num_rows == 2500
+
+
 def test_what_is_missing_or_not_finite_stays_so() -> None:
     """A number that is large stays exact; a step of a unit holds beside a null, and in lists; joules are whole."""
     columns = (Column("depth_m", "float", "m"), Column("beams_m", "floats", "m"), Column("used_j", "float", "J"))
