@@ -167,8 +167,8 @@ def test_results_are_written_and_not_overwritten_without_being_asked(tmp_path: P
     assert remoras(*run, out, "--seed", "3", "--force").exit_code == 1
     assert Results.read(out).summary["seed"] == 3
     monkeypatch.setattr("missions.runs.run.run", lambda *_, **__: pytest.fail("it is run"))
-    for place in ("summary.json", "summary.json/below"):
-        assert "--out" in refused(*run, out / place)
+    assert "is a file; name a folder" in refused(*run, out / "summary.json")
+    assert "--out" in refused(*run, out / "summary.json" / "below")
 
 
 def test_all_faults_of_a_file_are_told_with_file_and_line(tmp_path: Path):

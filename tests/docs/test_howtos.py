@@ -10,7 +10,8 @@ import math
 import re
 import shlex
 import sys
-from collections.abc import Iterator
+from collections import defaultdict
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -66,25 +67,19 @@ def answered(where: str, arguments: list[str]) -> str:
     return done.stdout
 
 
-@pytest.fixture(scope="module")
-def executed(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    """Folder of an executed page and what its commands printed, by the name of the page."""
-    known: dict[str, tuple[Path, dict[str, str]]] = {}
+Claim = Callable[[Path, dict[str, str]], None]
+CLAIMS: dict[str, list[Claim]] = defaultdict(list)
+"""What is so after a page was executed, of its folder and what its commands printed, by the name of the page."""
 
-    def get(name: str) -> tuple[Path, dict[str, str]]:
-        if name not in known:
-            folder = tmp_path_factory.mktemp(name)
-            with pytest.MonkeyPatch.context() as here:
-                here.chdir(folder)
-                here.syspath_prepend(str(folder))
-                known[name] = folder, execute(ROOT / "docs" / "howto" / f"{name}.md", folder)
-        return known[name]
 
-    yield get
-    folders = tuple(str(folder) for folder, _ in known.values())
-    for name, module in list(sys.modules.items()):  # else other tests would meet modules of these names
-        if folders and str(getattr(module, "__file__", None)).startswith(folders):
-            del sys.modules[name]
+def claimed(page: str) -> Callable[[Claim], Claim]:
+    """Add what a page claims."""
+
+    def kept(claim: Claim) -> Claim:
+        CLAIMS[page].append(claim)
+        return claim
+
+    return kept
 
 
 def summary(folder: Path) -> dict[str, Any]:
@@ -95,13 +90,6 @@ def summary(folder: Path) -> dict[str, Any]:
 def rows(folder: Path, table: str) -> list[dict[str, Any]]:
     found: list[dict[str, Any]] = pq.read_table(folder / f"{table}.parquet").to_pylist()
     return found
-
-
-@pytest.mark.parametrize("page", [page.stem for page in PAGES])
-def test_a_page_works_as_printed(executed: Any, page: str) -> None:
-    if page == "graphs":
-        pytest.importorskip("networkx")
-    executed(page)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
@@ -132,17 +120,17 @@ def test_the_index_names_every_page() -> None:
 # What the pages claim ---------------------------------------------------------------------------
 
 
-def test_a_sensor_from_outside_writes_its_table(executed: Any) -> None:
+@claimed("sensor")
+def a_sensor_from_outside_writes_its_table(folder: Path, said: dict[str, str]) -> None:
     """The warm patch is 4 degrees, the depth of 20 m takes 1: readings lie within 11 and 15."""
-    folder, _ = executed("sensor")
     readings = rows(folder / "warm", "thermometer")
     assert {row["vehicle"] for row in readings} == {"AUV01"}
     assert all(11.0 <= row["temperature_c"] <= 15.0 for row in readings)
     assert min(b["time_s"] - a["time_s"] for a, b in itertools.pairwise(readings)) >= 5.0
 
 
-def test_a_metric_from_outside_is_compared_and_ranked(executed: Any) -> None:
-    folder, said = executed("metric")
+@claimed("metric")
+def a_metric_from_outside_is_compared_and_ranked(folder: Path, said: dict[str, str]) -> None:
     asked = said["remoras compare one --metric closest.py:CLOSEST"]
     assert float(asked.split()[-1]) == summary(folder / "two")["closest_m"] > 0.0
     assert "closest_m" in said["remoras compare several"]
@@ -151,34 +139,34 @@ def test_a_metric_from_outside_is_compared_and_ranked(executed: Any) -> None:
     assert "1 is the highest" in (folder / "several" / "ranking-closest_m.txt").read_text(encoding="utf-8")
 
 
-def test_a_figure_from_outside_is_drawn(executed: Any) -> None:
-    folder, _ = executed("figure")
+@claimed("figure")
+def a_figure_from_outside_is_drawn(folder: Path, said: dict[str, str]) -> None:
     caption = (folder / "one" / "speed.txt").read_text(encoding="utf-8")
     assert "Speed over mission time" in caption
     assert (folder / "one" / "speed.svg").stat().st_size > 5000
 
 
-def test_links_of_a_channel_from_outside_lose_by_range(executed: Any) -> None:
-    folder, _ = executed("channel")
+@claimed("channel")
+def links_of_a_channel_from_outside_lose_by_range(folder: Path, said: dict[str, str]) -> None:
     assert summary(folder / "clear")["delivery_ratio"] == 1.0
     assert summary(folder / "faded")["delivery_ratio"] < 0.95
 
 
-def test_a_strategy_from_outside_conforms(executed: Any) -> None:
-    folder, said = executed("strategy")
+@claimed("strategy")
+def a_strategy_from_outside_conforms(folder: Path, said: dict[str, str]) -> None:
     assert summary(folder / "mine")["strategy"] == "nearest:NEAREST"
     assert "1 passed" in said["python -m pytest -q test_nearest.py"]
 
 
-def test_a_policy_from_outside_conforms(executed: Any) -> None:
-    folder, said = executed("policy")
+@claimed("policy")
+def a_policy_from_outside_conforms(folder: Path, said: dict[str, str]) -> None:
     assert summary(folder / "mine")["policy"] == "alternate_acks:SPARSE"
     assert any("ok" in text for line, text in said.items() if "remoras.testing" in line)
 
 
-def test_a_behaviour_from_outside_decides_where_vehicles_wait(executed: Any) -> None:
+@claimed("behaviour")
+def a_behaviour_from_outside_decides_where_vehicles_wait(folder: Path, said: dict[str, str]) -> None:
     """On a circle of 12 m around the rally point at (450, 450), until the group is together; then they form up."""
-    folder, _ = executed("behaviour")
     (gathered,) = [one["time_s"] for one in summary(folder / "ring")["milestones"] if one["group"] == "Operational"]
     tracks = rows(folder / "ring", "trajectories")
     waiting = {row["vehicle"]: (row["x_m"], row["y_m"]) for row in tracks if row["time_s"] <= gathered}
@@ -186,9 +174,9 @@ def test_a_behaviour_from_outside_decides_where_vehicles_wait(executed: Any) -> 
         assert 10.0 <= math.dist(waiting[vehicle], (450.0, 450.0)) <= 15.0
 
 
-def test_knowledge_says_who_observed_what_and_when_each_received_it(executed: Any) -> None:
+@claimed("knowledge")
+def knowledge_says_who_observed_what_and_when_each_received_it(folder: Path, said: dict[str, str]) -> None:
     """One query gives what the tables of the run say: cells from ``items``, receptions from ``knowledge``."""
-    folder, said = executed("knowledge")
     assert "operational rally" in next(text for line, text in said.items() if "gatheredAt" in line)
     answer = json.loads((folder / "cells.json").read_text(encoding="utf-8"))
     cells = {row["uid"]: row for row in rows(folder / "lossy", "items") if row["attribute"] == "mappedCell"}
@@ -208,8 +196,8 @@ def test_knowledge_says_who_observed_what_and_when_each_received_it(executed: An
     assert len({*first} ^ {*second}) < 0.1 * len(first)  # all but the last that were told
 
 
-def test_faults_of_a_scenario_are_rows_of_the_run(executed: Any) -> None:
-    folder, _ = executed("scenario")
+@claimed("scenario")
+def faults_of_a_scenario_are_rows_of_the_run(folder: Path, said: dict[str, str]) -> None:
     found = [(row["time_s"], row["vehicle"], row["kind"]) for row in rows(folder / "faulty", "faults")]
     assert (300.0, "AUV01", "lost") in found
     assert [row[1] for row in found if row[2] == "mute"] == ["AUV00", "AUV00"]  # its beginning and its end
@@ -218,8 +206,8 @@ def test_faults_of_a_scenario_are_rows_of_the_run(executed: Any) -> None:
 # The mission from outside -------------------------------------------------------------------------
 
 
-def test_a_mission_from_outside_has_its_own_results(executed: Any) -> None:
-    folder, said = executed("mission")
+@claimed("mission")
+def a_mission_from_outside_has_its_own_results(folder: Path, said: dict[str, str]) -> None:
     found = summary(folder / "first")
     assert found["completed"]
     assert found["serviced_fraction"] == 1.0
@@ -236,8 +224,8 @@ def test_a_mission_from_outside_has_its_own_results(executed: Any) -> None:
     assert "1 is the lowest" in caption
 
 
-def test_all_know_of_the_plume_though_packets_are_lost(executed: Any) -> None:
-    folder, said = executed("plume")
+@claimed("plume")
+def all_know_of_the_plume_though_packets_are_lost(folder: Path, said: dict[str, str]) -> None:
     found = summary(folder / "first")
     assert found["completed"]
     assert found["n_edges"] == len(rows(folder / "first", "edges")) == 26
@@ -260,20 +248,17 @@ def nearest_m(found: list[dict[str, Any]]) -> float:
     return min(itertools.starmap(math.dist, zip(one, other, strict=True)))
 
 
-def test_two_vehicles_keep_their_distance_by_what_a_vehicle_needs_to_live(
-    executed: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    folder, _ = executed("mission")
+@claimed("mission")
+def two_vehicles_keep_their_distance_by_what_a_vehicle_needs_to_live(folder: Path, said: dict[str, str]) -> None:
     assert nearest_m(rows(folder / "headon", "trajectories")) >= SEPARATION_M
-    monkeypatch.chdir(folder)
-    monkeypatch.syspath_prepend(str(folder))
-    monkeypatch.setattr(guidance, "clear_velocity", lambda *_: None)
-    run = face.run("buoys.toml", seed=1, set=HEAD_ON)
+    with pytest.MonkeyPatch.context() as without:
+        without.setattr(guidance, "clear_velocity", lambda *_: None)
+        run = face.run("buoys.toml", seed=1, set=HEAD_ON)
     assert nearest_m(run.table("trajectories").to_dict("records")) < SEPARATION_M
 
 
-def test_a_vehicle_low_on_energy_goes_home_though_no_author_wrote_of_it(executed: Any) -> None:
-    folder, _ = executed("mission")
+@claimed("mission")
+def a_vehicle_low_on_energy_goes_home_though_no_author_wrote_of_it(folder: Path, said: dict[str, str]) -> None:
     last = {row["vehicle"]: row for row in rows(folder / "weak", "trajectories")}["AUV01"]
     assert math.dist((last["x_m"], last["y_m"]), (-20.0, 0.0)) <= 1.5
     left = {row["role"] for row in rows(folder / "weak", "roles") if row["event"] == "left"}
@@ -281,15 +266,27 @@ def test_a_vehicle_low_on_energy_goes_home_though_no_author_wrote_of_it(executed
     assert summary(folder / "weak")["serviced_fraction"] == 1.0
 
 
-def test_vehicles_that_start_at_the_rally_point_do_their_jobs_before_they_count_as_gathered(
-    executed: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@claimed("mission")
+def vehicles_that_start_at_the_rally_point_do_their_jobs_before_they_meet(folder: Path, said: dict[str, str]) -> None:
     """All three start within 30 m of the tender; the strategy of the paper gives jobs out before the mission."""
-    folder, _ = executed("mission")
-    monkeypatch.chdir(folder)
-    monkeypatch.syspath_prepend(str(folder))
     near = {"rally_point.tender.position_m": [0.0, -10.0], "mission.arrival_radius_m": 40.0}
     found = face.run("buoys.toml", strategy="remoras", seed=1, set=near).summary
     assert (found["completed"], found["serviced_fraction"]) == (True, 1.0)
     short = face.run("buoys.toml", strategy="remoras", seed=1, set={**near, "scenario.duration_s": 100.0}).summary
     assert short["reason"].endswith("jobs not done: mother, north, east, south, west")
+
+
+@pytest.mark.parametrize("page", [page.stem for page in PAGES])
+def test_a_page_works_as_printed_and_has_the_effect_that_it_claims(
+    page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if page == "graphs":
+        pytest.importorskip("networkx")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    said = execute(ROOT / "docs" / "howto" / f"{page}.md", tmp_path)
+    for claim in CLAIMS[page]:
+        claim(tmp_path, said)
+    for name, module in list(sys.modules.items()):  # else other tests would meet modules of these names
+        if str(getattr(module, "__file__", None)).startswith(str(tmp_path)):
+            del sys.modules[name]

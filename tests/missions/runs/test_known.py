@@ -27,7 +27,7 @@ from remoras.strategies import strategies
 from worldmodel import TYPE_UID, WorldModel
 from worldmodel.rdf.writing import RdfFormat
 
-MOMENTS = 50
+MOMENTS = 25
 LOSS = ("channel.per=0.6",)
 FAULTS = (
     "fault=[{kind='deaf',vehicle='AUV01',at_s=150,until_s=900},{kind='lost',vehicle='AUV02',at_s=500,until_s=1100},"
