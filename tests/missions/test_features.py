@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 import tempfile
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -61,14 +62,16 @@ USES = {
 """What a scenario has to say to use each feature."""
 
 
-USING = [name for name in shipped() if any(feature in used_in(load(name)) for feature in features().values())]
-"""Shipped scenarios that use some."""
+@cache
+def using() -> list[str]:
+    """Shipped scenarios that use some."""
+    return [name for name in shipped() if any(feature in used_in(load(name)) for feature in features().values())]
 
 
 def said_without(feature: str, *use: str) -> list[Any]:
     """Digest of a run, how settings are refused, which features there are, and shipped scenarios that are refused."""
     # a process of its own: tables take in the keys of features once, when they are imported
-    command = [sys.executable, "-c", WITHOUT, feature, " ".join(USING), *use]
+    command = [sys.executable, "-c", WITHOUT, feature, " ".join(using()), *use]
     with tempfile.TemporaryDirectory() as kept:  # files are all there: what others keep would be taken for its own
         env = {**os.environ, "XDG_CACHE_HOME": kept}
         made = subprocess.run(command, cwd=ROOT, env=env, capture_output=True, text=True, check=False, timeout=240)
@@ -115,7 +118,7 @@ def test_a_feature_can_be_taken_away(feature: str, whole: str) -> None:
     assert 1 <= len(refused) <= 2
     assert "unknown key" in refused[0]
     assert feature in refused[0]
-    assert no_longer == [name for name in USING if features()[feature] in used_in(load(name))]
+    assert no_longer == [name for name in using() if features()[feature] in used_in(load(name))]
 
 
 @pytest.mark.slow

@@ -29,6 +29,7 @@ SEABED = Seabed.of_areas(25.0, {"area": ((0.0, 0.0), (0.0, 100.0), (100.0, 100.0
 FINDS = FindsTable(number=3)
 QUICK = ("remoras", "fixed-partition")
 """Strategies whose missions are flown in every test run."""
+SOME = list(strategies())[::3]
 
 
 def with_finds(number: int = 2, *more: str) -> Scenario:
@@ -168,10 +169,7 @@ def test_a_find_is_given_up_that_the_vehicle_does_not_come_near_as_slowly_as_it_
 
 @pytest.mark.parametrize(
     ("strategy", "per"),
-    [
-        *((one, 0.0) for one in QUICK),
-        *(pytest.param(one, 0.4, marks=pytest.mark.slow) for one in list(strategies())[::3]),
-    ],
+    [*((one, 0.0) for one in QUICK), *(pytest.param(one, 0.4, marks=pytest.mark.slow) for one in SOME)],
 )
 def test_what_is_found_is_inspected_before_the_group_meets(strategy: str, per: float) -> None:
     done = run(with_finds(3, f"strategy.name={strategy}", f"channel.per={per}"))

@@ -109,3 +109,12 @@ def test_a_full_disk_leaves_nothing(run: Results, format: str, tmp_path: Path) -
     assert "ExportError" in done.stderr
     assert "cannot be written: File too large" in done.stderr
     assert list(tmp_path.iterdir()) == []
+
+
+def test_importing_the_package_loads_no_library() -> None:
+    code = (
+        "import visualisation.exports, sys\n"
+        "sys.exit(bool({'mcap', 'rosbags', 'netCDF4', 'matplotlib', 'pyarrow'} & {*sys.modules}))"
+    )
+    root = Path(visualisation.exports.__file__).parents[2]
+    assert subprocess.run([sys.executable, "-c", code], check=False, cwd=root).returncode == 0

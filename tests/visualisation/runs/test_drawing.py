@@ -19,8 +19,8 @@ ALL_KINDS = [*KINDS, FINDS.name]
 
 
 ALONE = {
-    **dict.fromkeys(("no places", "nobody moves", "wide sea"), ["trajectories"]), "faults": ["trajectories", "roles"],
-    "collisions": ["knowledge", "delivery", "tdma", "links"],
+    "no places": ["trajectories"], "nobody moves": ["trajectories"], "wide sea": ["trajectories"],
+    "faults": ["trajectories", "roles"], "collisions": ["knowledge", "delivery", "tdma", "links"],
 }  # fmt: skip
 """Figures that what is odd in a run shows in, if it does not show in all."""
 NARROW = [("sixteen vehicles", 3.5), ("sixteen vehicles", 5.0), ("long names", 3.5)]
