@@ -2,13 +2,11 @@
 
 import itertools
 import json
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
-from sweeping import Serial, environment, study_text, written
+from sweeping import Serial, study_text, written
 
 import remoras
 from missions.errors import ConfigurationError, OutputError, StudyChangedError
@@ -82,19 +80,6 @@ def test_a_metric_gives_the_same_in_memory_of_a_folder_and_in_the_summary(own: P
 
 
 # In a sweep --------------------------------------------------------------------------------------
-
-
-@pytest.mark.slow
-def test_worker_processes_measure_it_and_the_code_of_the_sweep_has_its_source(own: Path, tmp_path: Path) -> None:
-    study, out = study_of(tmp_path, f"elsewhere/{own.name}:HANDED", "completed"), tmp_path / "out"
-    code = "import sys; sys.argv[0] = 'remoras'; from remoras.cli import main; main()"
-    command = [sys.executable, "-c", code, "sweep", str(study), "--out", str(out), "--jobs", "2"]
-    done = subprocess.run(command, env=environment(), cwd=own.parent, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    results = SweepResults.read(out)
-    assert results.compared == ("n_assigned", "completed")
-    assert all(line["summary"]["n_assigned"] > 0 for line in results.lines.values())
-    assert f"{own.name}" in json.loads((out / "study.json").read_text(encoding="utf-8"))["code"]
 
 
 def test_a_finished_sweep_is_asked_of_its_kept_tables(own: Path, tmp_path: Path) -> None:

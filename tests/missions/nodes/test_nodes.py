@@ -36,10 +36,7 @@ def together(
     ether = Ether(all_alone[0].setup.modem.packet_s)
     logs = [None if out is None else NodeLog(out, plan) for plan in plans]
     nodes = [VehicleNode(own, ether.driver(), AT_ONCE, log, mishaps) for own, log in zip(all_alone, logs, strict=True)]
-    while True:
-        node = min(nodes, key=lambda one: one.next_s)
-        if node.next_s >= plans[0].end_s:
-            break
+    while (node := min(nodes, key=lambda one: one.next_s)).next_s < plans[0].end_s:
         node.step()
     return nodes, [node.run() for node in nodes]
 

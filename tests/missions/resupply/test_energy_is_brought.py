@@ -152,13 +152,12 @@ def test_nobody_helps_at_a_hole_whose_vehicle_is_lost(monkeypatch: pytest.Monkey
     assert ended_s(anew(1, lost("AUV03", 700.0))) > ended_s(done) + 500.0
 
 
-@pytest.mark.parametrize("strategy", ["cbba", "status-broadcast"])
-def test_whose_job_nobody_is_told_of_is_helped_too(strategy: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_whose_job_nobody_is_told_of_is_helped_too(monkeypatch: pytest.MonkeyPatch) -> None:
     """No holder is known of who claims a job for itself alone: that it lies at the hole is heard."""
-    keys = (f'strategy.name="{strategy}"',)
-    assert sampled(1, *keys).completed
+    keys = 'strategy.name="status-broadcast"'
+    assert sampled(1, keys).completed
     monkeypatch.setattr(Bringing, "_is_awaited", lambda self, picture: bool(self._help.holders))
-    assert not anew(1, *keys).completed
+    assert not anew(1, keys).completed
 
 
 def test_where_nobody_tells_anybody_the_run_ends_and_says_what_had_no_energy() -> None:
