@@ -55,7 +55,7 @@ REFUSED = [  # scenario, settings, what is said
     (RENDEZVOUS, "nowhere=1", r"--set \(nowhere\).*unknown key"),
     (RENDEZVOUS, "vehicle=3", r"--set \(vehicle\)"), (RENDEZVOUS, "vehicle=[]", r"--set \(vehicle\)"),
     (RENDEZVOUS, 'vehicle="AUV00"', r"--set \(vehicle\)"),
-    (PATCHES, "group.Operational.rally_point=3", r"group\.Operational\.rally_point\) = 3: .*valid string"),
+    (RENDEZVOUS, 'channel.blackout=[{from_s=1, until_s=2, between=[["ASV00"], [3]]}]', r"2\.1\) = 3: .*valid string"),
     (RENDEZVOUS, 'vehicle.ASV00.slot="one"', r'--set \(vehicle\.ASV00\.slot\) = "one": .*valid integer'),
     (RENDEZVOUS, 'group.Operational.succession=["Performr"]', r"Operational\.succession.*Performr.*Performer"),
     (RENDEZVOUS, NO_HEAD, r"Operational\.succession.*nobody can fill it.*Coordinator"),
