@@ -43,16 +43,11 @@ LOOK = """([run]) => {
 """Asks for everything that a page asks for, at the beginning, in the middle and at the end."""
 
 
-@pytest.fixture(scope="module")
-def lossy(tmp_path_factory: pytest.TempPathFactory) -> Results:
-    return recorded(tmp_path_factory.mktemp("lossy") / "run", "channel.per=0.6", seed=3)
-
-
 @pytest.fixture
-def older(lossy: Results, tmp_path: Path) -> Results:
+def older(results: Results, tmp_path: Path) -> Results:
     """The same run as an older version would have written it."""
     folder = tmp_path / "older"
-    shutil.copytree(lossy.folder, folder)
+    shutil.copytree(results.folder, folder)
     for name in NEWER:
         (folder / f"{name}.parquet").unlink(missing_ok=True)
     for name, n in OLD_COLUMNS.items():
@@ -60,17 +55,17 @@ def older(lossy: Results, tmp_path: Path) -> Results:
     return Results.read(folder)
 
 
-def test_a_run_of_four_vehicles_is_small_and_always_the_same(lossy: Results) -> None:
-    data = data_of(lossy)
+def test_a_run_of_four_vehicles_is_small_and_always_the_same(results: Results) -> None:
+    data = data_of(results)
     text = page_text("a run", [data])
     assert len(data) * 4 / 3 < MOST_OF_FOUR
     assert len(text.encode()) < MOST_OF_PAGE
-    assert data_of(Results.read(lossy.folder)) == data
+    assert data_of(Results.read(results.folder)) == data
     assert page_text("a run", [data]) == text
 
 
-def test_the_page_asks_for_nothing(lossy: Results) -> None:
-    text = html.unescape(page_text("a run", [data_of(lossy)]))
+def test_the_page_asks_for_nothing(results: Results) -> None:
+    text = html.unescape(page_text("a run", [data_of(results)]))
     assert "default-src 'none'" in text
     for way in ("http://", "https://", "fetch(", "XMLHttpRequest", "import(", "innerHTML", "@import", "eval("):
         assert way not in text.replace("http://www.w3.org/", ""), way  # names of vocabularies are no addresses
@@ -80,14 +75,14 @@ def test_the_page_asks_for_nothing(lossy: Results) -> None:
 # Older, damaged -----------------------------------------------------------------------------------
 
 
-def test_an_older_folder_is_shown_as_far_as_it_goes(lossy: Results, older: Results, tmp_path: Path) -> None:
+def test_an_older_folder_is_shown_as_far_as_it_goes(results: Results, older: Results, tmp_path: Path) -> None:
     """Who had what of whom is known; what it was is not."""
     lacking = missing(older)
     assert [text.partition(",")[0] for text in lacking] == [
         "what was said", "who played what in the eyes of the others", "why a vehicle chose what it did",
     ]  # fmt: skip
-    assert missing(lossy) == []
-    now, then = (asked([data_of(one)], LOOK, tmp_path) for one in (lossy, older))
+    assert missing(results) == []
+    now, then = (asked([data_of(one)], LOOK, tmp_path) for one in (results, older))
     assert then["missing"] == lacking
     assert (then["packets"], then["heard"], then["groups"]) == (now["packets"], now["heard"], now["groups"])
     assert then["matrix"]["lacking"] == now["matrix"]["lacking"]
@@ -203,9 +198,9 @@ SAMPLES = """([run]) => run.layers.filter((layer) => layer.name === "temperature
 
 
 @pytest.mark.parametrize("n", [3, 90])
-def test_numbers_of_a_table_stay_numbers_where_their_vehicle_was(lossy: Results, tmp_path: Path, n: int) -> None:
+def test_numbers_of_a_table_stay_numbers_where_their_vehicle_was(results: Results, tmp_path: Path, n: int) -> None:
     """Of four vehicles, 3 rows are events of their own, 90 are samples."""
-    shutil.copytree(lossy.folder, tmp_path / "run")
+    shutil.copytree(results.folder, tmp_path / "run")
     unit = {"unit": "degC"}
     schema = pa.schema([
         ("time_s", pa.float64()), ("vehicle", pa.string()), pa.field("temperature_c", pa.float64(), metadata=unit),
@@ -217,11 +212,11 @@ def test_numbers_of_a_table_stay_numbers_where_their_vehicle_was(lossy: Results,
     ]
     table = pa.Table.from_arrays([pa.array(column) for column in zip(*rows, strict=True)], schema=schema)
     pq.write_table(table, tmp_path / "run" / "temperatures.parquet")
-    results = Results.read(tmp_path / "run")
-    told = asked([data_of(results)], SAMPLES, tmp_path)
+    sampled = Results.read(tmp_path / "run")
+    told = asked([data_of(sampled)], SAMPLES, tmp_path)
     assert told["columns"] == [["temperature_c", "degC", "float"], ["n", "", "int"], ["note", "", "text"]]
     assert (told["total"], told["isEvents"], told["listed"]) == (n, n == 3, 3 if n == 3 else 0)
-    tracks = {row["time_s"]: row for row in results.table("trajectories").to_pylist() if row["vehicle"] == "AUV01"}
+    tracks = {row["time_s"]: row for row in sampled.table("trajectories").to_pylist() if row["vehicle"] == "AUV01"}
     for (time_s, _, temperature_c, n_samples, note), (x, y, *values, _) in zip(rows, told["rows"], strict=True):
         assert values[0] == (None if temperature_c is None else pytest.approx(temperature_c, rel=5e-5))
         assert values[1:] == [n_samples, note or ""]
@@ -246,8 +241,8 @@ def test_jobs_that_nobody_found_are_told_by_name(tmp_path: Path) -> None:
     assert [name for name, *_ in told] == [f"find {n}" for n in range(1, 9)]
 
 
-def test_settings_are_told_as_one_gives_them(lossy: Results) -> None:
-    about, _ = opened(data_of(lossy))
+def test_settings_are_told_as_one_gives_them(results: Results) -> None:
+    about, _ = opened(data_of(results))
     assert about["header"]["slot_s"] == pytest.approx(1.7725, abs=1e-3)  # the nanomodem over 1000 m
     settings = about["header"]["settings"]
     for key, value in (("channel.per", "0.6"), ("strategy.name", "remoras"), ("vehicle.AUV01.depth_m", "20.0")):
