@@ -3,13 +3,14 @@
 from types import SimpleNamespace
 
 import pytest
-from recovering import flown
 from sample_vehicles import AUV
+from varied import Varied
 
 from missions.recovery.lifting import Lift
 from missions.runs.run import Run
 from remoras.truth import within_reach
 
+flown = Varied("recovery-field", "field.toml").flown
 LIFTS = ["lift 1", "lift 2", "lift 3", "lift 4"]
 
 
