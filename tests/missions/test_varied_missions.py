@@ -125,7 +125,7 @@ def test_coverage_of_a_triangle_is_of_its_own_cells(tmp_path: Path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("modem", "policy"), zip(sorted(modems()), cycle(sorted(POLICIES))))
+@pytest.mark.parametrize(("modem", "policy"), tuple(zip(sorted(modems()), cycle(sorted(POLICIES)))))
 def test_every_modem_and_every_policy_carries_the_mission_without_carrier_evidence(
     tmp_path: Path, modem: str, policy: str
 ):
