@@ -9,7 +9,7 @@ from missions.benchmark.scoring import Scored, against
 from missions.comparison.intervals import FEW
 from remoras.strategies import bounds
 
-HEADS = ("strategy", "score [95 %]", "completed", "worst cell", "bytes", "wrong beliefs", "n")
+HEADS = ("strategy", "score [95 %]", "completed", "worst cell", "bytes", "wrong beliefs", "instances")
 
 
 class ScoreTable:
@@ -40,7 +40,6 @@ class ScoreTable:
         """Entries of each row."""
         for entry, strategy in self._rows:
             mark = " (bound)" if strategy.reference in bounds() else ""
-            runs = [len(runs) for runs in strategy.cells.values()]
             yield (
                 entry["name"] + mark,
                 with_interval(entry["score"], entry["interval"]),
@@ -48,7 +47,7 @@ class ScoreTable:
                 f"{entry['worst']:.3f} ({entry['worst_cell']})",
                 "-" if entry["bytes"] is None else f"{entry['bytes']:.0f}",
                 "-" if entry["wrong_beliefs"] is None else f"{100.0 * entry['wrong_beliefs']:.1f} %",
-                str(sum(runs)),
+                str(len(strategy.by_instance)),
                 signed(against(self._first, strategy)),
             )
 

@@ -198,9 +198,12 @@ def _verify(path: Path, suite: Suite, count: int | None, seed: int | None, as_js
     check = verify_card(path, suite, randbits(32) if seed is None else seed, count)
     found = dict(check.runs)
     other = {name: text for name, text in found.items() if text}
+    by_code: dict[tuple[str, str], list[str]] = {}
+    for name, codes in check.other_code.items():
+        by_code.setdefault(codes, []).append(name)
     said = [
-        f"{name}: made by code {there}, here is {here}: judged by its runs alone"
-        for name, (there, here) in check.other_code.items()
+        f"{', '.join(names)}: made by code {there}, here is {here}: judged by these runs alone"
+        for (there, here), names in by_code.items()
     ]
     said += [
         f"{len(found)} of {check.n_runs} runs made again, drawn by --seed {check.seed}, {len(other)} end otherwise"

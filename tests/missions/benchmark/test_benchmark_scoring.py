@@ -148,7 +148,7 @@ def test_a_card_of_other_code_is_judged_by_its_runs(suite: Suite, contest: Conte
     altered(card_of(contest, contest.scored(made)), path, "code")
     printed = CliRunner().invoke(app, ["benchmark", suite.document.path, "--verify", str(path), "--runs", "1"])
     assert printed.exit_code == 0
-    assert re.search(r"cbba: made by code abc, here is [0-9a-f]{12}: judged by its runs alone", printed.stdout)
+    assert re.search(r"cbba: made by code abc, here is [0-9a-f]{12}: judged by these runs alone", printed.stdout)
     assert re.search(r"1 of 8 runs made again, drawn by --seed \d+, 0 end otherwise", printed.stdout)
 
 
