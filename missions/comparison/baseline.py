@@ -173,8 +173,6 @@ def _interval(sample: Measured) -> Estimated:
         return NoInterval.DETERMINISTIC
     if sample.reached is None:
         return mean_interval(values)
-    if sample.horizon is None:
-        return NoInterval.UNBOUNDED
     return restricted_interval(Timed(values, [repeat in sample.reached for repeat in sample.values], sample.horizon))
 
 

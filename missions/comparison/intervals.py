@@ -56,7 +56,6 @@ class NoInterval(Enum):
     RARE = "n < 30: least to largest"
     ALIKE = "all values are alike"
     FEW_DIFFER = "n too small: a few values make the whole spread"
-    UNBOUNDED = "the folder does not say how long runs were watched"
 
 
 Estimated = Interval | NoInterval

@@ -22,7 +22,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from missions.comparison.intervals import FEW
-from missions.comparison.rows import Comparison, Rank
+from missions.comparison.rows import Rank
 from missions.comparison.treatments import (
     SIGNIFICANT,
     SUCCESS,
@@ -223,11 +223,6 @@ def too_few(repeats: int) -> str:
         return ""
     n = f"{repeats} repeat{'s' * (repeats > 1)}"
     return f"{n}: no interval ({FEW} needed), smallest p {least_p(repeats):.2g}; {FEW} give {least_p(FEW):.2g}"
-
-
-def of_unequal_work(rows: Sequence[Comparison]) -> list[Comparison]:
-    """Rows whose success rate is told from the highest under the same conditions."""
-    return [row for row in rows if row.unequal_success]
 
 
 def mean_ranks(ranked: Sequence[Rank]) -> dict[tuple[str, str], float | None]:

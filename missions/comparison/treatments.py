@@ -84,12 +84,10 @@ def paired_with(ours: Measured, theirs: Measured) -> Paired | None:
         return paired
     both = a.reached & b.reached
     reached = [x for x, repeat in zip(differences, shared, strict=True) if repeat in both]
-    interval: Estimated = NoInterval.UNBOUNDED
-    if a.horizon is not None and b.horizon is not None:
-        interval = restricted_difference_interval(
-            Timed(mine, [repeat in a.reached for repeat in shared], a.horizon, a.constant),
-            Timed(others, [repeat in b.reached for repeat in shared], b.horizon, b.constant),
-        )
+    interval = restricted_difference_interval(
+        Timed(mine, [repeat in a.reached for repeat in shared], a.horizon, a.constant),
+        Timed(others, [repeat in b.reached for repeat in shared], b.horizon, b.constant),
+    )
     mean = plain.fmean(reached) if reached else None
     return replace(
         paired, interval=interval, n_reached=len(reached), reached=mean, reached_interval=difference_interval(reached)
@@ -134,13 +132,13 @@ class RunOutcome:
     Args:
         summary: of a run that failed it has no metrics.
         failed: True if the run raised or killed its process.
-        duration_s: its longest mission time; None in folders of older versions.
+        duration_s: its longest mission time.
         constant: True if nothing was drawn in it, so that it stands for all repeats.
     """
 
     summary: Summary
     failed: bool
-    duration_s: float | None
+    duration_s: float
     constant: bool = False
 
     @property
@@ -207,7 +205,7 @@ def _grouped(lines: Iterable[Line], left_out: Collection[str]) -> dict[Treatment
         scenario, strategy, policy, channel, per = (summary[key] for key in FIELDS)
         case = line["settings"].get(UNFORESEEN, "")
         treatment = Treatment(scenario, strategy, policy, channel, per, settings, case)
-        outcome = RunOutcome(summary, line["status"] != DONE, line.get("duration_s"))
+        outcome = RunOutcome(summary, line["status"] != DONE, line["duration_s"])
         outcomes.setdefault(treatment, {})[line["repeat"]] = outcome
     return outcomes
 
@@ -247,7 +245,7 @@ def values_of(runs: Outcomes, metric: MetricRecord) -> dict[int, float]:
     for repeat, run in runs.items():
         value = run.summary.get(metric.name)
         if value is None and metric.censored and (metric.name in run.summary or (run.failed and applies)):
-            value = _duration_s(run, runs)
+            value = run.duration_s
         if value is not None:
             values[repeat] = float(value)
     return values
@@ -260,13 +258,13 @@ class Measured:
     Args:
         values: by repeat.
         reached: repeats that reached the event of a censored metric; None for other metrics.
-        horizon: with which all others count; None if it is not known.
+        horizon: with which all others of a censored metric count.
         constant: True if nothing was drawn: the value holds for all repeats.
     """
 
     values: Mapping[int, float]
     reached: frozenset[int] | None = None
-    horizon: float | None = None
+    horizon: float = 0.0
     constant: bool = False
 
     def over(self, repeats: Collection[int]) -> Measured:
@@ -285,25 +283,12 @@ def measured(runs: Outcomes, metric: MetricRecord) -> Measured:
     if not metric.censored:
         return Measured(values, constant=constant)
     reached = frozenset(repeat for repeat in values if _has_reached(runs[repeat], metric))
-    durations = [duration_s for repeat in values if (duration_s := _duration_s(runs[repeat], runs)) is not None]
-    horizon = max([*durations, *values.values()]) if durations else None
+    horizon = max([*(runs[repeat].duration_s for repeat in values), *values.values()], default=0.0)
     return Measured(values, reached, horizon, constant)
 
 
 def _has_reached(run: RunOutcome, metric: MetricRecord) -> bool:
     return run.completed if metric.name == MISSION_TIME else run.summary.get(metric.name) is not None
-
-
-def _duration_s(run: RunOutcome, runs: Outcomes) -> float | None:
-    """Longest mission time of a run; where the folder does not say it, that of those that did not complete."""
-    if run.duration_s is not None:
-        return run.duration_s
-    times_s = [
-        finished.summary["mission_time_s"]
-        for finished in runs.values()
-        if not finished.failed and not finished.completed
-    ]
-    return max(times_s, default=None)
 
 
 def n_reached(runs: Outcomes, metric: MetricRecord) -> int | None:

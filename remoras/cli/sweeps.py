@@ -322,7 +322,6 @@ def _comparison_lines(rows: Sequence[Comparison]) -> Sequence[str]:
 
 def _notes(rows: Sequence[Comparison]) -> Iterator[str]:
     """What to know of the rows of one metric: restricted means, unequal work, too few runs."""
-    from missions.comparison.ranking import of_unequal_work
     from missions.comparison.treatments import SIGNIFICANT
     from missions.statistics import least_p
 
@@ -332,7 +331,7 @@ def _notes(rows: Sequence[Comparison]) -> Iterator[str]:
         yield "their intervals hold for what further runs may do that do not get there; see n_reached for how many did"
     if any(row.deterministic for row in rows):
         yield "deterministic: nothing was drawn, so that repeats are one run; it has no interval and no p"
-    if rows[0].metric != "completed" and (unequal := of_unequal_work(rows)):
+    if rows[0].metric != "completed" and (unequal := [row for row in rows if row.unequal_success]):
         names = ", ".join(dict.fromkeys(f"{row.strategy} with {row.policy} at per {row.per:g}" for row in unequal))
         yield f"unequal work, success rates are told from the highest, do not rank by this: {names}"
     tested = [row.n_pairs for row in rows if row.p_holm is not None]

@@ -140,7 +140,7 @@ class Sweep:
             summary["consistency_time_s"] = 2.0 * summary["mean_latency_s"] if math.fmod(repeat, 5) else None
         return {
             "key": key, "status": DONE, "repeat": repeat, "settings": settings, "summary": summary, "error": "",
-            "replay": "", "tables": False, "machine": {},
+            "replay": "", "duration_s": 7200.0, "tables": False, "machine": {},
         }  # fmt: skip
 
 

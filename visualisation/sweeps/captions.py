@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from missions.comparison.effects import MainEffect
 from missions.comparison.intervals import FEW, INTERVALS_OF_DIFFERENCES, INTERVALS_OF_MEANS
-from missions.comparison.ranking import are_too_few, of_unequal_work
+from missions.comparison.ranking import are_too_few
 from missions.comparison.rows import Comparison, Rank
 from missions.comparison.treatments import SIGNIFICANT
 from missions.metric import Better, MetricRecord
@@ -79,7 +79,7 @@ def differences_caption(
 
 def unequal_work(rows: Sequence[Comparison], arrangement: Arrangement) -> str:
     """Said where success rates differ, so that what is compared is not the same work."""
-    names = dict.fromkeys(row.strategy for row in of_unequal_work(rows))
+    names = dict.fromkeys(row.strategy for row in rows if row.unequal_success)
     if not names:
         return ""
     return f"Unequal work: success rates of {', '.join(names)} are told from the highest."
