@@ -5,8 +5,9 @@ nearer. What those who are left could still reach is told beside it, see ``remor
 
 ``goal_fraction`` is judged over the whole of the work, so it says that a mission has failed and not why. Beside it the
 reachable fraction tells want of vehicles (below 1) from want of sense or time (1): at the end of a run, what was done
-and what those left are able to do. A vehicle is left if it is alive or will be back, has energy to spare for work, and
-its sensors work, or will. How long the rest would take, and whether the energy lasts for it, is not asked.
+and what those left are able to do. A vehicle is left if it is alive or will be back, has energy to spare for work,
+makes headway, and its sensors work, or will. How long the rest would take, and whether the energy lasts for it, is not
+asked.
 """
 
 from __future__ import annotations
@@ -50,6 +51,10 @@ class VehicleView(Protocol):
         """How fast it really moves."""
 
     @property
+    def makes_headway(self) -> bool:
+        """False once it came no nearer to where it was guided for long, until it does again."""
+
+    @property
     def data(self) -> VehicleData:
         """What it really is in this run."""
 
@@ -73,7 +78,7 @@ class VehicleView(Protocol):
     def able_data(self) -> VehicleData | None:
         """What it is left with for work: its data, without sensors that are dead for good.
 
-        None once it is gone for good, its battery is empty, or it has resigned for want of energy.
+        None once it is gone for good, its battery is empty, it has resigned, or while it makes no headway.
         """
 
     @property

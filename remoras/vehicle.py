@@ -174,8 +174,11 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
             functional.heed(pulls)
             executive.yields_to = functional.guidance.yields_to
             executive.is_hindered = functional.guidance.hindered_s > 0.0
-        if body.battery <= body.reserve and not self.has_resigned:  # no more is left than the way home takes
+        is_low = body.battery <= body.reserve  # no more is left than the way home takes
+        if (is_low or functional.stranded) and not self.has_resigned:
             self.has_resigned = True
+            if not is_low:
+                self._run_log.fault(now_s, "cannot", f"{functional.stranded}: no headway")
             self.conclude(self.social.standing.resign(), now_s)
         if self.social.planner.due and decision.has(ActivityType.PLANNING):
             _plan(self, now_s)
@@ -216,7 +219,8 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
     def _cope(self, objective: Objective, index: int, perception: Perception, now_s: float) -> bool:
         """An activity cannot be done: go another way, or give its objective up. True if something has changed."""
         failed = self.executive.sets[index]
-        if self.social.pursuit.fail(objective, [activity.name for activity in failed.activities], self.social.facts):
+        names = [activity.name for activity in failed.activities]
+        if not perception.makes_no_way and self.social.pursuit.fail(objective, names, self.social.facts):
             self._run_log.fault(now_s, "failed step", f"{failed.name} of {objective}")
             self._adopt()
             return True

@@ -58,6 +58,11 @@ class ReadOnlyVehicle:
         return self._functional.data
 
     @property
+    def makes_headway(self) -> bool:
+        """False once it came no nearer to where it was guided for long, see ``remoras.functional.headway``."""
+        return not self._functional.headway.is_lost
+
+    @property
     def is_alive(self) -> bool:
         """True while it has energy and no fault has taken it away."""
         return self._functional.is_on
@@ -85,7 +90,7 @@ class ReadOnlyVehicle:
     def able_data(self) -> VehicleData | None:
         """What it is left with for work: its data, without sensors that are dead for good; None if nothing is."""
         vehicle, condition = self._vehicle, self._vehicle.condition
-        if vehicle.functional.exhausted or vehicle.has_resigned or condition.lost_for_good:
+        if self._functional.exhausted or vehicle.has_resigned or condition.lost_for_good or not self.makes_headway:
             return None
         if not condition.dead_for_good:
             return self.data

@@ -29,7 +29,6 @@ from remoras.behaviours import (
     DONE,
     FAILED,
     IDLE,
-    STUCK,
     Approach,
     Behaviour,
     Perception,
@@ -96,8 +95,6 @@ def positioning(
 
 DEAD_ROWS = 2
 """A sensor that yields nothing on so many whole rows is taken for dead."""
-NO_WAY, NO_WAY_S = 0.01, 300.0
-"""A vehicle that makes good less than this share of its speed for so long makes no way."""
 BRAKING_S = 2.0
 """A vehicle that has to slow down before a row begins to so much earlier than it must."""
 LONG_LINK = 2.0
@@ -232,7 +229,6 @@ class ZigzagExploring(Behaviour):
         self._seen_s = 0.0
         self._due = IDLE  # what was perceived last when it was under way
         self._approach = Approach(self._speed_mps)
-        self._since_s = 0.0  # since when the vehicle has made no way
 
     @property
     def _survey(self) -> Survey:
@@ -267,10 +263,6 @@ class ZigzagExploring(Behaviour):
         stimulus = self._work.stimulus(facts)
         if not self._begun and not performed:
             return Perception(stimulus * attracted(to_go_m).stimulus)
-        if advance is None or advance >= NO_WAY:
-            self._since_s = picture.body.now_s
-        elif picture.body.now_s - self._since_s > NO_WAY_S:
-            return STUCK
         if advance is not None:
             advance = abs(advance)
         if self._due.stimulus != stimulus or self._due.advance != advance:

@@ -27,7 +27,6 @@ from remoras.behaviours import (
     DUE,
     FAILED,
     IDLE,
-    STUCK,
     Approach,
     Behaviour,
     Perception,
@@ -228,9 +227,6 @@ BRAKING_S = 2.0
 """A vehicle begins to slow down so much earlier than it must."""
 PATIENCE_S = 60.0
 """A vehicle that has been on site so much longer than any find takes has a sensor that shows nothing."""
-NO_WAY_S = 300.0
-"""A vehicle that comes no nearer for so long makes no way: the water carries it off as fast as it may go."""
-NEARER_M = 1.0
 
 
 class Inspecting(Behaviour):
@@ -252,12 +248,11 @@ class Inspecting(Behaviour):
         self._approach = Approach(data.transit_speed_mps)
         self._on_site_s = 0.0
         self._seen_s: float | None = None
-        self._nearest_m, self._nearest_s = math.inf, 0.0  # since it performs it
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Due once the find is known, the less the farther away; on site it advances for as long as a find may take.
 
-        It has failed where nothing is seen on site for longer, or the vehicle makes no way.
+        It has failed where nothing is seen on site for longer.
         """
         place_m, now_s = self._place(picture), picture.body.now_s
         if place_m is None:
@@ -269,11 +264,6 @@ class Inspecting(Behaviour):
         if is_on_site and self._seen_s is not None:
             self._on_site_s += now_s - self._seen_s
         self._seen_s = now_s if is_on_site else None
-        if not performed or to_go_m < self._nearest_m - NEARER_M:
-            self._nearest_m, self._nearest_s = to_go_m if performed else math.inf, now_s
-        makes_no_way = not is_on_site and now_s - self._nearest_s > NO_WAY_S
-        if makes_no_way:
-            return STUCK
         if self._on_site_s > self._finds.longest_stay_s + PATIENCE_S:
             return FAILED
         if to_go_m <= self._finds.close_radius_m:

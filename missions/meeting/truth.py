@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from missions.figure import RunResults, Style
 from missions.meeting.meeting import Meeting
 from missions.metric import MeasuredRun
+from remoras.functional.layer import NEAR_M
 from remoras.mission import FleetView, Milestone, VehicleView
 from remoras.nesting import height
 from remoras.organisation import Group
@@ -119,6 +120,7 @@ class MeetingTruth:
         self._on_way: VehicleView | None = None  # of all who are alive, one that was not at rest
         self._rests_m: dict[str, tuple[Point, ...]] = {}  # by vehicle, where it may be at rest
         self._there_s: dict[tuple[str, str], float] = {}  # vehicle and group
+        self._waits_s: dict[tuple[str, str], float] = {}  # the same, though others may push it out by a little
         self._has_met: set[tuple[str, str]] = set()
         self._is_awaited = False
         self._is_stranded = False
@@ -194,7 +196,9 @@ class MeetingTruth:
         return self.reachable_fraction(fleet) <= self.goal_fraction or self.is_given_up
 
     def _is_at_rest(self, vehicle: VehicleView) -> bool:
-        """True for a vehicle that is home, or at a rally point."""
+        """True for a vehicle that is home or at a rally point, or comes to neither since it makes no headway."""
+        if not vehicle.makes_headway:
+            return True
         (x_m, y_m), radius_m = vehicle.position_m, self._radius_m
         places_m = self._rests_m.get(vehicle.name)
         if places_m is None:
@@ -224,7 +228,7 @@ class MeetingTruth:
                 continue  # who leads alone may have met before the others have planned
             if self._is_together(survivors, group) and self.is_worked_off(group):
                 self._note_meeting(group, survivors, (), now_s)
-            elif self._there_s and self._is_overdue(survivors, group, now_s):
+            elif self._waits_s and self._is_overdue(survivors, group, now_s):
                 missing = [v.name for v in self._members(survivors, group) if not self._has_come(v, group)]
                 self._note_meeting(group, survivors, missing, now_s)
         if not self._is_planned or self._apart or self.goal_fraction < 1.0:
@@ -303,13 +307,16 @@ class MeetingTruth:
             x_m, y_m = vehicle.position_m
             dx_m, dy_m = x_m - at_x_m, y_m - at_y_m
             is_there = dx_m * dx_m + dy_m * dy_m <= radius_m * radius_m
-            if not is_there and not self._there_s:  # nobody has come yet
+            if not is_there and not self._waits_s:  # nobody has come yet
                 continue
             key = vehicle.name, group.name
             if not is_there:
                 self._there_s.pop(key, None)
+                if dx_m * dx_m + dy_m * dy_m > (radius_m + NEAR_M) ** 2:
+                    self._waits_s.pop(key, None)
                 continue
             self._there_s.setdefault(key, now_s)
+            self._waits_s.setdefault(key, now_s)
             if vehicle.has_met(group.name):
                 self._has_met.add(key)
 
@@ -330,8 +337,8 @@ class MeetingTruth:
     def _is_overdue(self, survivors: Sequence[VehicleView], group: Group, now_s: float) -> bool:
         """True if a head has waited at the rally point to the deadline and takes the group for gathered."""
         for vehicle in survivors:
-            there_s = self._there_s.get((vehicle.name, group.name), math.inf)
-            if now_s - there_s >= self._deadline_s and vehicle.leads(group.name) and vehicle.has_met(group.name):
+            since_s = self._waits_s.get((vehicle.name, group.name), math.inf)
+            if now_s - since_s >= self._deadline_s and vehicle.leads(group.name) and vehicle.has_met(group.name):
                 return True
         return False
 

@@ -378,7 +378,7 @@ class Reacquiring(Behaviour):
         if place_m is None:
             return None
         if self._at_m is not None:
-            return Reference(self._at_m, min(CREEP_MPS, self._search_mps))
+            return Reference(self._at_m, min(CREEP_MPS, self._search_mps), is_over_ground=True)
         target_m = self._next(place_m)
         is_far = self._corner < 0 and distance_m(motion, target_m) > 2.0 * self._step_m
         if is_far:
@@ -428,4 +428,6 @@ class Intervening(Behaviour):
         to_go_m = distance_m(motion, place_m)
         if to_go_m <= IN_PLACE_M:
             return Reference(place_m, 0.0)
-        return Reference(place_m, CREEP_MPS if to_go_m <= NEAR_M else self._data.transit_speed_mps)
+        if to_go_m <= NEAR_M:
+            return Reference(place_m, CREEP_MPS, is_over_ground=True)
+        return Reference(place_m, self._data.transit_speed_mps)

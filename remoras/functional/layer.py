@@ -6,13 +6,14 @@ import math
 from collections.abc import Callable, Collection, Mapping, Sequence, Set
 from typing import Any
 
-from remoras.activities import ActivitySet, ActivityType
+from remoras.activities import ActivityKind, ActivitySet, ActivityType
 from remoras.attraction import USUAL, GuidanceConstants, Pulls
 from remoras.avoidance import Bounds, Neighbour
-from remoras.behaviours import Behaviour, Perception, Reference
+from remoras.behaviours import STUCK, Behaviour, Homing, Perception, Reference
 from remoras.database import VehicleData
 from remoras.errors import PluginError
 from remoras.functional.guidance import Guidance
+from remoras.functional.headway import Headway
 from remoras.functional.sensing import Sensed, Sensing
 from remoras.functional.vital import VITAL_NAMES, VITAL_SETS, vital_behaviour
 from remoras.mission import FunctionalPart
@@ -91,6 +92,8 @@ class FunctionalLayer:
         placed: each is called when a vehicle that begins anew is where it was; called by ``embody``.
         posed: each gives the pose at which sensors look, of that by the others before it; called by ``sense``.
         held: the last reference of the behaviour that guides, until the next decision.
+        headway: how the vehicle gets on; stranded: name of what it makes none in, where that is not a job but the way
+            to a meeting or what it needs to live, else empty.
         loads_w: power that the battery loses beside what the vehicle uses; the reserve does not know of it.
     """
 
@@ -130,6 +133,7 @@ class FunctionalLayer:
         self._behaviours: list[Behaviour] = []
         self._guiding: int | None = None
         self.held: Reference | None = None
+        self.headway, self.stranded = Headway(), ""
         self._perceived: list[Perception] = []
         picture.body.answering = _answering(data, ())
         self.loads_w: list[float] = []
@@ -270,7 +274,7 @@ class FunctionalLayer:
         Raises:
             PluginError: a behaviour raises, or returns anything but a Perception with a stimulus of 0..1.
         """
-        motion, picture, self.held = self.believed, self.picture, None
+        motion, picture, reference, self.held = self.believed, self.picture, self.held, None
         perceptions: list[Perception] = []
         for ask in self.asked:
             ask(self.guiding)
@@ -280,6 +284,14 @@ class FunctionalLayer:
         except Exception as error:
             raise self._broken(len(perceptions), "perceive", PERCEPTION, error) from error
         waits = self.guidance.withdraws or self.guidance.queues
+        is_hindered = waits or picture.body.contacts_m  # by another one, which will go on
+        is_stuck = self.headway.is_missing(None if is_hindered else reference, motion, picture.body.now_s)
+        if is_stuck and self._guiding is not None:
+            guiding = self._sets[self._guiding]
+            if guiding.kind is ActivityKind.INDIVIDUAL:
+                perceptions[self._guiding] = STUCK
+            elif guiding.kind is ActivityKind.VITAL or isinstance(self.guiding, Homing):
+                self.stranded = guiding.name
         if perceptions == self._perceived and not waits:
             return self._perceived  # as sound as they were
         try:  # one look at all of them, and only where something is wrong a search for which it is

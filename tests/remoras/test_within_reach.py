@@ -87,7 +87,9 @@ def test_fewer_vehicles_never_reach_more_and_nobody_less_than_is_reached(reached
 def test_what_a_vehicle_is_left_with(condition, is_exhausted, has_resigned, sensors) -> None:
     body: Any = SimpleNamespace(
         name="A", social=None, has_resigned=has_resigned, condition=condition_under(condition),
-        functional=SimpleNamespace(exhausted=is_exhausted, data=SENSING),
+        functional=SimpleNamespace(exhausted=is_exhausted, data=SENSING, headway=SimpleNamespace(is_lost=False)),
     )  # fmt: skip
     data = ReadOnlyVehicle(body).able_data
     assert (None if data is None else len(data.sensors)) == sensors
+    body.functional.headway.is_lost = True
+    assert ReadOnlyVehicle(body).able_data is None

@@ -11,7 +11,7 @@ from surveying import mapper
 from watched import Facts
 
 from missions.errors import ConfigurationError
-from missions.mapping.detections import NO_WAY_S, PATIENCE_S, Inspecting, InspectionJob, find_names, seabed_with_finds
+from missions.mapping.detections import PATIENCE_S, Inspecting, InspectionJob, find_names, seabed_with_finds
 from missions.mapping.scenario import FindsTable
 from missions.mapping.sensors import Seabed, SeabedFeature, Stays, SwathSensor
 from missions.runs.run import Run, run
@@ -155,12 +155,7 @@ def test_a_sensor_that_shows_nothing_is_given_up_after_the_longest_stay() -> Non
     assert on_site_s == pytest.approx(FINDS.longest_stay_s + PATIENCE_S, abs=3.0)
 
 
-def test_a_find_is_given_up_that_the_vehicle_does_not_come_near_as_slowly_as_it_has_to() -> None:
-    _, track, perception = inspect(sensor_works=True, water_mps=FINDS.close_speed_mps + 0.02)
-    assert perception.failed
-    assert min(way_m for way_m, _ in track) > FINDS.close_radius_m
-    nearest = min(range(len(track)), key=lambda tick: track[tick][0])
-    assert len(track) - nearest == pytest.approx(NO_WAY_S, abs=60.0)
+def test_a_find_is_seen_where_the_water_runs_half_as_fast_as_the_vehicle_has_to_go() -> None:
     assert inspect(sensor_works=True, water_mps=0.5 * FINDS.close_speed_mps)[2].done
 
 
