@@ -208,6 +208,7 @@ class Beliefs:
         drift: float | None = None,
         shared: float = 0.0,
         by: str | None = None,
+        at_s: float | None = None,
     ) -> Fused | None:
         """What all vehicles say of a fact together; None if nobody whom it believes has said anything.
 
@@ -216,7 +217,7 @@ class Beliefs:
             prior: weight of each symbol or truth value before anything was observed; even if None.
             independent: False where vehicles may have taken over what others said; see ``worldmodel.fusion``.
             since_s: observed at this time or later; from the first if None.
-            drift, shared: as of ``worldmodel.fused``.
+            drift, shared, at_s: as of ``worldmodel.fused``.
             by: name of the only vehicle whose observations count; all count if None.
 
         Raises:
@@ -229,7 +230,7 @@ class Beliefs:
         if by is not None:
             origin = self.uid(by)
             observations = [one for one in observations if one.origin == origin]
-        found = fused(attribute, observations, weights, independent, drift, shared)
+        found = fused(attribute, observations, weights, independent, drift, shared, at_s)
         if found is None:
             return None
         return Fused(

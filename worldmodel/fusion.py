@@ -5,7 +5,8 @@ the others; where none does, the newest stands as it is.
 
 Numbers and points, each axis alike, by a Kalman filter (Kalman 1960) over the observations in order of time. What is
 observed is at rest, or drifts as a random walk of ``drift`` per square root of a second (``rm:drift`` in the ontology).
-Before the first observation anything is as likely. At rest this is the mean by inverse variance (Cochran 1937)::
+Before the first observation anything is as likely; since the last one the variance has grown by drift^2 a second, until
+the time that is asked for. At rest this is the mean by inverse variance (Cochran 1937)::
 
     estimate = sum(x / sigma^2) / sum(1 / sigma^2)        sigma of the estimate = sum(1 / sigma^2)^-1/2
 
@@ -62,6 +63,7 @@ def fused(
     independent: bool = True,
     drift: float | None = None,
     shared: float = 0.0,
+    at_s: float | None = None,
 ) -> Estimate | None:
     """Return the estimate that observations of one slot come to, in whatever order they are given.
 
@@ -75,6 +77,8 @@ def fused(
             what the ontology declares if None. Numbers and points only.
         shared: standard deviation of the error that all observations of one origin have in common, in the unit of the
             attribute. Numbers and points only.
+        at_s: when what is observed has the value that is asked for; at the last observation if None or before that.
+            Numbers and points only.
 
     Raises:
         FactError: a prior for another kind of attribute, or one without a positive finite sum; a drift or shared error
@@ -95,9 +99,10 @@ def fused(
         return Estimate(last.value, None, last.time_s, (last.origin,))
     if attribute.kind in MEASURED:
         if independent:
-            return _filtered(weighed, drift, shared)
+            return _filtered(weighed, drift, shared, at_s)
+        at_s = max(weighed[-1].time_s, -math.inf if at_s is None else at_s)
         alone = [
-            _filtered([one for one in weighed if one.origin == origin], drift, shared)
+            _filtered([one for one in weighed if one.origin == origin], drift, shared, at_s)
             for origin in sorted({one.origin for one in weighed})
         ]
         return min(alone, key=lambda estimate: cast(float, estimate.uncertainty))
@@ -111,8 +116,8 @@ def _key(observation: Observation) -> tuple[object, ...]:
     return (*observation.block.key, observation.position)
 
 
-def _filtered(weighed: Sequence[Observation], drift: float, shared: float) -> Estimate:
-    """The estimate at the time of the last observation.
+def _filtered(weighed: Sequence[Observation], drift: float, shared: float, until_s: float | None) -> Estimate:
+    """The estimate at the time of the last observation, or at a later one.
 
     The state is the value, and behind it the shared error of each origin; axes differ in their means alone. The first
     observation makes the state known, so that nothing has to stand for complete ignorance.
@@ -144,6 +149,7 @@ def _filtered(weighed: Sequence[Observation], drift: float, shared: float) -> Es
             [part - gain * other for part, other in zip(row, along, strict=True)]
             for row, gain in zip(covariance, gains, strict=True)
         ]
+    covariance[0][0] += drift * drift * max(0.0, (at_s if until_s is None else until_s) - at_s)
     value: Value = (means[0][0], means[1][0]) if len(means) == 2 else means[0][0]
     return Estimate(value, math.sqrt(max(0.0, covariance[0][0])), at_s, tuple(origins))
 
