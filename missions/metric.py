@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from remoras.social.agreement import Agreement
     from remoras.social.needs import Subjects
     from remoras.strategy import Strategy
+    from worldmodel import TBox
 
 
 TAKEN = frozenset({
@@ -82,6 +83,10 @@ class AgreedBefore(Protocol):
     @property
     def agreement(self) -> Agreement:
         """Groups, roles and who founds them."""
+
+    @property
+    def tbox(self) -> TBox:
+        """The ontology: what could be said."""
 
     @property
     def subjects(self) -> Subjects | None:

@@ -13,11 +13,14 @@ It does not know e. It knows its drift, from the data sheet, and its way, from t
 
     db = drift ds,    b <- b exp(-dt / fix_s)    so that |e| <= b always, by the inequality of triangles
 
+All directions are as likely, so the variance of e on each axis is half the mean of |e|^2, and at most b^2 / 2.
+
 A current adds nothing to either: a Doppler log measures it.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -26,6 +29,7 @@ from remoras.work import Point
 
 STEPS = 50
 """Steps by which the length of a stay is found."""
+HALF_ROOT = math.sqrt(0.5)
 SURFACE_M = 1.0
 """A vehicle that is not deeper than this has a fix."""
 
@@ -135,6 +139,17 @@ class Navigation:
         grown_m = constants.drift * way_m
         self.error_m = x_m + grown_m * self._course[0], y_m + grown_m * self._course[1]
         self.uncertainty_m += grown_m
+
+    @property
+    def sigma_m(self) -> float:
+        """Standard deviation of its error on each axis, as it knows.
+
+        >>> adrift = Navigation(NavigationConstants(0.01), 20.0, lambda n: 0.0)
+        >>> adrift.go((500.0, 0.0), 500.0, 1.0)
+        >>> round(adrift.sigma_m, 4)
+        3.5355
+        """
+        return self.uncertainty_m * HALF_ROOT
 
     def go_to_depth(self, depth_m: float, dt_s: float) -> None:
         """Come nearer to a depth, for ``dt_s``."""

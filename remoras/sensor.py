@@ -25,6 +25,7 @@ those that are on are asked once a motion tick. The world is whatever object the
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
@@ -43,6 +44,8 @@ Fact = tuple[str, str, Reading] | tuple[str, str, Reading, float]
 """(subject, attribute, value), by names; behind it the uncertainty, if the sensor knows one: the standard deviation of
 numbers and points, in their unit and of each axis alike; the probability that the value is right for all others."""
 
+MOST_SIGMA_M = 32.0
+"""The greatest standard deviation of a place that can be told, by ``rm:location`` of the ontology."""
 SELF = ""
 """Subject of a fact about the instance that the observation has found."""
 
@@ -52,7 +55,8 @@ class Pose(NamedTuple):
 
     What it perceives is where it is. What it reports is where the vehicle takes itself to be, ``error_m`` from there.
     ``speed_mps`` is through the water, and ``flow_mps`` the velocity of the water there: (x east, y north). The vehicle
-    does not know its error, but that it is not greater than ``uncertainty_m``.
+    does not know its error, but that it is not greater than ``uncertainty_m``, and its standard deviation on each axis,
+    ``sigma_m``.
     """
 
     x_m: float
@@ -63,6 +67,7 @@ class Pose(NamedTuple):
     error_m: tuple[float, float] = (0.0, 0.0)
     flow_mps: tuple[float, float] = (0.0, 0.0)
     uncertainty_m: float = 0.0
+    sigma_m: float = 0.0
 
     @property
     def ground_mps(self) -> float:
@@ -80,6 +85,33 @@ class Pose(NamedTuple):
     def believed_m(self) -> tuple[float, float]:
         """Where the vehicle takes itself to be: (x east, y north)."""
         return self.x_m + self.error_m[0], self.y_m + self.error_m[1]
+
+    def located(self, seen_m: tuple[float, float], sigma_m: float, n_look: int = 1) -> Fact:
+        """Where something is that was seen, and how sure that is by the sensor and by the vehicle's own place.
+
+        The errors of looks are their own, but that of the vehicle is the same for all looks of a dive. So the mean of n
+        looks has the variance ``sigma_m**2 / n + self.sigma_m**2``, and the n-th states what it adds to those before:
+        fused as if independent they come to just that. The first states the root of the sum of squares.
+
+        Args:
+            seen_m: where, as the vehicle takes it.
+            sigma_m: standard deviation of the sensor's error on each axis.
+            n_look: which look at the same thing it is in this dive, from 1.
+
+        Returns:
+            The fact, without uncertainty where the look adds next to nothing: with more than ``MOST_SIGMA_M``.
+
+        >>> pose = Pose(0.0, 0.0, 5.0, 0.0, 1.0, sigma_m=1.5)
+        >>> pose.located((3.0, 4.0), 2.0)
+        ('', 'location', (3.0, 4.0), 2.5)
+        >>> stated_m = [pose.located((3.0, 4.0), 2.0, n)[3] for n in (1, 2, 3)]
+        >>> round(1.0 / sum(one**-2 for one in stated_m), 9)  # 4 / 3 + 2.25
+        3.583333333
+        """
+        ratio = self.sigma_m * self.sigma_m / (sigma_m * sigma_m)
+        stated_m = sigma_m * math.sqrt((1.0 + n_look * ratio) * (1.0 + (n_look - 1) * ratio))
+        place = SELF, "location", seen_m
+        return place if stated_m > MOST_SIGMA_M else (*place, stated_m)
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,6 +5,7 @@
 """
 
 from worldmodel.abox import Stated, WorldModel
+from worldmodel.doubt import doubted
 from worldmodel.errors import (
     FactError,
     NeedError,
@@ -86,6 +87,7 @@ __all__ = [
     "WorldModel",
     "WorldModelError",
     "core_ontology_paths",
+    "doubted",
     "expire",
     "fused",
     "merge",

@@ -139,13 +139,13 @@ class Detector:
             self._next_s[cell] = now_s + settings.look_s
             at_m = world.grid.centre_m(cell)
             claimed = world.grid.cell_at((at_m[0] + pose.error_m[0], at_m[1] + pose.error_m[1]))
-            found += self._look(cell, claimed, pose.error_m, world, now_s, settings.sigma_m)
+            found += self._look(cell, claimed, pose, world, now_s, settings.sigma_m)
             self._n_looks[cell] += 1
         over = [tile for tile, (_, last_s) in self._empty.items() if now_s - last_s > TOLD_AFTER_S]
         return [*found, *(observation for tile in over for observation in self._tell(tile))]
 
     def _look(
-        self, cell: int, claimed: int | None, error_m: Point, world: Seafloor, now_s: float, sigma_m: float
+        self, cell: int, claimed: int | None, pose: Pose, world: Seafloor, now_s: float, sigma_m: float
     ) -> list[Observation]:
         thing, n_look = world.things.get(cell), self._n_looks[cell]
         first = (cell * N_DETECTORS + self._number) * DRAWS
@@ -155,10 +155,10 @@ class Detector:
         if chance >= world.rates[self._number, 0 if thing is None else thing.kind]:
             return self._note_empty(world, claimed, now_s)
         x_m, y_m = _seen_m(thing, cell, world, (east, north), sigma_m)
-        seen_m = x_m + error_m[0], y_m + error_m[1]
+        seen_m = x_m + pose.error_m[0], y_m + pose.error_m[1]
         contact = self._vehicle, "contact", contact_code(n_look, self._number, claimed)
         row = DETECTORS[self._number], cell, NOTHING if thing is None else thing.name, *seen_m
-        return [Observation(((SELF, "location", seen_m, sigma_m), contact), row, ANOMALY, SAME_M)]
+        return [Observation((pose.located(seen_m, sigma_m), contact), row, ANOMALY, SAME_M)]
 
     def _note_empty(self, world: Seafloor, cell: int, now_s: float) -> list[Observation]:
         tile, bit = world.grid.tile_of(cell)
@@ -233,5 +233,5 @@ class ClassifyingCamera:
             x_m, y_m = _seen_m(thing, 0, world, (east, north), settings.sigma_m)
             seen_m = x_m + pose.error_m[0], y_m + pose.error_m[1]
         names = [NOTHING, *(kind.name for kind in world.scenario.kinds)]
-        facts = (SELF, "location", seen_m, settings.sigma_m), (SELF, "shown", shown_code(number, self._node, shown))
+        facts = pose.located(seen_m, settings.sigma_m), (SELF, "shown", shown_code(number, self._node, shown))
         return [Observation(facts, (names[shown], names[really], *seen_m), ANOMALY, SAME_M)]

@@ -310,8 +310,9 @@ class Adrift:
         layer.picture.body.uncertainty_m = navigation.uncertainty_m
 
     def posed(self, pose: Pose) -> Pose:
-        """A pose with the error, and the greatest that it may be as the vehicle knows."""
-        return pose._replace(error_m=self.navigation.error_m, uncertainty_m=self.navigation.uncertainty_m)
+        """A pose with the error, and the greatest and the usual one as the vehicle knows."""
+        known = self.navigation
+        return pose._replace(error_m=known.error_m, uncertainty_m=known.uncertainty_m, sigma_m=known.sigma_m)
 
     @property
     def column_m(self) -> tuple[float, float]:

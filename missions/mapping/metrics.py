@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
-from typing import TYPE_CHECKING, cast
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any, cast
 
-from missions.figure import Declared, Figure, Layer, Mark, Place, RunResults, Style, Tiles, axis_end_s
+from exchange.arithmetic import distance
+from missions.figure import Declared, Figure, Layer, Mark, Place, RunResults, Style, Tiles, axis_end_s, round_up
 from missions.files import tables_of
 from missions.mapping.ground import Ground, grounds_of
 from missions.mapping.sensors import COVERAGE, SIGHTINGS
@@ -14,12 +15,14 @@ from missions.mapping.truth import GOAL
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 from missions.scenarios.extending import place_error_m
 from missions.scenarios.scenario import Scenario
+from missions.stated import places_m
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from missions.mapping.scenario import MappingScenario
     from remoras.mission import Milestone
+    from remoras.work import Point
 
 
 SHARES = (50, 80, 95, 100)
@@ -98,6 +101,31 @@ def finds_inspected_fraction(run: MeasuredRun) -> float | Absent:
     return sum(milestone.name == "inspected" for milestone in run.milestones) / finds.number
 
 
+REGION = 2.4477468306808166
+"""A normal error on two axes is within so many standard deviations in 95 % of cases: (-2 ln 0.05)^1/2 (Rayleigh)."""
+
+
+def courses_m(
+    items: Iterable[tuple[Any, ...]], vehicles: Iterable[str], objects_m: Sequence[Point]
+) -> Iterator[list[tuple[float, float]]]:
+    """For each object told of, after each look: how far off its fused place is, and the radius of the 95 % region (m).
+
+    An object told of is the one that lies nearest to the last of these places.
+    """
+    for places in places_m(items, vehicles):
+        truth_m = min(objects_m, key=lambda lies_m: distance(lies_m, places[-1][0]))
+        yield [(distance(truth_m, at_m), REGION * sigma_m) for at_m, sigma_m in places]
+
+
+def within_region_fraction(run: MeasuredRun) -> float | Absent | None:
+    """Share of the objects told of that lie in the 95 % region about their fused place; None if there are none."""
+    objects_m = [one.position_m for one in cast("MappingScenario", run.scenario).object]
+    if not objects_m:
+        return NOT_APPLICABLE
+    last = [of[-1] for of in courses_m(run.recorder.rows("items"), run.setup.database, objects_m)]
+    return sum(off_m <= region_m for off_m, region_m in last) / len(last) if last else None
+
+
 def _first_given_up(run: MeasuredRun) -> Milestone | None:
     return next((milestone for milestone in run.milestones if milestone.name == "mapping_stopped"), None)
 
@@ -153,6 +181,10 @@ METRICS = (
     ),
     Metric("duplicate_fraction", "", Better.LOWER, "double work", duplicate_fraction, headline=True),
     Metric("finds_inspected_fraction", "", Better.HIGHER, "finds inspected", finds_inspected_fraction),
+    Metric(
+        "within_region_fraction", "", Better.NEITHER, "objects in the 95 % region", within_region_fraction,
+        note="Of the place that all looks come to; 0.95 where what vehicles state of their looks is true.",
+    ),
     Metric("least_mapped_fraction", "", Better.HIGHER, "least mapped fraction", least_mapped_fraction),
     Metric(
         "given_up_s", "s", Better.NEITHER, "mapping given up", given_up_s,
@@ -236,8 +268,41 @@ def draw_objects(axes: Axes, results: RunResults, style: Style) -> str:
     return f"No vehicle knows where an object lies; n = {len(seen)} sightings."
 
 
+def draw_places(axes: Axes, results: RunResults, style: Style) -> str:
+    """How far off the fused place of each object is after each look, over the radius of the region that is stated."""
+    scenario = tables_of(results.manifest["scenario"], "manifest.json")
+    objects_m = [thing["position_m"] for thing in scenario.get("object", [])]
+    rows = (tuple(row.values()) for row in results.table("items").to_pylist())
+    courses = list(courses_m(rows, [one["name"] for one in scenario["vehicle"]], objects_m)) if objects_m else []
+    all_m = [one for course in courses for one in course]
+    for number, course in enumerate(courses):
+        off_m, region_m = zip(*course, strict=True)
+        label = "after each look" if not number else None
+        axes.plot(region_m, off_m, color=style.grey, linewidth=0.6, marker="o", markersize=2.5, label=label)
+    last = [course[-1] for course in courses]
+    axes.scatter(
+        [one[1] for one in last], [one[0] for one in last], s=40, marker="D", facecolors="none",
+        edgecolors=style.black, label="after the last look", zorder=3,
+    )  # fmt: skip
+    end_m = round_up(max((max(one) for one in all_m), default=1.0))
+    axes.plot([0.0, end_m], [0.0, end_m], color=style.black, linestyle="--", linewidth=0.8, label="edge of the region")
+    axes.set_xlim(0.0, end_m)
+    axes.set_ylim(0.0, end_m)
+    axes.set_xlabel(style.axis("radius of the 95 % region", "m"))
+    axes.set_ylabel(style.axis("error of the place", "m"))
+    n_in = sum(off_m <= region_m for off_m, region_m in all_m)
+    n_last = sum(off_m <= region_m for off_m, region_m in last)
+    return (
+        f"Below the line an object lies in the region that is stated: {n_last} of {len(last)} objects after the last "
+        f"look, {n_in} of n = {len(all_m)} estimates."
+    )
+
+
 FIGURES: tuple[Declared, ...] = (
     Figure("coverage", "Mapped share of the areas over mission time", draw_coverage, needs=("coverage",)),
+    Figure(
+        "places", "Error of the places of objects over what is stated", draw_places, needs=(SIGHTINGS.name, "items")
+    ),
     Layer("mapped cells", draw_mapped_cells, needs=("coverage",)),
     Layer("objects", draw_objects),
     Mark("mapping_stopped", "mapping given up"),

@@ -1,6 +1,7 @@
 """Sensors of mission mapping, and the objects that they perceive.
 
-Whoever comes near sees where an object is and what it seems to be, both with an error, and says how sure it is. The
+Whoever comes near sees where an object is and what it seems to be, both with an error, and says how sure it is: of the
+place by the error of its sensor and that of its own place, which all looks of a dive have in common. The
 first that tells of it creates an instance of the ontology; whoever sees something near to what it knows of takes it for
 the same. Each draw is keyed by seed, object, vehicle and look: no strategy, loss or fault changes what a look shows.
 """
@@ -22,7 +23,7 @@ from missions.mapping.survey import contains
 from missions.scenarios.tables import Name, PointM, Section
 from remoras.database import VehicleData
 from remoras.recorder import TIME, VEHICLE, Column, Table
-from remoras.sensor import SELF, Observation, Pose, SensorSettings
+from remoras.sensor import MOST_SIGMA_M, SELF, Observation, Pose, SensorSettings
 from remoras.work import Point
 
 CLASSES = ("wreck", "pipeline", "anomaly")
@@ -61,7 +62,10 @@ class ClassifierSettings(SensorSettings):
         0.8, gt=0.25, lt=1.0, description="probability that it takes an object for what it is, which it states"
     )
     sigma_m: float = Field(
-        2.0, gt=0.0, le=32.0, description="standard deviation of the place that it sees, on each axis, which it states"
+        2.0,
+        gt=0.0,
+        le=MOST_SIGMA_M,
+        description="standard deviation of the place that it sees, on each axis, which it states with that of its own",
     )
     every_s: float = Field(60.0, gt=0.0, description="time between two looks at an object")
     within_m: float = Field(
@@ -88,10 +92,19 @@ class Classifier:
         self._node = node
         self._next_s: dict[int, float] = {}
         self._n_looks: Counter[int] = Counter()
+        self._n_of_dive: Counter[int] = Counter()  # by object
+        self._most_m = 0.0  # standard deviation of its own place in this dive
 
     def sense(self, pose: Pose, world: Seabed, now_s: float) -> list[Observation]:
-        """An observation of each object in range that it has not looked at lately."""
+        """An observation of each object in range that it has not looked at lately.
+
+        A dive is over once the vehicle knows its place twice as exactly as it did at worst.
+        """
         found = []
+        if pose.sigma_m < self._most_m / 2.0:
+            self._n_of_dive.clear()
+            self._most_m = 0.0
+        self._most_m = max(self._most_m, pose.sigma_m)
         for number, one in enumerate(world.objects):
             if distance(one.position_m, (pose.x_m, pose.y_m)) > self._settings.range_m:
                 continue
@@ -103,6 +116,7 @@ class Classifier:
     def _look(self, number: int, one: SeaObject, pose: Pose, seed: int) -> Observation:
         settings, look = self._settings, self._n_looks[number]
         self._n_looks[number] += 1
+        self._n_of_dive[number] += 1
         right, which, east, north = (
             loss.uniform(seed, loss.LOOKS, look, self._node, 4 * number + draw) for draw in range(4)
         )
@@ -112,8 +126,9 @@ class Classifier:
             at_m + off_m + settings.sigma_m * normal_quantile(min(max(share, 1.0 - MOST_SHARE), MOST_SHARE))
             for at_m, off_m, share in zip(one.position_m, pose.error_m, (east, north), strict=True)
         )
+        place = pose.located((x_m, y_m), settings.sigma_m, self._n_of_dive[number])
         return Observation(
-            ((SELF, "location", (x_m, y_m), settings.sigma_m), (SELF, "classification", seems, settings.p_right)),
+            (place, (SELF, "classification", seems, settings.p_right)),
             (one.name, seems, x_m, y_m),
             "ObjectOfInterest",
             settings.within_m,

@@ -35,7 +35,7 @@ PATIENCE_S = 10.0
 """A body that has not said for so long where it is (s) is told to stop."""
 CRYSTAL = 50e-6
 """Drift of a machine's own clock (s a second), a common bound for quartz without compensation."""
-_FIX = struct.Struct(">6d")
+_FIX = struct.Struct(">7d")
 
 
 class Fix(NamedTuple):
@@ -46,6 +46,7 @@ class Fix(NamedTuple):
         heading_rad: 0 along x, counter-clockwise; speed_mps: over ground.
         depth_m: below the surface.
         battery: share that is left, 0..1; NaN if it does not say, then what the scenario's vehicle would use counts.
+        sigma_m: standard deviation of the place on each axis, as the body knows it; sensors state it of what they see.
     """
 
     x_m: float
@@ -54,6 +55,7 @@ class Fix(NamedTuple):
     speed_mps: float
     depth_m: float
     battery: float = math.nan
+    sigma_m: float = 0.0
 
     @property
     def data(self) -> bytes:
@@ -68,8 +70,9 @@ class Fix(NamedTuple):
     @property
     def is_sound(self) -> bool:
         """True if it may be believed: numbers, and a share that is one."""
-        *place, battery = self
-        return all(map(math.isfinite, place)) and (math.isnan(battery) or 0.0 <= battery <= 1.0)
+        *place, battery, sigma_m = self
+        is_whole = all(map(math.isfinite, (*place, sigma_m))) and sigma_m >= 0.0
+        return is_whole and (math.isnan(battery) or 0.0 <= battery <= 1.0)
 
 
 class Goal(NamedTuple):
@@ -191,6 +194,7 @@ class Steered:
             )
             raise ConfigurationError(layer.data.name, [given])
         layer.guidance.go = self._go
+        layer.posed.append(lambda pose: pose._replace(sigma_m=0.0 if self._fix is None else self._fix.sigma_m))
         self._layer = layer
 
     def take(self, fix: Fix) -> None:

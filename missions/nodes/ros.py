@@ -3,7 +3,7 @@
 Topics stand below the vehicle's name (``/auv00/odometry``). Frames are those of REP 103: x east, y north, z up;
 headings count from east, counter-clockwise.
 
-    odometry    nav_msgs/Odometry           where the body is; in (--ros body), or out (--ros tell)
+    odometry    nav_msgs/Odometry           where the body is, and how surely; in (--ros body), or out (--ros tell)
     goal_pose   geometry_msgs/PoseStamped   where it is to go; out, after each tick
     goal_speed  std_msgs/Float64            how fast (m/s); 0 is to stop
 
@@ -72,8 +72,11 @@ class RosShare:
         at, turned, moves = message.pose.pose.position, message.pose.pose.orientation, message.twist.twist.linear
         sine = 2.0 * (turned.w * turned.z + turned.x * turned.y)
         cosine = 1.0 - 2.0 * (turned.y * turned.y + turned.z * turned.z)
-        speed_mps = length(moves.x, moves.y)
-        self._fix = Fix(at.x, at.y, atan2(sine, cosine), speed_mps, -at.z)
+        east_m2, north_m2 = message.pose.covariance[0], message.pose.covariance[7]
+        self._fix = Fix(
+            at.x, at.y, atan2(sine, cosine), length(moves.x, moves.y), -at.z,
+            sigma_m=math.sqrt(max(0.0, (east_m2 + north_m2) / 2.0)),
+        )  # fmt: skip
         self._n_heard += 1
 
     def fix(self) -> Fix | None:

@@ -46,6 +46,7 @@ from worldmodel import (
     UnknownNameError,
     ValueKind,
     WorldModel,
+    doubted,
     merge,
     suggestion,
     tidy,
@@ -301,7 +302,7 @@ class KnownAt:
         drift: float | None = None,
         shared: float = 0.0,
     ) -> Fused | None:
-        """What all vehicles say of an attribute of an instance, together, as far as this one has heard.
+        """What all vehicles say of an attribute of an instance at ``at_s``, together, as far as this one has heard.
 
         Every observation with an uncertainty counts, but none of banned vehicles; ``worldmodel.fusion`` says how.
 
@@ -317,7 +318,23 @@ class KnownAt:
             FactError: a prior, drift or shared error that cannot be.
         """
         key = attribute, subject
-        return Beliefs(self.model).fused(key, prior, independent, drift=drift, shared=shared)
+        return Beliefs(self.model).fused(key, prior, independent, drift=drift, shared=shared, at_s=self.at_s)
+
+    @property
+    def doubted(self) -> tuple[str, ...]:
+        """The vehicle that contradicts what others say of numbers and points, beyond the uncertainty that they state.
+
+        None if all agree, both if it is one of two; see ``worldmodel.doubt``. Nothing is left out for that.
+        """
+        model = self.model
+        slots = (
+            (attribute, model.history(uid, attribute.uid))
+            for attribute in model.tbox.attributes
+            if attribute.uncertainty is not None
+            for uid in model.instance_uids()
+        )
+        names = Beliefs(model)
+        return tuple(names.name(origin) for origin in doubted(slots))
 
     def history(
         self, subject: str, attribute: str, since_s: float | None = None, until_s: float | None = None

@@ -21,11 +21,22 @@ from missions.scenarios.extending import features
 from missions.scenarios.named import METRICS, metric_named
 from missions.scenarios.parts import mission_class, modem_energy
 from missions.scenarios.scenario import Scenario
+from missions.stated import stated
 from remoras.contents import Content
 from remoras.mission import Mission
+from worldmodel import doubted
 
 HIGHER, LOWER = Better.HIGHER, Better.LOWER
 NEVER_RECEIVED = "What was never received is left out."
+
+
+def n_doubted(run: MeasuredRun) -> int | Absent:
+    """How many vehicles contradict what others say of numbers and points; see ``worldmodel.doubt``."""
+    tbox = run.setup.tbox
+    slots = stated(run.recorder.rows("items"), tbox, run.setup.database)
+    if not any(len({one.origin for one in observations}) > 1 for observations in slots.values()):
+        return NOT_APPLICABLE
+    return len(doubted((tbox.attribute_named(name), observations) for (_, name), observations in slots.items()))
 
 
 def energy_j(run: MeasuredRun) -> float:
@@ -206,6 +217,10 @@ CORE_METRICS = (
         note="Time in which a founding role has too few holders, a role too many, or one who may not hold it.",
     ),
     Metric("n_refused_acts", "", Better.NEITHER, "refused acts", n_refused_acts),
+    Metric(
+        "n_doubted", "", LOWER, "vehicles in doubt", n_doubted,
+        note="What they say of numbers and points contradicts others, 1 % level; two of two count both.",
+    ),
     *(metric for feature in features().values() for metric in feature.metrics),
     Metric("idle_s", "s", LOWER, "idle time", idle_s, note="Mean over the vehicles that are able to do a job."),
     Metric(

@@ -36,7 +36,6 @@ from remoras.htn import FactsLike
 from remoras.organisation import Group
 from remoras.recorder import TIME, VEHICLE, Column, Table
 from remoras.sensor import SELF, Fact, Observation, Pose, Sensor, SensorSettings
-from remoras.work import Point
 
 CANDIDATE = "Candidate"
 SAME_M = 25.0
@@ -148,9 +147,7 @@ class Surveyor:
                 mean = LIKE_TARGET if one.is_target else LIKE_DECOY
                 likeness = min(1.0, max(0.0, mean + normal(like, settings.sigma_likeness)))
                 place = _placed(one, pose, off, settings.sigma_m)
-                found.append(
-                    _seen(place, settings.sigma_m, (SELF, "likeness", likeness, max(0.0625, settings.sigma_likeness)))
-                )
+                found.append(_seen(place, (SELF, "likeness", likeness, max(0.0625, settings.sigma_likeness))))
         return found
 
 
@@ -187,7 +184,7 @@ class Finder:
             right, *off = self._looks.draws(world.seed, number, 3)
             place = _placed(one, pose, off, settings.sigma_m)
             takes_for = "target" if one.is_target == (right < settings.p_right) else "decoy"
-            found.append(_seen(place, settings.sigma_m, (SELF, "looksLike", takes_for, settings.p_right)))
+            found.append(_seen(place, (SELF, "looksLike", takes_for, settings.p_right)))
         return found
 
 
@@ -238,7 +235,7 @@ class Effector:
             return [Observation(row=row)]
         done = "heldBy" if self._settings.does == "hold" else "handledBy"
         place = one.position_m[0] + pose.error_m[0], one.position_m[1] + pose.error_m[1]
-        facts: tuple[Fact, ...] = ((SELF, "location", place, 0.5), (SELF, done, self._data.name))
+        facts: tuple[Fact, ...] = (pose.located(place, 0.5), (SELF, done, self._data.name))
         return [Observation(facts, row, CANDIDATE, SAME_M)]
 
 
@@ -305,14 +302,15 @@ def normal(share: float, sigma: float) -> float:
     return sigma * normal_quantile(min(max(share, EDGE), 1.0 - EDGE))
 
 
-def _placed(one: Lying, pose: Pose, off: list[float], sigma_m: float) -> Point:
-    """Where a vehicle takes an object to lie that it sees."""
+def _placed(one: Lying, pose: Pose, off: list[float], sigma_m: float) -> Fact:
+    """Where a vehicle takes an object to lie that it sees, and how sure that is."""
     (x_m, y_m), (east_m, north_m) = one.position_m, pose.error_m
-    return x_m + east_m + normal(off[0], sigma_m), y_m + north_m + normal(off[1], sigma_m)
+    seen_m = x_m + east_m + normal(off[0], sigma_m), y_m + north_m + normal(off[1], sigma_m)
+    return pose.located(seen_m, max(0.5, sigma_m))
 
 
-def _seen(place_m: Point, sigma_m: float, *facts: Fact) -> Observation:
-    return Observation(((SELF, "location", place_m, max(0.5, sigma_m)), *facts), (), CANDIDATE, SAME_M)
+def _seen(*facts: Fact) -> Observation:
+    return Observation(facts, (), CANDIDATE, SAME_M)
 
 
 SURVEY, CHOOSE, FIX, FIND, HOLD, HANDLE = "survey", "choose", "fix", "find", "hold", "handle"

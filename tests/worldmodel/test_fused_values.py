@@ -58,6 +58,15 @@ def test_a_symbol_has_an_estimate_for_each_hypothesis() -> None:
     assert sum(share for _, share, _ in rows) == pytest.approx(1.0)
 
 
+def test_a_number_with_an_exponent_is_found() -> None:
+    """One without is a decimal, which rdflib compares by its digits: 0.9 is not the double that is next to it."""
+    model = fleet_model()
+    for origin, p in enumerate((0.9, 0.6)):
+        merge(model, [block(origin, 0, origin, (ECHO, CLASSIFICATION, 1, p))])  # type: ignore[arg-type]
+    told = "SELECT ?p WHERE { ?f sit:origin ?by ; sit:probability ?p FILTER(?p IN (0.9e0, 0.6e0)) } ORDER BY ?p"
+    assert query(model, told)[1] == [(0.6,), (0.9,)]
+
+
 def test_the_history_and_the_graphs_of_origins_are_as_they_were() -> None:
     """No query that does not name the graph sees an estimate."""
     model = three_looks()

@@ -250,6 +250,7 @@ class Message:
                 continue
             kind = field.type if isinstance(field.type, str) else getattr(field.type, "__name__", "")
             value: Any = 0.0 if "float" in kind.lower() else "" if "str" in kind.lower() else 0
+            value = [0.0] * 36 if "ndarray" in kind else value
             of = next((one for one in types.types if one.replace("/", "__") == kind.strip("'\"").split(".")[-1]), None)
             if of is not None:
                 value = Message(types, of)
@@ -337,7 +338,8 @@ def test_a_vehicle_whose_body_is_in_the_graph_goes_where_that_goes(graph: Graph)
     assert graph.namespace == "auv00"
     assert share.fix() is None
     graph.waiting = [odometry(graph, 1.0, 2.0), odometry(graph, 3.0, -40.0, heading_rad=2.5, depth_m=12.0)]
-    assert share.fix() == pytest.approx((3.0, -40.0, 2.5, 1.0, 12.0, math.nan), nan_ok=True)
+    graph.waiting[1].pose.covariance[0], graph.waiting[1].pose.covariance[7] = 3.0, 5.0
+    assert share.fix() == pytest.approx((3.0, -40.0, 2.5, 1.0, 12.0, math.nan, 2.0), nan_ok=True)
     assert share.fix() is None
     ship, boat = (NodePlan.of(load("mapping-rendezvous"), name, 3, 120.0, 0.0) for name in ("ASV00", "AUV00"))
     own = [alone(plan) for plan in (ship, replace(boat, is_steered=True))]
