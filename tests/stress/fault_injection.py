@@ -47,6 +47,8 @@ class FaultyChannel:
         happened: Counter[str], node_of: Mapping[str, int],
     ) -> None:  # fmt: skip
         self.is_calm, self._foreign = False, foreign
+        self.carried: list[tuple[float, int, frozenset[int]]] = []
+        """Of each packet when it was sent (s), by whom and who heard it."""
         self._calm, self._slots, self._forge, self._happened, self._seed = calm, slots, forge, happened, schedule.seed
         self._faults = [
             (number, fault, node_of.get(fault.vehicle), node_of.get(fault.peer))
@@ -83,6 +85,7 @@ class FaultyChannel:
                 self._happened[fault.kind] += found != [one]
                 changed += found
             arrivals = changed
+        self.carried.append((now_s, sender, frozenset(arrival.receiver for arrival in arrivals)))
         return sorted(arrivals, key=lambda arrival: (arrival.receiver, arrival.time_s))
 
     def _others(self, number: int, fault: StressFault, slot: int, sender: int, now_s: float) -> list[Arrival]:

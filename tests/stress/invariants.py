@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import combinations, permutations
 from typing import Any, ClassVar, NamedTuple
 
+import networkx as nx
 from stress.reference_record import Aired, Flaw, Life, Witness
-from stress.schedules import NEARLY_CUT, Losses, Schedule, losses_of, losses_there, packets_each, passes_on
+from stress.schedules import NEARLY_CUT, Schedule
 
 from exchange.packets import Reception
 from missions.runs.run import Run
@@ -56,7 +57,7 @@ class Scene:
     Attributes:
         effective: kinds of faults against which nothing in this scenario protects the fleet.
         forged: (vehicle, group or subject, kind) of each forged statement.
-        heard: the packet of a moment EVENT; finished, summary: the run of a moment END.
+        carried: see ``FaultyChannel``; heard: the packet of a moment EVENT; finished, summary: the run of a moment END.
         rested: True if the exchange after the mission left nothing open; None where it did not go on.
     """
 
@@ -64,6 +65,7 @@ class Scene:
     schedule: Schedule
     fleet: Fleet
     effective: frozenset[str]
+    carried: Sequence[tuple[float, int, frozenset[int]]] = ()
     witness: Witness = field(default_factory=Witness)
     lives: dict[str, Life] = field(default_factory=dict)
     forged: list[tuple[str, str, str]] = field(default_factory=list)
@@ -105,29 +107,36 @@ class Scene:
     @cached_property
     def has_cut_links(self) -> bool:
         """True if a link is nearly cut after the mission: a sender may never receive an acknowledgement."""
-        return max(self._losses_in(self.fleet.ended_s, self.fleet.now_s).values(), default=0.0) >= NEARLY_CUT
+        return bool(self._cut(self.fleet.ended_s, self.fleet.now_s))
 
     @cached_property
     def is_parted(self) -> bool:
         """True if no usable path joins some vehicles in contact after the mission."""
-        return self._has_no_way(self._losses_in(self.fleet.ended_s, self.fleet.now_s))
+        return self._has_no_way(self.fleet.ended_s, self.fleet.now_s)
 
     @cached_property
     def was_parted(self) -> bool:
         """True if that was so in the later half of the mission, in which waiting vehicles stand still."""
-        return self._has_no_way(self._losses_in(0.5 * self.fleet.ended_s, self.fleet.ended_s))
+        return self._has_no_way(0.5 * self.fleet.ended_s, self.fleet.ended_s)
 
-    def _losses_in(self, from_s: float, until_s: float) -> Losses:
-        """What each link loses; on the channel acoustic in that time, where vehicles are in the end."""
-        if losses := losses_of(self.setup.scenario):
-            return losses
-        motions = [vehicle.functional.motion for vehicle in self.fleet.vehicles]
-        places_m = [(motion.x_m, motion.y_m) for motion in motions]
-        return losses_there(self.setup.scenario, self.schedule.seed, places_m, from_s, until_s)
+    def _cut(self, from_s: float, until_s: float) -> set[tuple[int, int]]:
+        """Links between vehicles in contact that lost nearly all packets of a time."""
+        sent = [one for one in self.carried if from_s <= one[0] <= until_s]
+        found = set()
+        for sender, receiver in permutations([vehicle.data.node for vehicle in self.in_contact()], 2):
+            heard = [receiver in receivers for _, node, receivers in sent if node == sender]
+            if sum(heard) < (1.0 - NEARLY_CUT) * len(heard):
+                found.add((sender, receiver))
+        return found
 
-    def _has_no_way(self, losses: Losses) -> bool:
-        names = [vehicle.name for vehicle in self.in_contact()]
-        return bool(losses) and math.isinf(packets_each(losses, passes_on(self.setup.scenario), names))
+    def _has_no_way(self, from_s: float, until_s: float) -> bool:
+        """True if links that are nearly cut part vehicles, which may pass on what others tell."""
+        cut, communication = self._cut(from_s, until_s), self.setup.scenario.communication
+        if not (self.setup.policy.repeat or bool(getattr(communication, "relaying", True))):
+            return bool(cut)
+        pairs = combinations(sorted(vehicle.data.node for vehicle in self.in_contact()), 2)
+        graph = nx.Graph(pair for pair in pairs if cut.isdisjoint({pair, pair[::-1]}))
+        return bool(cut) and not (len(graph) == len(self.in_contact()) and nx.is_connected(graph))
 
     def in_contact(self) -> list[Vehicle]:
         """Vehicles that are alive, hear and are heard."""

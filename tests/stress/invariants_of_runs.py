@@ -82,21 +82,6 @@ LEAST_SHARE = 0.5
 """Share of the separation that vehicles keep in any case; what is between is counted as a conflict."""
 
 
-class Finite(Invariant):
-    """All positions, headings, speeds and energies are finite numbers; a plug-in that meets another would be blamed."""
-
-    name = "finite"
-    moment = TICK
-
-    def broken(self, scene: Scene) -> str | None:
-        """Look at the state of motion of each vehicle."""
-        for vehicle in scene.fleet.vehicles:
-            m = vehicle.functional.motion
-            if not math.isfinite(m.x_m + m.y_m + m.ahead[0] + m.ahead[1] + m.speed_mps + m.energy_j):
-                return f"{vehicle.name} at {scene.now_s:g} s: {m}"
-        return None
-
-
 class SeparationKept(Invariant):
     """No two vehicles of one layer that were apart come nearer than half of the separation."""
 

@@ -52,7 +52,8 @@ class NodeFleet:
         for node, plan in enumerate(self._plans):
             self._begin(node, alone(plan), LineKind.SALT)
         self._channel = faulty_channel(setup, schedule, channel_of(setup, Root(schedule.seed)), self._happened)
-        self._scene = Scene(setup, schedule, self, effective_kinds(schedule, setup))  # type: ignore[arg-type]
+        about = setup, schedule, self, effective_kinds(schedule, setup), self._channel.carried
+        self._scene = Scene(*about)  # type: ignore[arg-type]
         self._promised = [
             one() for one in INVARIANTS if one.name in PROMISED and not one.not_under & self._scene.effective
         ]

@@ -8,7 +8,7 @@ import tomllib
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cache
-from itertools import combinations, pairwise, permutations
+from itertools import pairwise, permutations
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,19 +16,14 @@ import tomli_w
 from hypothesis import strategies as st
 
 from exchange.acoustics import loss
-from exchange.acoustics.acoustic import AcousticChannel
-from exchange.acoustics.link import Matrix, Transmission
-from exchange.acoustics.models import MatrixChannel
 from exchange.acoustics.modems import modems
-from exchange.acoustics.network import NetworkChannel, shipped
+from exchange.acoustics.network import shipped
 from exchange.policies import PAPER_POLICIES, POLICIES
 from missions.errors import ConfigurationError
 from missions.files import toml_value
 from missions.runs.run import run
 from missions.runs.setup import resolved
 from missions.scenarios import Scenario, load
-from missions.scenarios.deployment import deployment_of
-from missions.scenarios.policy import policy_of
 from remoras.strategies import parameters, strategies
 
 GROUND = "mapping-rendezvous"
@@ -206,8 +201,10 @@ class Schedule:
 
 READY_S = 1e-6
 """Offset of a clock that jumps in the run: its vehicle has a clock of its own from the start."""
-SETTLE_FRAMES, ROUNDS, MOST_PACKETS = 240, 24, 100.0
-"""Longest quiet time after the mission: TDMA frames, or packets with their answers on the worst path."""
+NEARLY_CUT = 0.9
+"""Share of packets lost from which on a link is nearly cut."""
+SETTLE_FRAMES = 960
+"""Longest quiet time after the mission: at 80 % loss 38 packets with their answers on the worst link."""
 
 
 def read_schedule(path: Path) -> Schedule:
@@ -226,9 +223,8 @@ def loaded(scenario: str, settings: Sequence[str]) -> Scenario:
 def _known(scenario: str, settings: tuple[str, ...]) -> tuple[tuple[dict[str, Any], ...], float]:
     """Faults of the scenario itself, and its longest quiet time (s)."""
     own = loaded(scenario, settings)
-    n_frames = max(SETTLE_FRAMES, math.ceil(ROUNDS * _packets_of(own)))
     faults = tuple(table.model_dump(mode="json", exclude_none=True) for table in own.fault)
-    return faults, n_frames * resolved(own).schedule.frame_s
+    return faults, SETTLE_FRAMES * resolved(own).schedule.frame_s
 
 
 def befalls(seed: int, fault: int, number: int, receiver: int, share: float) -> bool:
@@ -238,72 +234,6 @@ def befalls(seed: int, fault: int, number: int, receiver: int, share: float) -> 
 
 PACKETS = 1001
 """`trial` of the draws that say which packets and readings a fault befalls."""
-
-# Usable paths -------------------------------------------------------------------------------------
-
-NEARLY_CUT = 0.9
-"""Share of packets lost from which on a link is nearly cut."""
-MOMENTS = 8
-Losses = Mapping[tuple[str, str], float]
-"""Share of packets lost by (sender, receiver)."""
-
-
-def losses_of(scenario: Scenario) -> Losses:
-    """What each link loses for the whole run; empty where the channel has no such rates, or the seed draws them."""
-    names, settings = scenario.names_by_slot, scenario.channel.settings()
-    is_drawn = isinstance(settings, NetworkChannel) and not settings.nodes.keys() >= {*names}
-    if is_drawn or not isinstance(settings, (MatrixChannel, NetworkChannel)):
-        return {}
-    deployment = deployment_of(scenario)
-    model = settings.link_model(deployment, 0)
-    if not isinstance(model, Matrix):
-        return {}
-    nodes = deployment.nodes.items()
-    return {(one, other): model.per_of.get((a, b), model.per) for (one, a), (other, b) in permutations(nodes, 2)}
-
-
-def losses_there(
-    scenario: Scenario, seed: int, places_m: Sequence[tuple[float, float]], from_s: float, until_s: float
-) -> Losses:
-    """Mean loss of each link of the channel acoustic over a time in which vehicles stay where they are; else empty."""
-    channel, deployment = scenario.channel.settings(), deployment_of(scenario)
-    if not isinstance(channel, AcousticChannel):
-        return {}
-    link, bits, found = channel.link_model(deployment, seed), deployment.modem.payload_bits, {}
-    moments_s = [from_s + (until_s - from_s) * (number + 0.5) / MOMENTS for number in range(MOMENTS)]
-    for (one, a), (other, b) in permutations(deployment.nodes.items(), 2):
-        range_m = math.hypot(math.dist(places_m[a], places_m[b]), deployment.depths_m[a] - deployment.depths_m[b])
-        rates = (link.p_loss(Transmission(0, a, time_s, bits, places_m), b, range_m) for time_s in moments_s)
-        found[one, other] = math.fsum(rates) / MOMENTS
-    return found
-
-
-def passes_on(scenario: Scenario) -> bool:
-    """True if vehicles pass on what others tell, over links that are nearly cut at least."""
-    return policy_of(scenario.communication.policy).repeat or bool(getattr(scenario.communication, "relaying", True))
-
-
-def packets_each(losses: Losses, passed_on: bool, among: Collection[str]) -> float:
-    """Mean packets for one to be heard and answered on the worst path; infinite if vehicles are parted."""
-
-    def packets(one: str, other: str) -> float:
-        there, back = losses[one, other], losses[other, one]
-        return math.inf if max(there, back) >= NEARLY_CUT else 1.0 / ((1.0 - there) * (1.0 - back))
-
-    each = {pair: packets(*pair) for pair in permutations(among, 2)}
-    for relay in among if passed_on else ():
-        for one, other in list(each):
-            if relay not in (one, other) and math.isinf(packets(one, other)):
-                each[one, other] = min(each[one, other], each[one, relay] + each[relay, other])
-    return max(each.values(), default=1.0)
-
-
-def _packets_of(scenario: Scenario) -> float:
-    if losses := losses_of(scenario):
-        return min(MOST_PACKETS, packets_each(losses, passes_on(scenario), scenario.names_by_slot))
-    mean_per = scenario.channel.settings().mean_per(deployment_of(scenario))
-    return MOST_PACKETS if mean_per >= 1.0 else min(MOST_PACKETS, 1.0 / (1.0 - mean_per) ** 2)
-
 
 # Settings -----------------------------------------------------------------------------------------
 
@@ -315,126 +245,101 @@ def number(low: float, high: float) -> Drawn:
     return st.floats(low, high).map(lambda value: float(f"{value:.3g}"))
 
 
-CHANNELS: dict[str, dict[str, Drawn]] = {
-    "bernoulli": {"per": number(0.05, 0.8)},
-    "gilbert-elliott": {"p_good_to_bad": number(0.02, 0.3), "p_bad_to_good": number(0.05, 0.5),
-                        "per_good": number(0.0, 0.2), "per_bad": number(0.5, 1.0)},
-    "acoustic": {"wind_mps": number(0.0, 15.0), "shipping": number(0.0, 1.0), "source_level_db": number(105.0, 170.0),
-                 "fading": st.sampled_from(("bit", "frame", "packet", "none"))},
-    "perfect": {},
-}  # fmt: skip
-SITE = {"spread_db": number(1.0, 12.0), "distance_m": number(20.0, 500.0), "time_h": number(0.02, 2.0),
-        "receiver_db": st.just(0.0) | number(1.0, 6.0)}  # fmt: skip
+def table(name: str, keys: Mapping[str, Drawn], optional: Mapping[str, Drawn] | None = None) -> Drawn:
+    """Keys of a table; of those that are optional, one at least."""
+    given, some = ({f"{name}.{key}": value for key, value in of.items()} for of in (keys, optional or {}))
+    return st.fixed_dictionaries(given, optional=some).filter(bool)
 
 
-def _channel(draw: Draw, own: Scenario) -> dict[str, Any]:
-    """Draw a loss model with its settings; of an acoustic one, a site of faint links too."""
-    name = draw(st.sampled_from(sorted(CHANNELS)))
-    found = {f"channel.{key}": draw(value) for key, value in CHANNELS[name].items()}
-    if name == "acoustic" and draw(st.booleans()):
-        found |= {f"channel.site.{key}": draw(value) for key, value in SITE.items()}
-    return {"channel.name": name, **found}
+ACOUSTIC = {
+    "channel.name": st.just("acoustic"),
+    "channel.wind_mps": number(0.0, 15.0),
+    "channel.shipping": number(0.0, 1.0),
+    "channel.source_level_db": number(105.0, 170.0),
+    "channel.fading": st.sampled_from(("bit", "frame", "packet", "none")),
+}
+SITE = {
+    "channel.site.spread_db": number(1.0, 12.0),
+    "channel.site.distance_m": number(20.0, 500.0),
+    "channel.site.time_h": number(0.02, 2.0),
+    "channel.site.receiver_db": st.just(0.0) | number(1.0, 6.0),
+}
+CHANNELS = st.one_of(
+    st.just({"channel.name": "perfect"}),
+    table("channel", {"name": st.just("bernoulli"), "per": number(0.05, 0.8)}),
+    table("channel", {"name": st.just("gilbert-elliott"), "p_good_to_bad": number(0.02, 0.3),
+                      "p_bad_to_good": number(0.05, 0.5), "per_good": number(0.0, 0.2), "per_bad": number(0.5, 1.0)}),
+    st.fixed_dictionaries(ACOUSTIC),
+    st.fixed_dictionaries(ACOUSTIC | SITE),
+)  # fmt: skip
 
 
+@st.composite
 def _topology(draw: Draw, own: Scenario) -> dict[str, Any]:
     """Draw a sea in which links are nearly cut for the whole run, while all vehicles are joined by some path."""
     names = draw(st.permutations(own.names_by_slot))
-    shape = draw(st.sampled_from(("link", "links", "line", "halves", "star", "network")))
-    if shape == "network":
-        fitting = sorted(name for name, network in shipped().items() if len(network.nodes) >= len(names))
-        network = shipped()[draw(st.sampled_from(fitting))]
-        nodes = dict(zip(names, draw(st.permutations(sorted(network.nodes))), strict=False))
-        return {"channel.name": "network", "channel.network": network.name, "channel.nodes": nodes}
-    line, half = [*pairwise(names)], {*names[: len(names) // 2]}
-    beside = [pair for pair in combinations(names, 2) if pair not in line]
-    some = st.lists(st.sampled_from(beside), min_size=1, unique=True, max_size=1 if shape == "link" else None)
-    cut = {
-        "line": beside,
-        "halves": [pair for pair in beside if len(half.intersection(pair)) == 1],
-        "star": [pair for pair in combinations(names, 2) if names[0] not in pair],
-    }.get(shape) or draw(some)
-    both = shape not in ("link", "links") or draw(st.booleans())
-    links = [
-        {"sender": sender, "receiver": receiver, "per": draw(st.just(1.0) | number(NEARLY_CUT, 1.0))}
-        for one, other in cut
-        for sender, receiver in ([(one, other), (other, one)] if both else [(one, other)])
-    ]
+    fitting = sorted(name for name, network in shipped().items() if len(network.nodes) >= len(names))
+    network = draw(st.sampled_from(["", *fitting]))
+    if network:
+        nodes = dict(zip(names, draw(st.permutations(sorted(shipped()[network].nodes))), strict=False))
+        return {"channel.name": "network", "channel.network": network, "channel.nodes": nodes}
+    line = {*pairwise(names)}
+    beside = [pair for pair in permutations(names, 2) if line.isdisjoint({pair, pair[::-1]})]
+    cut = beside if draw(st.booleans()) else draw(st.lists(st.sampled_from(beside), min_size=1, unique=True))
+    per = st.just(1.0) | number(NEARLY_CUT, 1.0)
+    links = [{"sender": sender, "receiver": receiver, "per": draw(per)} for sender, receiver in cut]
     return {"channel.name": "matrix", "channel.per": draw(number(0.0, 0.3)), "channel.link": links}
 
 
-def _blackout(draw: Draw, own: Scenario) -> dict[str, Any]:
-    from_s = draw(number(0.0, 600.0))
-    who = draw(st.just({}) | st.sampled_from(own.names_by_slot).map(lambda name: {"vehicle": name}))
-    return {"channel.blackout": [{"from_s": from_s, "until_s": from_s + draw(number(10.0, 200.0)), **who}]}
+def _blackout(own: Scenario) -> Drawn:
+    who = st.sampled_from([{}, *({"vehicle": name} for name in own.names_by_slot)])
+    made = st.builds(lambda at_s, for_s, whose: {"from_s": at_s, "until_s": at_s + for_s, **whose},
+                     number(0.0, 600.0), number(10.0, 200.0), who)  # fmt: skip
+    return st.fixed_dictionaries({"channel.blackout": made.map(lambda one: [one])})
 
 
-def _vehicle(**keys: Callable[[Any], Drawn]) -> Callable[[Draw, Scenario], dict[str, Any]]:
-    """Draw keys of one vehicle, by functions of its table."""
-
-    def drawn(draw: Draw, own: Scenario) -> dict[str, Any]:
-        one = draw(st.sampled_from(own.vehicle))
-        return {f"vehicle.{one.name}.{key}": draw(value(one)) for key, value in keys.items()}
-
-    return drawn
+def _vehicle(keys: Callable[[Any], Mapping[str, Drawn]]) -> Callable[[Scenario], Drawn]:
+    """Keys of one vehicle, of which they may depend."""
+    return lambda own: st.sampled_from(own.vehicle).flatmap(lambda one: table(f"vehicle.{one.name}", keys(one)))
 
 
-def _energy(one: Any) -> Drawn:
+def _energy(one: Any) -> Mapping[str, Drawn]:
     """A battery for 1 to 40 min."""
     power_w = one.hotel_w + one.drag_w_per_mps3 * one.survey_speed_mps**3
-    return number(60.0 * power_w, 2400.0 * power_w)
+    return {"energy_j": number(60.0 * power_w, 2400.0 * power_w)}
 
 
-def _parameter(draw: Draw, own: Scenario) -> dict[str, Any]:
-    """Draw one number of the strategy, half or twice as much."""
-    declared = parameters(strategies()[own.strategy.name])
-    found = {one.name: one.default for one in declared if type(one.default) in (int, float)}
-    if not found:
-        return {}
-    name = draw(st.sampled_from(sorted(found)))
-    value = float(found[name]) * draw(st.sampled_from((0.5, 2.0)))
-    return {f"strategy.parameters.{name}": max(1, int(value)) if isinstance(found[name], int) else value}
+def _parameter(own: Scenario) -> Drawn:
+    """One number of the strategy, half or twice as much."""
+    numbers = [one for one in parameters(strategies()[own.strategy.name]) if type(one.default) in (int, float)]
+    varied = [(one, type(one.default)(one.default * factor)) for one in numbers for factor in (0.5, 2.0)]
+    return st.sampled_from([{f"strategy.parameters.{one.name}": value or 1} for one, value in varied] or [{}])
 
 
-def _size(draw: Draw, own: Scenario) -> dict[str, Any]:
-    sensing = [one.name for one in own.vehicle if one.sensor]
-    return {
-        "fleet.size": len(own.vehicle) + draw(st.integers(1, 4)), "fleet.copies_of": draw(st.sampled_from(sensing)),
-        "fleet.layers": draw(st.booleans()),
-    }  # fmt: skip
+def _size(own: Scenario) -> Drawn:
+    n, sensing = len(own.vehicle), [one.name for one in own.vehicle if one.sensor]
+    size = {"size": st.integers(n + 1, n + 4), "copies_of": st.sampled_from(sensing), "layers": st.booleans()}
+    return table("fleet", size)
 
 
-def _fixed(**tables: Mapping[str, Drawn]) -> Callable[[Draw, Scenario], dict[str, Any]]:
-    """Draw one to all of some keys of a table."""
-
-    def drawn(draw: Draw, own: Scenario) -> dict[str, Any]:
-        ((table, keys),) = tables.items()
-        chosen = draw(st.sets(st.sampled_from(sorted(keys)), min_size=1))
-        return {f"{table}.{key}": draw(keys[key]) for key in sorted(chosen)}
-
-    return drawn
-
-
-def _information(draw: Draw, own: Scenario) -> dict[str, Any]:
-    """Let heads hold what groups know of their jobs."""
+def _information(own: Scenario) -> Drawn:
+    """Heads hold what groups know of their jobs."""
     groups = [group.name for group in own.group if any(role.job for role in group.role)]
-    return {
-        "communication.needs_follow": "groups",
-        **{f'group."{name}".information': "held by head" for name in groups},
-    }
+    held = {f'group."{name}".information': "held by head" for name in groups}
+    return st.just({"communication.needs_follow": "groups", **held})
 
 
 TERMS = {"ttl_s": number(30.0, 600.0), "queue_limit": st.integers(1, 20), "newest_first": st.just(True),
          "blackout_s": number(5.0, 60.0), "acknowledged": st.just(False)}  # fmt: skip
 
 
-def _need(draw: Draw, own: Scenario) -> dict[str, Any]:
-    """Let what is least urgent be needed on terms."""
+def _need(own: Scenario) -> Drawn:
+    """What is least urgent is needed on terms."""
     given = dict(own.communication.needs)
     attribute = min(sorted(given), key=given.__getitem__)
-    chosen = draw(st.sets(st.sampled_from(sorted(TERMS)), min_size=1, max_size=2))
-    terms = {key: draw(TERMS[key]) for key in sorted(chosen)}
-    need = {"attribute": attribute, "priority": given.pop(attribute), **terms}
-    return {"need": [need], "communication.needs": given}
+    need = {"attribute": attribute, "priority": given.pop(attribute)}
+    terms = st.fixed_dictionaries({}, optional=TERMS)
+    return terms.map(lambda some: {"need": [need | some], "communication.needs": given})
 
 
 CHOICES: dict[str, tuple[Any, ...]] = {
@@ -451,29 +356,30 @@ CHOICES: dict[str, tuple[Any, ...]] = {
     "world.sound_speed_mps": (1400.0, 1450.0, 1600.0),
 }  # fmt: skip
 """Values of single keys."""
-DRAWN: dict[str, Callable[[Draw, Scenario], dict[str, Any]]] = {
-    "channel": _channel, "topology": _topology, "blackout": _blackout, "size": _size, "parameters": _parameter,
-    "information": _information, "need": _need,
-    "speeds": _vehicle(transit_speed_mps=lambda one: number(0.5 * one.transit_speed_mps, 2.0 * one.transit_speed_mps),
-                       survey_speed_mps=lambda one: number(0.5 * one.survey_speed_mps, one.survey_speed_mps)),
-    "turns": _vehicle(turn_rate_radps=lambda _: number(0.1, 1.0), acceleration_mps2=lambda _: number(0.05, 1.0)),
-    "sensors": _vehicle(sensor=lambda _: st.just([])), "social": _vehicle(social_layer=lambda _: st.just(False)),
-    "energy": _vehicle(energy_j=_energy),
-    "starts": _vehicle(start_m=lambda _: st.tuples(number(0.0, 300.0), number(0.0, 300.0)).map(list)),
-    "decision": _fixed(decision={
+DRAWN: dict[str, Callable[[Scenario], Drawn]] = {
+    "channel": lambda _: CHANNELS, "topology": _topology, "blackout": _blackout, "size": _size,
+    "parameters": _parameter, "information": _information, "need": _need,
+    "speeds": _vehicle(lambda one: {
+        "transit_speed_mps": number(0.5 * one.transit_speed_mps, 2.0 * one.transit_speed_mps),
+        "survey_speed_mps": number(0.5 * one.survey_speed_mps, one.survey_speed_mps)}),
+    "turns": _vehicle(lambda _: {"turn_rate_radps": number(0.1, 1.0), "acceleration_mps2": number(0.05, 1.0)}),
+    "sensors": _vehicle(lambda _: {"sensor": st.just([])}), "energy": _vehicle(_energy),
+    "social": _vehicle(lambda _: {"social_layer": st.just(False)}),
+    "starts": _vehicle(lambda _: {"start_m": st.tuples(number(0.0, 300.0), number(0.0, 300.0)).map(list)}),
+    "decision": lambda _: table("decision", {}, {
         "period_s": st.sampled_from((1.0, 4.0, 8.0)), "weight_external": st.sampled_from((0.0, 1.0, 4.0)),
         "weight_continuing": st.sampled_from((0.0, 0.3)), "signal_memory_frames": st.sampled_from((1.0, 30.0))}),
-    "guidance": _fixed(guidance={
+    "guidance": lambda _: table("guidance", {}, {
         "separation_m": st.sampled_from((2.0, 5.0, 8.0, 12.0)), "attraction": st.sampled_from((0.0, 1.0, 3.0)),
         "repulsion": st.sampled_from((0.0, 2.0, 5.0))}),
-    "current": _fixed(current={
+    "current": lambda _: table("current", {}, {
         "east_mps": number(-0.4, 0.4), "north_mps": number(-0.4, 0.4), "shear_depth_m": number(10.0, 60.0),
         "tide_period_h": number(0.2, 12.4), "surge": st.builds(
             lambda at_s, lasts_s: [{"between_s": [at_s, at_s + 60.0], "lasts_s": lasts_s, "east_mps": 0.15}],
             number(0.0, 150.0), number(30.0, 300.0))}),
-    "navigation": _fixed(navigation={"drift": number(0.0005, 0.05), "fix_s": number(5.0, 60.0)}),
-    "uncertainty": _fixed(uncertainty={"p_miss": number(0.02, 0.5), "speed_spread": number(0.02, 0.3)}),
-    "clocks": _fixed(communication={"clocks": st.fixed_dictionaries(
+    "navigation": lambda _: table("navigation", {}, {"drift": number(0.0005, 0.05), "fix_s": number(5.0, 60.0)}),
+    "uncertainty": lambda _: table("uncertainty", {}, {"p_miss": number(0.02, 0.5), "speed_spread": number(0.02, 0.3)}),
+    "clocks": lambda _: table("communication", {"clocks": st.fixed_dictionaries(
         {"offset_s": number(0.0, 0.2), "drift_ppm": number(0.0, 500.0), "apart_s": st.sampled_from((0.5, 2.0, 5.0)),
          "discipline": st.just(True)})}),
 }  # fmt: skip
@@ -486,8 +392,7 @@ def settings(draw: Draw, scenario: str = GROUND, given: tuple[str, ...] = SMALL)
     """Draw up to four settings beside those given; what the scenario refuses beside the others is left out."""
     own = loaded(scenario, given)
     for name in draw(st.lists(st.sampled_from([*CHOICES, *DRAWN]), max_size=MOST_SETTINGS, unique=True)):
-        value = draw(st.sampled_from(CHOICES[name])) if name in CHOICES else None
-        found = {name: value} if name in CHOICES else DRAWN[name](draw, own)
+        found = {name: draw(st.sampled_from(CHOICES[name]))} if name in CHOICES else draw(DRAWN[name](own))
         kept = [line for line in given if line.partition("=")[0] not in found]
         more = (*kept, *(f"{key}={toml_value(one)}" for key, one in found.items()))
         try:

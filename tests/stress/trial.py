@@ -28,7 +28,7 @@ from remoras.collecting import rare_collections
 INVARIANTS: tuple[type[Invariant], ...] = (
     runs.NoException, knowledge.TrueBeliefs, knowledge.Recorded, knowledge.WholeBlocks, knowledge.Remembered,
     knowledge.OneContent, knowledge.NewestCounts, knowledge.Past, knowledge.SoundPackets, knowledge.KnowledgeAgreement,
-    knowledge.Rest, knowledge.OnlyAuthorised, knowledge.Cardinality, runs.Finite, runs.SeparationKept, runs.Follows,
+    knowledge.Rest, knowledge.OnlyAuthorised, knowledge.Cardinality, runs.SeparationKept, runs.Follows,
     runs.Finishes, runs.Ends, runs.SameDigest, runs.AnswersHold,
 )  # fmt: skip
 CHECKED_BITS = 32
@@ -62,7 +62,9 @@ class _Trial:
         self.setup, self.seed = resolved(schedule.loaded()), Root(schedule.seed)
         self.channel = faulty_channel(self.setup, schedule, channel_of(self.setup, self.seed), self.happened)
         self.fleet = assemble(self.setup, self.seed, self.channel)
-        self.scene = Scene(self.setup, schedule, self.fleet, effective_kinds(schedule, self.setup))
+        self.scene = Scene(
+            self.setup, schedule, self.fleet, effective_kinds(schedule, self.setup), self.channel.carried
+        )
         left_out = {*(() if schedule.must_finish else ("finishes",)), *(() if schedule.must_end else ("ends",))}
         effective = self.scene.effective
         self.promised = [one() for one in invariants if one.name not in left_out and not one.not_under & effective]
