@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from random import Random
+from types import SimpleNamespace
 from typing import Any
 
 from stress.invariants import Heard, Scene
@@ -20,7 +21,7 @@ from exchange.policies import POLICIES
 from exchange.schedule import TdmaSchedule
 from exchange.wire.codec import Codec, Framing
 from exchange.wire.definitions import Introductions
-from remoras.beliefs import Fact, Key
+from remoras.beliefs import Fact
 from remoras.fleet import Fleet
 from remoras.radio import HeardPacket
 from remoras.sensor import Observation
@@ -270,37 +271,21 @@ def _forged_objective(vehicle: Vehicle, scene: Scene) -> ForgedStatement | None:
     return None
 
 
-@dataclass(frozen=True)
-class _Said:
-    """Knowledge of a vehicle that was told of some jobs that they are done, and nothing else."""
-
-    done: frozenset[Key]
-
-    def get(self, key: Key, default: Any = None, /) -> Any:
-        return "somebody" if key in self.done else default
-
-    def values(self, key: Key) -> frozenset[Any]:
-        return frozenset({"somebody"} if key in self.done else ())
-
-    def instances(self, of_class: str, /) -> tuple[str, ...]:
-        return ()
-
-    @property
-    def n_told(self) -> int:
-        return len(self.done)
-
-
 def is_found_out(jobs: Collection[Job], declaration: Declaration) -> bool:
     """True if a false word is: of every job it shows in other facts how much is left, and vehicles tell each other."""
-    told = _Said(frozenset(job.done for job in jobs))
+    done = {job.done for job in jobs}
+    told = SimpleNamespace(  # knows that the jobs are done, and nothing else
+        get=lambda key, default=None: "somebody" if key in done else default,
+        values=lambda key: frozenset({"somebody"} if key in done else ()),
+        instances=lambda of_class: (),
+        n_told=len(done),
+    )
     left = [getattr(job, "left", lambda _: None)(told) if hasattr(job, "share_left") else None for job in jobs]
     return declaration.tells and all(state is not None and share_left(state) == 1.0 for state in left)
 
 
 # Vehicles -----------------------------------------------------------------------------------------
 
-MOST_AIRED = 4096
-"""Packets that are remembered, in case one comes late."""
 LEAST = -128
 
 
@@ -387,8 +372,6 @@ class Wrapping:
         def sent(now_s: float) -> Transmission:
             packet = send(now_s)
             parts = [life.parts.get((u.origin, u.epoch, u.sequence), {}).get(u.part) for u in packet.items]
-            if len(self._aired) >= MOST_AIRED:
-                del self._aired[next(iter(self._aired))]
             self._aired[packet.data] = Aired(life, packet.slot, packet.data, tuple(filter(None, parts)))
             return packet
 
