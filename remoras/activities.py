@@ -110,6 +110,16 @@ class ActivitySet:
         return self.activities[0].name
 
 
+class Wait(NamedTuple):
+    """What a vehicle waits for, in words: another vehicle or a condition; and until when (s)."""
+
+    what: str
+    until_s: float
+
+    def __str__(self) -> str:
+        return f"{self.what} until {self.until_s:.0f} s"
+
+
 class WeighedSet(NamedTuple):
     """An activity set as the decision weighed it.
 

@@ -36,6 +36,7 @@ from functools import partial
 from typing import NamedTuple, Protocol
 
 from exchange.arithmetic import distance
+from remoras.activities import Wait
 from remoras.database import VehicleData
 from remoras.motion import Motion
 from remoras.picture import Picture
@@ -73,6 +74,7 @@ class Perception(NamedTuple):
         ends: how much of the wait of a holder of a job, 0..1, the activity ends, by the name of the vehicle and its
             role; None if it ends no such wait. Calls of holders of jobs move nothing else.
         is_beyond_it: True if it has failed since this job is beyond the vehicle, which takes others, with its sensors.
+        waits: what the vehicle waits for while this activity guides it; None if it gets on by itself.
     """
 
     stimulus: float
@@ -84,6 +86,7 @@ class Perception(NamedTuple):
     makes_no_way: bool = False
     ends: Callable[[str, str], float] | None = None
     is_beyond_it: bool = False
+    waits: Wait | None = None
 
     @property
     def settled(self) -> float:

@@ -16,7 +16,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from remoras.activities import Objective
+from remoras.activities import Objective, Wait
 from remoras.database import VehicleData
 from remoras.organisation import Group, Organisation
 from remoras.work import Job, Point, vehicles_taken
@@ -53,6 +53,10 @@ class VehicleView(Protocol):
     @property
     def makes_headway(self) -> bool:
         """False once it came no nearer to where it was guided for long, until it does again."""
+
+    @property
+    def waits(self) -> Wait | None:
+        """What it waits for; None while it gets on by itself, or is not alive."""
 
     @property
     def data(self) -> VehicleData:

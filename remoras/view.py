@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
-from remoras.activities import Objective
+from remoras.activities import Objective, Wait
 from remoras.database import VehicleData
 from remoras.executive.layer import Decision
 from remoras.organisation import Organisation, RoleAssignment
@@ -61,6 +61,11 @@ class ReadOnlyVehicle:
     def makes_headway(self) -> bool:
         """False once it came no nearer to where it was guided for long, see ``remoras.functional.headway``."""
         return not self._functional.headway.is_lost
+
+    @property
+    def waits(self) -> Wait | None:
+        """What it waits for; None while it gets on by itself, or is not alive."""
+        return self._functional.waits if self._functional.is_on else None
 
     @property
     def is_alive(self) -> bool:

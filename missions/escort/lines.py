@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from exchange.arithmetic import distance
-from missions.meeting.helping import Help
+from missions.meeting.helping import Help, HelpAwaited
 from missions.meeting.staying import AnyonesJob
 from remoras.behaviours import (
     ADVANCING,
@@ -50,6 +50,11 @@ class SurveyLine(AnyonesJob):
     place_m: Point
     to_m: Point
     is_escorted: bool
+
+    @property
+    def n_vehicles(self) -> int:
+        """How many vehicles it takes at once."""
+        return 2 if self.is_escorted else 1
 
     @cached_property
     def length_m(self) -> float:
@@ -104,10 +109,12 @@ class SurveyingLine(Behaviour):
 
     Args:
         line: the job; within_m: greatest distance of an escort; data: of the vehicle.
+        wait_s: after so long without an escort it gives up.
     """
 
-    def __init__(self, line: SurveyLine, within_m: float, data: VehicleData) -> None:
+    def __init__(self, line: SurveyLine, within_m: float, wait_s: float, data: VehicleData) -> None:
         self._line, self._within_m = line, within_m
+        self._wait = HelpAwaited(f"an escort on {line.name}", wait_s)
         self._transit_mps, self._survey_mps = data.transit_speed_mps, data.survey_speed_mps
         self._approach = Approach(data.transit_speed_mps)
         self._surveyed_m = 0.0
@@ -135,8 +142,10 @@ class SurveyingLine(Behaviour):
             return DONE
         if performed and self._is_on_line(motion):
             if not self._survey(motion, picture):
-                return STANDING
+                return self._wait.perceived(picture.body.now_s)
+            self._wait.is_over()
             return DONE if line.length_m - self._surveyed_m <= ON_LINE_M / 2.0 else ADVANCING
+        self._wait.is_over()
         to_go_m = distance_m(motion, line.at(self._surveyed_m))
         advance = self._approach.advance(to_go_m, picture.body.now_s, performed)
         return Perception(1.0, advance) if performed else attracted(to_go_m)

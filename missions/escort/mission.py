@@ -15,8 +15,8 @@ from exchange.arithmetic import distance
 from missions.errors import ConfigurationFault
 from missions.escort.lines import ESCORTS, FollowingSource, SurveyingLine, SurveyLine
 from missions.figure import Declared, Figure, Mark, Place, RunResults, Style
-from missions.meeting.helping import URGENCY, Help, HelpMission
-from missions.meeting.job_mission import JobScenario, JobSettings, founding_of, job_role, listed_faults, with_job_roles
+from missions.meeting.helping import JUDGED, URGENCY, Help, HelpMission, HelpSettings
+from missions.meeting.job_mission import JobScenario, founding_of, job_role, listed_faults, with_job_roles
 from missions.meeting.meeting import Meeting
 from missions.meeting.staying import DONE_BY
 from missions.meeting.truth import (
@@ -34,7 +34,7 @@ from missions.metric import Better, MeasuredRun, Metric
 from missions.scenarios.tables import Name, PointM, Raw, Section, entries, point_of
 from remoras.behaviours import Behaviour
 from remoras.database import VehicleData
-from remoras.mission import FleetView
+from remoras.mission import ABILITIES, FleetView
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
 from remoras.work import Job
 
@@ -62,7 +62,7 @@ class LineTable(Section):
     escorted: bool = Field(False, description="true: it takes a second vehicle that follows the one which surveys it")
 
 
-class EscortSettings(JobSettings):
+class EscortSettings(HelpSettings):
     """The ``[mission]`` table."""
 
     within_m: float = Field(
@@ -190,7 +190,7 @@ class EscortMission(HelpMission):
     objective, kind = "Surveying", "SurveyLine"
     help_activity = "Following"
     needs = (*HelpMission.needs, "objectiveSurveying", DONE_BY, ESCORTS)
-    vocabulary = (Path(__file__).with_name("vocabulary.ttl"),)
+    vocabulary = (Path(__file__).with_name("vocabulary.ttl"), ABILITIES)
     tables: ClassVar[tuple[Table, ...]] = (*HelpMission.tables, ESCORTING)
     metrics: ClassVar[tuple[Metric, ...]] = METRICS
     figures: ClassVar[tuple[Declared, ...]] = FIGURES
@@ -204,7 +204,7 @@ class EscortMission(HelpMission):
             for line in entries(raw, "line")
             if line.get("name") is not None
         ]
-        return with_job_roles(raw, roles, {ESCORTS: URGENCY})
+        return with_job_roles(raw, roles, {ESCORTS: URGENCY, **JUDGED})
 
     @classmethod
     def check(cls, raw: Raw) -> Iterable[ConfigurationFault]:
@@ -238,7 +238,8 @@ class EscortMission(HelpMission):
 
     def behaviour_at(self, job: Job, data: VehicleData) -> Behaviour:
         """To survey the line."""
-        return SurveyingLine(self._lines[job.name], self.scenario.mission.within_m, data)
+        settings = self.scenario.mission
+        return SurveyingLine(self._lines[job.name], settings.within_m, settings.wait_s, data)
 
     def truth(self, recorder: Recorder, world: Any) -> EscortTruth:
         """Notes what was really surveyed."""

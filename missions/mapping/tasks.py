@@ -160,7 +160,7 @@ class AfterWork(Behaviour):
             return found
         if found != self._found:
             self._found, answers = found, partial(self._unfinished.settled, found, picture.facts)
-            self._perceived = Perception(*found[:4], answers, *found[5:])
+            self._perceived = found._replace(answers=answers)
         return self._perceived
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:

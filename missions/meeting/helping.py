@@ -19,13 +19,15 @@ from pydantic import Field
 from exchange.arithmetic import distance
 from missions.meeting.job_mission import JobMission, JobSettings
 from missions.meeting.meeting import Pursuit
+from missions.meeting.truth import IS_IMPOSSIBLE
 from missions.scenarios.tables import Positive
-from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
-from remoras.behaviours import Behaviour
+from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective, Wait
+from remoras.behaviours import BEYOND_IT, STANDING, Behaviour, Perception
 from remoras.database import VehicleData
 from remoras.htn import FactsLike
 from remoras.picture import Picture
 from remoras.sensor import Observation
+from remoras.social.workload import UNABLE_TO
 from remoras.work import Point, Work
 
 HELPING = "Helping"
@@ -35,8 +37,32 @@ URGENCY = 50
 """How urgently vehicles need to hear who helps, unless the scenario says otherwise."""
 NEWS_FRAMES = 20.0
 """A helper that was heard more TDMA frames ago is not counted on."""
+JUDGED = {UNABLE_TO: URGENCY, IS_IMPOSSIBLE: URGENCY}
+"""Words by which vehicles say what is beyond them, and heads what is impossible."""
 MUCH_NEARER_M = 20.0
 """Who is on its way leaves a job to another one that is nearer by this: a position heard is some seconds old."""
+
+
+class HelpAwaited:
+    """The wait of whoever holds a job that takes help and does not get on: it is dissatisfied, and gives up in the end.
+
+    Args:
+        what: it waits for; wait_s: for so long.
+    """
+
+    def __init__(self, what: str, wait_s: float) -> None:
+        self._what, self._wait_s = what, wait_s
+        self._since_s: float | None = None
+
+    def is_over(self) -> None:
+        """It gets on."""
+        self._since_s = None
+
+    def perceived(self, now_s: float) -> Perception:
+        """What is perceived of the job meanwhile."""
+        self._since_s = now_s if self._since_s is None else self._since_s
+        until_s = self._since_s + self._wait_s
+        return STANDING._replace(waits=Wait(self._what, until_s)) if now_s <= until_s else BEYOND_IT
 
 
 class Help:

@@ -246,8 +246,10 @@ class MeetingTruth:
         self.milestones += [Milestone(now_s, "missed_meeting", name, group.name) for name in missing]
 
     def close(self, fleet: FleetView, now_s: float) -> str:
-        """Say whether there is nobody left for the work, and who is missing where."""
-        reasons = self._want_of_vehicles(fleet), self._who_is_missing(fleet, now_s)
+        """Say whether there is nobody left for the work, who is missing where, and who waits for what."""
+        reasons = [self._want_of_vehicles(fleet), self._who_is_missing(fleet, now_s)]
+        if self._apart or self.goal_fraction < 1.0:
+            reasons += [f"{vehicle.name} waits for {vehicle.waits}" for vehicle in fleet.vehicles if vehicle.waits]
         return "; ".join(reason for reason in reasons if reason)
 
     def _want_of_vehicles(self, fleet: FleetView) -> str:
@@ -262,16 +264,19 @@ class MeetingTruth:
             return f"consultation had not ended after {now_s:.0f} s"
         if self._apart:
             survivors = [vehicle for vehicle in fleet.vehicles if vehicle.is_in_contact]
-            names = ", ".join(
-                f"{group.name} (without {' and '.join(lacking)})"
-                if (lacking := self._lacking(survivors, group))
-                else group.name
-                for group in self._apart
-            )
+            names = ", ".join(group.name + self._what_it_lacks(survivors, group) for group in self._apart)
             gone = [v.name for v in fleet.vehicles if not v.is_alive]
             why = f"; out of action: {', '.join(gone)}" if gone else ""
             return f"not together after {now_s:.0f} s: {names}{why}"
         return ""
+
+    def _what_it_lacks(self, survivors: Sequence[VehicleView], group: Group) -> str:
+        """Founding roles that nobody plays, or the members for whom those wait who have come; else nothing."""
+        if lacking := self._lacking(survivors, group):
+            return f" (without {' and '.join(lacking)})"
+        members = self._members(survivors, group)
+        late = [vehicle.name for vehicle in members if not self._has_come(vehicle, group)]
+        return f" (waits for {' and '.join(late)})" if 0 < len(late) < len(members) else ""
 
     @staticmethod
     def _have_planned(survivors: Sequence[VehicleView]) -> bool:

@@ -16,9 +16,9 @@ from pydantic import Field
 
 from exchange.acoustics import loss
 from exchange.arithmetic import distance, sincos
-from missions.meeting.helping import Help
+from missions.meeting.helping import Help, HelpAwaited
 from missions.meeting.staying import DONE_BY, THERE_M, AnyonesJob, SiteSurvey, Stay
-from remoras.behaviours import BEYOND_IT, DONE, IDLE, STANDING, Behaviour, Perception, Reference, distance_m
+from remoras.behaviours import DONE, IDLE, Behaviour, Perception, Reference, distance_m
 from remoras.beliefs import Known
 from remoras.database import VehicleData
 from remoras.motion import Motion
@@ -151,10 +151,9 @@ class Lifting(Behaviour):
     """
 
     def __init__(self, lift: Lift, data: VehicleData, wait_s: float = math.inf) -> None:
-        self._lift, self._wait_s = lift, wait_s
+        self._lift, self._wait = lift, HelpAwaited(f"others at {lift.name}", wait_s)
         self._stay = Stay(data)
         self._end_m: Point | None = None
-        self._waits_s: float | None = None  # since when it is there, and others are missing
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Due once it is known where the object lies; it advances on the way, and while all are there."""
@@ -178,10 +177,8 @@ class Lifting(Behaviour):
             or any(end_m != self._end_m and not _is_taken(end_m, picture, SURELY_M) for end_m in ends_m)
         ):
             self._stay.begin_anew()
-            now_s = picture.body.now_s
-            self._waits_s = now_s if self._waits_s is None else self._waits_s
-            return STANDING if now_s - self._waits_s <= self._wait_s else BEYOND_IT
-        self._waits_s = None
+            return self._wait.perceived(picture.body.now_s)
+        self._wait.is_over()
         return self._stay.perceive(to_go_m, self._lift.lift_s, picture.body.now_s, performed)
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:

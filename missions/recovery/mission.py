@@ -14,10 +14,9 @@ from pydantic import Field
 
 from missions.errors import ConfigurationFault
 from missions.figure import Declared, Place
-from missions.meeting.helping import URGENCY, HelpMission, HelpSettings
+from missions.meeting.helping import JUDGED, URGENCY, HelpMission, HelpSettings
 from missions.meeting.job_mission import JobScenario, founding_of, job_role, listed_faults, with_job_roles
 from missions.meeting.staying import DONE_BY, SiteSurvey, SiteTable, SurveyingSite
-from missions.meeting.truth import IS_IMPOSSIBLE
 from missions.metric import Metric
 from missions.recovery.lifting import (
     HELPS,
@@ -46,7 +45,6 @@ from remoras.database import VehicleData
 from remoras.mission import ABILITIES
 from remoras.recorder import Recorder, Table
 from remoras.sensor import SensorSettings
-from remoras.social.workload import UNABLE_TO
 from remoras.work import Job
 
 MOST_LIFTS = 20
@@ -95,7 +93,7 @@ class RecoveryMission(HelpMission):
             number = 0  # reported elsewhere
         roles = [job_role("Surveyor", site) for site in names_of(raw, "site")]
         roles += [job_role("Lifter", lift, founding_of(raw)) for lift in numbered("lift", number)]
-        return with_job_roles(raw, roles, dict.fromkeys((LYING_AT, HELPS, UNABLE_TO, IS_IMPOSSIBLE), URGENCY))
+        return with_job_roles(raw, roles, {LYING_AT: URGENCY, HELPS: URGENCY, **JUDGED})
 
     @classmethod
     def check(cls, raw: Raw) -> Iterable[ConfigurationFault]:

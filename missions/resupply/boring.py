@@ -13,7 +13,7 @@ from collections.abc import Collection
 from dataclasses import dataclass
 
 from exchange.arithmetic import distance
-from missions.meeting.helping import MUCH_NEARER_M, NEWS_FRAMES, Help
+from missions.meeting.helping import MUCH_NEARER_M, NEWS_FRAMES, Help, HelpAwaited
 from missions.meeting.staying import DONE_BY, THERE_M, SiteSurvey
 from missions.resupply.energy import (
     BORED_SHARE,
@@ -92,10 +92,10 @@ class Drilling(Behaviour):
     """
 
     def __init__(self, boring: Boring, others: Collection[str], wait_s: float, data: VehicleData) -> None:
-        self._boring, self._others, self._wait_s = boring, others, wait_s
+        self._boring, self._others = boring, others
         self._me, self._speed_mps = data.name, data.transit_speed_mps
         self._approach = Approach(data.transit_speed_mps)
-        self._waits_s: float | None = None  # since when it is there and does not get on
+        self._wait = HelpAwaited(f"energy at {boring.name}", wait_s)
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Due until the hole is bored, the nearest first; it advances while the drill works or energy comes in."""
@@ -107,7 +107,7 @@ class Drilling(Behaviour):
         to_go_m = distance_m(motion, boring.place_m)
         if performed and to_go_m <= THERE_M:
             return self._work(facts, now_s)
-        self._waits_s = None
+        self._wait.is_over()
         advance = self._approach.advance(to_go_m, now_s, performed)
         if self._waits_elsewhere(facts):
             return IDLE
@@ -126,14 +126,14 @@ class Drilling(Behaviour):
         state = facts.get((DRILL_STATE, self._me)) if is_here else None
         is_known = bool(facts.get((IS_HALTED, self._boring.name)))
         if state in (BORING, CHARGING):
-            self._waits_s = None
+            self._wait.is_over()
             goes_on = state == BORING and is_known
             return ADVANCING._replace(concludes=(self._says(False),)) if goes_on else ADVANCING
-        since_s = self._waits_s = now_s if self._waits_s is None else self._waits_s
-        if now_s - since_s > self._wait_s:
+        found = self._wait.perceived(now_s)
+        if found.failed:
             return FAILED._replace(concludes=(self._says(False),)) if is_known else FAILED
         says = state == HALTED and not is_known
-        return STANDING._replace(concludes=(self._says(True),)) if says else STANDING
+        return found._replace(concludes=(self._says(True),)) if says else found
 
     def _says(self, is_halted: bool) -> Observation:
         return Observation(((self._boring.name, IS_HALTED, is_halted),))

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Collection, Mapping, Sequence, Set
 from typing import Any
 
-from remoras.activities import ActivityKind, ActivitySet, ActivityType
+from remoras.activities import ActivityKind, ActivitySet, ActivityType, Wait
 from remoras.attraction import USUAL, GuidanceConstants, Pulls
 from remoras.avoidance import Bounds, Neighbour
 from remoras.behaviours import STUCK, Behaviour, Homing, Perception, Reference
@@ -182,6 +182,12 @@ class FunctionalLayer:
     def guiding(self) -> Behaviour | None:
         """The behaviour that guides, if one does."""
         return None if self._guiding is None else self._behaviours[self._guiding]
+
+    @property
+    def waits(self) -> Wait | None:
+        """What the vehicle waits for, as what guides it perceived at the last decision."""
+        guiding = self._guiding
+        return None if guiding is None or guiding >= len(self._perceived) else self._perceived[guiding].waits
 
     # What there is to do -------------------------------------------------------------------------
 

@@ -50,7 +50,7 @@ def seen(name: str, **given: Any) -> Any:
         name=name, position_m=(0.0, 0.0), is_alive=True, speed_mps=1.0, sensing=(), performed=(), finished=(), has=(),
         organisation=Organisation.of([TEAM], PLAYED), issued=(), issued_objectives=(), planned=True, busy=False,
         data=AUV, is_in_contact=True, communicates=True, will_return=False, able=("Hand",), met=False, is_patient=False,
-        makes_headway=True,
+        makes_headway=True, waits=None,
     )  # fmt: skip
     vars(one).update(given)
     return one

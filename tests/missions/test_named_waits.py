@@ -1,0 +1,38 @@
+"""A run that ends by its time limit says who waits for what, and until when."""
+
+import re
+from types import SimpleNamespace
+
+import pytest
+from watched import JETTY_M, TEAM, seen
+
+from missions.meeting import Meeting
+from missions.meeting.truth import JOBS, JobTruth
+from missions.runs.run import run
+from missions.scenarios import load
+from remoras.activities import Wait
+from remoras.recorder import Recorder
+
+
+@pytest.mark.parametrize(
+    ("waits", "said"),
+    [(None, ""), (Wait("energy at hole 1", 2400.0), "; A waits for energy at hole 1 until 2400 s")],
+)
+def test_the_reason_names_who_has_not_come_and_what_is_waited_for(waits: Wait | None, said: str) -> None:
+    meeting = Meeting({"Team": TEAM}, {"jetty": JETTY_M}, 3.0, 20.0, 60.0, 900.0, {})
+    truth = JobTruth(meeting, "Surveying", Recorder([JOBS]))
+    fleet = SimpleNamespace(vehicles=(seen("A", position_m=JETTY_M, waits=waits), seen("B")))
+    truth.observe(fleet, 10.0)
+    assert truth.close(fleet, 60.0) == f"not together after 60 s: Team (waits for B){said}"
+
+
+@pytest.mark.parametrize(
+    ("name", "what"),
+    [("recovery-field", r"others at lift \d"), ("escort-lines", r"an escort on line \d+")],
+)
+def test_who_waits_at_a_job_for_help_says_so(name: str, what: str) -> None:
+    """Nobody calls under ``cbba``: vehicles that hold such jobs wait for each other."""
+    keys = "strategy.name=cbba", "scenario.duration_s=1500"
+    finished = run(load(name, [("--set", key) for key in keys]), 1)
+    assert not finished.completed
+    assert re.search(rf"AUV0\d waits for {what} until \d+ s", finished.reason)
