@@ -69,12 +69,18 @@ def test_the_summary_says_how_many_objects_are_where_they_are_said_to_be() -> No
     known = run.known("ASV00", run.summary["mission_time_s"])
     lies_m = [one.position_m for one in run.scenario.object]
     is_in = []
-    for belief in known.beliefs:
-        if belief.attribute == "location":
-            place = known.fused(belief.subject, "location")
-            is_in.append(min(math.dist(place.value, at_m) for at_m in lies_m) <= REGION * place.uncertainty)
+    for belief in [one for one in known.beliefs if one.attribute == "location"]:
+        place = known.fused(belief.subject, "location")
+        is_in.append(min(math.dist(place.value, at_m) for at_m in lies_m) <= REGION * place.uncertainty)
     assert run.summary["within_region_fraction"] == pytest.approx(sum(is_in) / len(is_in))
     assert run.summary["n_doubted"] == len(known.doubted)
+    drifting, later = (
+        run.known("ASV00", at_s).fused(belief.subject, "location", drift=1.0)
+        for at_s in (known.at_s - 300.0, known.at_s)
+    )
+    assert drifting.time_s == later.time_s
+    assert later.uncertainty**2 - drifting.uncertainty**2 == pytest.approx(300.0)  # as sure as at the time asked for
+    assert f"{sum(is_in)} of {len(is_in)} objects after the last look" in run.plot("places").caption
     without = remoras.run("mapping-rendezvous", set={"scenario.duration_s": 60.0})
     assert "within_region_fraction" not in without.summary
 
