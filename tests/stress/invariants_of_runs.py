@@ -32,12 +32,6 @@ class NoException(Invariant):
     name = "exceptions"
 
 
-class SameDigest(Invariant):
-    """The same schedule gives the same tables, byte for byte."""
-
-    name = "repeats"
-
-
 class Finishes(Invariant):
     """After what is transient has healed, the survivors complete the mission by the bound, if they are able to."""
 

@@ -5,7 +5,6 @@ Each is to be named by the invariant that is about it. ``needs`` are kinds witho
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -62,7 +61,6 @@ class Planted(NamedTuple):
 
 REAL_MERGE, REAL_EMBODY, REAL_WORLD_MODEL = radio.merge, vehicle.embody, assembly.world_model
 REAL_MOVE = motion._move
-N_CALLS = itertools.count()
 
 
 def raise_at_a_jump(patch: Patch) -> None:
@@ -188,16 +186,6 @@ def claim_nothing(patch: Patch) -> None:
     patch.setattr(Standing, "claims", lambda self: [])
 
 
-def keep_count_between_runs(patch: Patch) -> None:
-    sound = Radio.tidy
-
-    def tidy(self: Radio, now_s: float) -> None:
-        self._record_fault(now_s, "call", str(next(N_CALLS)))
-        sound(self, now_s)
-
-    patch.setattr(Radio, "tidy", tidy)
-
-
 def wait_for_who_is_elsewhere(patch: Patch) -> None:
     patch.setattr(Meeting, "is_overdue", lambda self, *rest: False)
 
@@ -265,7 +253,6 @@ PLANTS = (
     Planted("separation", see_nobody),
     Planted("finishes", claim_nothing, frozenset({"lost"})),
     Planted("ends", never_meet),
-    Planted("repeats", keep_count_between_runs),
     Planted("follows", meet_without_who_is_away, frozenset({"partition"})),
     Planted("follows", map_with_dead_sensors, once="dead-sensor-maps"),
     Planted("finishes", wait_for_who_is_elsewhere, once="meeting-waits-for-a-lie"),

@@ -8,7 +8,7 @@ from hypothesis import Phase, find, settings
 from hypothesis import strategies as st
 from planted import PLANTS, Planted
 from stress.schedules import GROUND, SMALL, Schedule, ground_of, read_schedule, schedules
-from stress.trial import INVARIANTS, Outcome, judge, repeated
+from stress.trial import INVARIANTS, Outcome, judge
 
 APART = (*SMALL, "guidance.separation_m=8")  # so who sees nobody comes nearer than half of it
 FAULTS = Path(__file__).parents[1] / "faults"
@@ -30,11 +30,10 @@ def test_there_is_a_plant_for_each_invariant() -> None:
 def test_a_planted_fault_is_named(planted: Planted, monkeypatch: pytest.MonkeyPatch) -> None:
     ground_of(GROUND, APART)  # the run without faults has none planted either
     planted.plant(monkeypatch)
-    trial = repeated if planted.invariant == "repeats" else judge
 
     def is_named(schedule: Schedule) -> bool:
         must_finish = schedule.must_finish and planted.invariant != "ends"
-        return named(trial(replace(schedule, must_finish=must_finish))) == planted.invariant
+        return named(judge(replace(schedule, must_finish=must_finish))) == planted.invariant
 
     find(schedules(needs=planted.needs, given=st.just(APART)), is_named, settings=SEARCH)
 

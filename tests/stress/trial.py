@@ -29,7 +29,7 @@ INVARIANTS: tuple[type[Invariant], ...] = (
     runs.NoException, knowledge.TrueBeliefs, knowledge.Recorded, knowledge.WholeBlocks, knowledge.Remembered,
     knowledge.OneContent, knowledge.NewestCounts, knowledge.Past, knowledge.SoundPackets, knowledge.KnowledgeAgreement,
     knowledge.Rest, knowledge.OnlyAuthorised, knowledge.Cardinality, runs.SeparationKept, runs.Follows,
-    runs.Finishes, runs.Ends, runs.SameDigest, runs.AnswersHold,
+    runs.Finishes, runs.Ends, runs.AnswersHold,
 )  # fmt: skip
 CHECKED_BITS = 32
 """Checksums of so many bits let one damaged packet in four thousand million pass."""
@@ -161,15 +161,6 @@ def judge(schedule: Schedule, invariants: Sequence[type[Invariant]] = INVARIANTS
             judged = tuple(name for name in outcome.judged if name != "finishes")
             return replace(outcome, broken=None, judged=judged)
     return outcome
-
-
-def repeated(schedule: Schedule) -> Outcome:
-    """Run a schedule twice: besides all else, both runs must give the same tables."""
-    first, second = judge(schedule), judge(schedule)
-    broken = first.broken
-    if broken is None and first.digest != second.digest:
-        broken = "repeats", first.end_s, f"one run gives {first.digest}, another {second.digest}"
-    return replace(first, broken=broken)
 
 
 @cache
