@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from itertools import pairwise
+from operator import itemgetter
 
 from exchange.arithmetic import distance, length
 
@@ -24,6 +25,7 @@ def _crossings(corners: Sequence[Point], axis: int, level: float) -> list[float]
     for (ax, ay), (bx, by) in zip(corners, [*corners[1:], corners[0]], strict=True):
         a, b = ((ax, ay), (bx, by)) if axis == 1 else ((ay, ax), (by, bx))
         if (a[1] <= level) != (b[1] <= level):
+            a, b = min(a, b, key=itemgetter(1)), max(a, b, key=itemgetter(1))  # alike for both areas beside a border
             found.append(a[0] + (level - a[1]) / (b[1] - a[1]) * (b[0] - a[0]))
     return sorted(found)
 
@@ -89,7 +91,7 @@ def length_m(waypoints: Sequence[Point]) -> float:
 
 
 def contains(corners: Sequence[Point], point: Point) -> bool:
-    """Is the point inside the polygon (even-odd rule)?"""
+    """Is the point inside the polygon (even-odd rule)? One on a border is in the polygon east, or else north, of it."""
     return sum(x > point[0] for x in _crossings(corners, 1, point[1])) % 2 == 1
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -257,8 +257,10 @@ def _present(run: MeasuredRun, times_s: npt.NDArray[np.float64]) -> npt.NDArray[
     names = {vehicle.name: number for number, vehicle in enumerate(run.scenario.vehicle)}
     changes = [row for row in run.recorder.rows("faults") if absence(row[2])]
     present = np.ones((len(times_s), len(names)), dtype=bool)
+    n_faults: Counter[str] = Counter()  # under way at each vehicle: it is back once all are over
     for at_s, vehicle, _, detail in changes:
-        present[np.searchsorted(times_s, at_s) :, names[vehicle]] = detail == OVER
+        n_faults[vehicle] += -1 if detail == OVER else 1
+        present[np.searchsorted(times_s, at_s) :, names[vehicle]] = n_faults[vehicle] <= 0
     return present
 
 

@@ -6,7 +6,7 @@ docs/howto/results.md, tables ``roles`` and ``organisation``.
 from __future__ import annotations
 
 import math
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Iterator
 from functools import partial
 from itertools import pairwise
@@ -14,29 +14,23 @@ from typing import Any
 
 from missions.verification.record import (
     AWAY,
+    CLOSE_S,
     ENERGY,
     KINDS,
     OUT_OF_CONTACT,
     PLACE_STEP_M,
-    TIME_STEP_S,
     CheckReport,
     Record,
+    Role,
     Spell,
     kind_of,
 )
 
-CLOSE_S = 2.0 * TIME_STEP_S
-Role = tuple[str, str]
 KEEP_OWN_JOBS = (
     "cbba", "cbba-plain", "status-broadcast", "fixed-partition", "remoras.strategies.grape:GRAPE",
     "remoras.strategies.fmc_ata:FMC_ATA", "remoras.strategies.reorganising:REORGANISING",
 )  # fmt: skip
 """Strategies under which each vehicle notes its jobs for itself."""
-
-
-def declared_roles(record: Record) -> dict[Role, dict[str, Any]]:
-    """Roles of the scenario by group and name."""
-    return {(group["name"], role["name"]): role for group in record.scenario["group"] for role in group.get("role", [])}
 
 
 def check_roles(record: Record, report: CheckReport) -> None:
@@ -47,7 +41,7 @@ def check_roles(record: Record, report: CheckReport) -> None:
 
 def _check_sequences(record: Record, report: CheckReport) -> None:
     """A role is assigned and left in turn; what drives a vehicle begins while it has the role, and ends once."""
-    declared = declared_roles(record)
+    declared = record.declared_roles
     has: set[tuple[str, Role]] = set()
     drives: set[tuple[str, Role]] = set()
     restarts = sorted((spell.until_s, spell.vehicle) for spell in record.spells if kind_of(spell.kind).begins_anew)
@@ -87,20 +81,11 @@ def _check_sequences(record: Record, report: CheckReport) -> None:
 
 def _check_views(record: Record, report: CheckReport) -> None:
     """Roles of a vehicle are those that it has in its own view."""
-    own: Counter[tuple[float, str, str, str, str]] = Counter()
-    names = ("time_s", "vehicle", "peer", "group", "role", "event")
-    for time_s, vehicle, peer, group, role, event in record["organisation"].rows(*names):
-        if vehicle == peer and event in ("assigned", "left"):
-            own[time_s, vehicle, group, role, event] += 1
-    rows = record["roles"].rows("time_s", "vehicle", "group", "role", "event")
-    noted = Counter(row for row in rows if row[4] in ("assigned", "left"))
-    report.look("views", sum(own.values()) + sum(noted.values()))
-    for row in noted - own:
-        stated = f"{row[2]}.{row[3]} {row[4]}"
-        report.add("views", "roles", row[0], row[1], stated, "none: it is not so in its own view, in organisation")
-    for row in own - noted:
-        follows = f"{row[2]}.{row[3]} {row[4]}, as in its own view, in organisation"
-        report.add("views", "roles", row[0], row[1], "no row", follows)
+    names = ("time_s", "vehicle", "group", "role", "event")
+    views = record["organisation"].rows(*names, "peer")
+    own = (row[:5] for row in views if row[1] == row[5] and row[4] in ("assigned", "left"))
+    noted = (row for row in record["roles"].rows(*names) if row[4] in ("assigned", "left"))
+    report.alike("views", "roles", noted, "its own view in organisation", own)
 
 
 class Views:
@@ -149,7 +134,7 @@ def views_with_durations(record: Record, end_s: float) -> Iterator[tuple[float, 
 
 def organisation_figures(record: Record, end_s: float) -> dict[str, float | None]:
     """Figures of the organisation over the run; without a time they are None."""
-    roles = declared_roles(record)
+    roles = record.declared_roles
     by_groups = record.of("communication").get("needs_follow", "all") == "groups"
     keeps = record.of("strategy")["name"] in KEEP_OWN_JOBS
     left_out = {key for key, role in roles.items() if keeps and role.get("job") is not None}
@@ -350,18 +335,8 @@ def _against_gathering(record: Record, group: str, time_s: float) -> Iterator[st
 
 def _members(record: Record, group: str, time_s: float) -> list[str]:
     """Vehicles with a role of a group at a time; who begins anew says then which it has."""
-    held: set[tuple[str, str]] = set()
-    anew_s = {
-        spell.vehicle: spell.until_s
-        for spell in sorted(record.spells, key=lambda spell: spell.until_s)
-        if kind_of(spell.kind).begins_anew and spell.until_s <= time_s + CLOSE_S
-    }
-    for at_s, vehicle, of, role, event in record["roles"].rows("time_s", "vehicle", "group", "role", "event"):
-        if of != group or not anew_s.get(vehicle, 0.0) - CLOSE_S <= at_s <= time_s + CLOSE_S:
-            continue
-        if event in ("assigned", "left"):
-            (held.add if event == "assigned" else held.discard)((vehicle, role))
-    return sorted({vehicle for vehicle, _ in held})
+    names = record.vehicles
+    return sorted(name for name in names if any(of == group for of, _ in record.roles_at(name, time_s + CLOSE_S)))
 
 
 def _check_verdict(record: Record, report: CheckReport) -> None:
@@ -389,8 +364,3 @@ def _check_verdict(record: Record, report: CheckReport) -> None:
     for group in record.scenario["group"]:
         if group.get("rally_point") and not group.get("formed_by") and group["name"] not in met:
             wrong(None, "", f"completed without {group['name']}", "its milestone gathered")
-
-
-def roles_with_jobs(record: Record) -> set[tuple[str, str]]:
-    """(group, role) of the roles that have a job."""
-    return {key for key, role in declared_roles(record).items() if role.get("job") is not None}

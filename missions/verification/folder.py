@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
+import math
 import tomllib
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -19,57 +20,107 @@ from missions.verification.mapping import check_ground
 from missions.verification.motion import check_tracks
 from missions.verification.packets import check_knowledge, check_packets
 from missions.verification.record import TIME_STEP_S, CheckReport, NoResults, Record, TableColumns
+from missions.verification.relations import check_relations
 from missions.verification.summary import check_figures
 
 COLUMNS = {
-    "trajectories": "time_s vehicle x_m y_m heading_rad speed_mps energy_j depth_m",
-    "roles": "time_s vehicle group role event",
-    "organisation": "time_s vehicle peer group role event issuer act objective argument outcome",
-    "membership": "time_s vehicle peer event",
-    "activities": "time_s vehicle type name role motivation",
-    "decisions": "time_s vehicle group role objective argument activities stimulus own external source slot "
-    "chosen best_mean",
-    "satisfaction": "time_s vehicle group role value",
-    "packets": "slot time_s sender size_bits items acks receivers lost_by end_s arrivals_s item_uids status_uids "
-    "signal_roles signal_addressed signal_values collided_at",
-    "items": "uid origin time_s recorded_s subject attribute value kind uncertainty",
-    "knowledge": "time_s vehicle item origin event",
-    "refused": "time_s vehicle sender slot reason",
-    "peers": "time_s vehicle peer event",
-    "links": "time_s vehicle peer direction p_loss n",
-    "faults": "time_s vehicle kind detail",
-}
-"""Tables that every run has, and columns that they have at least."""
+    "trajectories": "x_m=.. y_m=.. heading_rad=.. speed_mps=0.. energy_j=0.. depth_m=0..",
+    "roles": "group role event=assigned|active|inactive|left",
+    "organisation": "peer=vehicle? group role event=assigned|left|given|refused|formed|dissolved issuer=vehicle? "
+    "act=assign|release|objective|mission|succeed|create|dissolve objective argument outcome",
+    "membership": "peer=vehicle event=absent|present",
+    "activities": "type=organisational|planning|navigation|guidance|control|productive|communication|survival name "
+    "role motivation=..",
+    "decisions": "group role objective argument activities stimulus=0..1 own=.. external=0.. source=vehicle? slot=0.. "
+    "chosen best_mean=0..",
+    "satisfaction": "group role value=-128..127",
+    "packets": "slot=0.. sender=vehicle size_bits=1.. items=0.. acks=0.. receivers lost_by end_s=0.. arrivals_s "
+    "item_uids status_uids signal_roles signal_addressed signal_values collided_at",
+    "items": "uid origin=vehicle recorded_s=0.. subject attribute value kind=told|status|kept uncertainty",
+    "knowledge": "item origin=vehicle event=observed|received|set+aside|acknowledged",
+    "plans": "group role objective argument node=0.. parent=-1.. task method "
+    "status=waiting|running|done|failed|dropped expected_time_s=0.. expected_energy_j=0..",
+    "refused": "sender slot reason",
+    "peers": "peer=vehicle event=parked|heard+again|begins+anew|slot+conflict",
+    "links": "peer=vehicle direction=incoming|outgoing p_loss=0..1 n=1..",
+    "faults": "kind detail",
+    "deliveries": "item event=acknowledged|expired|postponed "
+    "reason=|time+to+live|overflow|superseded|not+needed|said+once latency_s=-0.1..",
+    "unsaid": "slot=0.. reason=nothing+open|blackout|too+large+for+the+room+left|waiting+for+acknowledgement|"
+    "lower+value|overflow|left+to+a+relay candidates=1..",
+    "settling": "item origin=vehicle event=observed|received|set+aside|acknowledged",
+    "coverage": "cell_x cell_y",
+    "goal": "goal_fraction=0..1",
+    "jobs": "job",
+    "clocks": "offset_s peers estimates_s",
+    "silenced": "group part",
+    "escorting": "line=name event", "lifts": "lift event", "energy": "boring=name event energy_j=0..",
+    "strips": "contact view strip=0..", "classifications": "contact kind truth",
+    "looks": "part=name point=0..", "turns": "part=name state", "serviced": "part=name", "met": "part=name kind",
+    "charted": "column row", "choreography": "state says subject value to violation",
+    "attempts": "module does object pose_error_m=0.. succeeded",
+    "identified": "anomaly identity p=0..1 kind x_m y_m", "maps": "told_bits=0.. missing_bits=0..",
+    "fleet_maps": "told_bits=0.. apart_bits=0..", "contacts": "detector cell kind x_m=.. y_m=..",
+    "images": "shown kind x_m=.. y_m=..",
+}  # fmt: skip
+"""Columns of the tables beside time and vehicle, and which values they have: words, a range, or names of something."""
+WITHOUT_VEHICLE = ("packets", "items", "goal", "fleet_maps")
+MISSIONS = {
+    "mapping:Mapping": "coverage goal", "trident:Trident": "jobs charted choreography attempts",
+    "arrows:Arrows": "jobs identified maps fleet_maps contacts images",
+    "pandora:Pandora": "jobs looks turns serviced met",
+    "minehunting:Minehunting": "jobs strips classifications", "escort:Escort": "jobs escorting", "ferry:Ferry": "jobs",
+    "recovery:Recovery": "jobs lifts", "resupply:Resupply": "jobs energy",
+}  # fmt: skip
+"""Tables that a mission adds, by its class."""
+FEATURES = {
+    "settling": ("scenario", "settle_s"), "clocks": ("communication", "clocks"), "silenced": ("watch", "cpu_s"),
+}  # fmt: skip
+"""Tables that a key of the scenario adds."""
+OF_EVERY_RUN = tuple(COLUMNS)[: tuple(COLUMNS).index("settling")]
 UNITS = {"_s": "s", "_m": "m", "_rad": "rad", "_mps": "m/s", "_j": "J", "_bits": "bit"}
 """Unit of a column by the end of its name."""
-ONCE = ("trajectories", "packets", "knowledge", "coverage", "goal", "satisfaction", "peers")
-"""Tables of which no row comes twice."""
-EVENTS = {
-    "roles": {"assigned", "active", "inactive", "left"},
-    "knowledge": {"observed", "received", "set aside", "acknowledged"},
-    "organisation": {"assigned", "left", "given", "refused", "formed", "dissolved"},
-    "membership": {"absent", "present"},
-}
-"""Words of the column ``event``."""
+REPEATING = ("decisions", "activities", "organisation", "faults", "refused", "roles")
+"""Tables of which a row may come twice."""
+NOT_DERIVED = dict.fromkeys(
+    ("unsaid.reason", "unsaid.candidates", "rows of unsaid"), "what waited in a slot, and why, stands in no other table"
+)
+"""What tables of every run say that nothing else in a folder tells, and why."""
+OWN = "a table of a mission, sensor or feature: only its form, times, vehicles and ranges are looked at"
 
 
-def check_tables(tables: Mapping[str, TableColumns], report: CheckReport) -> bool:
+def columns_of(name: str) -> dict[str, str]:
+    """Columns of a table that has a name, and which values they have."""
+    own = dict(column.partition("=")[::2] for column in COLUMNS[name].split())
+    return {"time_s": ".."} | ({} if name in WITHOUT_VEHICLE else {"vehicle": "vehicle"}) | own
+
+
+def check_tables(record: Record, report: CheckReport) -> bool:
     """Look at what is there, its columns and its units; False if the other checks have nothing to go by."""
+    mission = str(record.of("scenario").get("mission", "")).removeprefix("missions.").removesuffix("Mission")
+    due = {*OF_EVERY_RUN, *MISSIONS.get(mission, "").split()}
+    due |= {name for name, (section, key) in FEATURES.items() if key in record.of(section)}
+    if mission not in MISSIONS:
+        report.skip("tables of the mission", "it is none of those that come with the program")
     is_whole = True
-    for name, columns in COLUMNS.items():
+    for name in sorted(due | (record.tables.keys() & COLUMNS.keys())):
         report.look("columns")
-        missing = columns.split() if name not in tables else sorted(set(columns.split()) - _names(tables[name]))
-        if missing:
-            is_whole = False
-            stated = "no such table" if name not in tables else f"no column {', '.join(missing)}"
-            report.add("columns", name, None, "", stated, "every run has it")
-    for name, table in tables.items():
+        present = _names(record[name]) if name in record.tables else set()
+        if missing := sorted(columns_of(name).keys() - present):
+            is_whole = is_whole and name not in due
+            stated = "no such table" if not present else f"no column {', '.join(missing)}"
+            report.add("columns", name, None, "", stated, "a run of this scenario has it")
+    for name, table in record.tables.items():
         for column in table.arrow.schema:
-            due = next((unit for end, unit in UNITS.items() if column.name.endswith(end)), None)
+            unit = next((unit for end, unit in UNITS.items() if column.name.endswith(end)), None)
             given = (column.metadata or {}).get(b"unit", b"").decode()
             report.look("units")
-            if due is not None and given != due and column.name != "key":
-                report.add("units", name, None, "", f"unit of {column.name} is {given!r}", repr(due))
+            if unit is not None and given != unit and column.name != "key":
+                report.add("units", name, None, "", f"unit of {column.name} is {given!r}", repr(unit))
+        if name not in (*OF_EVERY_RUN, "coverage", "goal"):
+            others = [f"{name}.{column}" for column in _names(table) - {"time_s", "vehicle"}]
+            report.not_checked |= dict.fromkeys([*others, f"rows of {name}"], OWN)
+    report.not_checked |= NOT_DERIVED
     return is_whole
 
 
@@ -78,27 +129,40 @@ def _names(table: TableColumns) -> set[str]:
 
 
 def check_rows(record: Record, report: CheckReport) -> bool:
-    """Look at times, names and repeated rows of every table; False if names are not those of the fleet."""
+    """Look at times, values and repeated rows of every table; False if names are not those of the fleet."""
     n_before = report.n_findings["vehicles"]
     end_s = record.end_s + float(record.of("scenario").get("settle_s", 0.0))
     for name, table in record.tables.items():
-        if "time_s" in _names(table) and name not in ("trajectories", "items", "settling"):
-            _check_times(name, np.asarray(table["time_s"], dtype=float), end_s, table, report)
-        if "vehicle" in _names(table) and (name in COLUMNS or name == "coverage"):
-            report.look("vehicles", len(table))
-            for at, vehicle in enumerate(table["vehicle"]):
-                if vehicle not in record.vehicles:
-                    follows = "none: the scenario has no such vehicle"
-                    report.add("vehicles", name, None, str(vehicle), f"row {at}", follows)
-        if name in EVENTS:
-            for at, event in enumerate(table["event"]):
-                if event not in EVENTS[name]:
-                    allowed = f"one of {', '.join(sorted(EVENTS[name]))}"
-                    report.add("events", name, table["time_s"][at], table["vehicle"][at], f"event {event!r}", allowed)
-        if name in ONCE:
+        if "time_s" in _names(table) and name not in ("trajectories", "settling"):
+            column = "recorded_s" if name == "items" else "time_s"
+            _check_times(name, np.asarray(table[column], dtype=float), end_s, table, report)
+        for column, values in columns_of(name).items() if name in COLUMNS else ():
+            if values and column in _names(table):
+                _check_values(record, name, column, values, report)
+        if name not in REPEATING:
             _check_once(name, table, report)
-    _check_numbers(record, report)
     return report.n_findings["vehicles"] == n_before
+
+
+def _check_values(record: Record, name: str, column: str, allowed: str, report: CheckReport) -> None:
+    """Look at the values of a column: a range, names of vehicles or of things of the scenario, or words."""
+    values = record[name][column]
+    check = "vehicles" if column == "vehicle" else "values"
+    report.look(check, len(values))
+    if ".." in allowed:
+        low, high = (float(end or "inf") for end in allowed.split(".."))
+        low = -math.inf if allowed.startswith("..") else low
+        numbers = np.array([low if one is None else one for one in values], dtype=float)
+        wrong = np.flatnonzero(~(np.isfinite(numbers) | (numbers == low)) | (numbers < low) | (numbers > high)).tolist()
+    else:
+        words = {"vehicle": record.vehicles, "vehicle?": {*record.vehicles, ""}, "name": record.names}.get(
+            allowed, allowed.replace("+", " ").split("|")
+        )
+        unknown = set(values) - set(words)
+        wrong = [at for at, value in enumerate(values) if value in unknown] if unknown else []
+    for at in wrong:
+        times_s = record[name]["time_s"]
+        report.add(check, name, times_s[at], "", f"{column} {values[at]!r} in row {at}", allowed.replace("+", " "))
 
 
 def _check_times(name: str, times_s: Any, end_s: float, table: TableColumns, report: CheckReport) -> None:
@@ -115,26 +179,17 @@ def _check_times(name: str, times_s: Any, end_s: float, table: TableColumns, rep
 def _check_once(name: str, table: TableColumns, report: CheckReport) -> None:
     report.look("once", len(table))
     seen: set[Any] = set()
-    columns = [column.name for column in table.arrow.schema]
+    names = _names(table)
     single = [column.name for column in table.arrow.schema if not pa.types.is_list(column.type)]
     if len(set(table.rows(*single))) == len(table):
         return
     for at, row in enumerate(table.rows(*single)):
         if row in seen:
-            vehicle = table["vehicle"][at] if "vehicle" in columns else ""
-            time_s = table["time_s"][at] if "time_s" in columns else None
-            report.add("once", name, time_s, vehicle, f"row {at} again", "one row alone")
+            time_s = table["time_s"][at] if "time_s" in names else None
+            report.add(
+                "once", name, time_s, table["vehicle"][at] if "vehicle" in names else "", f"row {at} again", "one row"
+            )
         seen.add(row)
-
-
-def _check_numbers(record: Record, report: CheckReport) -> None:
-    """Numbers of tracks are finite."""
-    for column in ("time_s", "x_m", "y_m", "heading_rad", "speed_mps", "energy_j", "depth_m"):
-        values = np.asarray(record["trajectories"][column], dtype=float)
-        report.look("finite", len(values))
-        for at in np.flatnonzero(~np.isfinite(values)):
-            vehicle, time_s = record["trajectories"]["vehicle"][at], record["trajectories"]["time_s"][at]
-            report.add("finite", "trajectories", time_s, vehicle, f"{column} {values[at]}", "a number")
 
 
 THEMES: dict[str, Callable[[Record, CheckReport], None]] = {
@@ -142,6 +197,7 @@ THEMES: dict[str, Callable[[Record, CheckReport], None]] = {
     "packets": check_packets,
     "knowledge": check_knowledge,
     "roles": check_roles,
+    "relations": check_relations,
     "ending": check_ending,
     "ground": check_ground,
     "figures": check_figures,
@@ -165,7 +221,7 @@ def verify_run(record: Record, report: CheckReport) -> None:
         record: of the run.
         report: takes what they find.
     """
-    if not check_tables(record.tables, report) or not check_rows(record, report):
+    if not check_tables(record, report) or not check_rows(record, report):
         report.skip("the rest of the run", "tables, columns or vehicles are missing or unknown")
         return
     report.strange = record.strange
@@ -182,6 +238,8 @@ SEAL = '{"crc": "'
 """How a line of the ledger with a checksum begins; its eight digits and ``", `` follow, then what they are of."""
 
 
+SECTIONS = ("scenario", "vehicle", "group", "world", "channel", "communication", "strategy", "decision")
+"""Tables that every scenario has."""
 MAKING = ("fleet", "finds", "organisation", "object")
 """Settings from which other parts of a scenario are made: vehicles, roles, groups."""
 
@@ -195,7 +253,7 @@ def verify_sweep(folder: Path) -> CheckReport:
     report = CheckReport()
     try:
         study = json.loads((folder / "study.json").read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise NoResults(f"{folder / 'study.json'}: cannot be read: {error}") from None
     lines = _ledger(folder / "ledger.jsonl", report)
     _check_table(folder / "runs.parquet", lines, report)
@@ -332,8 +390,10 @@ def verify(folder: Path) -> CheckReport:
     _check_id(report, "manifest", manifest.get("run_id"), own)
     try:
         scenario = tomllib.loads(manifest["scenario"])
-    except (tomllib.TOMLDecodeError, TypeError) as error:
+    except (tomllib.TOMLDecodeError, TypeError, AttributeError, RecursionError) as error:
         raise NoResults(f"{folder / 'manifest.json'}: its scenario is no TOML: {error}") from None
+    if missing := [name for name in SECTIONS if not scenario.get(name)]:
+        raise NoResults(f"{folder / 'manifest.json'}: its scenario has no [{missing[0]}]")
     verify_run(Record(scenario, manifest.get("seed"), summary, tables, modem_of(scenario, manifest)), report)
     return report
 
@@ -347,7 +407,7 @@ def _check_id(report: CheckReport, table: str, given: Any, own: Any) -> None:
 def _json(path: Path, needed: str) -> dict[str, Any]:
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise NoResults(f"{path}: cannot be read: {error}") from None
     if not isinstance(found, dict) or needed not in found:
         raise NoResults(f"{path}: damaged: {needed!r} is missing")

@@ -43,7 +43,7 @@ class MappingSwath(NamedTuple):
 
 
 def cells_of(record: Record) -> dict[tuple[int, int], str]:
-    """Cells whose centre lies in an area, and the first area in which it does."""
+    """Cells whose centre lies in an area, and the first area in which it does; on a border, in that east or north."""
     size_m = float(record.of("world")["cell_m"])
     found: dict[tuple[int, int], str] = {}
     for area in record.scenario.get("area", []):
@@ -51,12 +51,11 @@ def cells_of(record: Record) -> dict[tuple[int, int], str]:
         low, high = np.floor(corners.min(0) / size_m).astype(int), np.ceil(corners.max(0) / size_m).astype(int)
         x, y = np.meshgrid(np.arange(low[0], high[0]), np.arange(low[1], high[1]), indexing="ij")
         centre_x, centre_y = (x + 0.5) * size_m, (y + 0.5) * size_m
-        after = np.roll(corners, -1, axis=0)
-        sides = [
-            (b[0] - a[0]) * (centre_y - a[1]) - (b[1] - a[1]) * (centre_x - a[0])
-            for a, b in zip(corners, after, strict=True)
-        ]
-        inside = np.all(np.array(sides) >= -1e-9, axis=0) | np.all(np.array(sides) <= 1e-9, axis=0)
+        inside = np.zeros(x.shape, dtype=bool)
+        for sides in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+            (ax, ay), (bx, by) = sorted(sides, key=lambda corner: float(corner[1]))
+            level = (ay <= centre_y) & (centre_y < by)
+            inside ^= level & (ax + (centre_y - ay) / (by - ay or 1.0) * (bx - ax) > centre_x)
         for column, row in zip(x[inside].tolist(), y[inside].tolist(), strict=True):
             found.setdefault((column, row), area["name"])
     return found
@@ -79,24 +78,11 @@ def sensor_was_on(record: Record, name: str, times_s: Array) -> tuple[Array, Arr
     rows do not say where each begins: they were perhaps on if they are by any, and surely if by all.
     """
     perhaps, surely = dict[float, bool](), dict[float, bool]()
-    listed, last_s = set[tuple[Any, ...]](), -math.inf
-    columns = ("time_s", "vehicle", "chosen", "group", "role", "objective", "argument", "activities")
-    is_on = False
-    for time_s, vehicle, is_chosen, *about in record["decisions"].rows(*columns):
-        if vehicle != name:
-            continue
-        key = (*about[:-1], *about[-1])
-        if time_s != last_s or key in listed:  # what stands there twice is of two decisions
-            if last_s in perhaps:
-                surely[last_s] &= is_on
-            listed, is_on = set(), False
-        if time_s != last_s:
-            perhaps[time_s], surely[time_s], last_s = False, True, time_s
-        listed.add(key)
-        is_on |= bool(is_chosen and not SENSING.isdisjoint(about[-1]))
-        perhaps[time_s] |= is_on
-    if last_s in surely:
-        surely[last_s] &= is_on
+    for time_s, vehicle, rows in record.decisions:
+        if vehicle == name:
+            is_on = any(row.chosen and not SENSING.isdisjoint(row.activities) for row in rows)
+            perhaps[time_s] = perhaps.get(time_s, False) | is_on
+            surely[time_s] = surely.get(time_s, True) & is_on
     for spell in record.spells:
         if spell.vehicle == name and kind_of(spell.kind).begins_anew:
             perhaps[spell.from_s] = surely[spell.from_s] = False
@@ -249,6 +235,10 @@ def _check_goal(record: Record, cells: dict[tuple[int, int], str], report: Check
     for at in np.flatnonzero(np.abs(np.asarray(table["goal_fraction"]) - follows[:-1]) > SHARE):
         stated = f"goal_fraction {table['goal_fraction'][at]:.9g}"
         report.add("goal", "goal", stated_s[at], "", stated, f"{follows[at]:.9g}, by what is covered of all")
+    times_s = np.unique(when)
+    before = np.concatenate([[0.0], done])[np.searchsorted(when, times_s - TIME_S)] / (len(cells) + weight * n_finds)
+    for at_s in times_s[(before < goal) & (np.abs(stated_s - times_s[:, None]).min(1, initial=math.inf) > TIME_S)]:
+        report.add("goal", "goal", at_s, "", "no row", "one: the share of the goal changed")
     last = round(float(follows[-1]), 6)
     report.same("goal", "summary", "goal_fraction", record.summary.get("goal_fraction"), last, 1.1e-6)
 

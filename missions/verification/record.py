@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 import re
-from collections import Counter
+from bisect import bisect_right
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -85,6 +86,7 @@ def dead_sensors(kind: str, detail: str) -> list[str]:
     return detail.rpartition(", ")[0].split(", ") if kind_of(kind).kills else []
 
 
+Row = tuple[Any, ...]
 LISTED = 20
 """Findings of one check that are listed; the others are counted."""
 
@@ -161,6 +163,15 @@ class CheckReport:
         if not _is_close(stated, follows, within):
             self.add(check, table, None, "", f"{name} is {_shown(stated)}", _shown(follows))
 
+    def alike(self, check: str, table: str, stated: Iterable[Row], other: str, due: Iterable[Row]) -> None:
+        """Rows (time, vehicle, ...) of a table are those that follow from another, each as often."""
+        given, follows = Counter(stated), Counter(due)
+        self.look(check, given.total() + follows.total())
+        for row in given - follows:
+            self.add(check, table, row[0], row[1], " ".join(map(str, row[2:])), f"none, by {other}")
+        for row in follows - given:
+            self.add(check, table, row[0], row[1], "no row", f"{' '.join(map(str, row[2:]))}, by {other}")
+
     @property
     def as_json(self) -> dict[str, Any]:
         """All of it as one JSON value."""
@@ -194,10 +205,14 @@ def _shown(value: Any) -> str:
 Array = npt.NDArray[Any]
 TIME_STEP_S, PLACE_STEP_M, ANGLE_STEP_RAD, SPEED_STEP_MPS = 2.0**-12, 2.0**-7, 2.0**-10, 2.0**-10
 """Steps to which numbers of the tables are kept (docs/howto/results.md)."""
+CLOSE_S = 2.0 * TIME_STEP_S
+"""By how much two roundings of one time may differ, and a sum of two."""
+Role = tuple[str, str]
+"""Group and role."""
 
 
 class TableColumns:
-    """The columns of a table: numbers as arrays, all else as lists."""
+    """The columns of a table: numbers as arrays, all else, and numbers of which some are null, as lists."""
 
     def __init__(self, table: pa.Table) -> None:
         self.arrow = table
@@ -210,7 +225,7 @@ class TableColumns:
         if name not in self._made:
             column = self.arrow[name]
             is_number = pa.types.is_floating(column.type) or pa.types.is_integer(column.type)
-            self._made[name] = column.to_numpy() if is_number else column.to_pylist()
+            self._made[name] = column.to_numpy() if is_number and not column.null_count else column.to_pylist()
         return self._made[name]
 
     def rows(self, *names: str) -> zip[Any]:
@@ -243,6 +258,40 @@ class Spell:
     detail: str
 
 
+class WeighedRow(NamedTuple):
+    """A row of the table of decisions: a set of activities that could be chosen."""
+
+    time_s: float
+    vehicle: str
+    group: str
+    role: str
+    objective: str
+    argument: str
+    activities: list[str]
+    stimulus: float
+    own: float
+    external: float
+    source: str
+    slot: int | None
+    chosen: bool
+    best_mean: float | None
+
+    @property
+    def about(self) -> tuple[str, ...]:
+        """What it is, whatever moves it."""
+        return (*self[2:6], *self.activities)
+
+    @property
+    def purpose(self) -> tuple[str, ...]:
+        """The same for every place or thing: what its importance depends on."""
+        return (*self[2:5], *self.activities)
+
+    @property
+    def motivation(self) -> float:
+        """Motivation of each of its activities."""
+        return self.own + self.external
+
+
 @dataclass
 class Record:
     """One run.
@@ -268,15 +317,105 @@ class Record:
     def __getitem__(self, name: str) -> TableColumns:
         return self.tables[name]
 
+    def rows(self, table: str, columns: str) -> zip[Any]:
+        """Rows of a table, as plain values; names of columns with blanks between them."""
+        return self.tables[table].rows(*columns.split())
+
     @cached_property
     def vehicles(self) -> dict[str, dict[str, Any]]:
         """Vehicles of the scenario by name, in its order."""
         return {vehicle["name"]: vehicle for vehicle in self.scenario["vehicle"]}
 
     @cached_property
+    def drifts(self) -> bool:
+        """True if vehicles err about where they are."""
+        return bool(self.of("navigation").get("drift"))
+
+    @cached_property
+    def anew(self) -> set[str]:
+        """Vehicles that began anew."""
+        return {spell.vehicle for spell in self.spells if kind_of(spell.kind).begins_anew}
+
+    @cached_property
+    def newcomers(self) -> set[str]:
+        """Vehicles that began anew or came late."""
+        return self.anew | {spell.vehicle for spell in self.spells if kind_of(spell.kind).is_late}
+
+    @cached_property
+    def names(self) -> set[str]:
+        """Names of all that the scenario has."""
+        sections = [one for section in self.scenario.values() if isinstance(section, list) for one in section]
+        return {str(one["name"]) for one in sections if isinstance(one, dict) and "name" in one}
+
+    @cached_property
     def by_slot(self) -> list[str]:
         """Names of the vehicles by their numbers, which are their places in a TDMA frame."""
         return sorted(self.vehicles, key=lambda name: int(self.vehicles[name]["slot"]))
+
+    @cached_property
+    def declared_roles(self) -> dict[Role, dict[str, Any]]:
+        """Roles of the scenario by group and name."""
+        groups = self.scenario["group"]
+        return {(group["name"], role["name"]): role for group in groups for role in group.get("role", [])}
+
+    @cached_property
+    def roles_with_jobs(self) -> set[Role]:
+        """Roles that have a job."""
+        return {key for key, role in self.declared_roles.items() if role.get("job") is not None}
+
+    @cached_property
+    def decisions(self) -> list[tuple[float, str, list[WeighedRow]]]:
+        """Decisions with their time, their vehicle and all that they weighed: each begins with the same set."""
+        found: list[tuple[float, str, list[WeighedRow]]] = []
+        for row in map(WeighedRow._make, self["decisions"].rows(*WeighedRow._fields)):
+            if not found or found[-1][:2] != row[:2] or found[-1][2][0].about == row.about:
+                found.append((row.time_s, row.vehicle, []))
+            found[-1][2].append(row)
+        return found
+
+    @cached_property
+    def given_s(self) -> dict[tuple[str, ...], float]:
+        """When a role was first given an objective, by (vehicle in whose view, group, role, objective, argument)."""
+        names = ("vehicle", "group", "role", "objective", "argument", "time_s", "event")
+        rows = [row for row in self["organisation"].rows(*names) if row[6] == "given"]
+        return {row[:5]: row[5] for row in reversed(rows)}
+
+    def roles_at(self, vehicle: str, at_s: float, event: str = "assigned") -> frozenset[Role]:
+        """Roles that a vehicle has at a time, or that drive it (``active``); none once it has begun anew."""
+        times_s, roles = self._role_changes.get((vehicle, event), ([], []))
+        at = bisect_right(times_s, at_s)
+        return roles[at - 1] if at else frozenset()
+
+    @cached_property
+    def _role_changes(self) -> dict[tuple[str, str], tuple[list[float], list[frozenset[Role]]]]:
+        """By vehicle and the event by which they begin, when its roles changed, and which it had from then on."""
+        ends = {"left": "assigned", "inactive": "active"}
+        rows = list(self["roles"].rows("time_s", "vehicle", "group", "role", "event"))
+        anew = [(spell.until_s, spell.vehicle) for spell in self.spells if kind_of(spell.kind).begins_anew]
+        rows += [(at_s - CLOSE_S, vehicle, "", "", event) for at_s, vehicle in anew for event in ("left", "inactive")]
+        found: dict[tuple[str, str], tuple[list[float], list[frozenset[Role]]]] = defaultdict(lambda: ([], []))
+        for time_s, vehicle, group, role, event in sorted(rows, key=lambda row: row[0]):
+            times_s, roles = found[vehicle, ends.get(event, event)]
+            now, changed = roles[-1] if roles else frozenset[Role](), {(group, role)}
+            times_s.append(time_s)
+            roles.append(frozenset() if not group else now - changed if event in ends else now | changed)
+        return dict(found)
+
+    @cached_property
+    def influenced(self) -> dict[str, set[str]]:
+        """Roles that a role may signal to: those that it influences; with a job all of its group that have one."""
+        jobs = self.roles_with_jobs
+        return {
+            f"{group}.{name}": {f"{group}.{one}" for one in role.get("influences", ())}
+            | {f"{group}.{one}" for of, one in jobs if of == group and (group, name) in jobs}
+            for (group, name), role in self.declared_roles.items()
+        }
+
+    @cached_property
+    def packet_of_slot(self) -> dict[int, tuple[str, dict[str, float]]]:
+        """Sender of the packet of a slot, and when each receiver had heard it."""
+        rows = self["packets"].rows("slot", "sender", "receivers", "arrivals_s")
+        return {slot: (sender, dict(zip(names, times_s, strict=False))) for slot, sender, names, times_s in rows}
 
     @cached_property
     def tick_s(self) -> float:

@@ -9,11 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from missions.verification.ending import declared_roles, organisation_figures, roles_with_jobs
+from missions.verification.ending import organisation_figures
 from missions.verification.mapping import cells_of
 from missions.verification.motion import PLACE_M, floats, least_distances_m, listening_w, sending_j, way_through_water
-from missions.verification.packets import CLOSE_S
-from missions.verification.record import CheckReport, Record, Track, kind_of
+from missions.verification.record import CLOSE_S, CheckReport, Record, Track, kind_of
 
 LATENCY_S = 2e-3
 """Two times, each rounded to 1/4096 s, and a mean, rounded to 0.1 ms."""
@@ -173,7 +172,7 @@ def _of_organisation(record: Record, report: CheckReport) -> dict[str, tuple[Any
 
 def _of_work(record: Record, report: CheckReport) -> dict[str, tuple[Any, float]]:
     """Idle time and recovery, from which roles drove whom."""
-    work, end_s = roles_with_jobs(record), record.mission_s
+    work, end_s = record.roles_with_jobs, record.mission_s
     names = {name for group, role in work for name in (role, f"{group}.{role}")}
     able = [name for name, data in record.vehicles.items() if names & set(data.get("playable_roles", []))]
     idle_s = []
@@ -218,7 +217,7 @@ def _of_mapping(record: Record, report: CheckReport) -> dict[str, tuple[Any, flo
         when = next((time_s for time_s, fraction in reached if fraction >= share / 100.0 - 1e-9), None)
         found[f"time_to_{share}_s"] = when, 1e-3
     areas = {area["name"] for area in record.scenario["area"]}
-    exploring = {key for key, role in declared_roles(record).items() if role.get("job") in areas}
+    exploring = {key for key, role in record.declared_roles.items() if role.get("job") in areas}
     held = record["roles"].rows("vehicle", "group", "role")
     holders = {vehicle for vehicle, group, role in held if (group, role) in exploring}
     n_first = Counter(vehicle for _, vehicle in first.values())
@@ -241,11 +240,9 @@ def _left(
     first: dict[tuple[int, int], tuple[float, str]],
 ) -> float:
     """Greatest share left of the areas that a vehicle held just before it gave up."""
-    jobs = {key: role.get("job") for key, role in declared_roles(record).items()}
-    held: set[Any] = set()
-    for time_s, vehicle, group, role, event in record["roles"].rows("time_s", "vehicle", "group", "role", "event"):
-        if vehicle == stopped["vehicle"] and time_s < stopped["time_s"] - CLOSE_S and event in ("assigned", "left"):
-            (held.add if event == "assigned" else held.discard)(jobs.get((group, role)))
+    jobs = {key: role.get("job") for key, role in record.declared_roles.items()}
+    before_s = stopped["time_s"] - 1.5 * CLOSE_S
+    held = {str(jobs.get(role)) for role in record.roles_at(stopped["vehicle"], before_s)}
     n_cells = Counter(cells.values())
     done = [cell for cell, (time_s, _) in first.items() if time_s <= stopped["time_s"] and cell in cells]
     n_done = Counter(cells[cell] for cell in done)

@@ -69,6 +69,21 @@ def test_who_joins_late_is_neither_idle_nor_close_before() -> None:
     assert closest_approach_m(finished(trajectories=rows)) == 0.0
 
 
+@pytest.mark.parametrize("over_s", [60.0, 400.0])
+def test_who_is_lost_stays_away_when_another_fault_ends(over_s: float) -> None:
+    """AUV02 is lost for good during a restart that ends at 60 s: it stands on AUV01, but is not there any more."""
+    faults = [
+        (0.0, "AUV02", "restarts", "until 60 s"), (30.0, "AUV02", "lost", "for good"),
+        (over_s, "AUV02", "restarts", "over"),
+    ]  # fmt: skip
+    names = [vehicle.name for vehicle in SCENARIO.vehicle]
+    places_m = {"AUV00": 900.0, "AUV01": 0.0, "AUV02": 0.0, "ASV00": 0.0}
+    depth_m = {vehicle.name: vehicle.depth_m for vehicle in SCENARIO.vehicle}
+    rows = [(60.0, name, places_m[name], 0.0, 0.0, 0.0, 0.0, depth_m[name]) for name in names]
+    run = finished(faults=faults, trajectories=rows)
+    assert (closest_approach_m(run), conflicts(run)) == (900.0, 0)
+
+
 def test_only_vehicles_in_one_layer_come_close() -> None:
     """AUV00 and AUV01 are 2.5 m apart (1.5, 2) at 60 s, ASV00 nearer, but at the surface; at first all are far off."""
     names = [vehicle.name for vehicle in SCENARIO.vehicle]

@@ -1,0 +1,471 @@
+"""Relations between tables: one event stands in several of them, and each has it alike.
+
+Satisfactions and signals, decisions and activities, deliveries and acknowledgements, radios and packets, facts and
+what vehicles reported or covered, requests and the organisation, tasks of a plan. See docs/howto/results.md.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter, defaultdict
+from functools import partial
+
+from missions.verification.ending import KEEP_OWN_JOBS
+from missions.verification.mapping import cells_of
+from missions.verification.packets import block_of, slot_s
+from missions.verification.record import CLOSE_S, CheckReport, Record, Row, WeighedRow
+
+SIX_DIGITS = 5e-6
+"""By how much figures may be off that follow from numbers of six digits."""
+GRID_M, GRID_SHARE = 0.36, 0.0051
+"""By how much reports are rounded: places to 0.5 m in each axis, shares of the battery to per cent."""
+RESOLUTION_S = 0.06
+"""By how much a time of observation is off: half of the step to which vehicles say it, and rounding."""
+INFLUENCING = ("remoras", "remoras-planned")
+"""Strategies under which vehicles tell their satisfaction in each slot."""
+REPORTS = ("position", "batteryFraction")
+"""Attributes that a vehicle reports of itself as its slot opens."""
+POINT, STATUS = re.compile(r"POINT \((\S+) (\S+)\)"), re.compile(r"\d+(?:\.e\d+)?@([\d.e+-]+):(.+)")
+SILENT_FRAMES = 4
+"""Frames without any packet after which a vehicle may take itself for alone."""
+KEPT = 1.0 - 1.0 / 64.0
+"""Weight of a sample of a link against the next one (docs/model/exchange.md)."""
+ACTS = {
+    "assign": "assigned", "succeed": "assigned", "release": "left", "objective": "given", "mission": "given",
+    "create": "formed", "dissolve": "dissolved",
+}  # fmt: skip
+"""Event in the organisation by the act that a request asks for."""
+SAID = ("assign", "release", "objective", "mission")
+"""Acts that facts of items ask for."""
+
+
+def check_relations(record: Record, report: CheckReport) -> None:
+    """Look at every event that stands in more than one table."""
+    _check_satisfaction(record, report)
+    _check_choices(record, report)
+    _check_radios(record, report)
+    _check_facts(record, report)
+    _check_plans(record, report)
+    if record.of("strategy")["name"] == "oracle":
+        report.skip("deliveries and requests", "in this bound nothing is told")
+        return
+    _check_deliveries(record, report)
+    _check_requests(record, report)
+
+
+def _check_satisfaction(record: Record, report: CheckReport) -> None:
+    """A vehicle has a satisfaction in each of its roles as its slot opens; it signals these values."""
+    rows = list(record.rows("satisfaction", "time_s vehicle group role value"))
+    values = {(time_s, vehicle, f"{group}.{role}"): value for time_s, vehicle, group, role, value in rows}
+    stated = [row[:4] for row in rows]
+    sent = record.rows("packets", "time_s sender")
+    due = [(time_s, sender, *role) for time_s, sender in sent for role in record.roles_at(sender, time_s)]
+    is_due = record.of("strategy")["name"] in INFLUENCING
+    told = set(stated)
+    due = [row for row in due if row in told or (is_due and row[1] not in record.newcomers)]
+    report.alike("satisfaction", "satisfaction", stated, "its roles and packets", due)
+    for time_s, sender, *signals in record.rows("packets", "time_s sender signal_roles signal_addressed signal_values"):
+        report.look("signals", len(signals[0]))
+        wrong = partial(report.add, "signals", "packets", time_s, sender)
+        if len(set(map(len, signals))) > 1 or len(set(zip(*signals, strict=False))) < len(signals[0]):
+            wrong(f"{signals} as signals", "three lists of one length, each signal once")
+        for role, addressed, value in zip(*signals, strict=False):
+            if values.get((time_s, sender, role)) != value:
+                wrong(f"{value} as {role}", f"{values.get((time_s, sender, role))}, its satisfaction")
+            if addressed and addressed not in record.influenced.get(role, ()):
+                wrong(f"signal of {role} to {addressed}", "a role that it influences")
+
+
+def _check_choices(record: Record, report: CheckReport) -> None:
+    """What is chosen is performed, and its roles drive the vehicle; motivations follow from rules of the decision."""
+    performed, types = defaultdict[Row, list[Row]](list), dict[str, str]()
+    for time_s, vehicle, kind, *activity in record.rows("activities", "time_s vehicle type name role motivation"):
+        performed[time_s, vehicle].append(tuple(activity))
+        if types.setdefault(activity[0], kind) != kind:
+            report.add("choices", "activities", time_s, vehicle, f"{activity[0]} as {kind}", types[activity[0]])
+    importance, before = _importances(record), defaultdict[str, set[Row]](set)
+    chosen, roles = defaultdict[Row, list[list[Row]]](list), dict[Row, set[Row]]()
+    for time_s, vehicle, rows in record.decisions:
+        report.look("choices", len(rows))
+        _check_weights(record, report, rows, before[vehicle], importance)
+        taken = [row for row in rows if row.chosen]
+        about = {row.about for row in taken}
+        if not about <= before[vehicle] and (time_s, vehicle) not in performed:
+            report.add("choices", "activities", time_s, vehicle, "no row", "activities: another choice was made")
+        before[vehicle], roles[time_s, vehicle] = about, {(row.group, row.role) for row in taken if row.role}
+        chosen[time_s, vehicle].append([(one, row.role, row.motivation) for row in taken for one in row.activities])
+    for (time_s, vehicle), activities in performed.items():
+        when = time_s, vehicle
+        several = [*chosen[when], [one for of in chosen[when] for one in of]]  # decisions at one time, or both
+        if vehicle in record.anew and when not in roles:
+            continue  # it decides as before its loss of memory
+        if not any(_are_close(sorted(activities), sorted(one)) for one in several):
+            report.add("choices", "activities", time_s, vehicle, sorted(activities), f"{chosen[when]}, by its decision")
+        if (driving := record.roles_at(vehicle, time_s, "active")) != roles.get(when, set()):
+            report.add(
+                "choices",
+                "roles",
+                time_s,
+                vehicle,
+                f"{sorted(driving)} active",
+                f"{sorted(roles.get(when, ()))}, chosen",
+            )
+    for time_s, vehicle, event in record.rows("roles", "time_s vehicle event"):
+        if event in ("active", "inactive") and (time_s, vehicle) not in performed:
+            report.add("choices", "roles", time_s, vehicle, event, "none: its activities do not change then")
+
+
+def _are_close(one: list[Row], other: list[Row]) -> bool:
+    """True if names, roles and motivations are alike."""
+    pairs = zip(one, other, strict=False)
+    return len(one) == len(other) and all(a[:2] == b[:2] and abs(a[2] - b[2]) <= SIX_DIGITS for a, b in pairs)
+
+
+def _importances(record: Record) -> dict[Row, float]:
+    """Motivation of each set of activities at full stimulus, by most of the rows in which nothing else moves it."""
+    found, before = defaultdict[Row, Counter[float]](Counter), defaultdict[str, set[Row]](set)
+    for _, vehicle, rows in record.decisions:
+        for row in rows:
+            if row.stimulus and row.about not in before[vehicle]:
+                found[row.purpose][round(row.own / row.stimulus, 4)] += 1
+        before[vehicle] = {row.about for row in rows if row.chosen}
+    return {purpose: shares.most_common(1)[0][0] for purpose, shares in found.items()}
+
+
+def _check_weights(
+    record: Record, report: CheckReport, rows: list[WeighedRow], before: set[Row], importance: dict[Row, float]
+) -> None:
+    """Own motivation is importance times stimulus, more for what goes on; the best mean is that of what is chosen."""
+    weights = record.of("decision")
+    moved = [row.motivation for row in rows if row.chosen and row.best_mean is not None for _ in row.activities]
+    mean = math.fsum(moved) / len(moved) if moved else math.inf
+    for row in rows:
+        wrong = partial(report.add, "weights", "decisions", row.time_s, row.vehicle)
+        if row.objective and record.given_s.get((row.vehicle, *row[2:6]), math.inf) > row.time_s + CLOSE_S:
+            wrong(" ".join(row[2:6]), "none: nobody has given it this objective")
+        least = importance.get(row.purpose, row.own) * row.stimulus
+        most = least + (float(weights.get("weight_continuing", 0.0)) if row.about in before else 0.0)
+        error = SIX_DIGITS + 1e-4 * row.stimulus
+        if not (least - error <= row.own <= most + error if row.stimulus else row.own == row.external == 0.0):
+            wrong(f"own {row.own:g} of {row.purpose} at stimulus {row.stimulus:g}", f"{least:g} to {most:g}")
+        sender, heard_s = record.packet_of_slot.get(-1 if row.slot is None else row.slot, ("", {}))
+        is_heard = row.slot is None or heard_s.get(row.vehicle, math.inf) <= row.time_s + CLOSE_S
+        if sender != row.source or bool(sender) is not (row.external > 0.0) or not is_heard:
+            wrong(
+                f"external {row.external:g} by {row.source!r} in slot {row.slot}", "a signal that it has heard, or none"
+            )
+        if row.external > float(weights.get("weight_external", 0.0)) + SIX_DIGITS:
+            wrong(f"external {row.external:g}", f"at most {weights.get('weight_external')}")
+        is_least = row.chosen and row.best_mean is not None and row.best_mean < mean - SIX_DIGITS
+        if is_least or (row.best_mean or 0.0) > mean + SIX_DIGITS:
+            wrong(f"best_mean {row.best_mean:g} of {row.purpose}", f"{mean:g}, of all that is chosen")
+
+
+def _check_deliveries(record: Record, report: CheckReport) -> None:
+    """What is delivered is acknowledged; a report that was not said has made room for the next one of its kind."""
+    rows = list(record.rows("deliveries", "time_s vehicle item event reason latency_s"))
+    known = (row[:3] for row in record.rows("knowledge", "time_s vehicle item event") if row[3] == "acknowledged")
+    told = (row[:3] for row in rows if row[3] == "acknowledged")
+    report.alike("deliveries", "deliveries", told, "knowledge", known)
+    recorded = {uid: about for uid, *about in record.rows("items", "uid time_s recorded_s origin attribute")}
+    observed_s: defaultdict[Row, list[float]] = defaultdict(list)
+    for uid, (time_s, _, origin, _) in recorded.items():
+        observed_s[origin, uid.partition(":")[2]].append(time_s)
+    for time_s, vehicle, uid, event, reason, latency_s in rows:
+        wrong = partial(report.add, "deliveries", "deliveries", time_s, vehicle)
+        if uid not in recorded:
+            wrong(f"{event} {uid}", "none: nobody recorded it")
+            continue
+        if (event == "acknowledged") is not (reason == ""):
+            wrong(f"{event} {uid}, {reason!r}", "a reason where it is not acknowledged, and only there")
+        is_report = recorded[uid][3] in REPORTS or reason != "superseded"
+        if (
+            latency_s is not None and record.has_exact_clocks and is_report
+        ):  # until the next report, where that takes its place
+            until_s = [time_s] if reason != "superseded" else observed_s[recorded[uid][2], uid.partition(":")[2]]
+            if min(abs(at_s - recorded[uid][0] - latency_s) for at_s in until_s) > RESOLUTION_S:
+                wrong(f"{latency_s:g} s of {uid}", f"{until_s[-1] - recorded[uid][0]:g} s, since it was observed")
+    slots = set(record.rows("packets", "slot time_s sender"))
+    for slot, time_s, vehicle in set(record.rows("unsaid", "slot time_s vehicle")) - slots:
+        report.add("unsaid", "unsaid", time_s, vehicle, f"slot {slot}", "its own slot then, in packets")
+    said = {uid for uids in record["packets"]["status_uids"] for uid in uids}
+    gone = {(vehicle, uid): time_s for time_s, vehicle, uid, event, *_ in rows if event == "expired"}
+    newest: dict[Row, str] = {}
+    for uid, (_, at_s, origin, attribute) in recorded.items():
+        if attribute in REPORTS:
+            report.look("deliveries")
+            before = newest.get((origin, attribute), uid)
+            newest[origin, attribute] = uid
+            if before != uid and before not in said and abs(gone.get((origin, before), math.inf) - at_s) > CLOSE_S:
+                report.add("deliveries", "deliveries", at_s, origin, f"no row of {before}", f"one: {uid} follows it")
+            if uid in said and (origin, uid) in gone:
+                report.add("deliveries", "deliveries", at_s, origin, f"{uid} expired", "none: it has been said")
+
+
+class _LinkEstimate:
+    """Share of packets that a link loses: newer samples count more."""
+
+    n, lost, weight = 0, 0.0, 0.0
+
+    def take(self, n_missed: int, lost: bool) -> None:
+        """Take so many lost samples, but for a silence too long to be loss, and one more."""
+        reckoned = (self.lost + 1.0) / (self.weight + 2.0)
+        is_loss = n_missed <= 8 or n_missed <= 2 * math.ceil(math.log(1e-3) / math.log(reckoned))
+        for sample in [1] * (n_missed * is_loss) + [int(lost)]:
+            self.n, self.lost, self.weight = self.n + 1, KEPT * self.lost + sample, KEPT * self.weight + 1.0
+
+
+def _check_radios(record: Record, report: CheckReport) -> None:
+    """Acknowledgements, estimates of links and what is noticed of peers follow from which packets were received."""
+    numbers = {name: number for number, name in enumerate(record.by_slot)}
+    n, packets = len(numbers), record.packet_of_slot
+    noticed = list(record.rows("peers", "time_s vehicle peer event"))
+    events: list[tuple[float, int, Row]] = [
+        (row[0], 1, row[1:]) for row in record.rows("packets", "time_s slot sender acks")
+    ]
+    events += [
+        (at_s, 0, (slot, one, name)) for slot, (one, heard_s) in packets.items() for name, at_s in heard_s.items()
+    ]
+    events += [(row[0], 2, row[1:3]) for row in noticed if row[3] == "parked"]
+    heard, newest, parked, unsure = dict[Row, int](), dict[str, int](), set[Row](), set[str]()
+    back, links, due = list[Row](), defaultdict[Row, _LinkEstimate](_LinkEstimate), dict[Row, Row]()
+    policy = record.of("communication").get("policy")
+    for at_s, order, event in sorted(events, key=lambda one: one[:2]):
+        if order == 2:
+            parked.add(event)
+        elif order == 1:
+            slot, sender, acks = event
+            last = (packets.get(of, ("", {}))[1] for of in range(slot - n + 1, slot))
+            least = sum(heard_s.get(sender, math.inf) <= at_s for heard_s in last)
+            report.look("acknowledgements")
+            if sender not in record.anew and not least <= acks <= (least if policy == "ack" else (n - 1) ** 2):
+                follows = f"{least}, of so many peers it has heard the last packet"
+                report.add("acknowledgements", "packets", at_s, sender, f"{acks} acknowledgements", follows)
+            if slot % (8 * n) >= 7 * n:
+                due |= {(at_s, *key): (of.lost / of.weight, of.n) for key, of in links.items() if key[0] == sender}
+        else:
+            slot, sender, name = event
+            if slot - newest.get(name, slot) > SILENT_FRAMES * n:
+                unsure.add(name)  # it may have taken itself for alone, and all others for present
+            newest[name], before = slot, heard.get((name, sender), slot - n)
+            heard[name, sender] = slot
+            links[name, sender, "incoming"].take(max(0, (slot - before) // n - 1), False)
+            own = slot - (slot - numbers[name]) % n
+            if own in packets:
+                links[name, sender, "outgoing"].take(0, packets[own][1].get(sender, math.inf) > at_s)
+            if (name, sender) in parked:
+                parked.discard((name, sender))
+                back.append((at_s, name, sender))
+
+    def is_sure(row: Row) -> bool:
+        return row[1] not in unsure | record.anew and row[2] not in record.anew
+
+    given = {row[:4]: row[4:] for row in record.rows("links", "time_s vehicle peer direction p_loss n")}
+    report.alike("links", "links", filter(is_sure, given), "packets", filter(is_sure, due))
+    for row in filter(is_sure, given.keys() & due.keys()):
+        if given[row][1] != due[row][1] or abs(given[row][0] - due[row][0]) > SIX_DIGITS:
+            report.add("links", "links", row[0], row[1], f"{row[2:]} {given[row]}", f"{due[row]}, by its packets")
+    told = (row[:3] for row in noticed if row[3] == "heard again" and is_sure(row))
+    report.alike("peers", "peers", told, "packets and parking", filter(is_sure, back))
+
+
+def _check_facts(record: Record, report: CheckReport) -> None:
+    """Facts of one attribute are of one kind, those of one item behind each other; names of items say what they are."""
+    kinds, ended, before = dict[str, str](), set[str](), ""
+    columns = "uid origin time_s recorded_s attribute value kind uncertainty"
+    for uid, origin, time_s, at_s, attribute, value, kind, uncertainty in record.rows("items", columns):
+        report.look("facts", 4)
+        wrong = partial(report.add, "facts", "items", at_s, origin)
+        if uid != before and uid in ended and "@" not in uid:
+            wrong(f"facts of {uid} again", "all of one item behind each other")
+        ended.add(uid)
+        before, kind_due = uid, kinds.setdefault(attribute, _kind_of(record, value))
+        if kind_due != _kind_of(record, value):
+            wrong(f"{attribute} {value!r}", f"a value of the kind {kind_due}")
+        if uncertainty and _kind_of(record, uncertainty) != "number":
+            wrong(f"uncertainty {uncertainty!r}", "a number, or none")
+        if kind != ("status" if "@" in uid else "kept" if "-p" in uid else "told"):
+            wrong(f"{uid} {kind}", "another kind, by its name")
+        if record.has_exact_clocks and abs(time_s - at_s) > 2.0 * RESOLUTION_S:
+            wrong(f"{uid} observed at {time_s:g} s", f"{at_s:g} s, when it was recorded")
+    _check_reports(record, report)
+    if "coverage" in record.tables and not (record.drifts or record.of("uncertainty").get("p_miss")):
+        numbers, places = Counter[str](), dict[Row, Row]()
+        for cell, area in sorted(cells_of(record).items(), key=lambda one: one[0][::-1]):
+            places[cell] = area, numbers[area]
+            numbers[area] += 1
+        facts = record.rows("items", "recorded_s origin subject value attribute")
+        mapped = (
+            (*row[:3], int(float(row[3]))) for row in facts if row[4] == "mappedCell" and row[1] not in record.anew
+        )
+        covered = record.rows("coverage", "time_s vehicle cell_x cell_y")
+        due = ((*row[:2], *places.get(row[2:], ())) for row in covered if row[1] not in record.anew)
+        report.alike("mapped", "items", mapped, "coverage", due)
+
+
+def _kind_of(record: Record, value: str) -> str:
+    """Kind of a value, by its text."""
+    if POINT.fullmatch(value):
+        return "point"
+    if value in ("true", "false"):
+        return "truth"
+    if tuple(value.split(".", 1)) in record.declared_roles or value in record.vehicles:
+        return "role" if "." in value else "vehicle"
+    return "number" if re.fullmatch(r"-?\d+(\.\d+)?(e[-+]\d+)?", value) else "name"
+
+
+def _check_reports(record: Record, report: CheckReport) -> None:
+    """As its slot opens a vehicle reports where it is, and what its battery has left."""
+    sent, names = set(record.rows("packets", "time_s sender")), dict[str, str]()
+    columns = "uid origin time_s recorded_s subject attribute value"
+    for uid, origin, time_s, at_s, subject, attribute, value in record.rows("items", columns):
+        if attribute not in REPORTS or (found := STATUS.fullmatch(uid)) is None:
+            continue
+        report.look("reports", 2)
+        is_slot = (at_s, origin) in sent or record.of("strategy")["name"] == "oracle"
+        of = names.setdefault(f"{origin} {found[2]}", attribute)
+        if not is_slot or abs(float(found[1]) - time_s) > RESOLUTION_S or (subject, attribute) != (origin, of):
+            report.add(
+                "reports", "items", at_s, origin, f"{subject} {attribute} as {uid}", f"{of} in a slot of {origin}"
+            )
+        track = record.tracks[origin]
+        at = min(int(at_s / record.tick_s + 1e-9), len(track.time_s) - 1)
+        x_m, y_m, off = track.x_m[at], track.y_m[at], math.inf
+        left = 1.0 - track.energy_j[at] / record.vehicles[origin]["energy_j"]
+        if attribute == "batteryFraction":
+            off = abs(float(value) - max(0.0, left)) / GRID_SHARE
+        elif point := POINT.fullmatch(value):
+            off = 0.0 if record.drifts else math.hypot(float(point[1]) - x_m, float(point[2]) - y_m) / GRID_M
+        if off > 1.0:
+            report.add("reports", "items", at_s, origin, f"{attribute} {value}", f"({x_m:g}, {y_m:g}), {left:.3f} left")
+
+
+def _check_requests(record: Record, report: CheckReport) -> None:
+    """What counts in a view was asked for by a fact that the vehicle holds, and counts from the end of a frame."""
+    due = _requests(record)
+    absences = record.rows("membership", "time_s event")
+    until_s = min([record.end_s, *(at_s for at_s, event in absences if event == "absent")])
+    if until_s < record.end_s:
+        report.skip("requests", "who acts in the place of a vehicle that is taken for absent says so to nobody")
+    heads = {key for key, role in record.declared_roles.items() if role.get("head")}  # who follows one ends its role
+    frame_s, seen = (slot_s(record) or 0.0) * len(record.vehicles), Counter[Row]()
+    answered = Counter[Row]()
+    founded: defaultdict[Row, set[str]] = defaultdict(set)
+    columns = "time_s vehicle issuer act group role peer objective argument event outcome"
+    for time_s, vehicle, issuer, act, *what, event, outcome in record.rows("organisation", columns):
+        report.look("requests")
+        wrong = partial(report.add, "requests", "organisation", time_s, vehicle)
+        words = f"{act} {' '.join(filter(None, what))} by {issuer or 'nobody'}"
+        if event != (ACTS.get(act) if outcome == "success" else "refused"):
+            wrong(f"{words} {event}, {outcome}", f"{ACTS.get(act)} with success, or refused")
+        if not issuer:
+            founded[(act, *what)].add(vehicle)
+        if not issuer or act not in SAID or time_s >= until_s or _is_unsaid(record, {vehicle, issuer}, *what[:2]):
+            continue
+        key = (vehicle, issuer, act, *what)
+        seen[key] += event != "refused"
+        answered[key] += 1
+        n_held = sum(at_s <= time_s + CLOSE_S for at_s in due.get(key, ()))
+        off_s = abs(time_s - round(time_s / frame_s) * frame_s) if frame_s and record.has_exact_clocks else 0.0
+        if max(seen[key], 1) > n_held and not (act == "release" and tuple(what[:2]) in heads):
+            wrong(f"{words}, {seen[key]} times", f"{n_held} times, by the items that it holds")
+        elif off_s > CLOSE_S and not any(abs(at_s - time_s) <= CLOSE_S for at_s in due.get(key, ())):
+            wrong(words, f"{math.ceil(time_s / frame_s) * frame_s:.4f} s, the end of the TDMA frame")
+    for key, times_s in due.items():
+        n_due = sum(at_s < until_s - frame_s - 1.0 for at_s in times_s)
+        is_known = key[2] == "objective" and (key[0], *key[3:5], *key[6:]) in record.given_s
+        if answered[key] < n_due and not is_known and not _is_unsaid(record, set(key[:2]), *key[3:5]):
+            report.add("requests", "organisation", min(times_s), key[0], "no row", f"{' '.join(key[2:])} by {key[1]}")
+    for what, vehicles in founded.items():
+        report.look("founded", len(record.vehicles))
+        for vehicle in sorted(set(record.vehicles) - vehicles):
+            report.add("founded", "organisation", 0.0, vehicle, "no row", f"{' '.join(what)}, as others have it")
+
+
+def _is_unsaid(record: Record, vehicles: set[str], group: str, role: str) -> bool:
+    """True if no fact alone says what counts: of a group formed at sea, of claimed jobs, of newcomers."""
+    name = record.of("strategy")["name"]
+    is_claimed = name in KEEP_OWN_JOBS or ":" in name or name == "contract-net"
+    formed = {one["name"] for one in record.scenario["group"] if one.get("formed_by")}
+    return (
+        group in formed or bool(vehicles & record.newcomers) or (is_claimed and (group, role) in record.roles_with_jobs)
+    )
+
+
+def _requests(record: Record) -> dict[Row, list[float]]:
+    """When each vehicle came to hold each request: (vehicle, issuer, act, group, role, peer, objective, argument)."""
+    asked, held = defaultdict[str, list[Row]](list), dict[tuple[str, str], float]()
+    for uid, issuer, at_s, subject, attribute, value in record.rows(
+        "items", "uid origin recorded_s subject attribute value"
+    ):
+        if attribute in ("playsRole", "leftRole"):
+            act = "assign" if attribute == "playsRole" else "release"
+            asked[uid].append((issuer, act, *value.split(".", 1), subject, "", ""))
+        elif attribute.startswith("objective"):
+            asked[uid].append((issuer, "objective", *subject.split(".", 1), "", attribute[len("objective") :], value))
+        elif attribute == "hasMission":
+            asked[uid].append((issuer, "mission", subject, "", "", "", value))
+        if "@" in uid:
+            held[issuer, uid] = at_s
+    for time_s, vehicle, uid, event in record.rows("knowledge", "time_s vehicle item event"):
+        if event in ("observed", "received"):
+            held.setdefault((vehicle, uid), time_s)
+    for names, times_s, uids in record.rows("packets", "receivers arrivals_s status_uids"):
+        for name, at_s in zip(names, times_s, strict=False):
+            held |= {(name, uid): min(at_s, held.get((name, uid), at_s)) for uid in uids}
+    found: defaultdict[Row, list[float]] = defaultdict(list)
+    parts: defaultdict[str, set[str]] = defaultdict(set)
+    for uid in set(record["items"]["uid"]):
+        parts[block_of(uid)].add(uid)
+    for uid, requests in asked.items():  # which count once the whole item is there
+        for vehicle in record.vehicles:
+            at_s = max(held.get((vehicle, part), math.inf) for part in parts[block_of(uid)])
+            for request in requests if at_s < math.inf else ():
+                found[(vehicle, *request)].append(at_s)
+    return found
+
+
+def _check_plans(record: Record, report: CheckReport) -> None:
+    """A plan is a tree that keeps its tasks; each row is news of its task; states agree with those below."""
+    plans: defaultdict[Row, dict[int, Row]] = defaultdict(dict)
+    changed_s: dict[Row, float] = {}
+    columns = (
+        "time_s vehicle group role objective argument node parent task method status expected_time_s expected_energy_j"
+    )
+    for time_s, vehicle, *about, node, parent, task, method, status, lasts_s, takes_j in record.rows("plans", columns):
+        report.look("plans")
+        if vehicle in record.anew:
+            continue  # what it has forgotten it plans anew
+        plan, key = plans[(vehicle, *about)], (vehicle, *about)
+        if changed_s.get(key, time_s) != time_s:
+            _check_tree(report, changed_s[key], vehicle, plan)
+        wrong = partial(
+            report.add, "plans", "plans", time_s, vehicle, f"task {node} {task} {status}, {lasts_s} s, {takes_j} J"
+        )
+        before, row = plan.get(node), (parent, task, method, status, lasts_s, takes_j)
+        if before is None and (node != len(plan) or not (parent == -1 if node == 0 else 0 <= parent < node)):
+            wrong(f"task {len(plan)} of {about} next, below an earlier one")
+        elif before is not None and (before[:2] != row[:2] or before == row):
+            wrong(f"another row of {before[1]} below {before[0]}")
+        elif (
+            before is not None and None is not before[4] != lasts_s and (lasts_s or status not in ("failed", "dropped"))
+        ):
+            wrong(f"{before[4]} s and {before[5]} J, as before")
+        if (lasts_s is None) is not (takes_j is None) or (method and lasts_s is not None):
+            wrong("both figures, of an elementary task, or none")
+        plan[node], changed_s[key] = row, time_s
+    for key, plan in plans.items():
+        _check_tree(report, changed_s[key], key[0], plan)
+
+
+def _check_tree(report: CheckReport, time_s: float, vehicle: str, plan: dict[int, Row]) -> None:
+    """The state of each task is that of those below it, once its plan has changed."""
+    below: defaultdict[int, set[str]] = defaultdict(set)
+    for parent, _, _, status, *_ in plan.values():
+        below[parent] |= {status} - {"dropped"}
+    for node, (_, task, method, status, *_) in plan.items():
+        due = "done" if below[node] <= {"done"} else "running" if below[node] != {"waiting"} else "waiting"
+        is_wrong = status != due if method else bool(below[node])
+        if is_wrong and status not in ("failed", "dropped") and "failed" not in below[node]:
+            report.add("plans", "plans", time_s, vehicle, f"task {node} {task} {status}", f"{due}, by those below")

@@ -1,0 +1,128 @@
+"""What the checker takes to follow, rule by rule, where two readers of one rule could differ."""
+
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pytest
+
+from missions.mapping.sensors import Seabed
+from missions.runs.results import write_results
+from missions.runs.run import run
+from missions.scenarios import load
+from missions.verification import NoResults, verify
+from missions.verification.folder import COLUMNS, MISSIONS, NOT_DERIVED, OF_EVERY_RUN, columns_of
+from missions.verification.mapping import cells_of
+from missions.verification.packets import check_knowledge
+from missions.verification.record import CheckReport, Record, TableColumns
+
+Corners = list[tuple[float, float]]
+SLANTED: dict[str, Corners] = {
+    "west": [(0.0, 0.0), (0.0, 100.0), (100.0, 100.0)],
+    "east": [(0.0, 0.0), (100.0, 100.0), (100.0, 0.0)],
+    "beyond": [(100.0, 0.0), (100.0, 100.0), (170.0, 40.0), (140.0, -30.0)],
+}
+"""Areas with borders that run through centres of cells."""
+
+
+@pytest.mark.parametrize("cell_m", [10.0, 4.0, 7.3])
+def test_a_cell_on_a_slanted_border_is_of_the_same_area_for_program_and_checker(cell_m: float) -> None:
+    """Each cell of the square is of one of two triangles: a border is computed alike for the areas on both sides."""
+    areas = [{"name": name, "corners_m": corners} for name, corners in SLANTED.items()]
+    record = Record({"world": {"cell_m": cell_m}, "area": areas}, 1, {}, {})
+    seabed = Seabed.of_areas(cell_m, SLANTED)
+    assert {cell: area for cell, (area, _) in seabed.cells.items()} == cells_of(record)
+    inside = {(x, y) for x in range(int(100 / cell_m)) for y in range(int(100 / cell_m))}
+    assert inside <= seabed.cells.keys()
+
+
+def _table(**columns: list[Any]) -> TableColumns:
+    return TableColumns(pa.table(columns))
+
+
+@pytest.mark.parametrize(("second_s", "n_wrong"), [(50.0, 0), (51.0, 2)])
+def test_parts_of_a_block_that_was_dropped_come_again_with_the_last_of_them(second_s: float, n_wrong: int) -> None:
+    """Parts 0-4 and 0-4.1 are heard at 10 and 20 s; at 50 s the second one again, which brings both."""
+    scenario = {
+        "vehicle": [{"name": "A", "slot": 0}, {"name": "B", "slot": 1}], "strategy": {"name": "remoras"},
+        "communication": {"policy": "ack", "on_demand": True},
+    }  # fmt: skip
+    uids, received = ["0-4", "0-4.1"], ["observed"] * 2 + ["received"] * 4
+    tables = {
+        "items": _table(
+            uid=uids, origin=["A"] * 2, time_s=[0.0] * 2, recorded_s=[0.0] * 2, kind=["told"] * 2
+        ),
+        "packets": _table(
+            slot=[2, 4, 6], time_s=[9.0, 19.0, 49.0], sender=["A"] * 3, receivers=[["B"]] * 3,
+            arrivals_s=[[10.0], [20.0], [50.0]], item_uids=[["0-4"], ["0-4.1"], ["0-4.1"]], status_uids=[[], [], []],
+        ),
+        "knowledge": _table(
+            time_s=[0.0, 0.0, 10.0, 20.0, second_s, second_s], vehicle=["A"] * 2 + ["B"] * 4, item=uids * 3,
+            origin=["A"] * 6, event=received,
+        ),
+        "faults": _table(time_s=[45.0], vehicle=["B"], kind=["dropped block"], detail=["waited"]),
+        "refused": _table(time_s=[], vehicle=[]), "trajectories": _table(time_s=[60.0]),
+    }  # fmt: skip
+    report = CheckReport()
+    check_knowledge(Record(scenario, 1, {}, tables), report)
+    assert report.n_findings["knowledge"] == n_wrong
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("made") / "run"
+    write_results(run(load("mapping-rendezvous", [("--set", "scenario.duration_s=30")]), 1), folder)
+    return folder
+
+
+def _scenario(value: Any) -> Callable[[dict[str, Any]], str]:
+    return lambda manifest: json.dumps({**manifest, "scenario": value})
+
+
+MANIFESTS: dict[str, Callable[[dict[str, Any]], str]] = {
+    "deep": lambda _: '{"scenario": ' + "[" * 100_000 + "]" * 100_000 + "}",
+    "a number": lambda _: "7",
+    "a scenario that is a number": _scenario(7),
+    "an empty scenario": _scenario(""),
+    "a section that is a number": _scenario("scenario = 7\n"),
+    "nothing": lambda _: "",
+}
+
+
+@pytest.mark.parametrize("case", MANIFESTS)
+def test_a_manifest_that_says_nothing_is_one_error(case: str, made: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "altered"
+    shutil.copytree(made, folder)
+    path = folder / "manifest.json"
+    path.write_text(MANIFESTS[case](json.loads(path.read_text())))
+    with pytest.raises(NoResults) as raised:
+        verify(folder)
+    assert len(str(raised.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize("name", ["deliveries", "plans", "unsaid", "coverage", "peers"])
+def test_a_table_that_is_missing_is_named(name: str, made: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "altered"
+    shutil.copytree(made, folder)
+    (folder / f"{name}.parquet").unlink()
+    assert [one.table for one in verify(folder).findings if one.check == "columns"] == [name]
+
+
+def test_every_column_of_a_run_is_checked_or_named(made: Path) -> None:
+    """Two of the 126 columns of the tables of every run are not checked, and the presence of rows of one table."""
+    report = verify(made)
+    columns = {f"{path.stem}.{name}" for path in made.glob("*.parquet") for name in _columns(path)}
+    known = {f"{name}.{column}" for name in COLUMNS for column in columns_of(name)}
+    assert columns <= known
+    assert report.not_checked.keys() >= NOT_DERIVED.keys()
+    assert len({one for one in known if one.partition(".")[0] in OF_EVERY_RUN}) == 126
+    assert set(" ".join(MISSIONS.values()).split()) <= COLUMNS.keys()
+
+
+def _columns(path: Path) -> list[str]:
+    import pyarrow.parquet as pq
+
+    return list(pq.read_schema(path).names)
