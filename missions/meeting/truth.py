@@ -131,7 +131,7 @@ class MeetingTruth:
         from_below = sorted(founded, key=lambda group: height(group.name, before))
         self._apart = [group for group in from_below if group.rally_point is not None]
         self._names_apart = {group.name for group in self._apart}
-        self._n_meetings, self._n_met = len(self._apart), 0
+        self._n_meetings, self._n_met, self._last_met_s = len(self._apart), 0, 0.0
 
     @property
     def goal_fraction(self) -> float:
@@ -179,11 +179,14 @@ class MeetingTruth:
             alive = [vehicle for vehicle in fleet.vehicles if vehicle.is_alive]
             self._is_awaited = any(vehicle.will_return for vehicle in fleet.vehicles)
         is_complete = self._look(fleet, survivors, alive, now_s)
-        self._is_stranded = not (is_complete or self._is_awaited) and self._is_hopeless(fleet, alive)
+        self._is_stranded = not (is_complete or self._is_awaited) and self._is_hopeless(fleet, alive, now_s)
         return is_complete
 
-    def _is_hopeless(self, fleet: FleetView, alive: Sequence[VehicleView]) -> bool:
-        """True if all who are alive are home or have met, and nobody left is able to bring the goal nearer."""
+    def _is_hopeless(self, fleet: FleetView, alive: Sequence[VehicleView], now_s: float) -> bool:
+        """True if all who are alive are home or have met, and nobody left is able to bring the goal nearer, or will.
+
+        Nobody does any more where all groups have met for as long as a head waits for others.
+        """
         last = self._on_way
         if last is not None and last in alive and not self._is_at_rest(last):  # mostly it is on its way still
             return False
@@ -193,6 +196,8 @@ class MeetingTruth:
                 return False
         if self.goal_fraction >= 1.0:
             return False
+        if self._n_meetings and not self._apart and now_s - self._last_met_s >= self._deadline_s:
+            return True
         return self.reachable_fraction(fleet) <= self.goal_fraction or self.is_given_up
 
     def _is_at_rest(self, vehicle: VehicleView) -> bool:
@@ -239,6 +244,7 @@ class MeetingTruth:
     def _note_meeting(
         self, group: Group, survivors: Sequence[VehicleView], missing: Sequence[str], now_s: float
     ) -> None:
+        self._last_met_s = now_s
         self._apart.remove(group)
         self._names_apart.remove(group.name)
         self._n_met += any(self._has_come(vehicle, group) for vehicle in self._members(survivors, group))
@@ -438,6 +444,12 @@ class JobTruth(MeetingTruth):
         return len(jobs.intersection(self.jobs_done)) / len(jobs) if jobs else super().goal_fraction
 
     @property
+    def is_over(self) -> bool:
+        """True earlier once all have met and take all jobs for done: nobody goes back to what is not."""
+        have_met = self._n_meetings > 0 and not self._apart and not self._is_awaited
+        return super().is_over or (have_met and self._done.issuperset(self._jobs))
+
+    @property
     def jobs_as_they_are(self) -> Mapping[str, Job]:
         """All jobs by name, with what they really take; a mission may know more than what was planned."""
         return self._jobs
@@ -465,6 +477,8 @@ class JobTruth(MeetingTruth):
         reason = super().close(fleet, now_s)
         undone = [job for group in self._groups for job in self._undone(group)]
         told = [f"{job} impossible, as vehicles say since {at_s:.0f} s" for job, at_s in self._impossible.items()]
+        claimed = ", ".join(sorted(self._done.difference(self.jobs_done)))
+        told += [f"said to be done and not: {claimed}"] if claimed and self.goal_fraction < 1.0 else []
         is_short = bool(reason) or self.goal_fraction < 1.0  # all may be together since somebody said what is not so
         missing = [f"jobs not done: {', '.join(undone)}"] if is_short and undone else []
         return "; ".join(text for text in (reason, *missing, *told) if text)

@@ -130,9 +130,7 @@ class ResupplyTruth(JobTruth):
         self._note_events()
         reason = super().close(fleet, now_s)
         halted = ", ".join(f"{hole} since {at_s:.0f} s" for hole, at_s in self._halted_s.items() if hole in self._open)
-        claimed = ", ".join(hole for hole in self._borings if hole in self._open & self._done)
-        more = f"said to be bored and not: {claimed}" if claimed else "", f"without energy: {halted}" if halted else ""
-        return "; ".join(text for text in (reason, *more) if text)
+        return "; ".join(text for text in (reason, f"without energy: {halted}" if halted else "") if text)
 
 
 # What the results say ----------------------------------------------------------------------------

@@ -2,6 +2,7 @@
 
 import re
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from watched import JETTY_M, TEAM, seen
@@ -24,6 +25,26 @@ def test_the_reason_names_who_has_not_come_and_what_is_waited_for(waits: Wait | 
     fleet = SimpleNamespace(vehicles=(seen("A", position_m=JETTY_M, waits=waits), seen("B")))
     truth.observe(fleet, 10.0)
     assert truth.close(fleet, 60.0) == f"not together after 60 s: Team (waits for B){said}"
+
+
+class Judged(JobTruth):
+    """Nothing is really done, whatever vehicles say."""
+
+    jobs_done = ()
+
+
+def test_a_run_is_over_once_all_have_met_and_take_for_done_what_is_not() -> None:
+    """Nobody goes back. Before, such a run went on to its limit and gave no reason."""
+    reef: Any = SimpleNamespace(name="reef", needs=(), is_able=lambda data: True)
+    meeting = Meeting({"Team": TEAM}, {"jetty": JETTY_M}, 3.0, 20.0, 60.0, 900.0, {}, jobs={"reef": reef})
+    truth = Judged(meeting, "Surveying", Recorder([JOBS]))
+    fleet: Any = SimpleNamespace(vehicles=[seen(name, position_m=JETTY_M, met=True) for name in "AB"])
+    truth.observe(fleet, 10.0)
+    assert not truth.is_over
+    truth.note("A", "reef", 20.0)
+    truth.observe(fleet, 20.0)
+    assert truth.is_over
+    assert truth.close(fleet, 20.0) == "said to be done and not: reef"
 
 
 @pytest.mark.parametrize(
