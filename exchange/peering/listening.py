@@ -153,7 +153,7 @@ class Listener:
         for stating in self.stating:
             stating.note_news(packet, before, slot)
         beliefs = self._gained(before) if before != state.believes else ()
-        settled = self._interests.settle(self._done, state.believes) if beliefs else ()
+        settled = self._interests.settle(self._done, state.believes) if beliefs or begun else ()
         return Reception(
             slot, sender, tuple(taken.blocks), packet.signals, tuple(taken.items), beliefs, settled, tuple(taken.aside),
             met=met, conflict=conflict, told=told,

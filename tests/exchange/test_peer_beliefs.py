@@ -135,12 +135,19 @@ FOUND = [
 """Restarts under which matrices of an earlier life made false beliefs."""
 
 
+AT_ONCE = Schedule(
+    2, 1558836, 85, 0.0, False, 32, restarts={0: [(0, False)], 59: [(0, False), (1, False)], 60: [(0, True)]}
+)
+"""What was told in a life of which nobody had heard is settled once that life is heard of, and not before."""
+
+
 @pytest.mark.parametrize("policy", POLICIES.values(), ids=POLICIES)
 @pytest.mark.parametrize("drive", [Managers, Radios])
 @settings(max_examples=8)
 @given(schedule=schedules())
 @example(FOUND[0])
 @example(FOUND[1])
+@example(AT_ONCE)
 @example(Schedule(5, 3, 80, 0.5))
 def test_no_belief_is_false_and_all_come_to_know_all(drive, policy, schedule):
     play(drive(policy, schedule), schedule)
