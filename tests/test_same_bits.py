@@ -30,7 +30,6 @@ MODULES = {"cmath", "scipy", "statistics"}
 EXCEPT = {
     "missions.figure": "ends of axes, which enter no result",
     "missions.statistics": "figures about finished runs, which enter none",
-    "missions.benchmark": "figures about finished runs, which enter none",
     "missions.comparison": "figures about finished runs, which enter none",
     "missions.verification": "an independent reader of finished runs, which enters none",
     "remoras.testing": "checks of plug-ins, which enter no run",

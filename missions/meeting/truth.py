@@ -323,7 +323,7 @@ class MeetingTruth:
             key = vehicle.name, group.name
             if not is_there:
                 self._there_s.pop(key, None)
-                if dx_m * dx_m + dy_m * dy_m > (radius_m + NEAR_M) ** 2:
+                if dx_m * dx_m + dy_m * dy_m > (radius_m + NEAR_M) * (radius_m + NEAR_M):
                     self._waits_s.pop(key, None)
                 continue
             self._there_s.setdefault(key, now_s)
