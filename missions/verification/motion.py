@@ -118,7 +118,7 @@ def floats(record: Record, name: str, track: Track) -> Array:
     """Whether a vehicle is lost, off or without energy throughout each tick, and carried off by the water."""
     found: Array = record.during(name, FLOATING, track.time_s[1:]) & record.during(name, FLOATING, track.time_s[:-1])
     late = [kind for kind in AWAY if kind not in FLOATING]
-    found &= ~record.during(name, tuple(late), track.time_s[1:])  # who has not come yet is not in the water
+    found &= ~record.during(name, tuple(late), track.time_s[:-1])  # who has not come yet is not in the water
     return found & (not record.of("current").get("lost_stay", False))
 
 

@@ -64,6 +64,9 @@ def _check_satisfaction(record: Record, report: CheckReport) -> None:
     is_due = record.of("strategy")["name"] in INFLUENCING
     told = set(stated)
     due = [row for row in due if row in told or (is_due and row[1] not in record.newcomers)]
+    acting = {vehicle for vehicle, event in record.rows("membership", "vehicle event") if event == "absent"}
+    known = set(due)
+    stated = [row for row in stated if row in known or row[1] not in acting]  # who acts for others has their roles too
     report.alike("satisfaction", "satisfaction", stated, "its roles and packets", due)
     for time_s, sender, *signals in record.rows("packets", "time_s sender signal_roles signal_addressed signal_values"):
         report.look("signals", len(signals[0]))
@@ -193,7 +196,7 @@ def _check_deliveries(record: Record, report: CheckReport) -> None:
     gone = {(vehicle, uid): time_s for time_s, vehicle, uid, event, *_ in rows if event == "expired"}
     newest: dict[Row, str] = {}
     for uid, (_, at_s, origin, attribute) in recorded.items():
-        if attribute in REPORTS:
+        if attribute in REPORTS and origin not in record.anew:
             report.look("deliveries")
             before = newest.get((origin, attribute), uid)
             newest[origin, attribute] = uid
@@ -272,14 +275,18 @@ def _check_radios(record: Record, report: CheckReport) -> None:
 
 def _check_facts(record: Record, report: CheckReport) -> None:
     """Facts of one attribute are of one kind, those of one item behind each other; names of items say what they are."""
-    kinds, ended, before = dict[str, str](), set[str](), ""
-    columns = "uid origin time_s recorded_s attribute value kind uncertainty"
-    for uid, origin, time_s, at_s, attribute, value, kind, uncertainty in record.rows("items", columns):
+    kinds, ended, before, listed = dict[str, str](), set[str](), "", set[Row]()
+    columns = "uid origin time_s recorded_s subject attribute value kind uncertainty"
+    for uid, origin, time_s, at_s, subject, attribute, value, kind, uncertainty in record.rows("items", columns):
         report.look("facts", 4)
         wrong = partial(report.add, "facts", "items", at_s, origin)
         if uid != before and uid in ended and "@" not in uid:
             wrong(f"facts of {uid} again", "all of one item behind each other")
         ended.add(uid)
+        listed = listed if uid == before else set()
+        if (subject, attribute, value) in listed and (kind == "told" or attribute in REPORTS):
+            wrong(f"{subject} {attribute} {value} in {uid} again", "each fact of an item once")
+        listed.add((subject, attribute, value))
         before, kind_due = uid, kinds.setdefault(attribute, _kind_of(record, value))
         if kind_due != _kind_of(record, value):
             wrong(f"{attribute} {value!r}", f"a value of the kind {kind_due}")
@@ -373,7 +380,7 @@ def _check_requests(record: Record, report: CheckReport) -> None:
         elif off_s > CLOSE_S and not any(abs(at_s - time_s) <= CLOSE_S for at_s in due.get(key, ())):
             wrong(words, f"{math.ceil(time_s / frame_s) * frame_s:.4f} s, the end of the TDMA frame")
     for key, times_s in due.items():
-        n_due = sum(at_s < until_s - frame_s - 1.0 for at_s in times_s)
+        n_due = sum(at_s < until_s - frame_s - 1.0 and not record.is_away(key[0], at_s + frame_s) for at_s in times_s)
         is_known = key[2] == "objective" and (key[0], *key[3:5], *key[6:]) in record.given_s
         if answered[key] < n_due and not is_known and not _is_unsaid(record, set(key[:2]), *key[3:5]):
             report.add("requests", "organisation", min(times_s), key[0], "no row", f"{' '.join(key[2:])} by {key[1]}")
