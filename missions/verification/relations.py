@@ -357,7 +357,7 @@ def _check_requests(record: Record, report: CheckReport) -> None:
         report.skip("requests", "who acts in the place of a vehicle that is taken for absent says so to nobody")
     heads = {key for key, role in record.declared_roles.items() if role.get("head")}  # who follows one ends its role
     frame_s, seen = (slot_s(record) or 0.0) * len(record.vehicles), Counter[Row]()
-    answered = Counter[Row]()
+    answered = set[Row]()
     founded: defaultdict[Row, set[str]] = defaultdict(set)
     columns = "time_s vehicle issuer act group role peer objective argument event outcome"
     for time_s, vehicle, issuer, act, *what, event, outcome in record.rows("organisation", columns):
@@ -372,7 +372,7 @@ def _check_requests(record: Record, report: CheckReport) -> None:
             continue
         key = (vehicle, issuer, act, *what)
         seen[key] += event != "refused"
-        answered[key] += 1
+        answered.add(key)
         n_held = sum(at_s <= time_s + CLOSE_S for at_s in due.get(key, ()))
         off_s = abs(time_s - round(time_s / frame_s) * frame_s) if frame_s and record.has_exact_clocks else 0.0
         if max(seen[key], 1) > n_held and not (act == "release" and tuple(what[:2]) in heads):
@@ -380,9 +380,9 @@ def _check_requests(record: Record, report: CheckReport) -> None:
         elif off_s > CLOSE_S and not any(abs(at_s - time_s) <= CLOSE_S for at_s in due.get(key, ())):
             wrong(words, f"{math.ceil(time_s / frame_s) * frame_s:.4f} s, the end of the TDMA frame")
     for key, times_s in due.items():
-        n_due = sum(at_s < until_s - frame_s - 1.0 and not record.is_away(key[0], at_s + frame_s) for at_s in times_s)
+        is_due = any(at_s < until_s - frame_s - 1.0 and not record.is_away(key[0], at_s + frame_s) for at_s in times_s)
         is_known = key[2] == "objective" and (key[0], *key[3:5], *key[6:]) in record.given_s
-        if answered[key] < n_due and not is_known and not _is_unsaid(record, set(key[:2]), *key[3:5]):
+        if is_due and key not in answered and not is_known and not _is_unsaid(record, set(key[:2]), *key[3:5]):
             report.add("requests", "organisation", min(times_s), key[0], "no row", f"{' '.join(key[2:])} by {key[1]}")
     for what, vehicles in founded.items():
         report.look("founded", len(record.vehicles))

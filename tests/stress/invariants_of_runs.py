@@ -13,7 +13,7 @@ from stress.schedules import AWAY, WORK
 from missions.runs.results import MODEM_KEYS
 from missions.runs.tables import arrow_table
 from missions.verification.folder import verify_run
-from missions.verification.record import CheckReport, Record, TableColumns
+from missions.verification.record import KINDS, CheckReport, Record, TableColumns
 from remoras.behaviours import distance_m
 from remoras.separation import SAME_DEPTH_M
 from remoras.strategy import Situation, ask
@@ -109,6 +109,11 @@ UNTOLD = {
     "bits": DAMAGED, "cut": DAMAGED, "forged": DAMAGED, "twice": LATE, "late": LATE, "forged-done": {"milestones"},
 }  # fmt: skip
 """Checks of ``remoras verify`` that ask what no table tells under a kind of fault that no scenario declares."""
+RELATIONS = {
+    "acknowledgements", "choices", "deliveries", "facts", "links", "mapped", "peers", "plans", "reports", "requests",
+    "satisfaction", "signals", "weights",
+}  # fmt: skip
+"""Its checks of what one table says by another, which take vehicles to hear what arrives and to say what is so."""
 
 
 class Follows(Invariant):
@@ -129,6 +134,7 @@ class Follows(Invariant):
         report = CheckReport()
         verify_run(Record(written, run.seed, json.loads(json.dumps(scene.summary)), tables, profile), report)
         untold = set[str]().union(*(UNTOLD[kind] for kind in scene.schedule.kinds & UNTOLD.keys()))
+        untold |= RELATIONS if scene.schedule.kinds - KINDS.keys() else set()
         return next((str(finding) for finding in report.findings if finding.check not in untold), None)
 
 
