@@ -80,7 +80,7 @@ FEATURES = {
 OF_EVERY_RUN = tuple(COLUMNS)[: tuple(COLUMNS).index("settling")]
 UNITS = {"_s": "s", "_m": "m", "_rad": "rad", "_mps": "m/s", "_j": "J", "_bits": "bit"}
 """Unit of a column by the end of its name."""
-REPEATING = ("decisions", "activities", "organisation", "faults", "refused", "roles", "items")
+REPEATING = ("decisions", "activities", "organisation", "faults", "refused", "roles", "items", "clocks")
 """Tables of which a row may come twice."""
 NOT_DERIVED = dict.fromkeys(
     ("unsaid.reason", "unsaid.candidates", "rows of unsaid"), "what waited in a slot, and why, stands in no other table"

@@ -14,7 +14,7 @@ from functools import partial
 from missions.verification.ending import KEEP_OWN_JOBS
 from missions.verification.mapping import cells_of
 from missions.verification.packets import block_of, slot_s
-from missions.verification.record import CLOSE_S, CheckReport, Record, Row, WeighedRow
+from missions.verification.record import CLOSE_S, OUT_OF_CONTACT, CheckReport, Record, Row, WeighedRow
 
 SIX_DIGITS = 5e-6
 """By how much figures may be off that follow from numbers of six digits."""
@@ -88,7 +88,7 @@ def _check_choices(record: Record, report: CheckReport) -> None:
         if types.setdefault(activity[0], kind) != kind:
             report.add("choices", "activities", time_s, vehicle, f"{activity[0]} as {kind}", types[activity[0]])
     importance, before = _importances(record), defaultdict[str, set[Row]](set)
-    chosen, roles = defaultdict[Row, list[list[Row]]](list), dict[Row, set[Row]]()
+    chosen, roles = defaultdict[Row, list[list[Row]]](list), defaultdict[Row, list[set[Row]]](list)
     for time_s, vehicle, rows in record.decisions:
         report.look("choices", len(rows))
         _check_weights(record, report, rows, before[vehicle], importance)
@@ -96,24 +96,21 @@ def _check_choices(record: Record, report: CheckReport) -> None:
         about = {row.about for row in taken}
         if not about <= before[vehicle] and (time_s, vehicle) not in performed:
             report.add("choices", "activities", time_s, vehicle, "no row", "activities: another choice was made")
-        before[vehicle], roles[time_s, vehicle] = about, {(row.group, row.role) for row in taken if row.role}
+        before[vehicle] = about
+        roles[time_s, vehicle].append({(row.group, row.role) for row in taken if row.role})
         chosen[time_s, vehicle].append([(one, row.role, row.motivation) for row in taken for one in row.activities])
     for (time_s, vehicle), activities in performed.items():
         when = time_s, vehicle
         several = [*chosen[when], [one for of in chosen[when] for one in of]]  # decisions at one time, or both
-        if vehicle in record.anew and when not in roles:
+        if len(chosen[when]) > 2:
+            continue  # which of them were performed stands nowhere
+        if vehicle in record.anew and not roles[when]:
             continue  # it decides as before its loss of memory
         if not any(_are_close(sorted(activities), sorted(one)) for one in several):
             report.add("choices", "activities", time_s, vehicle, sorted(activities), f"{chosen[when]}, by its decision")
-        if (driving := record.roles_at(vehicle, time_s, "active")) != roles.get(when, set()):
-            report.add(
-                "choices",
-                "roles",
-                time_s,
-                vehicle,
-                f"{sorted(driving)} active",
-                f"{sorted(roles.get(when, ()))}, chosen",
-            )
+        driving = record.roles_at(vehicle, time_s, "active")
+        if driving not in (roles[when] or [set()]):
+            report.add("choices", "roles", time_s, vehicle, f"{sorted(driving)} active", f"{roles[when]}, chosen")
     for time_s, vehicle, event in record.rows("roles", "time_s vehicle event"):
         if event in ("active", "inactive") and (time_s, vehicle) not in performed:
             report.add("choices", "roles", time_s, vehicle, event, "none: its activities do not change then")
@@ -187,7 +184,9 @@ def _check_deliveries(record: Record, report: CheckReport) -> None:
             latency_s is not None and record.has_exact_clocks and is_report
         ):  # until the next report, where that takes its place
             until_s = [time_s] if reason != "superseded" else observed_s[recorded[uid][2], uid.partition(":")[2]]
-            if min(abs(at_s - recorded[uid][0] - latency_s) for at_s in until_s) > RESOLUTION_S:
+            off_s = min(abs(at_s - recorded[uid][0] - latency_s) for at_s in until_s)
+            is_later = reason in ("", "superseded") or latency_s > time_s - recorded[uid][0]  # else it ended in between
+            if off_s > RESOLUTION_S and is_later:
                 wrong(f"{latency_s:g} s of {uid}", f"{until_s[-1] - recorded[uid][0]:g} s, since it was observed")
     slots = set(record.rows("packets", "slot time_s sender"))
     for slot, time_s, vehicle in set(record.rows("unsaid", "slot time_s vehicle")) - slots:
@@ -261,8 +260,10 @@ def _check_radios(record: Record, report: CheckReport) -> None:
                 parked.discard((name, sender))
                 back.append((at_s, name, sender))
 
+    out = {spell.vehicle for spell in record.spells if spell.kind in OUT_OF_CONTACT}
+
     def is_sure(row: Row) -> bool:
-        return row[1] not in unsure | record.anew and row[2] not in record.anew
+        return row[1] not in unsure | out and row[2] not in record.anew
 
     given = {row[:4]: row[4:] for row in record.rows("links", "time_s vehicle peer direction p_loss n")}
     report.alike("links", "links", filter(is_sure, given), "packets", filter(is_sure, due))
@@ -380,6 +381,8 @@ def _check_requests(record: Record, report: CheckReport) -> None:
         elif off_s > CLOSE_S and not any(abs(at_s - time_s) <= CLOSE_S for at_s in due.get(key, ())):
             wrong(words, f"{math.ceil(time_s / frame_s) * frame_s:.4f} s, the end of the TDMA frame")
     for key, times_s in due.items():
+        if key[0] != key[1]:
+            continue  # others may put it off until they know what it rests on
         is_due = any(at_s < until_s - frame_s - 1.0 and not record.is_away(key[0], at_s + frame_s) for at_s in times_s)
         is_known = key[2] == "objective" and (key[0], *key[3:5], *key[6:]) in record.given_s
         if is_due and key not in answered and not is_known and not _is_unsaid(record, set(key[:2]), *key[3:5]):
