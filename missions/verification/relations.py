@@ -263,7 +263,7 @@ def _check_radios(record: Record, report: CheckReport) -> None:
     out = {spell.vehicle for spell in record.spells if spell.kind in OUT_OF_CONTACT}
 
     def is_sure(row: Row) -> bool:
-        return row[1] not in unsure | out and row[2] not in record.anew
+        return row[0] <= record.end_s and row[1] not in unsure | out and row[2] not in record.anew
 
     given = {row[:4]: row[4:] for row in record.rows("links", "time_s vehicle peer direction p_loss n")}
     report.alike("links", "links", filter(is_sure, given), "packets", filter(is_sure, due))
@@ -385,6 +385,7 @@ def _check_requests(record: Record, report: CheckReport) -> None:
             continue  # others may put it off until they know what it rests on
         is_due = any(at_s < until_s - frame_s - 1.0 and not record.is_away(key[0], at_s + frame_s) for at_s in times_s)
         is_known = key[2] == "objective" and (key[0], *key[3:5], *key[6:]) in record.given_s
+        is_known |= key[0] in founded.get(key[2:], ())
         if is_due and key not in answered and not is_known and not _is_unsaid(record, set(key[:2]), *key[3:5]):
             report.add("requests", "organisation", min(times_s), key[0], "no row", f"{' '.join(key[2:])} by {key[1]}")
     for what, vehicles in founded.items():
