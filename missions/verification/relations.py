@@ -339,12 +339,19 @@ def _check_reports(record: Record, report: CheckReport) -> None:
             )
         track = record.tracks[origin]
         at = min(int(at_s / record.tick_s + 1e-9), len(track.time_s) - 1)
+        near = {at, max(0, at - (at_s - track.time_s[at] < CLOSE_S))}  # at a tick, either is before it
         x_m, y_m, off = track.x_m[at], track.y_m[at], math.inf
         left = 1.0 - track.energy_j[at] / record.vehicles[origin]["energy_j"]
         if attribute == "batteryFraction":
             off = abs(float(value) - max(0.0, left)) / GRID_SHARE
         elif point := POINT.fullmatch(value):
-            off = 0.0 if record.drifts else math.hypot(float(point[1]) - x_m, float(point[2]) - y_m) / GRID_M
+            off = (
+                0.0
+                if record.drifts
+                else min(
+                    math.hypot(float(point[1]) - track.x_m[n], float(point[2]) - track.y_m[n]) / GRID_M for n in near
+                )
+            )
         if off > 1.0:
             report.add("reports", "items", at_s, origin, f"{attribute} {value}", f"({x_m:g}, {y_m:g}), {left:.3f} left")
 
