@@ -16,6 +16,7 @@ from missions.meeting.helping import Help, HelpAwaited
 from missions.meeting.staying import AnyonesJob
 from remoras.behaviours import (
     ADVANCING,
+    BEYOND_IT,
     DONE,
     IDLE,
     STANDING,
@@ -140,6 +141,8 @@ class SurveyingLine(Behaviour):
         line = self._line
         if picture.facts.get(line.done) is not None:
             return DONE
+        if self._wait.is_given_up:
+            return BEYOND_IT
         if performed and self._is_on_line(motion):
             if not self._survey(motion, picture):
                 return self._wait.perceived(picture.body.now_s)

@@ -48,11 +48,15 @@ class HelpAwaited:
 
     Args:
         what: it waits for; wait_s: for so long.
+
+    Attributes:
+        is_given_up: for good: it leaves the job at the end of the round, and does not turn to it anew until then.
     """
 
     def __init__(self, what: str, wait_s: float) -> None:
         self._what, self._wait_s = what, wait_s
         self._since_s: float | None = None
+        self.is_given_up = False
 
     def is_over(self) -> None:
         """It gets on."""
@@ -62,7 +66,8 @@ class HelpAwaited:
         """What is perceived of the job meanwhile."""
         self._since_s = now_s if self._since_s is None else self._since_s
         until_s = self._since_s + self._wait_s
-        return STANDING._replace(waits=Wait(self._what, until_s)) if now_s <= until_s else BEYOND_IT
+        self.is_given_up = now_s > until_s
+        return BEYOND_IT if self.is_given_up else STANDING._replace(waits=Wait(self._what, until_s))
 
 
 class Help:

@@ -18,7 +18,7 @@ from exchange.acoustics import loss
 from exchange.arithmetic import distance, sincos
 from missions.meeting.helping import Help, HelpAwaited
 from missions.meeting.staying import DONE_BY, THERE_M, AnyonesJob, SiteSurvey, Stay
-from remoras.behaviours import DONE, IDLE, Behaviour, Perception, Reference, distance_m
+from remoras.behaviours import BEYOND_IT, DONE, IDLE, Behaviour, Perception, Reference, distance_m
 from remoras.beliefs import Known
 from remoras.database import VehicleData
 from remoras.motion import Motion
@@ -159,6 +159,8 @@ class Lifting(Behaviour):
         """Due once it is known where the object lies; it advances on the way, and while all are there."""
         if picture.facts.get(self._lift.done) is not None:
             return DONE
+        if self._wait.is_given_up:
+            return BEYOND_IT
         middle_m = picture.facts.get((LYING_AT, self._lift.name))
         return IDLE if middle_m is None else self._perceived(middle_m, motion, picture, performed)
 
