@@ -6,9 +6,9 @@ interrupted; what depends on the machine is not in it.
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
-import random
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -197,7 +197,8 @@ def verify_card(path: Path, suite: Suite, seed: int, count: int | None = None) -
         for run in strategy.cells[cell]
     ]
     count = min(len(known), max(LEAST_DRAWN, math.ceil(len(known) / 10)) if count is None else count)
-    drawn = random.Random(seed).sample(known, count)
+    order = sorted(range(len(known)), key=lambda n: hashlib.sha256(f"{seed} {n}".encode()).digest())
+    drawn = [known[n] for n in order[:count]]
     other = {name: codes for name, codes in here.items() if codes[0] != codes[1]}
     return Verification(seed, len(known), other, _made_again(contest, strategies, drawn))
 

@@ -6,6 +6,7 @@ from typing import Any
 import nonconforming_policies as broken
 import pytest
 
+from exchange.errors import ConfigurationError
 from exchange.policies import POLICIES, AckPolicy
 from remoras.testing import policies as conformance
 
@@ -52,5 +53,5 @@ def test_a_policy_that_breaks_a_rule_is_found_out(check: Callable[[Any], None], 
 
 @pytest.mark.slow
 def test_a_policy_whose_functions_cannot_be_compiled_is_found_out() -> None:
-    with pytest.raises(conformance.ConfigurationError, match="'moody' cannot be compiled"):
+    with pytest.raises(ConfigurationError, match="'moody' cannot be compiled"):
         conformance.check_compiles(broken.MOODY)

@@ -98,7 +98,7 @@ def resealed(line: dict[str, Any], **change: Any) -> str:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("made", "why"),
+    ("another", "why"),
     [
         (altered, "altered since"),
         (lambda line: resealed(line, key="f" * 16, study="abc"), "of another study, abc"),
@@ -107,11 +107,11 @@ def resealed(line: dict[str, Any], **change: Any) -> str:
     ids=["altered", "foreign", "contradicting"],
 )
 def test_a_line_that_is_not_of_a_run_of_the_study_is_told_and_not_counted(
-    tmp_path: Path, folder: Path, made: Any, why: str
+    tmp_path: Path, folder: Path, another: Any, why: str
 ) -> None:
     ledger = folder / LEDGER
     lines = ledger.read_text().splitlines()
-    ledger.write_text("\n".join([*lines, made(json.loads(lines[0]))]) + "\n")
+    ledger.write_text("\n".join([*lines, another(json.loads(lines[0]))]) + "\n")
     for count in (lambda: SweepResults.read(folder).status(), lambda: sweep(tiny(tmp_path), folder)):
         with pytest.raises(OutputError, match=rf"ledger\.jsonl:{len(lines) + 1}: .*{why}.*Take the line out"):
             count()
