@@ -1,10 +1,11 @@
 """Deciding: a strategy of a user's own that is watched while it decides, so that it neither hangs nor writes files.
 
 A decision is one call of ``form``, ``adapt``, ``negotiator``, ``negotiate`` or ``division``. It may take so much CPU
-time of its thread. The system rings once the process has spent as much, and from then on again and again; the ring
-looks at the thread's own time, and stops what it finds in the midst of Python code, an endless loop too. A decision
-that ends in time is never rung for, so it gives the same bytes with and without the watch. In a thread beside the main
-one, and where the system has no such timer, a decision is not stopped, only judged once it has ended.
+time of its thread; Python collects no garbage meanwhile, since that takes longer the more the process holds. The
+system rings once the process has spent as much, and from then on again and again; the ring looks at the thread's own
+time, and stops what it finds in the midst of Python code, an endless loop too. A decision that ends in time is never
+rung for, so it gives the same bytes with and without the watch. In a thread beside the main one, and where the system
+has no such timer, a decision is not stopped, only judged once it has ended.
 
 Files that a decision opens for writing, moves or removes are refused by an audit hook of Python. A process that has
 such a hook keeps it, so it is made with the first strategy that is watched. What a module does when it is imported,
@@ -13,6 +14,7 @@ and what it writes to files that were open before, is not seen.
 
 from __future__ import annotations
 
+import gc
 import math
 import os
 import signal
@@ -181,10 +183,13 @@ class InTime:
         Args:
             part: of the strategy; asked: calls it.
         """
-        watch = _watch()
+        watch, collects = _watch(), gc.isenabled()
+        gc.disable()
         try:
             found = watch.answer(self._cpu_s, lambda: (asked(),))
         finally:
+            if collects:
+                gc.enable()
             if watch.fault:
                 raise PluginError(f"strategy {self.name}: {part} {watch.fault}; allowed: to read") from None
         if found is None:

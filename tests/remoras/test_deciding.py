@@ -1,5 +1,6 @@
 """Strategies that hang or write files are stopped, named, and the run goes on; others are not touched."""
 
+import gc
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -80,6 +81,13 @@ def test_one_that_hangs_falls_silent_and_is_named(turns: Callable[[], Any]) -> N
     senders = {sender for _, sent_s, sender, *_ in run.recorder.packets if sent_s > fallen_s}
     assert "AUV00" in senders
     assert "AUV01" not in senders
+
+
+def test_a_decision_pays_for_no_garbage_of_others() -> None:
+    collected: list[bool] = []
+    flown(TurnsStrategy(lambda: collected.append(gc.isenabled())), LIMIT)
+    assert collected == [False]
+    assert gc.isenabled()
 
 
 def test_one_that_is_in_time_gives_the_same_bytes_watched_and_not() -> None:
