@@ -304,7 +304,8 @@ def back(log: Logged, now_s: float) -> tuple[LoneVehicle, str]:
     off_s = just_after(log.last_s)
     own = _hearing(log, [*log.pauses, (off_s, now_s)])
     difference = next(_differences(log.of(LineKind.SENT), own.solo.advance(off_s)), "")
-    own.solo.advance(just_after(now_s))
+    if not difference:
+        own.solo.advance(just_after(now_s))
     return own, difference
 
 
