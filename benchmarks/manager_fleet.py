@@ -242,7 +242,8 @@ def one_size_fleet(
     codec = one_size_codec(n_nodes, policy)
     fleet = ManagerFleet(n_nodes, policy, payload_bytes, evidence, lost=lost, codec=codec)
     for manager in fleet.managers:
-        manager.do_without_extras()
+        for part in (manager.summaries, manager.parking, manager.relaying):
+            part.clear()  # what the policy says, and no more
     return fleet
 
 

@@ -5,8 +5,7 @@ The kernels stand here: `ack` (who holds what), `policies`, `packets`, `blocks`,
 packets, `exchange.queueing` has what waits to be said, `exchange.peering` what is known of peers. `exchange.acoustics`
 has the sea; `exchange.study` compares policies.
 
-The names below are promised to stay. Each is loaded when it is first used; none of them needs Numba, and NumPy only
-those of `exchange.wire.batch`: `Observations`, `encode_observations`, `decode_observations`.
+The names below are promised to stay. Each is loaded when it is first used; none of them needs NumPy or Numba.
 """
 
 from typing import TYPE_CHECKING
@@ -20,7 +19,6 @@ if TYPE_CHECKING:
     from exchange.packets import Fragment, InfluenceSignal, ItemUid, Packet, Reception, StatusUid, Transmission
     from exchange.policies import ACKNOWLEDGEMENTS, POLICIES, AckPolicy, header_bits, policy_named
     from exchange.schedule import TdmaSchedule
-    from exchange.wire.batch import Observations, decode_observations, encode_observations
     from exchange.wire.codec import Codec
     from exchange.wire.codes import FieldSize
 
@@ -37,14 +35,11 @@ __all__ = [
     "Fragment",
     "InfluenceSignal",
     "ItemUid",
-    "Observations",
     "Packet",
     "Reception",
     "StatusUid",
     "TdmaSchedule",
     "Transmission",
-    "decode_observations",
-    "encode_observations",
     "header_bits",
     "policy_named",
 ]

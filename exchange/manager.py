@@ -398,12 +398,6 @@ class ExchangeManager:
         queue.rest(queue.open & ~chosen)
         return account_bits
 
-    def do_without_extras(self) -> None:
-        """Do what the policy says and no more: tell no summaries, and wait for peers however long they are silent."""
-        self.summaries.clear()
-        self.parking.clear()
-        self.relaying.clear()
-
     def holds(self, uid: ItemUid) -> bool:
         """True if this vehicle holds the item."""
         return uid in self._ledger.column_of or self._holders.own.has((uid.origin, uid.epoch), uid.sequence)
