@@ -1,6 +1,6 @@
 """Checks of plug-ins for the tests of their authors.
 
-    python -m remoras.testing strategy nearest:NEAREST
+    remoras check strategy nearest:NEAREST
 
 tries a strategy, a policy, a channel model, a kind of fault or, by its scenario, a mission; ``conforms`` does the same
 in a test. Requirements on a behaviour, a sensor, a driver, a rule of values, a metric or a figure are checked by

@@ -1,6 +1,6 @@
 """Requirements on channel models and drivers, as checks that raise ``AssertionError``.
 
-A channel model by its name: ``python -m remoras.testing channel package.module:Class``; from a test ``conforms``.
+A channel model by its name: ``remoras check channel package.module:Class``; from a test ``conforms``.
 A driver from a test: ``check_driver`` with a function that makes a pair of drivers that hear each other and the pace
 they wait by. The way between them may lose, double and reorder packets; it has to carry some.
 """

@@ -1,6 +1,6 @@
 """What every kind of fault has to keep to, as checks of a ``remoras.DeclaredFault``.
 
-By its name: ``python -m remoras.testing fault package.module:Class``; for a shipped kind its name.
+By its name: ``remoras check fault package.module:Class``; for a shipped kind its name.
 From a test: call ``check``; it raises ``AssertionError`` with what is wrong.
 """
 

@@ -1,6 +1,6 @@
 """What every mission has to keep to, as one check of its class and a scenario of it.
 
-By its scenario: ``python -m remoras.testing mission SCENARIO``, a shipped name or a TOML file.
+By its scenario: ``remoras check mission SCENARIO``, a shipped name or a TOML file.
 From a test: ``check(mission_class, scenario)``; it raises ``AssertionError`` with what is wrong.
 """
 

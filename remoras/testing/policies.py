@@ -1,6 +1,6 @@
 """Requirements on exchange policies and value rules, as checks that raise ``AssertionError``.
 
-A policy by its name: ``python -m remoras.testing policy package.module:object``; from a test ``conforms``.
+A policy by its name: ``remoras check policy package.module:object``; from a test ``conforms``.
 A value rule from a test: ``check_value``.
 """
 

@@ -1,6 +1,6 @@
 """What every organisational strategy has to keep to, as checks of a strategy object.
 
-By its name: ``python -m remoras.testing strategy package.module:object``; for a shipped strategy its name.
+By its name: ``remoras check strategy package.module:object``; for a shipped strategy its name.
 From a test: call ``conforms``, or the checks one by one; each raises ``AssertionError`` with what is wrong.
 """
 
