@@ -85,7 +85,7 @@ ROOMS: dict[str, set[str]] = {
 }  # fmt: skip
 """Rooms that the modules of a room may import."""
 DOORS: dict[str, set[str]] = {
-    "worldmodel.ontology": {"worldmodel.errors", "worldmodel.disk_cache"},
+    "worldmodel.ontology": {"worldmodel.errors"},
     "exchange.wire": {"worldmodel.ontology.fields"},
     "exchange.study": {"exchange.acoustics.loss"},
     "remoras": {

@@ -12,6 +12,7 @@ import sys
 from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from enum import StrEnum
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, NoReturn, ParamSpec, cast
 
@@ -331,7 +332,9 @@ def main() -> None:
 
 def _report_usage(error: Any) -> int:
     """Tell in one line what the parser refuses, with --json as one JSON value too; returns the code to exit with."""
-    refused, context = shortened(error.format_message()), getattr(error, "ctx", None)
+    options, context = getattr(getattr(error, "param", None), "opts", ()), getattr(error, "ctx", None)
+    given = next((f"{cut(value, LONGEST_VALUE)!r}: " for option, value in pairwise(sys.argv) if option in options), "")
+    refused = shortened(error.format_message()).replace("': ", f"': {given}", 1)
     if "\n" in refused:  # the help of a group without a command
         told = refused
         print(told, file=sys.stderr)

@@ -65,16 +65,15 @@ _networks = _said_by("exchange.acoustics.network", "shipped")
 
 
 def _keys(ctx: typer.Context) -> Iterable[str]:
-    from missions.files import SCENARIO
-    from remoras.cli.keys import explained
+    from missions.scenarios.explanations import explanations
 
-    return explained()[SCENARIO]
+    return explanations()
 
 
 def _keys_of_all(ctx: typer.Context) -> Iterable[str]:
-    from remoras.cli.keys import explained
+    from missions.sweeps.study import study_explanations
 
-    return ["codec", *(key for keys in explained().values() for key in keys)]
+    return ["codec", *_keys(ctx), *study_explanations()]
 
 
 def _folder(ctx: typer.Context) -> Path:

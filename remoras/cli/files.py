@@ -12,7 +12,6 @@ import typer
 from missions.errors import LONGEST_VALUE, cut
 from remoras.cli import completion
 from remoras.cli.app import Format, Json, check_known, command, fail, on_terminal, show, show_json, show_table
-from remoras.cli.keys import explained
 
 KINDS = ("scenarios", "strategies", "policies", "channels", "modems", "networks", "studies")
 
@@ -214,7 +213,10 @@ def explain(
     if key == "ontology":
         _explain_ontology(scenario, as_json)
         return
-    known = {name: text for keys in explained().values() for name, text in keys.items()}
+    from missions.scenarios.explanations import explanations
+    from missions.sweeps.study import study_explanations
+
+    known = {**explanations(), **study_explanations()}
     found = _explained(key, known)
     if not found and key.count(".") > 1:  # an entry of a list by its name, as --set has it
         table, _, rest = key.split(".", 2)

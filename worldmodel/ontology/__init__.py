@@ -1,22 +1,11 @@
-"""The ontology: from Turtle files, or the kept tables of them, to a ``TBox``; and its terms in words.
+"""The ontology: from Turtle files to a ``TBox``, and its terms in words."""
 
-rdflib and ``worldmodel.ontology.compiler`` are loaded for files whose tables are not kept, and for their triples.
-"""
-
-import dataclasses
-import hashlib
-import json
-from collections.abc import Callable, Sequence
-from contextlib import suppress
-from functools import cache, lru_cache
+from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from worldmodel.disk_cache import files_digest, keep_file, package_mark, read_kept
 from worldmodel.errors import OntologyError
-from worldmodel.ontology.axioms import Axioms, Definition, ValueCondition
-from worldmodel.ontology.fields import Field
-from worldmodel.ontology.tbox import TYPE_UID, Attribute, Individual, OntologyClass, Source, TBox, ValueKind
+from worldmodel.ontology.tbox import TYPE_UID, Attribute, OntologyClass, Source, TBox
 
 if TYPE_CHECKING:
     from rdflib import Graph
@@ -32,11 +21,6 @@ __all__ = [
     "terms_of",
 ]
 _CORE = ("situation", "marine", "platforms", "equipment", "seabed", "work", "faults")
-_CACHE = "ontologies"
-_KINDS: dict[str, Callable[..., Any]] = {
-    kind.__name__: kind
-    for kind in (Attribute, Axioms, Definition, Field, Individual, OntologyClass, ValueCondition, ValueKind)
-}
 
 
 def ontology_path(name: str) -> Path:
@@ -98,61 +82,9 @@ def graph_of(tbox: TBox) -> "Graph":
 
 @lru_cache(maxsize=8)
 def _compiled(sources: tuple[Source, ...]) -> TBox:
-    # The one cache of ontologies on the disk: it saves a fifth of the time of `remoras validate` (1.4 s for 1.9 s).
-    if (before := _kept(sources)) is not None:
-        return before
     from worldmodel.ontology.compiler import compile_tbox
 
-    tbox = compile_tbox(sources)
-    tables = json.dumps(_plain((tbox.classes, tbox.attributes, tbox.disjoint, tbox.axioms, tbox.individuals)))
-    with suppress(OSError):
-        keep_file(_CACHE, _digest(sources), tables.encode())
-    return tbox
-
-
-def _kept(sources: tuple[Source, ...]) -> TBox | None:
-    """Return the tables that were compiled of these texts before; None if there are none, or they cannot be read."""
-    try:
-        content = read_kept(_CACHE, _digest(sources)) or b""
-        classes, attributes, disjoint, axioms, individuals = map(_made, json.loads(content))
-        return TBox(classes, attributes, disjoint, sources, axioms, individuals)
-    except (OSError, ValueError, TypeError, KeyError, AttributeError, IndexError):
-        return None
-
-
-def _plain(value: Any) -> Any:
-    """Return tables as JSON has them: a value of a class as its name and its parts."""
-    if isinstance(value, tuple):
-        return [_plain(part) for part in value]
-    if isinstance(value, ValueKind):
-        return {"ValueKind": [value.value]}
-    if dataclasses.is_dataclass(value):
-        parts = [getattr(value, field.name) for field in dataclasses.fields(value) if field.init]
-        return {type(value).__name__: [_plain(part) for part in parts]}
-    return value
-
-
-def _made(value: Any) -> Any:
-    """Return the tables that ``_plain`` took apart; raises KeyError for a class that is no part of tables."""
-    if isinstance(value, list):
-        return tuple(_made(part) for part in value)
-    if isinstance(value, dict):
-        ((kind, parts),) = value.items()
-        return _KINDS[kind](*map(_made, parts))
-    return value
-
-
-def _digest(sources: Sequence[Source]) -> bytes:
-    digest = hashlib.sha256(_code())
-    for source in sources:
-        digest.update(hashlib.sha256(source.text.encode()).digest())
-    return digest.digest()
-
-
-@cache
-def _code() -> bytes:
-    """Return a digest of the code that compiles: this package, and which rdflib is there."""
-    return files_digest(ONTOLOGY_FOLDER.glob("*.py")) + package_mark("rdflib")
+    return compile_tbox(sources)
 
 
 class Term(NamedTuple):
