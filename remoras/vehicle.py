@@ -35,7 +35,7 @@ from remoras.run_log import RunLog
 from remoras.sensor import Observation
 from remoras.social.layer import NOTHING_CONSIDERED, Considered, Review, SocialLayer
 from worldmodel import Change, WorldModelError
-from worldmodel.remembering import remember
+from worldmodel.world_model import remember
 
 
 @dataclass(frozen=True, slots=True)

@@ -452,7 +452,7 @@ def test_every_package_says_what_is_promised_to_stay() -> None:
 @pytest.mark.parametrize(
     ("module", "line"),
     [
-        ("worldmodel.abox", "from exchange.packets import Packet"),
+        ("worldmodel.world_model", "from exchange.packets import Packet"),
         ("exchange.acoustics.channel", "from worldmodel import TBox"),
         ("remoras.executive.layer", "from ..functional import layer"),
         ("missions.runs.run", "from remoras.cli import main"),

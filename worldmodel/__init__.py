@@ -4,8 +4,6 @@
 ``worldmodel.rdf.sparql.query`` asks world models in SPARQL.
 """
 
-from worldmodel.abox import Stated, WorldModel
-from worldmodel.doubt import doubted
 from worldmodel.errors import (
     FactError,
     NeedError,
@@ -28,9 +26,7 @@ from worldmodel.facts import (
     Observation,
     PropertyValue,
 )
-from worldmodel.fusion import Estimate, fused
-from worldmodel.history import History
-from worldmodel.knowledge import Knowledge, Reception
+from worldmodel.fusion import Estimate, doubted, fused
 from worldmodel.merge import expire, merge
 from worldmodel.needs import NOBODY, PLAIN, InformationNeed, Needs, NeedsIndex, Terms, Wanted
 from worldmodel.ontology import (
@@ -40,9 +36,9 @@ from worldmodel.ontology import (
 )
 from worldmodel.ontology.fields import Field, Value
 from worldmodel.ontology.tbox import TYPE_UID, Attribute, OntologyClass, Source, TBox, ValueKind, reaching
-from worldmodel.pruning import prune, tidy
+from worldmodel.queries import History, Subscription
 from worldmodel.store import Keeping, PruneRule
-from worldmodel.subscriptions import Subscription
+from worldmodel.world_model import Knowledge, Reception, Stated, WorldModel, prune, tidy
 
 __all__ = [
     "EPOCHS",

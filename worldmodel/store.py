@@ -16,7 +16,6 @@ Checks and merging work on a ``Store``; they are the only ones who put blocks in
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from worldmodel.answers import Answers
 from worldmodel.arrivals import WAITING_BLOCKS, WAITING_S
 from worldmodel.errors import FactError
 from worldmodel.facts import (
@@ -28,10 +27,10 @@ from worldmodel.facts import (
     Observation,
     PropertyValue,
 )
-from worldmodel.index import EMPTY, Entry, observation_of, sort_key
-from worldmodel.log import BlockLog
+from worldmodel.holdings import BlockLog
+from worldmodel.index import EMPTY, Entry, compiled_attributes, observation_of, sort_key
 from worldmodel.ontology.tbox import TYPE_UID, Attribute, TBox
-from worldmodel.tables import compiled_attributes
+from worldmodel.queries import Answers
 
 CLOCK_TOLERANCE_S = 1.0
 """By how much a fact may be later than its arrival (s)."""
@@ -262,7 +261,7 @@ class Store(Answers):
             self.index.leave(fact, block if len(block.facts) == 1 else Observation(block, position))
 
     def prune(self, block: Block) -> None:
-        """Hold an item no longer; call ``worldmodel.pruning.prune``, which knows what may go."""
+        """Hold an item no longer; call ``worldmodel.world_model.prune``, which knows what may go."""
         self.content_of_pruned += int.from_bytes(self.content(block), "big")
         self.take_out(block)
 

@@ -64,7 +64,7 @@ from exchange.wire.fragmentcodec import EPOCH_BITS, Before, FragmentCodec, Packi
 from exchange.wire.sealing import DAMAGED, UNOPENED, Checksum, Seal, nonce_of
 from worldmodel import EPOCHS, STATUS, Block, PropertyValue, TBox
 from worldmodel.facts import MOST_ITEMS
-from worldmodel.tables import compiled_attributes
+from worldmodel.index import compiled_attributes
 
 GRAMMAR = 2
 """Version of the layout above: to be raised by whoever lays out bits otherwise, since the hash has widths alone."""

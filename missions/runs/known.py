@@ -324,7 +324,7 @@ class KnownAt:
     def doubted(self) -> tuple[str, ...]:
         """The vehicle that contradicts what others say of numbers and points, beyond the uncertainty that they state.
 
-        None if all agree, both if it is one of two; see ``worldmodel.doubt``. Nothing is left out for that.
+        None if all agree, both if it is one of two; see ``worldmodel.fusion``. Nothing is left out for that.
         """
         model = self.model
         slots = (

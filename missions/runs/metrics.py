@@ -31,7 +31,7 @@ NEVER_RECEIVED = "What was never received is left out."
 
 
 def n_doubted(run: MeasuredRun) -> int | Absent:
-    """How many vehicles contradict what others say of numbers and points; see ``worldmodel.doubt``."""
+    """How many vehicles contradict what others say of numbers and points; see ``worldmodel.fusion``."""
     tbox = run.setup.tbox
     slots = stated(run.recorder.rows("items"), tbox, run.setup.database)
     if not any(len({one.origin for one in observations}) > 1 for observations in slots.values()):

@@ -172,7 +172,7 @@ def query(
     from missions.files import text_of
     from missions.runs.knowledge import query as ask
     from missions.runs.results import Results
-    from worldmodel.rdf.deadline import time_limit
+    from worldmodel.rdf.sparql import time_limit
 
     if (folder / "study.json").is_file():
         fail(f"{folder}: holds a sweep, and query takes the results of one run; make one with: remoras run --out DIR")

@@ -25,7 +25,7 @@ from exchange.policies import POLICIES
 from exchange.schedule import TdmaSchedule
 from exchange.wire.codec import Codec, Framing
 from worldmodel import TYPE_UID, Keeping, WorldModel
-from worldmodel.remembering import remember
+from worldmodel.world_model import remember
 
 NEW_INSTANCES = 16
 WAITING_S = 120.0

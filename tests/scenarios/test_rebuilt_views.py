@@ -15,7 +15,7 @@ from missions.runs.assembly import assemble
 from missions.runs.setup import resolved
 from missions.scenarios import load
 from remoras.vehicle import Vehicle
-from worldmodel.remembering import remember
+from worldmodel.world_model import remember
 
 LOST, MUTE = 'kind="lost",vehicle="AUV00",at_s=60', 'kind="mute",vehicle="AUV00",at_s=40,until_s=130'
 CASES = {"remoras": ("mapping-rendezvous", 0.5, LOST), "contract-net": ("mapping-patches", 0.7, MUTE)}

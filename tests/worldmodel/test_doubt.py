@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from worldmodel import Attribute, Block, Observation, PropertyValue, ValueKind, doubted
-from worldmodel.doubt import _is_beyond
+from worldmodel.fusion import _is_beyond
 from worldmodel.ontology.fields import Field
 
 POINT = Attribute(1, "place", "rm:place", 0, ValueKind.POINT, (Field(-100, 100, 0.5, "m"),) * 2)

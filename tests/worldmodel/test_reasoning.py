@@ -25,9 +25,9 @@ from worldmodel import (
     merge,
     read_tbox,
 )
-from worldmodel.rdf.conclusions import CONCLUSIONS
 from worldmodel.rdf.patterns import Abox
 from worldmodel.rdf.sparql import query
+from worldmodel.rdf.triples import CONCLUSIONS
 from worldmodel.rdf.view import as_dataset
 from worldmodel.rdf.writing import RdfFormat, canonical_items, written
 

@@ -9,8 +9,7 @@ from small_fleet import AREA_DONE, ASV_0, AUV_0, AUV_1, BATTERY, BAY, ban, block
 from test_writing import received
 
 from worldmodel import STATUS, Block, QueryError, merge
-from worldmodel.rdf.deadline import time_limit
-from worldmodel.rdf.sparql import query
+from worldmodel.rdf.sparql import query, time_limit
 
 QUERIES = (
     "SELECT ?x ?a ?v ?t ?by { ?x sit:hasPropertyValue ?f . ?f sit:ofAttribute ?a ; sit:dataValue|sit:linkValue ?v ;"
@@ -112,7 +111,7 @@ def test_what_takes_longer_than_it_may_is_ended(asked: str) -> None:
 
 def test_what_no_alarm_ends_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
     told: list[str] = []
-    monkeypatch.setattr("worldmodel.rdf.deadline.LATER_S", 0.0)
+    monkeypatch.setattr("worldmodel.rdf.sparql.LATER_S", 0.0)
     monkeypatch.delattr(signal, "setitimer")
     with time_limit(0.05, told.append):
         time.sleep(0.5)

@@ -10,7 +10,7 @@ from small_fleet import BANNED_FROM, N_ORIGINS, TBOX, any_blocks, ban, check, fl
 
 from worldmodel import Block, PropertyValue, WorldModel, expire, merge
 from worldmodel.checks import CheckResult
-from worldmodel.tables import compiled_attributes
+from worldmodel.index import compiled_attributes
 
 ROWS = compiled_attributes(TBOX).rows
 

@@ -12,12 +12,8 @@ from rdflib import URIRef
 from rdflib.term import Node
 
 from worldmodel.facts import Observation
-from worldmodel.knowledge import Knowledge
 from worldmodel.ontology.compiler import SIT
 from worldmodel.ontology.tbox import TBox, ValueKind
-from worldmodel.rdf.conclusions import Inferences
-from worldmodel.rdf.heard import RECEIVED, RECEPTION, Receptions
-from worldmodel.rdf.states import LABEL, TYPE, States
 from worldmodel.rdf.terms import (
     MOST_REMEMBERED,
     RdfTerms,
@@ -26,6 +22,8 @@ from worldmodel.rdf.terms import (
     instance_uid,
     is_fact,
 )
+from worldmodel.rdf.triples import LABEL, RECEIVED, RECEPTION, TYPE, Inferences, Receptions, States
+from worldmodel.world_model import Knowledge
 
 Triple = tuple[Node, Node, Node]
 Pattern = tuple[Node | None, Node | None, Node | None]

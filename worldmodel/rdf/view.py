@@ -33,16 +33,15 @@ from rdflib import store as rdflib_store
 from rdflib.graph import DATASET_DEFAULT_GRAPH_ID
 from rdflib.term import Node
 
-from worldmodel.knowledge import Knowledge
 from worldmodel.ontology import graph_of
 from worldmodel.ontology.annotations import RM
 from worldmodel.ontology.compiler import SIT
 from worldmodel.ontology.tbox import TBox
-from worldmodel.rdf.conclusions import CONCLUSIONS
-from worldmodel.rdf.estimates import FUSED, Estimates
 from worldmodel.rdf.patterns import Abox, Triple
 from worldmodel.rdf.terms import RUN, instance_uid
+from worldmodel.rdf.triples import CONCLUSIONS, FUSED, Estimates
 from worldmodel.store import Store
+from worldmodel.world_model import Knowledge
 
 _NO_CONTEXTS: Iterator[None] = iter(())
 

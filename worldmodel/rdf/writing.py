@@ -19,15 +19,15 @@ from typing import Any, NamedTuple
 from rdflib import OWL, RDF, RDFS, XSD, Literal, URIRef
 from rdflib.term import Node
 
-from worldmodel.knowledge import Knowledge
 from worldmodel.ontology import graph_of
 from worldmodel.ontology.annotations import RM
 from worldmodel.ontology.compiler import SIT
 from worldmodel.ontology.tbox import TBox
-from worldmodel.rdf.conclusions import CONCLUSIONS
 from worldmodel.rdf.patterns import Abox, Triple
 from worldmodel.rdf.terms import RUN, instance_iri
+from worldmodel.rdf.triples import CONCLUSIONS
 from worldmodel.store import Store
+from worldmodel.world_model import Knowledge
 
 ESCAPED = str.maketrans({"\\": "\\\\", '"': '\\"', "\n": "\\n", "\r": "\\r", "\t": "\\t"})
 LOCAL = re.compile(r"[A-Za-z0-9_](?:[A-Za-z0-9_.-]*[A-Za-z0-9_-])?", re.ASCII)

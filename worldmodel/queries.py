@@ -1,0 +1,307 @@
+"""What the blocks that one vehicle holds come to: the values of an attribute, the members of a class, what is new.
+
+The observations of one slot from one time to another, read where they stand.
+
+Subscriptions: what is new of an attribute, of one instance or of all instances of a class, fetched when it suits.
+
+Nobody is called. A subscription is a value; the store keeps what came in for it until its news are fetched. A block
+pays for one look-up in a dictionary per fact, and nothing at all while nobody has subscribed.
+"""
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import NamedTuple, overload
+
+from worldmodel.errors import FactError
+from worldmodel.facts import Block, Instance, Lacking, Observation, PropertyValue
+from worldmodel.holdings import StoredItems
+from worldmodel.index import EMPTY, Entry, observation_of, observed_at_s
+from worldmodel.inference import Inference
+from worldmodel.ontology.fields import Value
+from worldmodel.ontology.tbox import TYPE_UID, TBox, ValueKind
+
+
+class History(Sequence[Observation]):
+    """Observations of one slot, oldest first; equal to any sequence of the same observations.
+
+    Args:
+        entries: the facts of the slot, oldest first; nothing of them is copied.
+        since_s: observed at this time or later (s); None from the first.
+        until_s: observed at this time or before (s); None to the last.
+    """
+
+    __slots__ = ("_entries", "_positions")
+
+    def __init__(self, entries: Sequence[Entry], since_s: float | None = None, until_s: float | None = None) -> None:
+        first = 0 if since_s is None else bisect_left(entries, since_s, key=observed_at_s)
+        end = len(entries) if until_s is None else bisect_right(entries, until_s, key=observed_at_s)
+        self._entries = entries
+        self._positions = range(first, max(first, end))
+
+    def __len__(self) -> int:
+        return len(self._positions)
+
+    @overload
+    def __getitem__(self, position: int) -> Observation: ...
+    @overload
+    def __getitem__(self, position: slice) -> tuple[Observation, ...]: ...
+    def __getitem__(self, position: int | slice) -> Observation | tuple[Observation, ...]:
+        if isinstance(position, slice):
+            return tuple(observation_of(self._entries[index]) for index in self._positions[position])
+        return observation_of(self._entries[self._positions[position]])
+
+    def __iter__(self) -> Iterator[Observation]:
+        return (observation_of(self._entries[index]) for index in self._positions)
+
+    def __reversed__(self) -> Iterator[Observation]:
+        return (observation_of(self._entries[index]) for index in reversed(self._positions))
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Sequence) and len(self) == len(other) and all(map(_same, self, other))
+
+    def __hash__(self) -> int:
+        return hash(tuple(self))
+
+    def __repr__(self) -> str:
+        return f"<History of {len(self)} observations>"
+
+
+def _same(value: object, other: object) -> bool:
+    return value == other
+
+
+class Subscription(NamedTuple):
+    """A wish for the news of ``attribute``: of one ``instance``, or of all instances of ``class_uid``.
+
+    ``number`` tells two of the same wish apart: each fetches all news.
+    """
+
+    number: int
+    attribute: int
+    instance: int | None = None
+    class_uid: int | None = None
+
+
+class Subscriptions:
+    """The subscriptions of one store, and what came in for each since its news were fetched.
+
+    Args:
+        tbox: of the store.
+        class_mask: classes that an instance is known to belong to, bit c for class c.
+    """
+
+    __slots__ = ("_class_mask", "_n", "_news", "_tbox", "n_noted", "waiting", "watching")
+
+    def __init__(self, tbox: TBox, class_mask: Callable[[int], int]) -> None:
+        self._tbox = tbox
+        self._class_mask = class_mask
+        self._n = 0
+        self._news: dict[Subscription, list[Observation]] = {}
+        self.watching: dict[int, list[Subscription]] = {}
+        """Subscriptions by attribute; while there is none, nothing need be noted."""
+        self.waiting: set[Subscription] = set()
+        """Those that have news."""
+        self.n_noted = 0
+        """How often something was kept for somebody: as long as it stays, nobody has news."""
+
+    def add(self, attribute: int, *, instance: int | None = None, class_uid: int | None = None) -> Subscription:
+        """Keep, from now on, what comes in of an attribute of one instance, or of all of a class; see ``Store.news``.
+
+        Args:
+            attribute: its uid.
+            instance: uid of the instance.
+            class_uid: of a class, instead; its subclasses are meant too.
+
+        Raises:
+            FactError: there is no such attribute or class, or not exactly one of instance and class.
+        """
+        if not 0 <= attribute < len(self._tbox.attributes):
+            allowed = len(self._tbox.attributes) - 1
+            raise FactError(f"attribute {attribute} cannot be subscribed to; allowed: 0..{allowed}")
+        if (instance is None) == (class_uid is None):
+            raise FactError(f"instance is {instance} and class_uid is {class_uid}; allowed: exactly one of the two")
+        if class_uid is not None and not 0 <= class_uid < len(self._tbox.classes):
+            raise FactError(f"class {class_uid} is unknown; allowed: 0..{len(self._tbox.classes) - 1}")
+        subscription = Subscription(self._n, attribute, instance, class_uid)
+        self._n += 1
+        self._news[subscription] = []
+        self.watching.setdefault(attribute, []).append(subscription)
+        return subscription
+
+    def remove(self, subscription: Subscription) -> None:
+        """Keep no news any more; raises FactError for a subscription that is not one of this store."""
+        self._kept(subscription)
+        self.waiting.discard(subscription)
+        del self._news[subscription]
+        of_attribute = self.watching[subscription.attribute]
+        of_attribute.remove(subscription)
+        if not of_attribute:
+            del self.watching[subscription.attribute]
+
+    def note(self, observation: Observation) -> None:
+        """Keep an observation that has come in for whoever watches its attribute and instance."""
+        fact = observation.block.facts[observation.position]
+        for subscription in self.watching.get(fact.attribute, ()):
+            if subscription.instance == fact.subject or (
+                subscription.class_uid is not None and self._class_mask(fact.subject) >> subscription.class_uid & 1
+            ):
+                self._news[subscription].append(observation)
+                self.waiting.add(subscription)
+                self.n_noted += 1
+
+    def fetch(self, subscription: Subscription) -> tuple[Observation, ...]:
+        """Return what has come in since the last time, in the order of arrival."""
+        kept = self._kept(subscription)
+        news = tuple(kept)
+        kept.clear()
+        self.waiting.discard(subscription)
+        return news
+
+    def _kept(self, subscription: Subscription) -> list[Observation]:
+        try:
+            return self._news[subscription]
+        except KeyError:
+            raise FactError(f"{subscription} is none of this world model; subscribe here first") from None
+
+
+class Answers(StoredItems):
+    """Answers about what is held; what banned vehicles said is no part of them."""
+
+    def __init__(
+        self,
+        tbox: TBox,
+        instances: Sequence[Instance],
+        time_resolution_s: float,
+        n_origins: int,
+        run_time_instances_per_origin: int,
+        waiting_s: float,
+        waiting_blocks: int,
+        common_facts: Sequence[PropertyValue],
+    ) -> None:
+        """Hold nothing; see ``Store`` for the arguments."""
+        super().__init__(
+            tbox, instances, time_resolution_s, n_origins, run_time_instances_per_origin, waiting_s, waiting_blocks
+        )
+        self.subscriptions = Subscriptions(tbox, self.class_mask)
+        """What is kept for whoever has subscribed."""
+        self._members: dict[int, tuple[Instance, ...]] = {}
+        self._members_of = (0, 0)  # versions of types and of conclusions for which they hold
+        self.common_facts = tuple(common_facts)
+        self._common_values = {
+            (f.subject, f.attribute): f.value
+            for f in common_facts
+            if tbox.attributes[f.attribute].kind is not ValueKind.LINK
+        }
+        self.inference = Inference(tbox, self, instances, self.index.touched, common_facts)
+        """What follows from the facts that are seen."""
+        self.index.heeded = self.inference.heeded
+
+    def latest(self, subject: int, attribute: int, at_s: float | None = None) -> Observation | None:
+        """Return the newest observation of a slot, what is banned left out.
+
+        Args:
+            subject: uid of the instance.
+            attribute: its uid.
+            at_s: of those observed by this time, in s; of all if None. Of statuses only the newest is held.
+        """
+        entries = self.index.slots.get(attribute, EMPTY).get(subject)
+        if entries is None:
+            return None
+        if at_s is None:
+            return observation_of(entries[-1])
+        position = bisect_right(entries, at_s, key=observed_at_s)
+        return observation_of(entries[position - 1]) if position else None
+
+    def history(
+        self, subject: int, attribute: int, since_s: float | None = None, until_s: float | None = None
+    ) -> History:
+        """Return the observations of a slot, oldest first, what is banned left out, without copying them.
+
+        Of statuses the newest of each origin is there. Keep a ``tuple`` of it where more is recorded meanwhile.
+
+        Args:
+            subject: uid of the instance.
+            attribute: its uid.
+            since_s: observed at this time or later, in s; from the first if None.
+            until_s: observed at this time or before, in s; to the last if None.
+        """
+        return History(self.index.slots.get(attribute, EMPTY).get(subject, ()), since_s, until_s)
+
+    def since(self, origin: int, time_s: float) -> Iterator[Block]:
+        """Yield the items of an origin that it observed at a time (s) or later, in order of epoch and sequence.
+
+        What is banned is left out.
+        """
+        for key in sorted(key for key in self.logs if key[0] == origin):
+            for block in self.logs[key]:
+                if block.time_s >= time_s and self.is_seen(block):
+                    yield block
+
+    def is_seen(self, block: Block) -> bool:
+        """True unless its origin is banned from its time on or from an earlier one."""
+        return not self.index.trust.hides(block.origin, block.time_s)
+
+    @property
+    def banned(self) -> Mapping[int, float]:
+        """From which time on vehicles are not believed (s), by origin; another mapping whenever that changes."""
+        return self.index.trust.from_s
+
+    def news(self, subscription: Subscription) -> tuple[Observation, ...]:
+        """Return what has come in since the last time, in the order in which it did, what is banned left out.
+
+        Raises FactError for a subscription that is not one of this store; see ``subscriptions.add``.
+        """
+        news = self.subscriptions.fetch(subscription)
+        return (
+            tuple([observation for observation in news if self.is_seen(observation.block)])
+            if self.index.trust.from_s
+            else news
+        )
+
+    def value(self, subject: int, attribute: int, default: Value | None = None) -> Value | None:
+        """Return the latest value of a slot, else what all know from the start, or ``default`` when there is none."""
+        entries = self.index.slots.get(attribute, EMPTY).get(subject)
+        if entries is None:
+            return self._common_values.get((subject, attribute), default)
+        newest = entries[-1]
+        return newest.facts[0].value if isinstance(newest, Block) else newest.value
+
+    def common_values(self, subject: int, attribute: int) -> tuple[Value, ...]:
+        """Return what all know of a slot from the start: one value, or none; links are the inference's."""
+        value = self._common_values.get((subject, attribute))
+        return () if value is None else (value,)
+
+    def statuses(self) -> Iterator[Block]:
+        """Yield the statuses that are held, the newest of each slot and origin, each as a block of one fact."""
+        for slot in sorted(self.index.statuses):
+            yield self.index.statuses[slot]
+
+    def lacking(self, now_s: float) -> tuple[Lacking, ...]:
+        """Return what blocks wait for, and who can announce it, by uid.
+
+        Args:
+            now_s: to which ages are counted (s).
+        """
+        return self.arrivals.lacking(now_s, self.owner_of)
+
+    def instances_of(self, class_uid: int) -> tuple[Instance, ...]:
+        """Return the instances of a class, told or concluded, by uid, what is banned left out."""
+        self.inference.settle()
+        holds_for = self.index.version_of_types, self.inference.version
+        if self._members_of != holds_for:
+            self._members_of, self._members = holds_for, {}
+        members = self._members.get(class_uid)
+        if members is None:
+            known = (self.instance(uid) for uid in sorted(self.instance_uids()))
+            classes = self.inference.classes
+            members = tuple(i for i in known if i is not None and classes(i.uid) >> class_uid & 1)
+            self._members[class_uid] = members
+        return members
+
+    def told_classes(self, uid: int) -> int:
+        """Return the classes of the types an instance was given, bit c for class c, what is banned left out."""
+        common = self.common_instances[uid : uid + 1]
+        mask = self.tbox.ancestor_mask(common[0].class_uid) if common else 0
+        for observation in self.history(uid, TYPE_UID):
+            mask |= self.tbox.ancestor_mask(observation.fact.target)
+        return mask
