@@ -19,15 +19,13 @@ from dataclasses import dataclass, field
 from typing import Any
 from unittest import mock
 
-from exchange.planning import PacketPlan
+from exchange.planning import END_BITS, PacketPlan
 from exchange.policies import ADAPTIVE, HOLDINGS, AckPolicy
-from exchange.statements import END_BITS
 from exchange.study import stating
 from exchange.study.parameters import ExchangeStudy, LoadKind, StudyLoad
-from exchange.study.rows import StudyRow
 from exchange.study.selection import select
 from exchange.study.stating import Statements, count_owed, gather, look_through, note_brought, note_told, state_holdings
-from exchange.study.study import run
+from exchange.study.study import StudyRow, run
 from exchange.study.trial import WORD_BITS, Load, NodeStates, PolicyRules
 
 CELLS = ((4, 0.4), (4, 0.8), (8, 0.8))

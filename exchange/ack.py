@@ -90,7 +90,7 @@ class Acknowledgement(NamedTuple):
             once. They then leave sets of nodes to the functions of this module, combine words by ``&``, ``|`` and ``~``
             alone, and branch on a word only to pass over what is empty.
         states: packets state what their senders hold, too, and what they repeat is planned by that; see
-            `exchange.statements` and `exchange.planning`.
+            `exchange.planning` and `exchange.planning`.
         codes: they repair by coded symbols, see `exchange.coding`.
 
     A kind of one's own that states every second frame only what the sender heard:

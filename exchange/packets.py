@@ -223,7 +223,7 @@ class HolderSet(NamedTuple):
 
 
 class Account(NamedTuple):
-    """What a packet says of holdings, under a policy that states them; see `exchange.statements`.
+    """What a packet says of holdings, under a policy that states them; see `exchange.planning`.
 
     ``symbols`` are sums over the blocks that the statements say to be held and that are not in the packet themselves.
     """

@@ -24,7 +24,7 @@ from exchange.ack import (
     unite_matrices,
 )
 from exchange.errors import ConfigurationError
-from exchange.statements import COUNT_BITS, END_BITS
+from exchange.planning import COUNT_BITS, END_BITS
 from worldmodel import suggestion
 
 PARTS = ("carries", "compose", "learn")
@@ -95,7 +95,7 @@ ACKNOWLEDGEMENTS = (ACK, M_ACK, MPS_ACK)
 HOLDINGS = Acknowledgement(
     "holdings", "acknowledgements and statements of holdings", own_row, state_own_row, read_row, states=True
 )
-"""The vector, and beside it statements of what the sender holds, where these are owed; see `exchange.statements`."""
+"""The vector, and beside it statements of what the sender holds, where these are owed; see `exchange.planning`."""
 
 ADAPTIVE = HOLDINGS._replace(
     name="adaptive", title="statements of holdings, repairs coded over what they state", codes=True

@@ -17,14 +17,13 @@ from remoras.beliefs import Beliefs, Fact
 from remoras.clock import Clock, Priority
 from remoras.collecting import rare_collections
 from remoras.events import Event, Host, Part
-from remoras.holders import HolderCount
 from remoras.mission import FleetView, Truth
 from remoras.plugins import broken_promise
 from remoras.recorder import Recorder
 from remoras.separation import Separation
 from remoras.traffic import Medium, Traffic
 from remoras.vehicle import Vehicle
-from remoras.view import ReadOnlyFleet
+from remoras.view import HolderCount, ReadOnlyFleet
 
 
 class Makers(NamedTuple):

@@ -6,8 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
-from exchange.acoustics.channel import Arrival, Channel
-from exchange.acoustics.collisions import Collisions, Hearing
+from exchange.acoustics.channel import Arrival, Channel, Collisions, Hearing
 from exchange.acoustics.modems import Modem
 from exchange.packets import Transmission
 from exchange.schedule import GRACE_S, TdmaSchedule

@@ -24,6 +24,10 @@ from exchange.planning import (
     IMPOSSIBLE,
     KEPT,
     LEAST_LACK,
+    MOST_PASSED,
+    MOST_STATED,
+    MOST_SYMBOL_BYTES,
+    SIZE_BITS,
     PacketPlan,
     kept_of_lack,
     lack_after,
@@ -31,7 +35,6 @@ from exchange.planning import (
     reception_of,
     share_of_symbols,
 )
-from exchange.statements import MOST_PASSED, MOST_STATED, MOST_SYMBOL_BYTES, SIZE_BITS
 from worldmodel import Block
 from worldmodel.facts import Guid
 

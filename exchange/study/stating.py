@@ -1,6 +1,6 @@
 """The slot loop of policies that state holdings, in the policy study: `exchange.study.montecarlo` has that of others.
 
-What a node holds of an origin it states as `exchange.statements` has it: all below a number it holds, and knows all to
+What a node holds of an origin it states as `exchange.planning` has it: all below a number it holds, and knows all to
 hold; of those from it on, a mask says which. An item is a column, and has the number that its origin gave it. What goes
 into a packet is planned by `exchange.planning`, as in a vehicle; symbols are over the field of `exchange.coding`, of
 which only the coefficients matter here: what a node can decode. All else is shared with the other policies.
@@ -17,26 +17,24 @@ from exchange.ack import AckRules, absorb, compose, open_slot, settled
 from exchange.acoustics.loss import trial_key
 from exchange.coding import LOGS, MOST_ROWS, POWERS, coefficient, inverse, symbol_key
 from exchange.planning import (
+    COUNT_BITS,
+    END_BITS,
     IMPOSSIBLE,
     KEPT,
     LEAST_LACK,
+    MOST_PASSED,
+    MOST_STATED,
+    SIZE_BITS,
     PacketPlan,
+    holder_set_bits,
     kept_of_lack,
     lack_after,
     plan_packet,
     reception_of,
     share_of_symbols,
-)
-from exchange.policies import may_send
-from exchange.statements import (
-    COUNT_BITS,
-    END_BITS,
-    MOST_PASSED,
-    MOST_STATED,
-    SIZE_BITS,
-    holder_set_bits,
     statement_bits,
 )
+from exchange.policies import may_send
 from exchange.study.montecarlo import count_false_beliefs, drawn_receivers, generate, header_sizes
 from exchange.study.trial import (
     COUNT,

@@ -1,4 +1,4 @@
-"""Accounts of holdings as bits, and blocks in the form in which they are coded; the layout is in `exchange.statements`.
+"""Accounts of holdings as bits, and blocks in the form in which they are coded; the layout is in `exchange.planning`.
 
 In a packet a fragment is written by the packet's time and by what stands before it. A symbol is over blocks as they are
 written anywhere: time, facts, a one, and zeros to a byte.
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from exchange.errors import PeerFault
 from exchange.packets import Account, HolderSet, OriginStatement
-from exchange.statements import COUNT_BITS, LENGTH_BITS, SIZE_BITS
+from exchange.planning import COUNT_BITS, LENGTH_BITS, SIZE_BITS
 from exchange.wire import codes
 from exchange.wire.codes import Bits, Reader
 from exchange.wire.fragmentcodec import EPOCH_BITS, FragmentCodec

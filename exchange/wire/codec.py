@@ -6,7 +6,7 @@ Layout, most significant bit first (sizes in bits; ``w(n) = ceil(log2 n)``)::
               | zeros to a byte [| tag 32] [| checksum 8, 16 or 32], see `exchange.wire.sealing`; with a tag all behind
               the head is encrypted
     head      definition hash 8 | sender w(nodes) | epoch mod 4 2 | frame mod 4 2 [| zeros to a byte, for encryption]
-    account   what is held, where the policy states it: `exchange.statements`
+    account   what is held, where the policy states it: `exchange.planning`
     section   0 age, fact, sequence: an own fragment that is a whole block of a single fact
               100 age, part, facts, sequence: any other own fragment
               101 origin w(origins), epoch 2 or more, age, part, facts, sequence: a relayed fragment

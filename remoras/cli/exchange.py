@@ -360,7 +360,7 @@ def _reach(scenario: Scenario, ranges_m: Sequence[float]) -> ModemReach:
 def _drawn(scenario: Scenario, ranges_m: Sequence[float], n_packets: int, seed: int) -> tuple[DrawnPackets, ...]:
     """What came of packets that were drawn on the channel of a scenario."""
     from exchange.acoustics.acoustic import AcousticChannel
-    from exchange.acoustics.drawn import n_arrived
+    from exchange.acoustics.channel import n_arrived
     from missions.scenarios.deployment import deployment_of
     from visualisation.reach import DrawnPackets
 

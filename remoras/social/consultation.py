@@ -5,7 +5,7 @@ together, and none acts on half a discussion. What was said counts in the world 
 order in which it was heard, and only if ``remoras.authority`` grants it to its issuer. For the role of a vehicle, for
 an objective of a role and for the mission of a group the newest statement counts. Refused for now is what rests on news
 that may still come: that the issuer led the group, or that the assignee is a member. Who holds a job, or a role with
-room for few, follows from all that was said of it, see ``remoras.social.role_holders``; of a head's role absent holders
+room for few, follows from all that was said of it, see ``remoras.social.view``; of a head's role absent holders
 make room. A claim to lead a group whose head is there is refused, and waits; of those that count the greatest does, see
 ``remoras.social.leadership``. The mission of a
 group counts at once: to plan it takes the rest of the frame.
@@ -42,8 +42,19 @@ from remoras.social.leadership import (
     yielding_above,
 )  # fmt: skip
 from remoras.social.requests import DatedRequest
-from remoras.social.role_holders import is_limited, let_in, renew, settle, yielding_to
-from remoras.social.view import NEVER, UNCHANGED, Formation, Isolated, Now, View
+from remoras.social.view import (
+    NEVER,
+    UNCHANGED,
+    Formation,
+    Isolated,
+    Now,
+    View,
+    is_limited,
+    let_in,
+    renew,
+    settle,
+    yielding_to,
+)
 
 MAY_COME = frozenset(
     {

@@ -29,17 +29,15 @@ from remoras.motion import Motion
 from remoras.organisation import Organisation
 from remoras.picture import Picture
 from remoras.social.agreement import Agreement
-from remoras.social.conclusions import Conclusions
-from remoras.social.gatherings import Gatherings
+from remoras.social.conclusions import Conclusions, Gatherings
 from remoras.social.leadership import LEFT_ROLE, ROLE_ATTRIBUTES
 from remoras.social.membership import NO_CHANGES, Lease
 from remoras.social.negotiation import Negotiation
 from remoras.social.orders import aims
-from remoras.social.patience import Patience, patience_with
 from remoras.social.planning import Deliberation, MissionPlanner, OwnFacts, missions_of
 from remoras.social.pursuit import Pursuit
 from remoras.social.requests import HAS_MISSION
-from remoras.social.standing import Footing, Seen, Standing
+from remoras.social.standing import Footing, Patience, Seen, Standing, patience_with
 from remoras.social.workload import IS_IMPOSSIBLE, UNABLE_TO, Workload
 from remoras.strategy import Strategy
 from remoras.work import Awaited, Point, Work, vehicles_taken

@@ -19,7 +19,7 @@ from remoras.database import AUVDatabase
 from remoras.htn import Domain, Execution, FactsLike, NoPlan, Plan, Task, plan
 from remoras.mission import ALLOCATE_ROLES, ASSIGN_OBJECTIVE, DISSOLVE_GROUP, FORM_GROUP, GIVE_MISSION
 from remoras.organisation import Group, Organisation, RoleAssignment
-from remoras.social.gatherings import Gatherings
+from remoras.social.conclusions import Gatherings
 from remoras.social.orders import Orders
 from remoras.social.view import View
 from remoras.strategy import Strategy

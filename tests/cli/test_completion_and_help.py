@@ -12,7 +12,7 @@ from invoked import MAIN, remoras
 
 from exchange.acoustics.shipped import CHANNELS
 from missions.files import shipped, shipped_studies
-from remoras.cli.commands import GROUPS, HOMES
+from remoras.cli.app import GROUPS, HOMES
 from remoras.strategies import strategies
 
 

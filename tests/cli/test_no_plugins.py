@@ -13,7 +13,7 @@ from invoked import refused, remoras
 from missions.files import shipped, shipped_studies
 from remoras import plugins
 from remoras.cli import main
-from remoras.cli.commands import HOMES
+from remoras.cli.app import HOMES
 from remoras.errors import PluginError
 from remoras.plugins import NO_PLUGINS, named_object
 

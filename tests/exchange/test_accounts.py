@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from benchmarks.manager_fleet import MAPPED_CELL, N_BLOCKS, ManagerFleet, codec_of, needs
 from exchange.coding import symbol, symbol_key
 from exchange.packets import Account, HolderSet, OriginStatement
-from exchange.statements import MOST_STATED, MOST_SYMBOL_BYTES, MOST_SYMBOLS, holder_set_bits, statement_bits
+from exchange.planning import MOST_STATED, MOST_SYMBOL_BYTES, MOST_SYMBOLS, holder_set_bits, statement_bits
 from exchange.wire.accounts import AccountCodec
 from worldmodel import Block, PropertyValue
 

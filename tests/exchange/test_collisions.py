@@ -4,8 +4,7 @@ import math
 
 import pytest
 
-from exchange.acoustics.channel import Arrival
-from exchange.acoustics.collisions import Collisions
+from exchange.acoustics.channel import Arrival, Collisions
 from exchange.acoustics.loss import uniform
 
 LENGTH_S = 1.0

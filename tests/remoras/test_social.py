@@ -15,10 +15,9 @@ from resting import fleet_at_rest, miss, named, say, stated
 from remoras.activities import Objective
 from remoras.fleet import Fleet
 from remoras.organisation import RoleAssignment
-from remoras.social.gatherings import Gatherings
+from remoras.social.conclusions import Gatherings
 from remoras.social.leadership import HEAD_TERM, HEADED_BY
-from remoras.social.role_holders import holders_after
-from remoras.social.view import Instruction
+from remoras.social.view import Instruction, holders_after
 from remoras.vehicle import Vehicle
 from worldmodel import Block, merge
 

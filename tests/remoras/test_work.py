@@ -3,8 +3,7 @@
 from samples import auv, database
 
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
-from remoras.strategies.chains import chained, chains
-from remoras.strategies.fixed_partition import FixedPartition
+from remoras.strategies.fixed_partition import FixedPartition, chained, chains
 from remoras.testing.sample_worlds import Visit
 from remoras.work import Outlook, Work
 

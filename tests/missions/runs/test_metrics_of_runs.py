@@ -25,9 +25,9 @@ from missions.runs.organisation_metrics import (
 from missions.runs.run import Run, run
 from missions.runs.setup import resolved
 from missions.scenarios import load
-from remoras.holders import HolderCount
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 from remoras.recorder import Recorder
+from remoras.view import HolderCount
 
 SCENARIO = load("mapping-rendezvous")
 G = "Operational"
