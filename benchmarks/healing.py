@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from statistics import fmean
 
 from benchmarks.manager_fleet import ManagerFleet
-from missions.comparison.intervals import NoInterval, mean_interval
+from missions.statistics import NoInterval, mean_interval
 
 N_NODES, PER = 6, 0.4
 HALF = N_NODES // 2

@@ -16,7 +16,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from missions.comparison.intervals import (
+from missions.comparison.ranking import Contender, family_of
+from missions.comparison.treatments import SIGNIFICANT, Treatment
+from missions.statistics import (
+    Array,
     Estimated,
     NoInterval,
     Timed,
@@ -25,9 +28,6 @@ from missions.comparison.intervals import (
     restricted_difference_interval,
     restricted_interval,
 )
-from missions.comparison.ranking import Contender, family_of
-from missions.comparison.treatments import SIGNIFICANT, Treatment
-from missions.statistics import Array
 
 HORIZON = 4.0
 SHAPES: dict[str, Callable[[np.random.Generator, int], Array]] = {

@@ -20,9 +20,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from missions.comparison.intervals import FEW, NoInterval
 from missions.comparison.treatments import MISSION_TIME, Measured, paired_with, treatments_of, values_of
 from missions.files import toml_value
+from missions.statistics import FEW, NoInterval
 from missions.sweeps.driver import sweep
 from missions.sweeps.folder import SweepResults
 from missions.sweeps.study import load_study, points

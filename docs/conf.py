@@ -21,7 +21,7 @@ os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(ROOT), os.environ.g
 import remoras  # noqa: E402
 from missions.files import MISSIONS  # noqa: E402
 from missions.scenarios.explanations import explanations  # noqa: E402
-from missions.scenarios.formation import FORMATION_WORDS  # noqa: E402
+from missions.scenarios.organisation import FORMATION_WORDS  # noqa: E402
 from missions.sweeps.study import study_explanations  # noqa: E402
 from remoras.mission import ABILITIES  # noqa: E402
 from worldmodel import core_ontology_paths, ontology_path, read_tbox  # noqa: E402

@@ -84,7 +84,7 @@ class Feature:
         place_error_m: called with each checked scenario and data of vehicles; how far off these may take themselves to
             be in the time in which they learn their place (m); None where they know it.
         locating: called with each checked scenario; names of the vehicles near which others learn where they are.
-        water: called with each checked scenario; how the water moves, see ``missions.scenarios.extending.water``; None
+        water: called with each checked scenario; how the water moves, see ``missions.scenarios.tables.water``; None
             where it stands.
         for_all: those of ``states`` that concern everybody, where needs follow from groups.
         strategy: called with each scenario and its strategy; the strategy that its runs have.

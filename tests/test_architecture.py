@@ -98,7 +98,6 @@ DOORS: dict[str, set[str]] = {
     },
     "remoras.social": {"exchange.peering.peers"},
     "missions": {"worldmodel.ontology.tbox"},
-    "missions.benchmark": {"missions.comparison.intervals"},
     "missions.meeting": {"remoras.functional.layer", "remoras.social.workload"},
     "missions.mapping": {"exchange.acoustics.loss"},
     "missions.trident": {"exchange.acoustics.loss"},

@@ -15,7 +15,6 @@ import statistics as plain
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
-from missions.comparison.intervals import Estimated, NoInterval, Timed, mean_interval, restricted_interval
 from missions.comparison.ranking import columns_of, family_of, of_less_success, without
 from missions.comparison.rows import Comparison
 from missions.comparison.treatments import (
@@ -31,7 +30,15 @@ from missions.comparison.treatments import (
     treatments_of,
 )
 from missions.metric import Metric, MetricRecord
-from missions.statistics import Interval, wilson_interval
+from missions.statistics import (
+    Estimated,
+    Interval,
+    NoInterval,
+    Timed,
+    mean_interval,
+    restricted_interval,
+    wilson_interval,
+)
 from missions.sweeps.folder import SweepResults
 
 

@@ -14,10 +14,10 @@ import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from missions.comparison.intervals import NoInterval, difference_interval
 from missions.comparison.treatments import Measured, Treatment, check_name, measured, treatments_of
 from missions.errors import OutputError
 from missions.metric import MetricRecord
+from missions.statistics import NoInterval, difference_interval
 from missions.sweeps.factorial import HIGH, FactorialDesign, Term
 from missions.sweeps.folder import SweepResults
 from missions.sweeps.study import factorial_of

@@ -21,7 +21,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from missions.comparison.intervals import FEW
 from missions.comparison.rows import Rank
 from missions.comparison.treatments import (
     SIGNIFICANT,
@@ -35,7 +34,7 @@ from missions.comparison.treatments import (
 )
 from missions.errors import OutputError
 from missions.metric import Better, MetricRecord
-from missions.statistics import Array, least_p, step_down_p
+from missions.statistics import FEW, Array, least_p, step_down_p
 from missions.sweeps.folder import SweepResults
 
 ROUNDING = 1e-9

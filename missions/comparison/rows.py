@@ -28,7 +28,7 @@ class Comparison:
         p_holm: that a treatment is like its baseline, corrected for all pairs of the metric by step-down sign flips,
             see ``missions/comparison/ranking.py``.
         ci95_low: of a censored metric it holds whatever runs that were not made would have done, see
-            ``missions/comparison/intervals.py``.
+            ``missions/statistics.py``.
         deterministic: nothing was drawn, so repeats are one run: no interval, no probability.
         ci95_note: why there is no interval; empty where there is one. ``diff_note`` is of the difference.
         reached_mean: mean of the runs that got there (censored metrics), with an interval that says nothing of others.

@@ -10,16 +10,17 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from missions.comparison.intervals import (
+from missions.errors import OutputError
+from missions.metric import MetricRecord
+from missions.statistics import (
     Estimated,
     NoInterval,
     Timed,
     difference_interval,
+    effect_size,
+    pairing_gain,
     restricted_difference_interval,
 )
-from missions.errors import OutputError
-from missions.metric import MetricRecord
-from missions.statistics import effect_size, pairing_gain
 from missions.sweeps.folder import SweepResults
 from missions.sweeps.ledger import DONE, Line
 from missions.sweeps.plan import DRAWN, UNFORESEEN, outcome

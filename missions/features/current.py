@@ -18,7 +18,6 @@ from exchange.acoustics import loss
 from exchange.arithmetic import length
 from missions.errors import ConfigurationFault
 from missions.feature import Feature, Joining
-from missions.scenarios.extending import slower_by
 from missions.scenarios.tables import (
     NotNegative,
     PointM,
@@ -29,6 +28,7 @@ from missions.scenarios.tables import (
     entries,
     is_number,
     point_of,
+    slower_by,
     table_of,
 )
 from remoras.current import Current, Surge, Velocity, through_water

@@ -34,7 +34,7 @@ from exchange.arithmetic import TAU, distance, length
 from missions.errors import ConfigurationFault
 from missions.feature import Feature, Joining
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
-from missions.scenarios.abilities import sensor_tables
+from missions.scenarios.copies import sensor_tables
 from missions.scenarios.tables import (
     Name,
     PointM,

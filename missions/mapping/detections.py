@@ -17,7 +17,7 @@ from typing import Any, ClassVar
 from exchange.acoustics import loss
 from missions.mapping.scenario import FindsTable
 from missions.mapping.sensors import Cell, Seabed, SeabedFeature, SeaObject, Stays, mapping_speed_mps, swath_m
-from missions.scenarios.abilities import can_play
+from missions.scenarios.copies import can_play
 from missions.scenarios.tables import Raw, entries, list_of, names_of, table_of
 from remoras.activities import Objective
 from remoras.behaviours import (

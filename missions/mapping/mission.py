@@ -75,11 +75,10 @@ from missions.mapping.tasks import (
 from missions.mapping.truth import GOAL, MappingTruth
 from missions.meeting.meeting import OBJECTIVES, Meeting, importance_of
 from missions.metric import Metric
-from missions.scenarios.abilities import able_to_play, can_play
-from missions.scenarios.extending import place_error_m
-from missions.scenarios.formation import FORMATION_WORDS
+from missions.scenarios.copies import able_to_play, can_play
+from missions.scenarios.organisation import FORMATION_WORDS
 from missions.scenarios.parts import database_of, groups_of
-from missions.scenarios.tables import Raw, entries, names_of, one_of, outside_faults, point_of, table_of
+from missions.scenarios.tables import Raw, entries, names_of, one_of, outside_faults, place_error_m, point_of, table_of
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import Behaviour, Homing
 from remoras.beliefs import Beliefs, Key, Known

@@ -25,9 +25,9 @@ from missions.runs.assembly import (
 )
 from missions.runs.setup import Setup, recorder_of_mission, sensors_of
 from missions.runs.setup import resolved as setup_of
+from missions.scenarios.communication import key_of
 from missions.scenarios.faults import kind_named
 from missions.scenarios.loading import scenario_from
-from missions.scenarios.policy import key_of
 from missions.scenarios.scenario import Scenario
 from remoras.fault_events import faults_part
 from remoras.faults import Fault

@@ -41,7 +41,7 @@ from missions.pandora.scenario import ANY_VALVE, KINDS, PandoraScenario, with_ro
 from missions.pandora.sensors import LOOKS, TURNS, ArmSettings, CameraSettings, LogSettings, Structure, WrenchSettings
 from missions.pandora.structure import PlannedPart, planned_parts, structure_of
 from missions.pandora.truth import MET, SERVICED, PandoraTruth
-from missions.scenarios.abilities import sensor_tables
+from missions.scenarios.copies import sensor_tables
 from missions.scenarios.tables import PointM, Raw, bounds_of, entries, names_of, one_of, outside_faults, point_of
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import Behaviour

@@ -9,8 +9,7 @@ from pydantic import Field, field_validator
 
 from missions.meeting.job_mission import JobScenario, JobSettings
 from missions.pandora.sequential import threshold
-from missions.scenarios.extending import water
-from missions.scenarios.tables import Name, PointM, Positive, Raw, Section, Sparse, entries, names_of, table_of
+from missions.scenarios.tables import Name, PointM, Positive, Raw, Section, Sparse, entries, names_of, table_of, water
 
 if TYPE_CHECKING:
     from remoras.current import Surge

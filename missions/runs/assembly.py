@@ -11,10 +11,9 @@ from exchange.acoustics.channel import BroadcastChannel, Channel
 from exchange.manager import ExchangeManager, Options
 from exchange.wire.codec import renewed
 from missions.feature import Joining
-from missions.runs.setup import Setup, recorder_of_mission, sensors_of
-from missions.runs.worlds import world_model
+from missions.runs.setup import Setup, recorder_of_mission, sensors_of, world_model
+from missions.scenarios.communication import value_rule_of
 from missions.scenarios.parts import groups_of
-from missions.scenarios.policy import value_rule_of
 from remoras.beliefs import Beliefs
 from remoras.database import AUVDatabase, VehicleData
 from remoras.events import Part, carrier_for, clocks_of, recorder_for

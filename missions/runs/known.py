@@ -25,8 +25,7 @@ from missions.cards import card
 from missions.errors import OutputError
 from missions.fault import absence, kind_of_row
 from missions.figure import RunResults
-from missions.runs.setup import Setup
-from missions.runs.worlds import world_model
+from missions.runs.setup import Setup, world_model
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs, Fused
 from remoras.faults import OVER

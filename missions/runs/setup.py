@@ -1,4 +1,7 @@
-"""Setup of runs: all that follows from a scenario, resolved once."""
+"""Setup of runs: all that follows from a scenario, resolved once.
+
+World models of the vehicles of a scenario, as they begin.
+"""
 
 from __future__ import annotations
 
@@ -15,13 +18,13 @@ from missions.errors import ConfigurationError, ConfigurationFault
 from missions.feature import Feature
 from missions.metric import Metric
 from missions.runs.metrics import metrics_of, own_metrics
+from missions.scenarios.communication import key_of, policy_of
 from missions.scenarios.deployment import deployment_of, guard_s, scenario_sound_speed_mps
 from missions.scenarios.equipment import common_equipment
-from missions.scenarios.extending import features, used_in
-from missions.scenarios.knowledge import sources_of
+from missions.scenarios.knowledge import pruning_of, sources_of
 from missions.scenarios.parts import database_of, groups_of, mission_class, strategy_of
-from missions.scenarios.policy import key_of, policy_of
 from missions.scenarios.scenario import BY_GROUPS, HELD, Scenario, StrategyTable
+from missions.scenarios.tables import features, used_in
 from remoras.authority import CONSULTING
 from remoras.database import AUVDatabase, VehicleData
 from remoras.errors import PluginError
@@ -44,10 +47,12 @@ from remoras.work import Point
 from worldmodel import (
     InformationNeed,
     Instance,
+    Keeping,
     NeedsIndex,
     PropertyValue,
     TBox,
     UnknownNameError,
+    WorldModel,
     core_ontology_paths,
     reaching,
     read_tbox,
@@ -408,3 +413,31 @@ def _items_per_round(declaration: Declaration, tbox: TBox) -> int:
     """Items that a vehicle states in a round for each job; none if all it states there beside roles is status."""
     own = [a for a in tbox.attributes if a.name in declaration.messages and a.name not in ROLE_ATTRIBUTES]
     return 0 if own and all(attribute.latest_only for attribute in own) else declaration.blocks_per_round
+
+
+def world_model(setup: Setup, node: int, epoch: int = 0) -> WorldModel:
+    """The world model of a vehicle before it knows anything.
+
+    Args:
+        setup: the scenario resolved.
+        node: of the vehicle.
+        epoch: how often it has begun anew.
+    """
+    kept, communication = setup.scenario.worldmodel, setup.scenario.communication
+    apart_s = max([feature.apart_s(setup.scenario) for feature in setup.features], default=0.0)
+    return WorldModel(
+        setup.tbox,
+        node,
+        setup.instances,
+        communication.time_resolution_s,
+        epoch=epoch,
+        n_origins=len(setup.database),
+        run_time_instances_per_origin=setup.mission.instances_found_per_vehicle,
+        keeping=Keeping(
+            max(communication.clock_tolerance_s, apart_s),
+            kept.waiting_s,
+            kept.waiting_blocks,
+            pruning_of(kept, setup.tbox),
+            setup.common_facts,
+        ),
+    )

@@ -13,31 +13,30 @@ from collections.abc import Iterator, Mapping
 from missions.errors import ConfigurationFault
 from missions.files import is_named
 from missions.scenarios.channel import channel_faults
+from missions.scenarios.communication import key_faults, policy_faults, value_faults
 from missions.scenarios.copies import start_faults
 from missions.scenarios.equipment import equipment_faults, gear_of
-from missions.scenarios.extending import named_in, used_in
 from missions.scenarios.faults import draw_faults, fault_table_faults
-from missions.scenarios.formation import formation_faults
-from missions.scenarios.hooks import hook_faults
-from missions.scenarios.information import information_faults
+from missions.scenarios.hooks import hook_faults, information_faults
 from missions.scenarios.knowledge import knowledge_faults, ontology_faults, words_of
 from missions.scenarios.modem import modem_faults, modem_in
 from missions.scenarios.named import metric_faults
-from missions.scenarios.organisation import organisation_faults
+from missions.scenarios.organisation import formation_faults, organisation_faults
 from missions.scenarios.parts import database_of, groups_of, strategy_named
-from missions.scenarios.policy import key_faults, policy_faults, value_faults
 from missions.scenarios.scenario import Scenario
 from missions.scenarios.tables import (
     Raw,
     bounds_of,
     entries,
     is_number,
+    named_in,
     names_of,
     one_of,
     outside_faults,
     point_of,
     table_of,
     text_at,
+    used_in,
 )
 from remoras.errors import PluginError
 from remoras.executive.satisfaction import DecisionConstants

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from exchange.acoustics.models import Deployment
 from missions.errors import ConfigurationFault
-from missions.scenarios.extending import used_in
 from missions.scenarios.modem import modem_named
+from missions.scenarios.tables import used_in
 
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from exchange.acoustics.modems import Modem
 from missions.errors import ConfigurationFault
-from missions.scenarios.abilities import Gear, sensor_tables
+from missions.scenarios.copies import Gear, sensor_tables
 from missions.scenarios.knowledge import words_of
 from missions.scenarios.modem import TABLE as MODEMS
 from missions.scenarios.modem import modem_in

@@ -27,7 +27,7 @@ from pydantic_core import PydanticCustomError
 from missions.errors import ConfigurationFault
 from missions.fault import Absence, kinds
 from missions.files import shown
-from missions.scenarios.abilities import can_play, sensor_tables
+from missions.scenarios.copies import can_play, sensor_tables
 from missions.scenarios.tables import PointM, Positive, Raw, Section, entries, is_number, names_of, one_of, table_of
 from remoras.condition import SOUND, Condition
 from remoras.database import AUVDatabase, VehicleData

@@ -1,4 +1,7 @@
-"""What a mission answers when it is asked for the first time, before a run: whatever is wrong is said at once."""
+"""What a mission answers when it is asked for the first time, before a run: whatever is wrong is said at once.
+
+Who holds what a group knows: what has to hold between the tables.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,8 @@ from typing import Any
 
 from missions.errors import ConfigurationFault
 from missions.figure import Figure, Layer, Mark, Place
+from missions.scenarios.scenario import BY_GROUPS, HELD
+from missions.scenarios.tables import Raw, entries, table_of
 from remoras.activities import Objective
 from remoras.errors import PluginError
 from remoras.htn import Domain
@@ -101,3 +106,13 @@ def _is_domain(found: Any) -> bool:
     return isinstance(found, Domain) and all(
         operator.handled_by in ELEMENTARY_TASKS for operator in found.operators.values()
     )
+
+
+def information_faults(raw: Raw) -> Iterator[ConfigurationFault]:
+    """A head can hold what its group knows only where needs follow from groups; else all vehicles need everything."""
+    if table_of(raw, "communication").get("needs_follow") == BY_GROUPS:
+        return
+    for group in entries(raw, "group"):
+        if group.get("information") == HELD:
+            remedy = f'every vehicle needs everything: set communication.needs_follow = "{BY_GROUPS}", or leave it out'
+            yield ConfigurationFault(f"group.{group.get('name')}.information", f'"{HELD}"', remedy)

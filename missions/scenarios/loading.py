@@ -17,10 +17,10 @@ from pydantic import ValidationError
 from missions.document import Document, fault_of, index_of, is_deep, key_parts
 from missions.errors import LONGEST_VALUE, ConfigurationFault, cut
 from missions.files import MOST_LEVELS, SCENARIO, TOO_DEEP, LimitError, parsed, shipped
-from missions.scenarios.abilities import with_abilities
 from missions.scenarios.channel import leave_aside, with_link_file_found
 from missions.scenarios.checks import cross_faults, job_faults
-from missions.scenarios.copies import with_copies, with_starts_apart
+from missions.scenarios.communication import with_key_found
+from missions.scenarios.copies import with_abilities, with_copies, with_starts_apart
 from missions.scenarios.deployment import guard_faults
 from missions.scenarios.equipment import gear_of
 from missions.scenarios.knowledge import KEY as ONTOLOGIES
@@ -29,7 +29,6 @@ from missions.scenarios.modem import with_modem_read
 from missions.scenarios.named import with_files_found
 from missions.scenarios.organisation import ORGANISATION, specified, with_organisation
 from missions.scenarios.parts import mission_class, sensor_kind, sensor_settings
-from missions.scenarios.policy import with_key_found
 from missions.scenarios.scenario import Scenario
 from missions.scenarios.tables import Raw, entries, table_of
 from remoras.errors import PluginError

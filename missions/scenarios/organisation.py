@@ -7,6 +7,8 @@ Of several parents the later one wins, and the own keys win over all; tables in 
 
 Works on the raw tables, before anything else is checked: checks, missions and manifests see whole groups. Where a key
 comes from is kept, so that a fault names the table that has it.
+
+Groups that are formed at sea: what has to hold of ``formed_by``.
 """
 
 from __future__ import annotations
@@ -23,9 +25,12 @@ from pydantic import Field, ValidationError
 from missions.document import Document
 from missions.errors import ConfigurationFault
 from missions.files import LARGEST_BYTES, is_file, shown, text_of
-from missions.scenarios.abilities import Gear, able_to_play, can_play, lacking
+from missions.scenarios.copies import Gear, able_to_play, can_play, lacking
 from missions.scenarios.scenario import GroupTable
 from missions.scenarios.tables import Raw, Section, entries, list_of, names_of, one_of, table_of, text_at
+from remoras.faults import HEAD_OF
+from remoras.mission import Mission
+from worldmodel import ontology_path
 
 GROUP, TEMPLATE, ROLE = "group", "group_template", "role"
 TABLES = (GROUP, TEMPLATE, ROLE)
@@ -594,3 +599,45 @@ def _malformed(document: Document, raw: Raw) -> list[ConfigurationFault]:
     except ValidationError as error:
         return document.faults_of(error, OrganisationTables, tables, ("extra_forbidden",))
     return []
+
+
+FORMATION_WORDS = ontology_path("formation")
+"""Listed in the ``vocabulary`` of a mission that forms groups at sea."""
+
+
+def formation_faults(raw: Raw, mission: type[Mission]) -> Iterator[ConfigurationFault]:
+    """Groups that nobody could form, or that would have what only founded groups have.
+
+    Args:
+        raw: the tables as TOML has them.
+        mission: class of the mission.
+    """
+    formers = {str(entry.get("name")): entry["formed_by"] for entry in entries(raw, "group") if "formed_by" in entry}
+    missions = {str(entry.get("name")): entry.get("mission") for entry in entries(raw, "group")}
+    for group, former in formers.items():
+        key = f"group.{group}.formed_by"
+        unknown = list(one_of(key, former, [name for name in names_of(raw, "group") if name != group]))
+        yield from unknown
+        if not unknown and _is_circular(group, formers):
+            allowed = "no group of the circle would ever be there: leave formed_by out of one of them"
+            yield ConfigurationFault(key, f'"{former}"', allowed)
+        if FORMATION_WORDS not in mission.vocabulary:
+            allowed = f"the mission {mission.__name__} forms no groups at sea: leave it out"
+            yield ConfigurationFault(key, f'"{former}"', allowed)
+        if missions[group] is not None:
+            allowed = "a group that is formed at sea is given its mission there: leave it out"
+            yield ConfigurationFault(f"group.{group}.mission", f'"{missions[group]}"', allowed)
+    for number, fault in enumerate(entries(raw, "fault"), 1):
+        vehicle = str(fault.get("vehicle"))
+        if vehicle.startswith(HEAD_OF) and vehicle.removeprefix(HEAD_OF) in formers:
+            allowed = "nobody leads a group before it is formed at sea: name a vehicle, or the head of another group"
+            yield ConfigurationFault(f"fault.{number}.vehicle", f'"{vehicle}"', allowed)
+
+
+def _is_circular(group: str, formers: dict[str, object]) -> bool:
+    seen: set[object] = set()
+    at: object = group
+    while isinstance(at, str) and at in formers and at not in seen:
+        seen.add(at)
+        at = formers[at]
+    return at == group

@@ -14,11 +14,20 @@ from missions.cards import card, number_text
 from missions.scenarios.channel import ChannelTable
 from missions.scenarios.communication import Communication
 from missions.scenarios.copies import MAX_VEHICLES, SPACING_M
-from missions.scenarios.extending import with_features
 from missions.scenarios.faults import DeclaredFault
 from missions.scenarios.knowledge import WorldModelTable
 from missions.scenarios.modem import ModemTable
-from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Section, Sparse, one_or_more, unless
+from missions.scenarios.tables import (
+    Name,
+    NotNegative,
+    PointM,
+    Positive,
+    Section,
+    Sparse,
+    one_or_more,
+    unless,
+    with_features,
+)
 from remoras.attraction import GuidanceConstants
 from remoras.avoidance import SEPARATION_M
 from remoras.executive.satisfaction import DecisionConstants

@@ -18,12 +18,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from missions.errors import DiskFullError, MissionsError, OutputError
-from missions.runs.summary import identity
-from missions.sweeps.cluster import cluster_executor
+from missions.runs.run import identity
 from missions.sweeps.folder import SweepFolder, SweepResults, SweepStatus
 from missions.sweeps.ledger import FinishedRun
 from missions.sweeps.plan import DRAWN, RunTask, SweepPlan
-from missions.sweeps.pool import SupervisedPool, TookTooLong, WorkersCannotStart
+from missions.sweeps.pool import SupervisedPool, TookTooLong, WorkersCannotStart, cluster_executor
 from missions.sweeps.study import Study
 from missions.sweeps.worker import Needed, killed, run_chunk, run_task
 

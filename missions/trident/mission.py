@@ -13,11 +13,20 @@ from missions.figure import Mark, Place, Tiles
 from missions.meeting.job_mission import JobMission
 from missions.meeting.meeting import Pursuit, importance_of
 from missions.meeting.truth import JOBS
-from missions.scenarios.abilities import sensor_tables
-from missions.scenarios.extending import locating
+from missions.scenarios.copies import sensor_tables
 from missions.scenarios.knowledge import words_of
 from missions.scenarios.parts import database_of
-from missions.scenarios.tables import Raw, entries, list_of, names_of, one_of, outside_faults, point_of, table_of
+from missions.scenarios.tables import (
+    Raw,
+    entries,
+    list_of,
+    locating,
+    names_of,
+    one_of,
+    outside_faults,
+    point_of,
+    table_of,
+)
 from missions.trident.behaviours import (
     AwaitingPartner,
     Escorting,

@@ -17,9 +17,8 @@ from remoras.cli.sweeps import PARTLY_DONE
 from remoras.progress import Progress
 
 if TYPE_CHECKING:
-    from missions.benchmark.scoring import Scored
+    from missions.benchmark.scoring import Scored, ScoreTable
     from missions.benchmark.suite import Suite
-    from missions.benchmark.tables import ScoreTable
 
 CARD, TABLE, LATEX, CITATION, RUNS, GROUNDS = "card.json", "table.md", "table.tex", "cite.bib", "runs", "grounds"
 
@@ -89,7 +88,7 @@ def benchmark(
         fail("--strategy NAME is missing; allowed: a shipped name, mine.py:MINE or package.module:object")
     from missions.benchmark.card import card_of, card_text
     from missions.benchmark.running import Contest
-    from missions.benchmark.tables import ScoreTable
+    from missions.benchmark.scoring import ScoreTable
     from missions.disk import write_synced
     from missions.errors import StudyChangedError
     from missions.sweeps.driver import PartlyDoneError
@@ -124,7 +123,7 @@ def benchmark(
 
 def _of_split(suite: Suite, split: Split, seeds: Path | None, folder: Path) -> Suite:
     """A suite as the split has it; the grounds of one to be judged by are drawn into a folder."""
-    from missions.benchmark.judging import split_to_judge
+    from missions.benchmark.suite import split_to_judge
 
     return suite if split is Split.DEV else split_to_judge(suite, seeds, folder)
 

@@ -65,7 +65,7 @@ def loss_rates(text: str) -> tuple[float, ...]:
 def named(policies: Iterable[str]) -> list[str | AckPolicy]:
     """Policies from outside as values; shipped ones keep their names, and ``all`` stands for the six of the paper."""
     from exchange.policies import PAPER_POLICIES
-    from missions.scenarios.policy import policy_of
+    from missions.scenarios.communication import policy_of
 
     names = [name for part in policies for name in (PAPER_POLICIES if part == "all" else (part,))]
     return [policy_of(name) if ":" in name else name for name in names]

@@ -9,7 +9,7 @@ from exchange.queueing.limits import Expired, Unsaid
 from exchange.queueing.queue import Queue
 from exchange.study.selection import select
 from exchange.values import Waiting
-from missions.scenarios.policy import VALUE_RULES
+from missions.scenarios.communication import VALUE_RULES
 from worldmodel import STATUS, PropertyValue, Terms
 
 SIZE_BITS = 60

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 
 from exchange.acoustics.channel import Arrival
 from missions.features.damage import DamagingChannel
-from missions.runs.run import run
-from missions.runs.summary import summary
+from missions.runs.run import run, summary
 from missions.scenarios import load
 
 SHARE = "damage.share=0.3"

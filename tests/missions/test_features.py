@@ -11,7 +11,7 @@ import pytest
 
 from missions.files import shipped
 from missions.scenarios import load
-from missions.scenarios.extending import features, used_in
+from missions.scenarios.tables import features, used_in
 
 ROOT = Path(__file__).parents[2]
 WITHOUT = """
@@ -25,9 +25,9 @@ if left_out:
     sys.modules.update(dict.fromkeys(taken))  # whoever imports it fails
 from missions.errors import ConfigurationError
 from missions.runs.run import run
-from missions.runs.summary import summary
+from missions.runs.run import summary
 from missions.scenarios import load
-from missions.scenarios.extending import features
+from missions.scenarios.tables import features
 
 def refused(name, *settings):
     try:

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmarks.intervals import SHAPES, coverage
-from missions.comparison.intervals import (
+from missions.statistics import (
     FEW,
     MANY,
     NoInterval,
@@ -18,8 +18,9 @@ from missions.comparison.intervals import (
     restricted_difference_interval,
     restricted_interval,
     share_interval,
+    step_down_p,
+    t_half_width,
 )
-from missions.statistics import step_down_p, t_half_width
 
 
 @pytest.mark.slow

@@ -1,7 +1,7 @@
 """Pairs are of one repeat each, in whatever order runs ended."""
 
-from missions.comparison.intervals import NoInterval
 from missions.comparison.treatments import Measured, paired_with
+from missions.statistics import NoInterval
 
 
 def test_each_value_is_compared_with_that_of_its_own_repeat() -> None:

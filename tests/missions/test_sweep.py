@@ -151,6 +151,6 @@ def test_an_interruption_while_workers_start_prints_no_traces_of_them(tmp_path: 
 
 def test_an_unreachable_cluster_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("distributed")
-    monkeypatch.setattr("missions.sweeps.cluster.REACH_S", 0.5)
+    monkeypatch.setattr("missions.sweeps.pool.REACH_S", 0.5)
     with pytest.raises(ClusterError, match=r"tcp://127.0.0.1:9: cannot be reached"):
         sweep(study_of(tmp_path, repeats=1), tmp_path / "out", cluster="tcp://127.0.0.1:9")

@@ -6,8 +6,7 @@ from functools import cache
 import pytest
 from sampling import sampled
 
-from missions.runs.run import run
-from missions.runs.summary import summary
+from missions.runs.run import run, summary
 from missions.scenarios import load
 from remoras.picture import Peers
 

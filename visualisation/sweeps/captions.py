@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from missions.comparison.effects import MainEffect
-from missions.comparison.intervals import FEW, INTERVALS_OF_DIFFERENCES, INTERVALS_OF_MEANS
 from missions.comparison.ranking import are_too_few
 from missions.comparison.rows import Comparison, Rank
 from missions.comparison.treatments import SIGNIFICANT
 from missions.metric import Better, MetricRecord
+from missions.statistics import FEW, INTERVALS_OF_DIFFERENCES, INTERVALS_OF_MEANS
 from missions.sweeps.folder import SweepResults
 from visualisation import words
 from visualisation.sweeps.arrangement import Arrangement, Measure, PanelSettings

@@ -18,9 +18,8 @@ from small_mission import SMALL
 from missions.document import Document
 from missions.errors import ConfigurationError
 from missions.mapping.sensors import SwathSettings
-from missions.runs.setup import resolved
+from missions.runs.setup import resolved, world_model
 from missions.runs.setup import resolved as set_up
-from missions.runs.worlds import world_model
 from missions.scenarios import load, shipped
 from missions.scenarios.loading import scenario_from
 from missions.scenarios.organisation import TABLES, checked, specified

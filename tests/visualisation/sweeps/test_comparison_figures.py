@@ -17,9 +17,9 @@ from PIL import Image
 from synthetic_sweeps import FEW, METRICS, SEVEN, SWEEPS, TEN, Sweep, law
 
 from missions.comparison import compare, ranks
-from missions.comparison.intervals import INTERVALS_OF_DIFFERENCES, INTERVALS_OF_MEANS
 from missions.errors import OutputError
 from missions.metric import Better, Metric, MetricRecord
+from missions.statistics import INTERVALS_OF_DIFFERENCES, INTERVALS_OF_MEANS
 from missions.sweeps.folder import SweepResults
 from visualisation import SWEEP_KINDS, style
 from visualisation.output import DrawingError
