@@ -8,17 +8,23 @@ losses pass, after which ``check_agreement`` and ``check_rest`` apply.
 from __future__ import annotations
 
 import heapq
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import cache
 from itertools import chain, count, repeat
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 from stress.reference_record import Aired, Flaw, Life, Witness
 
+from benchmarks import manager_fleet
+from benchmarks.manager_fleet import AREA_DONE, MAPPED_CELL, POSITION, SLOT_S, TBOX, bay
 from exchange.acoustics import loss
-from exchange.manager import ExchangeManager
+from exchange.manager import ExchangeManager, Options
 from exchange.packets import ItemUid, Reception
+from exchange.policies import POLICIES
 from exchange.schedule import TdmaSchedule
-from worldmodel import Stated, WorldModel, merge, tidy
+from exchange.wire.codec import Codec, Framing
+from worldmodel import TYPE_UID, Keeping, Stated, WorldModel, merge, tidy
+from worldmodel.world_model import remember
 
 
 class Copy(NamedTuple):
@@ -82,13 +88,8 @@ class LawBroken(AssertionError):
     """Something happened that must never happen, whatever the sea does."""
 
 
-class Make(Protocol):
-    """Makes the world model and the manager of a vehicle that begins a life."""
-
-    def __call__(
-        self, node: int, epoch: int, store: WorldModel | None, now_s: float
-    ) -> tuple[WorldModel, ExchangeManager]:
-        """Make them; ``store`` is the world model of the life before, if it was kept."""
+Make = Callable[[int, int, WorldModel | None, float], tuple[WorldModel, ExchangeManager]]
+"""Makes world model and manager of a node in an epoch, at a time; with the world model of its life before if kept."""
 
 
 class Storm(Witness):
@@ -311,3 +312,61 @@ def _refuse(flaws: Iterator[Flaw], when: str = "") -> None:
     flaw = next(flaws, None)
     if flaw is not None:
         raise LawBroken(f"{flaw.breach}{when}: {flaw.text}")
+
+
+# Vehicles ----------------------------------------------------------------------------------------
+
+NEW_INSTANCES = 16
+AREA = TBOX.class_named("Area").uid
+PRIORITIES = {MAPPED_CELL: 1, AREA_DONE: 2, TYPE_UID: 3, POSITION: 2}
+
+
+@cache
+def _codec_of(n_nodes: int, policy: str, crc_bits: int) -> Codec:
+    """Names areas that vehicles create too."""
+    n_instances = len(manager_fleet.instances(n_nodes)) + n_nodes * NEW_INSTANCES
+    fleet = n_instances, n_nodes, POLICIES[policy], manager_fleet.N_BLOCKS, manager_fleet.DURATION_S
+    return Codec(TBOX, *fleet, framing=Framing(crc_bits))
+
+
+def storm_of(
+    n_nodes: int,
+    policy: str = "ack",
+    payload_bytes: int = 64,
+    offsets_s: Sequence[float] = (),
+    absent: Iterable[int] = (),
+    crc_bits: int = 0,
+    carrier_evidence: bool = True,
+    tolerates_damage: bool = False,
+    **options: Any,
+) -> Storm:
+    """Vehicles that need all that any of them tells, all awake unless they are absent; options are of managers."""
+    schedule, everything = TdmaSchedule(n_nodes, SLOT_S - 0.5, 0.5), manager_fleet.needs(range(n_nodes), PRIORITIES)
+
+    def make(node: int, epoch: int, store: WorldModel | None, now_s: float) -> tuple[WorldModel, ExchangeManager]:
+        model = WorldModel(
+            TBOX, node, manager_fleet.instances(n_nodes), n_origins=n_nodes,
+            run_time_instances_per_origin=NEW_INSTANCES, epoch=epoch, keeping=Keeping(waiting_s=120.0),
+        )  # fmt: skip
+        manager = ExchangeManager(
+            node, model, _codec_of(n_nodes, policy, crc_bits), schedule, POLICIES[policy], 8 * payload_bytes,
+            everything, Options(carrier_evidence, **options),
+        )  # fmt: skip
+        if store is not None:
+            remember(model, store, now_s)
+            manager.resume(now_s)
+        return model, manager
+
+    return Storm(make, schedule, offsets_s, absent, tolerates_damage=tolerates_damage)
+
+
+def maps(storm: Storm, who: int | Life, *cells: int) -> tuple[ItemUid, ...]:
+    """Let a vehicle map cells of the bay, in one block."""
+    return storm.record(who, *((bay(storm.n_nodes), MAPPED_CELL, cell) for cell in cells))
+
+
+def creates(storm: Storm, who: int | Life) -> tuple[ItemUid, ...]:
+    """Let a vehicle create an area, and say in another block that it is done: this waits where it comes first."""
+    life = storm.lives[who] if isinstance(who, int) else who
+    uid = life.model.new_instance_uid()
+    return storm.record(life, (uid, TYPE_UID, AREA)) + storm.record(life, (uid, AREA_DONE, life.node))
