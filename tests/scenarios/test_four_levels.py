@@ -6,12 +6,55 @@ from pathlib import Path
 
 import pytest
 from flicker import undone
-from scenarios.test_nine_vehicles import gathered_s, three_levels
+from scenarios.test_nine_vehicles import gathered_s
 
 from missions.runs.run import run
-from missions.scenarios import load
+from missions.scenarios import load, shipped
 
-DIVISION = """
+LEADS = {"west": "Chief", "middle": "Aide"}
+LED_BY = """name = "Coordinator"
+  played_by = "Squadron.{role}"
+
+  [[group.role]]
+  name = "North"
+  job = \""""
+
+
+def four_levels(folder: Path) -> Path:
+    """The teams West and Middle within a squadron, that within a division, that and East within the fleet."""
+    source = shipped()["mapping-nine-teams"]
+    organisation = (source.parent / "organisations" / "three-teams.toml").read_text(encoding="utf-8")
+    for old, new in (
+        ("  [[group.subgroup]]\n  template = \"Team\"\n  minimum = 3\n  maximum = 3\n\n", ""),
+        ('name = "Tactician"\n  minimum = 3\n  maximum = 3', 'name = "Tactician"\n  minimum = 2\n  maximum = 2'),
+        ('name = "West"\ntemplate = "Team"\n', 'name = "West"\ntemplate = "Team"\nwithin = "Squadron"\n'),
+        ('name = "Middle"\ntemplate = "Team"\n', 'name = "Middle"\ntemplate = "Team"\nwithin = "Squadron"\n'),
+        *(('name = "North"\n  job = "' + team, LED_BY.format(role=role) + team) for team, role in LEADS.items()),
+    ):  # fmt: skip
+        assert old in organisation, old
+        organisation = organisation.replace(old, new, 1)
+    organisation += """
+[[group]]
+name = "Squadron"
+within = "Division"
+rally_point = "squadron rally"
+succession = ["Aide"]
+
+  [[group.role]]
+  name = "Chief"
+  extends = ["Leader"]
+  played_by = "Division.Deputy"
+  influences = ["Aide"]
+  requires = { depth_m = 20.0 }
+
+  [[group.role]]
+  name = "Aide"
+  minimum = 1
+  maximum = 1
+  founding = true
+  influences = ["Chief"]
+  requires = { depth_m = 20.0, social_layer = true }
+
 [[group]]
 name = "Division"
 within = "Fleet"
@@ -33,25 +76,17 @@ succession = ["Deputy"]
   influences = ["Commander"]
   requires = { depth_m = 20.0, social_layer = true }
 """
-IMPORTANCE = '"Commander.RendezVous" = 0.2\n"Deputy.RendezVous" = 0.2\n"Tactician.RendezVous" = 0.2'
-
-
-def four_levels(folder: Path) -> Path:
-    """The squadron of ``three_levels`` within a division, that and the team East within the fleet."""
-    scenario, organisation = three_levels(folder), folder / "levels.toml"
-    text = organisation.read_text(encoding="utf-8")
-    for old, new in (
-        ('name = "Squadron"\nwithin = "Fleet"', 'name = "Squadron"\nwithin = "Division"'),
-        ('name = "Chief"\n  extends = ["Leader"]\n  played_by = "Fleet.Tactician"',
-         'name = "Chief"\n  extends = ["Leader"]\n  played_by = "Division.Deputy"'),
-    ):  # fmt: skip
-        assert old in text, old
-        text = text.replace(old, new, 1)
-    organisation.write_text(text + DIVISION, encoding="utf-8")
-    mission = scenario.read_text(encoding="utf-8").replace('"Tactician.RendezVous" = 0.1', IMPORTANCE)
-    rally = '\n[[rally_point]]\nname = "division rally"\nposition_m = [420.0, 530.0]\n'
-    scenario.write_text(mission + rally, encoding="utf-8")
-    return scenario
+    text = source.read_text(encoding="utf-8").replace("organisations/three-teams.toml", "levels.toml")
+    text += '\n[[rally_point]]\nname = "squadron rally"\nposition_m = [350.0, 500.0]\n'
+    text += '\n[[rally_point]]\nname = "division rally"\nposition_m = [420.0, 530.0]\n'
+    text = text.replace(
+        '"Tactician.RendezVous" = 0.2',
+        '"Tactician.RendezVous" = 0.2\n"Commander.RendezVous" = 0.2\n"Deputy.RendezVous" = 0.2\n'
+        '"Chief.RendezVous" = 0.2\n"Aide.RendezVous" = 0.2',
+    )
+    (folder / "levels.toml").write_text(organisation, encoding="utf-8")
+    (folder / "mine.toml").write_text(text, encoding="utf-8")
+    return folder / "mine.toml"
 
 
 @pytest.mark.parametrize("per", [0.0, pytest.param(0.4, marks=pytest.mark.slow)])
@@ -66,3 +101,11 @@ def test_whoever_belongs_to_several_levels_goes_to_the_lowest_meeting_first(tmp_
     assert {row[2] for row in chosen} >= below.keys()
     squadron = finished.setup.agreement.organisation.members("Squadron")
     assert all(row[0] >= met_s[below[row[2]]] for row in chosen if row[1] in squadron and row[2] in below)
+    organisation = finished.setup.agreement.organisation
+    assert max(met_s["West"], met_s["Middle"]) <= met_s["Squadron"] <= met_s["Division"] <= met_s["Fleet"]
+    (chief,), (commander,) = (organisation.heads(group) for group in ("Squadron", "Division"))
+    given = {(row[6], row[3], row[9]) for row in finished.recorder.organisation if row[7] == "mission"}
+    assert given == {
+        ("ASV00", "Division", "Supervision"), (commander, "Squadron", "Supervision"), ("ASV00", "East", "AreaMapping"),
+        (chief, "West", "AreaMapping"), (chief, "Middle", "AreaMapping"),
+    }  # fmt: skip
