@@ -1,7 +1,6 @@
 """Missions on the channels ``acoustic`` and ``trace``: what scenarios say, what runs hear, what results repeat."""
 
 import json
-from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -115,28 +114,3 @@ def test_results_say_which_file_it_was(tmp_path: Path):
     again = pond(tmp_path, text_of(channel + f'sha256 = "{table["sha256"]}"\n'))
     with pytest.raises(ConfigurationError, match=r"channel\.file.*rel\.csv.*is not the file that was used"):
         run(again, seed=1)
-
-
-# A site -------------------------------------------------------------------------------------------
-
-FAINT = [("--set", f"channel.{one}") for one in ('name="acoustic"', "source_level_db=135", "spreading=2")]
-SITE = "channel.site={spread_db=6.0, receiver_db=3.0, distance_m=100.0}"
-
-
-def lost_by(*more: str) -> dict[tuple[str, str], float]:
-    """Share lost of each directed link in ten minutes."""
-    scenario = load("mapping-rendezvous", [*FAINT, *(("--set", one) for one in ("scenario.duration_s=600", *more))])
-    sent, lost = Counter[tuple[str, str]](), Counter[tuple[str, str]]()
-    for row in run(scenario, 1).recorder.packets:
-        sent.update((row[2], name) for name in [*row[6], *row[7]])
-        lost.update((row[2], name) for name in row[7])
-    return {link: lost[link] / n for link, n in sent.items()}
-
-
-def test_in_a_site_links_differ_by_more_than_their_range() -> None:
-    """What all links have in common without it, they lose: the two directions of some differ by more than chance."""
-    plain, rough = lost_by(), lost_by(SITE)
-    assert max(plain.values()) < 0.1
-    assert max(rough.values()) > 0.3
-    apart = {frozenset(link): abs(share - rough[link[::-1]]) for link, share in rough.items()}
-    assert max(apart.values()) > 0.15

@@ -161,11 +161,8 @@ def test_one_fault_is_one_clear_message(
     [
         (OWN, ["channel.per_bad=0.9"], "channel.per_bad"),
         (OWN, ["channel.name=gilbert-elliott", "channel.per=0.3"], "channel.per"),
-        (OWN, ['channel={name = "bernoulli", per_good = 0.1}'], "channel.per_good"),
-        (OWN, ['channel.link=[{sender = "Boat", receiver = "Diver", per = 0.1}]'], "channel.link"),
         (BURSTS, ["channel.name=bernoulli", "channel.per_bad=0.9"], "channel.per_bad"),
         (BURSTS + "per = 0.1\n", ["channel.name=gilbert-elliott"], "channel.per"),
-        (OWN + "per_bad = 0.1\n", ["channel.name=matrix"], "channel.per_bad"),
     ],
 )
 def test_a_setting_without_effect_is_refused(tmp_path: Path, channel: str, settings: list[str], key: str):

@@ -1,15 +1,15 @@
 """Missions under attack: damaged packets, vehicles that restart or are cut off. They end, and no belief is false."""
 
 import random
+from collections import Counter
 from collections.abc import Sequence
-from pathlib import Path
+from functools import cache
 
 import pytest
-from small_mission import Raw, run_varied
 
 from exchange.acoustics.channel import Arrival, Channel
 from missions.runs.assembly import assemble, channel_of
-from missions.runs.run import run
+from missions.runs.run import Run, run
 from missions.runs.setup import resolved
 from missions.scenarios import load
 
@@ -47,34 +47,6 @@ def test_no_flipped_bit_holds_up_a_mission(policy: str, n: int, seed: int):
         assert struck.end_s - usual_s <= 15.0, (number, bit)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("memory", "policy"), [("kept", "ack"), ("lost", "mps-ack-repeat")])
-def test_a_mission_ends_although_a_vehicle_restarts(tmp_path: Path, memory: str, policy: str):
-    """The head of all is off from 300 to 360 s."""
-
-    def strike(raw: Raw) -> None:
-        raw["fault"] = [{"kind": "restarts", "vehicle": "ASV00", "at_s": 300.0, "until_s": 360.0, "memory": memory}]
-
-    run = run_varied(tmp_path, strike, "channel.per=0.4", f"communication.policy={policy}")
-    assert run.n_false_beliefs == 0
-    assert run.completed, run.reason
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("policy", ["ack", "mps-ack-repeat"])
-@pytest.mark.parametrize("kinds", [["lost"], ["mute", "deaf"]], ids=["lost", "out of touch"])
-def test_a_mission_ends_although_one_of_four_is_cut_off(tmp_path: Path, policy: str, kinds: list[str]):
-    """From 200 s on for good; or it hears nobody, and nobody it, until 900 s."""
-
-    def strike(raw: Raw) -> None:
-        over = {} if kinds == ["lost"] else {"until_s": 900.0}
-        raw["fault"] = [{"kind": kind, "vehicle": "AUV02", "at_s": 200.0, **over} for kind in kinds]
-
-    run = run_varied(tmp_path, strike, "channel.per=0.4", f"communication.policy={policy}")
-    assert run.n_false_beliefs == 0
-    assert run.completed, run.reason
-
-
 def test_who_begins_anew_takes_jobs_whatever_it_said_before() -> None:
     """Cut off, it says that it takes none, which the others hear; then it begins anew, and says that it does."""
     faults = (
@@ -90,3 +62,42 @@ def test_who_begins_anew_takes_jobs_whatever_it_said_before() -> None:
         found.append([v.name for v in fleet.vehicles if "AUV01" in v.social.standing.takes_no_jobs])
     fleet.close()
     assert found == [["ASV00", "AUV00", "AUV02"], []]
+
+
+BACK_S = 340.0
+
+
+@cache
+def restarted(policy: str, memory: str) -> Run:
+    fault = f"fault=[{{kind='restarts',vehicle='AUV01',at_s=300,until_s={BACK_S},memory='{memory}'}}]"
+    settings = "channel.per=0.4", f"communication.policy='{policy}'", fault
+    return run(load("mapping-rendezvous", [("--set", one) for one in settings]), 7)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("policy", ["ack", "mps-ack-repeat"])
+@pytest.mark.parametrize("memory", ["lost", "kept"])
+def test_the_next_observations_of_a_restarted_vehicle_reach_all(policy: str, memory: str):
+    """Before there were epochs on the air, its next 20 observations were stored by nobody, and acknowledged by all."""
+    finished = restarted(policy, memory)
+    rows = finished.recorder.knowledge
+    told = [row[2] for row in rows if row[1] == "AUV01" and row[4] == "observed" and row[0] >= BACK_S][:20]
+    received = Counter(row[2] for row in rows if row[4] == "received" and row[1] != "AUV01" and row[2] in set(told))
+    assert len(told) == 20
+    assert [received[uid] for uid in told] == [3] * 20
+    assert all(uid.startswith("2.e1-") for uid in told)
+    assert finished.n_false_beliefs == 0
+    assert finished.completed
+    anew = {row[1] for row in finished.recorder.peers if row[2:] == ("AUV01", "begins anew")}
+    assert anew == {"AUV00", "AUV02", "ASV00"}
+
+
+@pytest.mark.slow
+def test_what_others_hold_of_its_earlier_life_comes_back_to_it():
+    """What it told before, and what others had told it, it receives anew; what it had told nobody is gone."""
+    rows = restarted("ack", "lost").recorder.knowledge
+    before = {row[2] for row in rows if row[1] == "AUV01" and row[4] == "observed" and row[0] < 300.0}
+    held = {row[2] for row in rows if row[4] == "received" and row[1] != "AUV01" and row[0] < 300.0} & before
+    back = {row[2] for row in rows if row[1] == "AUV01" and row[4] == "received" and row[0] >= BACK_S} & before
+    assert len(held) > 5
+    assert held <= back

@@ -1,8 +1,8 @@
 """Faults of vehicles: what is drawn of them, what they leave of a vehicle, and what a run shows of each kind."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache
 
 import pytest
 from hypothesis import given
@@ -162,7 +162,8 @@ FROM_S, UNTIL_S, END_S = 300.0, 500.0, 700.0
 """AUV01 surveys from about 100 s on, well beyond 700 s."""
 
 
-def run_with(*tables: str, seed: int = 1, settings: Sequence[str] = ()) -> Run:
+@cache
+def run_with(*tables: str, seed: int = 1, settings: tuple[str, ...] = ()) -> Run:
     said = (f"fault=[{','.join('{' + table + '}' for table in tables)}]", f"scenario.duration_s={END_S}", *settings)
     last = {one.partition("=")[0]: one for one in said}
     return run(load("mapping-rendezvous", [("--set", one) for one in last.values()]), seed)
@@ -241,6 +242,12 @@ def test_a_slow_vehicle_keeps_the_reserve_of_the_speed_that_is_left() -> None:
     assert reserves == pytest.approx([1.25 * 400.0 * one / 5.0e6 for one in per_m])
 
 
+def test_a_battery_that_drains_loses_that_power_beside_what_the_vehicle_uses() -> None:
+    drained, usual = during("drains", ",drain_w=30.0"), run_with()
+    used_j = [track(one, UNTIL_S + 100.0, UNTIL_S + 100.0)[0][4] for one in (drained, usual)]
+    assert used_j[0] - used_j[1] == pytest.approx(30.0 * (UNTIL_S - FROM_S), abs=31.0)
+
+
 def test_a_dead_sensor_yields_nothing_and_the_vehicle_goes_on_as_if_it_did() -> None:
     finished, usual = during("sensor"), run_with()
     assert mapped(finished, FROM_S, UNTIL_S) == 0
@@ -269,7 +276,7 @@ def test_a_lost_vehicle_floats_up_and_one_that_has_not_joined_is_no_obstacle(kin
     at_s = 89.0 if kind == "joins" else 0.0
     finished = run_with(
         f'kind="{kind}",vehicle="AUV01",at_s={at_s}' + (",factor=0.01" if kind == "slow" else ""),
-        settings=["vehicle.AUV01.start_m=[60.0,60.0]", "vehicle.AUV02.start_m=[700.0,-50.0]", "scenario.duration_s=90"],
+        settings=("vehicle.AUV01.start_m=[60.0,60.0]", "vehicle.AUV02.start_m=[700.0,-50.0]", "scenario.duration_s=90"),
     )
     nearest_m = min(math.dist(row[2:4], (60.0, 60.0)) for row in finished.recorder.trajectories if row[1] == "AUV00")
     assert nearest_m >= 5.0 if evades else nearest_m < 2.0  # its way is across the very place, 2.57 m a tick

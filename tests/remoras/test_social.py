@@ -34,41 +34,7 @@ EXPLORE_LEFT = ("Operational.LeftWinger", "objectiveExploring", "left")
 # Modules ------------------------------------------------------------------------------------------
 
 
-def test_the_modules_of_the_paper(fleet: Fleet) -> None:
-    """Section IV.A: AUV Database, Optimizer of organizational performances, Groups, Roles; Missions, Mission
-    planner, Individual objectives, Collective objectives coordination."""
-    social = named(fleet, "AUV00").social
-    assert social.database.names == ("ASV00", "AUV00", "AUV01", "AUV02")
-    assert social.strategy.name == "remoras"
-    assert {group: social.organisation.members(group) for group in social.organisation.groups} == {
-        "Coordination": ("ASV00", "AUV00"),
-        "Operational": ("AUV00", "AUV01", "AUV02"),
-    }
-    assert social.organisation.assignments == {
-        RoleAssignment("Coordination", "MissionAdministrator", "ASV00"),
-        RoleAssignment("Coordination", "Tactician", "AUV00"),
-        RoleAssignment("Operational", "Coordinator", "AUV00"),
-        RoleAssignment("Operational", "Performer", "AUV01"),
-        RoleAssignment("Operational", "Performer", "AUV02"),
-    }
-    assert social.missions == {"Coordination": ("Supervision",)}
-    assert social.plan_missions().facts == []  # its group has no mission yet
-    supervision = Objective("Operational", "Coordinator", "GroupSupervision", "Operational")
-    assert social.objectives_of("AUV00") == (supervision,)
-    assert social.objectives_of("AUV01") == ()
-
-
 # Consultation -------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("work", [True, False])
-def test_who_says_that_its_sensors_are_dead_is_given_no_area(fleet: Fleet, work: bool) -> None:
-    head = named(fleet, "AUV00")
-    hear(head, say(named(fleet, "AUV01"), ("AUV01", "sensorsWork", work)))
-    say(head, LEFT, ("AUV01", "playsRole", "Operational.Cartographer"), now_s=2.0)
-    head.social.consult()
-    plays = [head.social.organisation.plays("AUV01", "Operational", role) for role in ("LeftWinger", "Cartographer")]
-    assert plays == [work, True]
 
 
 AUVS = st.sampled_from(["AUV00", "AUV01", "AUV02"])

@@ -1,7 +1,5 @@
 """The walk of one observation: from a sensor on A, over the channel, to a changed plan on B, by one item UID."""
 
-import itertools
-
 import pytest
 
 from missions.runs.run import Run, run
@@ -45,15 +43,3 @@ def test_a_finished_area_changes_the_coordinators_plan(finished: Run) -> None:
     assert heard_s > done_s
     assert heard_s in planned
     assert not [time_s for time_s in planned if done_s - 100.0 < time_s < heard_s]
-
-
-def test_the_books_balance(finished: Run) -> None:
-    """Conservation: every packet is received or lost by each of the others; energy and time only grow."""
-    others = {"ASV00", "AUV00", "AUV01", "AUV02"}
-    for row in finished.recorder.packets:
-        assert sorted([*row[6], *row[7]]) == sorted(others - {row[2]})
-    for name in others:
-        track = [row for row in finished.recorder.trajectories if row[1] == name]
-        assert all(before[0] < after[0] and before[6] <= after[6] for before, after in itertools.pairwise(track))
-    received = {(row[2], row[1]) for row in finished.recorder.knowledge if row[4] == "received"}
-    assert len(received) == sum(row[4] == "received" for row in finished.recorder.knowledge)

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from functools import reduce
 from operator import or_
 from typing import Any, NamedTuple
@@ -24,19 +23,15 @@ from exchange.wire.sealing import Checksum
 from missions.meeting.meeting import Meeting
 from missions.meeting.truth import MeetingTruth
 from missions.runs import assembly
-from remoras import authority, motion, radio, traffic, vehicle
+from remoras import authority, motion, radio, vehicle
 from remoras.database import VehicleData
 from remoras.executive.decision import Choice
 from remoras.functional.sensing import Sensing
 from remoras.jumps import Jumps
 from remoras.motion import Motion
-from remoras.radio import Radio
 from remoras.separation import Separation
 from remoras.social import consultation
-from remoras.social.leadership import Leadership
 from remoras.social.standing import Standing
-from remoras.strategies.dispatch import Dispatcher
-from remoras.strategy import Move, Situation
 from worldmodel.facts import Merged
 from worldmodel.store import Store
 
@@ -131,10 +126,6 @@ def grant_everything(patch: Patch) -> None:
     patch.setattr(consultation, "may_assign", lambda asked, *rest: authority.Outcome.SUCCESS)
 
 
-def obey_whoever_claims(patch: Patch) -> None:
-    patch.setattr(Leadership, "_heads_against", lambda self, *rest: set())
-
-
 def let_no_head_step_down(patch: Patch) -> None:
     sound = consultation._hand_over
     patch.setattr(consultation, "_hand_over", lambda view, to, holders, *rest: sound(view, to, (), *rest))
@@ -150,10 +141,6 @@ def count_what_the_first_uses_alone(patch: Patch) -> None:
     patch.setattr(motion, "_move", move)
 
 
-def turn_at_once(patch: Patch) -> None:
-    patch.setattr(motion, "_turn", lambda most_rad: (-2.0, 0.0))
-
-
 def let_the_older_of_two_count(patch: Patch) -> None:
     sound = Store.latest
 
@@ -162,20 +149,6 @@ def let_the_older_of_two_count(patch: Patch) -> None:
         return past[0] if len(past) == 2 and at_s is None else sound(self, subject, attribute, at_s)
 
     patch.setattr(Store, "latest", latest)
-
-
-def forget_a_reception(patch: Patch) -> None:
-    sound = Radio._record_item
-
-    def record(self: Radio, now_s: float, uid: Any, event: str) -> None:
-        if event != "received" or uid.sequence % 10 != 9:
-            sound(self, now_s, uid, event)
-
-    patch.setattr(Radio, "_record_item", record)
-
-
-def let_the_deaf_hear(patch: Patch) -> None:
-    patch.setattr(traffic, "hears_throughout", lambda *rest: True)
 
 
 def see_nobody(patch: Patch) -> None:
@@ -192,10 +165,6 @@ def wait_for_who_is_elsewhere(patch: Patch) -> None:
 
 def begin_anew_as_known(patch: Patch) -> None:
     patch.setattr(assembly, "world_model", lambda setup, node, epoch=0: REAL_WORLD_MODEL(setup, node))
-
-
-def meet_without_who_is_away(patch: Patch) -> None:
-    patch.setattr(MeetingTruth, "_has_come", lambda self, vehicle, group: True)
 
 
 def map_with_dead_sensors(patch: Patch) -> None:
@@ -222,15 +191,6 @@ def stick_to_the_first_decision(patch: Patch) -> None:
     patch.setattr(Choice, "best", best)
 
 
-def let_moves_stand_until_news(patch: Patch) -> None:
-    sound = Dispatcher.negotiate
-
-    def negotiate(self: Dispatcher, situation: Situation) -> Move:
-        return replace(sound(self, situation), until_news=True, holding=bool(situation.round % 7))
-
-    patch.setattr(Dispatcher, "negotiate", negotiate)
-
-
 PLANTS = (
     Planted("exceptions", raise_at_a_jump, frozenset({"misplaced"})),
     Planted("beliefs", believe_that_all_hold_what_is_new_here),
@@ -243,22 +203,16 @@ PLANTS = (
     Planted("agreement", close_what_one_peer_holds, frozenset({"deaf", "partition", "loss"})),
     Planted("rest", never_park, frozenset({"lost"})),
     Planted("authority", grant_everything, frozenset({"forged-role", "forged-objective"})),
-    Planted("authority", obey_whoever_claims, frozenset({"forged-lead"})),
     Planted("cardinality", let_no_head_step_down, frozenset({"mute", "partition", "lost"})),
     Planted("follows", count_what_the_first_uses_alone),
-    Planted("follows", turn_at_once),
     Planted("newest", let_the_older_of_two_count),
-    Planted("follows", forget_a_reception),
-    Planted("follows", let_the_deaf_hear, frozenset({"deaf"})),
     Planted("separation", see_nobody),
     Planted("finishes", claim_nothing, frozenset({"lost"})),
     Planted("ends", never_meet),
-    Planted("follows", meet_without_who_is_away, frozenset({"partition"})),
     Planted("follows", map_with_dead_sensors, once="dead-sensor-maps"),
     Planted("finishes", wait_for_who_is_elsewhere, once="meeting-waits-for-a-lie"),
     Planted("beliefs", begin_anew_as_known, once="restart-taken-for-known"),
     Planted("answers", stick_to_the_first_decision),
-    Planted("answers", let_moves_stand_until_news),
 )
 
 

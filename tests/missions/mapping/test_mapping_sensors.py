@@ -126,19 +126,6 @@ def test_what_two_vehicles_classified_is_fused_alike_on_all() -> None:
     assert kind.origins == place.origins == ("AUV00", "AUV01")
     assert kind.value == "wreck"
     assert math.dist(place.value, LIES_M["steamer"]) < 3.1 * 2.0 * math.sqrt(2.0)
-    looks = run.known("ASV00", end_s).history(subject, "classification")
-    # A look gives 0.8 to the class that it names, 0.2 / 3 to each of the three others; n sigmas of 2 m: 2 / sqrt(n).
-    weights = {
-        name: math.prod(0.8 if look.value == name else 0.2 / 3 for look in looks)
-        for name in ("unknown", "wreck", "pipeline", "anomaly")
-    }
-    assert len(looks) > 2
-    assert kind.uncertainty == pytest.approx(weights["wreck"] / sum(weights.values()))
-    assert place.uncertainty == pytest.approx(2.0 / math.sqrt(len(looks)))
-    alone = [one for one in run.known("ASV00", end_s).history(subject, "classification") if one.origin == "AUV00"]
-    assert alone[-1].uncertainty == 0.8  # one source alone is less sure, and says another place
-    said_m = [one for one in run.known("ASV00", end_s).history(subject, "location") if one.origin == "AUV00"]
-    assert said_m[-1].value != f"POINT ({place.value[0]} {place.value[1]})"
 
 
 @pytest.mark.slow
