@@ -1,6 +1,6 @@
 """Statistics of repeated runs: Student's and Wilson's intervals, paired tests, effect sizes.
 
-Other intervals are in ``missions/statistics.py``. All draws are seeded: the same runs give the same figures.
+All draws are seeded: the same runs give the same figures.
 
 Intervals of means and of differences, or the reason why there is none.
 
