@@ -1,6 +1,5 @@
 """Packets as bits: nothing changes on the way but what the fields quantise, and no bits can do harm."""
 
-import random
 import zlib
 from functools import cache
 
@@ -339,29 +338,6 @@ def test_the_record_by_which_codecs_are_compared():
     assert size_of(codec, *items, slot_start_s=70.0) / 8 == 54 + (12 + 7) / 8 <= 60
     assert codec.head_bits + 3 == 8 + 3 + 2 + 2 + 3 == 18  # hash, sender, epoch, frame, end
     assert codec.overhead_bits == 18 + 4
-
-
-@pytest.mark.parametrize(("payload_bytes", "at_least"), [(32, 4), (64, 8)])
-def test_observations_per_packet(payload_bytes: int, at_least: int):
-    """Of a seeded stream of own observations, each some seconds old: a DCCL container of 25 bits and 68 per observation
-    holds 3 in 32 B and 7 in 64 B."""
-    codec, draws = reference_codec(), random.Random(14)
-    sequence, start_s = 0, 60.0
-    for frame in range(200):
-        times_s = sorted(start_s - draws.randrange(21) for _ in range(at_least))
-        said = []
-        for time_s in times_s:
-            place = draws.randrange(10_001) / 10, draws.randrange(10_001) / 10
-            subject, kind = draws.randrange(64 * 256), draws.choice([0, *range(2, 32)])
-            said.append(Fragment(2, sequence, time_s, (PropertyValue(subject, kind, place),)))
-            sequence += 1
-        packing = codec.packing(2, 0, start_s, 8 * payload_bytes - codec.overhead_bits)
-        for fragment in draws.sample(said, at_least):
-            assert packing.add(fragment)
-        data = codec.encode(2, [0b01001] * 5, packing.fragments, (), frame, 0, start_s)
-        assert len(data) <= payload_bytes
-        assert codec.decode(data, frame, start_s).fragments == tuple(said)
-        start_s += 21.0
 
 
 def test_a_packing_takes_what_fits_and_nothing_changes_by_what_does_not():

@@ -55,16 +55,21 @@ def test_idle_is_the_time_in_which_no_role_with_a_job_is_served() -> None:
     assert idle_s(finished(roles=roles, faults=lost)) == pytest.approx((300 + 500 + 200) / 3, abs=1e-4)
 
 
+DEPTH_M = {vehicle.name: vehicle.depth_m for vehicle in SCENARIO.vehicle}
+APART_M = {"AUV00": (900.0, 0.0), "AUV01": (0.0, 0.0), "AUV02": (0.0, 0.0), "ASV00": (0.0, 0.0)}
+"""AUV02 stands on AUV01; ASV00 is at the surface."""
+
+
+def places(time_s: float, at_m: dict[str, tuple[float, float]]) -> list[tuple[Any, ...]]:
+    """Rows of the trajectories at a time."""
+    return [(time_s, name, *at_m[name], 0.0, 0.0, 0.0, depth_m) for name, depth_m in DEPTH_M.items()]
+
+
 def test_who_joins_late_is_neither_idle_nor_close_before() -> None:
     """AUV02 joins at 400 s, so of 1000 s it is idle for 600 s; it stands on AUV01 until then and 50 m off after."""
     joins = [(0.0, "AUV02", "joins", "away until 400 s"), (400.0, "AUV02", "joins", "over")]
     assert idle_s(finished(faults=joins)) == pytest.approx((1000 + 1000 + 600) / 3, abs=1e-4)
-    places_m = {"AUV00": 900.0, "AUV01": 0.0, "AUV02": 0.0, "ASV00": 0.0}
-    names = [vehicle.name for vehicle in SCENARIO.vehicle]
-    depth_m = {vehicle.name: vehicle.depth_m for vehicle in SCENARIO.vehicle}
-    rows = [(60.0, name, places_m[name], 0.0, 0.0, 0.0, 0.0, depth_m[name]) for name in names]
-    places_m["AUV02"] = 50.0
-    rows += [(400.0, name, places_m[name], 0.0, 0.0, 0.0, 0.0, depth_m[name]) for name in names]
+    rows = [*places(60.0, APART_M), *places(400.0, APART_M | {"AUV02": (50.0, 0.0)})]
     assert closest_approach_m(finished(faults=joins, trajectories=rows)) == 50.0
     assert closest_approach_m(finished(trajectories=rows)) == 0.0
 
@@ -76,26 +81,18 @@ def test_who_is_lost_stays_away_when_another_fault_ends(over_s: float) -> None:
         (0.0, "AUV02", "restarts", "until 60 s"), (30.0, "AUV02", "lost", "for good"),
         (over_s, "AUV02", "restarts", "over"),
     ]  # fmt: skip
-    names = [vehicle.name for vehicle in SCENARIO.vehicle]
-    places_m = {"AUV00": 900.0, "AUV01": 0.0, "AUV02": 0.0, "ASV00": 0.0}
-    depth_m = {vehicle.name: vehicle.depth_m for vehicle in SCENARIO.vehicle}
-    rows = [(60.0, name, places_m[name], 0.0, 0.0, 0.0, 0.0, depth_m[name]) for name in names]
-    run = finished(faults=faults, trajectories=rows)
+    run = finished(faults=faults, trajectories=places(60.0, APART_M))
     assert (closest_approach_m(run), conflicts(run)) == (900.0, 0)
 
 
 def test_only_vehicles_in_one_layer_come_close() -> None:
     """AUV00 and AUV01 are 2.5 m apart (1.5, 2) at 60 s, ASV00 nearer, but at the surface; at first all are far off."""
-    names = [vehicle.name for vehicle in SCENARIO.vehicle]
-    depth_m = {vehicle.name: vehicle.depth_m for vehicle in SCENARIO.vehicle}
-    at_60_m = {"AUV00": (0.0, 0.0), "AUV01": (1.5, 2.0), "AUV02": (900.0, 0.0), "ASV00": (0.0, 1.0)}
-    rows = [(0.0, name, 40.0 * number, 0.0, 0.0, 0.0, 0.0, depth_m[name]) for number, name in enumerate(names)]
-    rows += [(60.0, name, *at_60_m[name], 0.0, 0.0, 0.0, depth_m[name]) for name in names]
-    assert abs(depth_m["AUV00"] - depth_m["AUV01"]) <= 3.0 < abs(depth_m["AUV00"] - depth_m["ASV00"])
-    both, first = finished(trajectories=rows), finished(trajectories=rows[: len(names)])
-    assert (closest_approach_m(both), conflicts(both)) == (2.5, 1)
-    assert (closest_approach_m(first), conflicts(first)) == (40.0, 0)
-    assert closest_approach_m(finished(trajectories=[])) is None
+    first = places(0.0, {name: (40.0 * number, 0.0) for number, name in enumerate(DEPTH_M)})
+    near = places(60.0, {"AUV00": (0.0, 0.0), "AUV01": (1.5, 2.0), "AUV02": (900.0, 0.0), "ASV00": (0.0, 1.0)})
+    assert abs(DEPTH_M["AUV00"] - DEPTH_M["AUV01"]) <= 3.0 < abs(DEPTH_M["AUV00"] - DEPTH_M["ASV00"])
+    for rows, expected in (([*first, *near], (2.5, 1)), (first, (40.0, 0)), ([], (None, 0))):
+        run = finished(trajectories=rows)
+        assert (closest_approach_m(run), conflicts(run)) == expected
 
 
 HELD = [(0.0, "AUV01", G, "LeftWinger", "assigned"), (0.0, "AUV02", G, "RightWinger", "assigned")]
