@@ -46,18 +46,12 @@ ROOMS: dict[str, set[str]] = {
     },
     "missions.faults": {"missions.faults", "missions", "missions.scenarios", "remoras", "worldmodel"},
     "missions.meeting": {"missions.meeting", "missions.scenarios", "missions", "remoras"},
-    "missions.mapping": {"missions.mapping", "missions.meeting", "missions.scenarios", "missions", "remoras"},
     "missions.trident": {
         "missions.trident", "missions.meeting", "missions.scenarios", "missions", "remoras", "worldmodel",
     },
-    "missions.pandora": {"missions.pandora", "missions.meeting", "missions.scenarios", "missions", "remoras"},
-    "missions.arrows": {"missions.arrows", "missions.meeting", "missions.scenarios", "missions", "remoras"},
-    "missions.recovery": {"missions.recovery", "missions.meeting", "missions.scenarios", "missions", "remoras"},
-    "missions.ferry": {"missions.ferry", "missions.meeting", "missions.scenarios", "missions", "remoras"},
-    "missions.escort": {"missions.escort", "missions.meeting", "missions.scenarios", "missions", "remoras"},
-    "missions.resupply": {"missions.resupply", "missions.meeting", "missions.scenarios", "missions", "remoras"},
-    "missions.minehunting": {
-        "missions.minehunting", "missions.meeting", "missions.scenarios", "missions", "remoras",
+    **{
+        f"missions.{mission}": {f"missions.{mission}", "missions.meeting", "missions.scenarios", "missions", "remoras"}
+        for mission in ("mapping", "pandora", "arrows", "recovery", "ferry", "escort", "resupply", "minehunting")
     },
     "missions.runs": {
         "missions.runs", "missions.scenarios", "missions", "remoras", "remoras.social", "remoras.executive",
@@ -89,33 +83,24 @@ DOORS: dict[str, set[str]] = {
     "exchange.wire": {"worldmodel.ontology.fields"},
     "exchange.study": {"exchange.acoustics.loss"},
     "remoras": {
-        "exchange.acoustics.loss",
-        "exchange.peering.offsets",
-        "exchange.peering.peers",
-        "exchange.queueing.queue",
-        "exchange.queueing.limits",
-        "exchange.wire.definitions",
+        "exchange.acoustics.loss", "exchange.peering.offsets", "exchange.peering.peers", "exchange.queueing.queue",
+        "exchange.queueing.limits", "exchange.wire.definitions",
     },
     "remoras.social": {"exchange.peering.peers"},
     "missions": {"worldmodel.ontology.tbox"},
     "missions.meeting": {"remoras.functional.layer", "remoras.social.workload"},
-    "missions.mapping": {"exchange.acoustics.loss"},
-    "missions.trident": {"exchange.acoustics.loss"},
-    "missions.pandora": {"exchange.acoustics.loss"},
     "missions.arrows": {"exchange.acoustics.loss", "exchange.acoustics.link"},
-    "missions.recovery": {"exchange.acoustics.loss"},
-    "missions.minehunting": {"exchange.acoustics.loss"},
-    "missions.scenarios": {
-        "remoras.executive.satisfaction",
-        "exchange.queueing.limits",
-        "exchange.wire.sealing",
+    **{
+        f"missions.{mission}": {"exchange.acoustics.loss"}
+        for mission in ("mapping", "trident", "pandora", "recovery", "minehunting")
     },
+    "missions.scenarios": {"remoras.executive.satisfaction", "exchange.queueing.limits", "exchange.wire.sealing"},
     "missions.runs": {"exchange.queueing.limits", "exchange.wire.codec"},
     "missions.nodes": {"exchange.wire.codec", "exchange.wire.definitions", "exchange.wire.sealing"},
     "visualisation": {"missions.runs.results", "missions.sweeps.folder", "missions.comparison"},
     "visualisation.runs": {"missions.runs.results"},
     "visualisation.sweeps": {"missions.sweeps.folder"},
-}
+}  # fmt: skip
 """Single modules of other rooms that a room may import."""
 FOR_ALL = {"exchange.arithmetic", "exchange.lazily"}
 """Everybody may import them; they import nothing."""
@@ -130,12 +115,7 @@ STAND_ALONE = {
     "remoras.htn": {"remoras.errors", "remoras.collecting"},
     "remoras.executive.satisfaction": {"remoras.activities"},
 }
-FACE = (
-    "remoras",
-    "remoras.face",
-    "remoras.swept",
-    "remoras.stepped",
-)
+FACE = "remoras", "remoras.face", "remoras.swept", "remoras.stepped"
 ROOFS = ("remoras.cli", "remoras.testing")
 ENTRY = "remoras.__main__"
 WORDS_OF = {

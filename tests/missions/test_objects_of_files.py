@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 import remoras
-from missions.errors import ConfigurationError
 from missions.sweeps import load_study
 from remoras import load
 
@@ -39,14 +38,6 @@ def test_a_study_lists_strategies_of_files_beside_it(tmp_path: Path) -> None:
     study.write_text(STUDY.format(name="beside_study"))
     (configuration,) = load_study(str(study)).configurations
     assert configuration.scenario.strategy.name == "beside_study:NEAREST"
-
-
-@pytest.mark.parametrize(
-    ("given", "said"), [("absent.py:NEAREST", "no such file"), ("absent.py", "allowed: absent.py:OBJECT")]
-)
-def test_a_file_that_is_not_there_is_said(given: str, said: str) -> None:
-    with pytest.raises(ConfigurationError, match=f"strategy.name.*{said}"):
-        load("mapping-rendezvous", strategy=given)
 
 
 @pytest.mark.parametrize("hidden", ["exchange.py", "missions/__init__.py", "worldmodel/notes.txt"])

@@ -121,7 +121,7 @@ def test_all_faults_are_told_at_once_in_the_order_of_the_file(tmp_path: Path):
     assert lines == sorted(lines)
 
 
-@pytest.mark.parametrize("wrong", ["5", '"text"', "[]", "[1, 2]", "{}", "true", "1979-05-27"])
+@pytest.mark.parametrize("wrong", ["5", "[]", "[1, 2]", "{}"])
 @pytest.mark.parametrize("table", list(Scenario.model_fields))
 def test_a_value_where_a_table_belongs_is_a_fault_and_no_crash(tmp_path: Path, table: str, wrong: str):
     file = tmp_path / "pond.toml"
