@@ -251,15 +251,34 @@ class RunLog:
         )
         self._plans[about] = execution.version, rows
 
-    def drives(self, now_s: float, driving: frozenset[RoleKey], candidates: Sequence[WeighedSet]) -> None:
-        """The vehicle has chosen anew.
+    def decided(self, now_s: float, driving: frozenset[RoleKey], candidates: Sequence[WeighedSet]) -> None:
+        """The vehicle has decided; written if other sets stand to choice, or others are chosen than were before.
 
         Args:
             driving: roles that drive it from now on.
             candidates: what it could choose from.
         """
-        before, self._driving = self._driving, driving
-        for roles, event in ((before - driving, "inactive"), (driving - before, "active")):
+        names = [tuple(activity.name for activity in candidate.of.effective) for candidate in candidates]
+        weighed = [
+            (candidate.of.objective, of, candidate.chosen) for candidate, of in zip(candidates, names, strict=True)
+        ]
+        if weighed == self._weighed:
+            return
+        before, self._weighed = self._weighed, weighed
+        for candidate, of in zip(candidates, names, strict=True):
+            aim = candidate.of.objective
+            about = ("", "", "", "") if aim is None else (aim.group, aim.role, aim.name, aim.argument)
+            motives = (candidate.stimulus, candidate.own, candidate.external, candidate.source, candidate.slot)
+            choice = (candidate.chosen, candidate.best_mean)
+            self._recorder.decisions.append((now_s, self._me, *about, list(of), *motives, *choice))
+        if {one for one in weighed if one[-1]} != {one for one in before if one[-1]}:
+            self._drives(now_s, driving, candidates)
+
+    def _drives(self, now_s: float, driving: frozenset[RoleKey], candidates: Sequence[WeighedSet]) -> None:
+        """Others are chosen than before, or what was chosen is no more to be chosen from."""
+        inactive, active = self._driving - driving, driving - self._driving
+        self._driving = driving
+        for roles, event in ((inactive, "inactive"), (active, "active")):
             self._recorder.roles.extend((now_s, self._me, *role, event) for role in sorted(roles))
         for candidate in candidates:
             if candidate.chosen:
@@ -268,22 +287,6 @@ class RunLog:
                     (now_s, self._me, activity.type.name.lower(), activity.name, role, candidate.motivation)
                     for activity in candidate.of.effective
                 )
-
-    def weighs(self, now_s: float, candidates: Sequence[WeighedSet]) -> None:
-        """The vehicle has weighed what it could do; written if other sets stand to choice, or others are chosen."""
-        names = [tuple(activity.name for activity in candidate.of.effective) for candidate in candidates]
-        weighed = [
-            (candidate.of.objective, of, candidate.chosen) for candidate, of in zip(candidates, names, strict=True)
-        ]
-        if weighed == self._weighed:
-            return
-        self._weighed = weighed
-        for candidate, of in zip(candidates, names, strict=True):
-            aim = candidate.of.objective
-            about = ("", "", "", "") if aim is None else (aim.group, aim.role, aim.name, aim.argument)
-            motives = (candidate.stimulus, candidate.own, candidate.external, candidate.source, candidate.slot)
-            choice = (candidate.chosen, candidate.best_mean)
-            self._recorder.decisions.append((now_s, self._me, *about, list(of), *motives, *choice))
 
 
 def _named(task: Task) -> str:

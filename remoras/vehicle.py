@@ -162,11 +162,9 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         before, decision = executive.decision, executive.decide(perceptions, now_s, dt_s)
         if decision is not before or executive.sets is not self._weighed:
             self._weighed = executive.sets
-            candidates = executive.candidates(now_s)
-            self._run_log.weighs(now_s, candidates)
+            self._run_log.decided(now_s, decision.driving, executive.candidates(now_s))
             if decision is not before:
                 functional.perform(decision.chosen)
-                self._run_log.drives(now_s, decision.driving, candidates)
         body = functional.picture.body
         pulls = executive.pulls(now_s) if body.contacts_m else NO_PULLS
         if pulls is not self._pulls:

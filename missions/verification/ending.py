@@ -57,12 +57,11 @@ def _check_sequences(record: Record, report: CheckReport) -> None:
             _, viewer, peer, event_of_peer = absences.pop(0)
             (absent[viewer].add if event_of_peer == "absent" else absent[viewer].discard)(peer)
         key, why = (vehicle, (group, role)), ""
-        playable = record.vehicles[vehicle].get("playable_roles")
         match event:
             case _ if key[1] not in declared:
                 why = "the scenario has no such role"
             case "assigned":
-                is_able = playable is None or not {role, f"{group}.{role}"}.isdisjoint(playable)
+                is_able = record.is_able(vehicle, key[1])
                 why = "it has it already" if key in has else "" if is_able else "it is not able to play it"
                 has.add(key)
             case "left":

@@ -57,7 +57,7 @@ COLUMNS = {
     "escorting": "line=name event", "lifts": "lift event", "energy": "boring=name event energy_j=0..",
     "strips": "contact view strip=0..", "classifications": "contact kind truth",
     "looks": "part=name point=0..", "turns": "part=name state", "serviced": "part=name", "met": "part=name kind",
-    "charted": "column row", "choreography": "state says subject value to violation",
+    "charted": "column row", "choreography": "vehicle=vehicle? state says subject value to violation",
     "attempts": "module does object pose_error_m=0.. succeeded",
     "identified": "anomaly identity p=0..1 kind x_m y_m", "maps": "told_bits=0.. missing_bits=0..",
     "fleet_maps": "told_bits=0.. apart_bits=0..", "contacts": "detector cell kind x_m=.. y_m=..",
@@ -67,12 +67,14 @@ COLUMNS = {
 WITHOUT_VEHICLE = ("packets", "items", "goal", "fleet_maps")
 MISSIONS = {
     "mapping:Mapping": "coverage goal", "trident:Trident": "jobs charted choreography attempts",
-    "arrows:Arrows": "jobs identified maps fleet_maps contacts images",
+    "arrows:Arrows": "jobs identified maps fleet_maps",
     "pandora:Pandora": "jobs looks turns serviced met",
     "minehunting:Minehunting": "jobs strips classifications", "escort:Escort": "jobs escorting", "ferry:Ferry": "jobs",
     "recovery:Recovery": "jobs lifts", "resupply:Resupply": "jobs energy",
 }  # fmt: skip
 """Tables that a mission adds, by its class."""
+OF_SENSORS = {"arrows:Arrows": {"acoustic": "contacts", "magnetic": "contacts", "optical": "images"}}
+"""Tables that sensors of its vehicles add, by their types."""
 FEATURES = {
     "settling": ("scenario", "settle_s"), "clocks": ("communication", "clocks"), "silenced": ("watch", "cpu_s"),
 }  # fmt: skip
@@ -99,6 +101,8 @@ def check_tables(record: Record, report: CheckReport) -> bool:
     """Look at what is there, its columns and its units; False if the other checks have nothing to go by."""
     mission = str(record.of("scenario").get("mission", "")).removeprefix("missions.").removesuffix("Mission")
     due = {*OF_EVERY_RUN, *MISSIONS.get(mission, "").split()}
+    carried = {sensor.get("type") for data in record.vehicles.values() for sensor in data.get("sensor", [])}
+    due |= {name for kind, name in OF_SENSORS.get(mission, {}).items() if kind in carried}
     due |= {name for name, (section, key) in FEATURES.items() if key in record.of(section)}
     if mission not in MISSIONS:
         report.skip("tables of the mission", "it is none of those that come with the program")

@@ -199,11 +199,14 @@ def _below(
 
 
 def find_weight(record: Record) -> float:
-    """Cells that a find counts for: those mapped on average in the mean stay."""
+    """Cells that a find counts for: those that whoever is able to map an area maps on average in the mean stay."""
     finds, size_m = record.of("finds"), float(record.of("world")["cell_m"])
+    depth_m = {area["name"]: float(area.get("depth_m") or 0.0) for area in record.scenario["area"]}
+    surveys = [(key, depth_m[role["job"]]) for key, role in record.declared_roles.items() if role.get("job") in depth_m]
     cell_s = [
         size_m * size_m / (2.0 * swath.reach_m * min(data["survey_speed_mps"], swath.limit_mps))
-        for data in record.vehicles.values()
+        for name, data in record.vehicles.items()
+        if any(record.is_able(name, role) and data["depth_limit_m"] >= deep_m for role, deep_m in surveys)
         for swath in mapping_swaths(data)[:1]
     ]
     stay_s = (finds["shortest_stay_s"] + finds["longest_stay_s"]) / 2.0

@@ -358,6 +358,11 @@ class Record:
         groups = self.scenario["group"]
         return {(group["name"], role["name"]): role for group in groups for role in group.get("role", [])}
 
+    def is_able(self, vehicle: str, role: Role) -> bool:
+        """True if a vehicle is able to play a role."""
+        playable = self.vehicles[vehicle].get("playable_roles")
+        return playable is None or not {role[1], ".".join(role)}.isdisjoint(playable)
+
     @cached_property
     def roles_with_jobs(self) -> set[Role]:
         """Roles that have a job."""

@@ -91,7 +91,7 @@ def _check_choices(record: Record, report: CheckReport) -> None:
     chosen, roles = defaultdict[Row, list[list[Row]]](list), defaultdict[Row, list[set[Row]]](list)
     for time_s, vehicle, rows in record.decisions:
         report.look("choices", len(rows))
-        _check_weights(record, report, rows, before[vehicle], importance)
+        check_weights(record, report, rows, before[vehicle], importance)
         taken = [row for row in rows if row.chosen]
         about = {row.about for row in taken}
         if not about <= before[vehicle] and (time_s, vehicle) not in performed:
@@ -111,6 +111,13 @@ def _check_choices(record: Record, report: CheckReport) -> None:
         driving = record.roles_at(vehicle, time_s, "active")
         if driving not in (roles[when] or [set()]):
             report.add("choices", "roles", time_s, vehicle, f"{sorted(driving)} active", f"{roles[when]}, chosen")
+    goes_on: dict[str, list[set[Row]]] = {}
+    for when in sorted(performed.keys() | chosen.keys()):
+        now = [{one[:2] for one in of} for of in chosen[when]]  # of several at one time any may be the last
+        if when in performed:
+            goes_on[when[1]] = [*now, {activity[:2] for activity in performed[when]}]
+        elif when[1] not in record.anew and not any(of in goes_on.get(when[1], []) for of in now):
+            report.add("choices", "activities", *when, "no row", f"{chosen[when]}, by its decision")
     for time_s, vehicle, event in record.rows("roles", "time_s vehicle event"):
         if event in ("active", "inactive") and (time_s, vehicle) not in performed:
             report.add("choices", "roles", time_s, vehicle, event, "none: its activities do not change then")
@@ -133,11 +140,13 @@ def _importances(record: Record) -> dict[Row, float]:
     return {purpose: shares.most_common(1)[0][0] for purpose, shares in found.items()}
 
 
-def _check_weights(
+def check_weights(
     record: Record, report: CheckReport, rows: list[WeighedRow], before: set[Row], importance: dict[Row, float]
 ) -> None:
     """Own motivation is importance times stimulus, more for what goes on; the best mean is that of what is chosen."""
     weights = record.of("decision")
+    weight = float(weights.get("weight_external", 0.0))
+    memory_s = float(weights.get("signal_memory_frames", math.inf)) * (slot_s(record) or 0.0) * len(record.vehicles)
     moved = [row.motivation for row in rows if row.chosen and row.best_mean is not None for _ in row.activities]
     mean = math.fsum(moved) / len(moved) if moved else math.inf
     for row in rows:
@@ -151,12 +160,14 @@ def _check_weights(
             wrong(f"own {row.own:g} of {row.purpose} at stimulus {row.stimulus:g}", f"{least:g} to {most:g}")
         sender, heard_s = record.packet_of_slot.get(-1 if row.slot is None else row.slot, ("", {}))
         is_heard = row.slot is None or heard_s.get(row.vehicle, math.inf) <= row.time_s + CLOSE_S
-        if sender != row.source or bool(sender) is not (row.external > 0.0) or not is_heard:
+        age_s = max(0.0, row.time_s - heard_s.get(row.vehicle, row.time_s))
+        moves = memory_s > 0.0 and weight * math.exp(-age_s / memory_s) > SIX_DIGITS  # less is 0 as it is written
+        if sender != row.source or (bool(sender) is not (row.external > 0.0) and moves) or not is_heard:
             wrong(
                 f"external {row.external:g} by {row.source!r} in slot {row.slot}", "a signal that it has heard, or none"
             )
-        if row.external > float(weights.get("weight_external", 0.0)) + SIX_DIGITS:
-            wrong(f"external {row.external:g}", f"at most {weights.get('weight_external')}")
+        if row.external > weight + SIX_DIGITS:
+            wrong(f"external {row.external:g}", f"at most {weight:g}")
         is_least = row.chosen and row.best_mean is not None and row.best_mean < mean - SIX_DIGITS
         if is_least or (row.best_mean or 0.0) > mean + SIX_DIGITS:
             wrong(f"best_mean {row.best_mean:g} of {row.purpose}", f"{mean:g}, of all that is chosen")

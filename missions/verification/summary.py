@@ -173,8 +173,7 @@ def _of_organisation(record: Record, report: CheckReport) -> dict[str, tuple[Any
 def _of_work(record: Record, report: CheckReport) -> dict[str, tuple[Any, float]]:
     """Idle time and recovery, from which roles drove whom."""
     work, end_s = record.roles_with_jobs, record.mission_s
-    names = {name for group, role in work for name in (role, f"{group}.{role}")}
-    able = [name for name, data in record.vehicles.items() if names & set(data.get("playable_roles", []))]
+    able = [name for name in record.vehicles if any(record.is_able(name, role) for role in work)]
     idle_s = []
     for name in able:
         own = [spell for spell in record.spells if spell.vehicle == name]

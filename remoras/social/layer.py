@@ -57,6 +57,7 @@ class Considered(NamedTuple):
 
 
 NOTHING_CONSIDERED = Considered(False, ())
+NOBODY_THERE = "nobody who is there has what it takes"
 
 
 @dataclass(frozen=True, slots=True)
@@ -441,7 +442,7 @@ class SocialLayer:
         self._impossible[work.group.name] = now
         for job in [role.job or "" for role in work.unfinished]:
             if (job in now) is not bool(self._beliefs.get((IS_IMPOSSIBLE, job))):
-                why = self._why_not(work, job) if job in now else "possible again"
+                why = self._why_not(work, job) or NOBODY_THERE if job in now else "possible again"
                 self.judged.append((f"{job}: {why}", [self._beliefs.fact(job, IS_IMPOSSIBLE, job in now)]))
 
     def gives_out(self, group: str) -> bool:

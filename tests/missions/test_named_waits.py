@@ -53,3 +53,12 @@ def test_who_waits_at_a_job_for_help_says_so() -> None:
     finished = run(load("recovery-field", [("--set", key) for key in keys]), 1)
     assert not finished.completed
     assert re.search(r"AUV0\d waits for others at lift \d until \d+ s", finished.reason)
+
+
+def test_what_nobody_left_has_the_tool_for_is_impossible_because_of_that() -> None:
+    """Both vehicles with a drill are lost: before, the reason was empty."""
+    lost = ", ".join(f"{{kind='lost', vehicle='{name}', at_s=100}}" for name in ("AUV03", "AUV04"))
+    keys = f"fault=[{lost}]", "scenario.duration_s=400"
+    finished = run(load("resupply-field", [("--set", key) for key in keys]), 1)
+    said = {row[3] for row in finished.recorder.faults if row[2] == "impossible"}
+    assert said == {f"hole {number}: nobody who is there has what it takes" for number in range(1, 9)}

@@ -30,13 +30,27 @@ def candidates(*chosen: ActivitySet, stimulus: float = 0.5) -> list[WeighedSet]:
 
 def test_a_choice_is_written_with_all_that_stood_to_choice() -> None:
     recorder = Recorder()
-    RunLog("AUV01", NAMES, recorder).weighs(8.0, candidates(SURVEY))
+    RunLog("AUV01", NAMES, recorder).decided(8.0, frozenset(), candidates(SURVEY))
     assert recorder.decisions == [
         (8.0, "AUV01", "", "", "", "", ["Evade"], 0.0, 0.0, 0.0, "", None, False, None),
         (8.0, "AUV01", "Operational", "LeftWinger", "Exploring", "left", ["Zigzag", "Mapping"], 0.5, 0.7, 0.0, "",
          None, True, 0.7),
         (8.0, "AUV01", "Operational", "Performer", "RendezVous", "rally", ["Homing"], 1.0, 0.9 - 0.5, 0.5, "AUV02",
          17, False, 0.5),
+    ]  # fmt: skip
+
+
+def test_what_is_chosen_no_more_drives_no_more_and_the_same_again_is_not_written() -> None:
+    """A set that has gone takes its role with it, though nothing else is chosen in its place."""
+    recorder, driving = Recorder(), frozenset({("Operational", "LeftWinger")})
+    log = RunLog("AUV01", NAMES, recorder)
+    log.decided(8.0, driving, candidates(SURVEY, EVADE))
+    log.decided(9.0, driving, candidates(SURVEY, EVADE))
+    log.decided(10.0, frozenset(), candidates(EVADE)[:1])
+    about = ("AUV01", "Operational", "LeftWinger")
+    assert recorder.roles == [(8.0, *about, "active"), (10.0, *about, "inactive")]
+    assert [row[:4:3] for row in recorder.activities] == [
+        (8.0, "Evade"), (8.0, "Zigzag"), (8.0, "Mapping"), (10.0, "Evade")
     ]  # fmt: skip
 
 

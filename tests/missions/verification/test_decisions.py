@@ -7,6 +7,7 @@ import pytest
 
 from missions.verification.ending import check_ending
 from missions.verification.record import CheckReport, Record, TableColumns
+from missions.verification.relations import check_weights
 
 EMPTY = TableColumns(pa.table({name: [] for name in ("time_s", "vehicle", "kind", "detail")}))
 
@@ -48,3 +49,27 @@ def test_who_stops_mapping_has_decided_so_or_does_within_its_period(
     report = CheckReport()
     check_ending(record_of(decided_s, period_s, **communication), report)
     assert list(report.n_findings) == ([] if follows else ["milestones"])
+
+
+FADING = {"time_s": 10.0, "vehicle": "A", "group": "Team", "role": "Hand", "objective": "", "argument": "",
+          "activities": ["Homing"], "stimulus": 1.0, "own": 0.2, "external": 0.0, "source": "B", "slot": 1,
+          "chosen": True, "best_mean": 0.2}  # fmt: skip
+
+
+@pytest.mark.parametrize(("age_s", "follows"), [(400.0, True), (100.0, False)])
+def test_a_call_that_has_faded_away_is_0_as_it_is_written_and_has_a_source_still(age_s: float, follows: bool) -> None:
+    """Slots of 0.5 s and a guard as long make frames of 2 s: kept for 8.5, a call of 2 is below 5e-6 after 219 s."""
+    scenario = {
+        "scenario": {"tick_s": 1.0, "duration_s": 600.0}, "strategy": {"name": "remoras"},
+        "decision": {"signal_memory_frames": 8.5, "weight_external": 2.0}, "group": [],
+        "channel": {"name": "perfect"}, "world": {"sound_speed_mps": 1500.0}, "communication": {"guard_s": 0.5},
+        "vehicle": [{"name": "A", "slot": 0}, {"name": "B", "slot": 1}],
+    }  # fmt: skip
+    row = FADING | {"time_s": 10.0 + age_s}
+    packet = {"slot": [1], "sender": ["B"], "receivers": [["A"]], "arrivals_s": [[10.0]]}
+    tables = {"decisions": {name: [value] for name, value in row.items()}, "packets": packet}
+    of = {name: TableColumns(pa.table(columns)) for name, columns in tables.items()}
+    record = Record(scenario, 1, {}, of, modem={"head_s": 0.0, "rate_bps": 160.0, "payload_bytes": 10})
+    report = CheckReport()
+    check_weights(record, report, record.decisions[0][2], set(), {})
+    assert list(report.n_findings) == ([] if follows else ["weights"])

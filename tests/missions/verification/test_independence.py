@@ -23,6 +23,7 @@ print(*[name for name in added if not name.startswith("missions.verification")])
 """
 LOST = 'fault=[{kind="lost",vehicle="AUV01",at_s=200},{kind="restarts",vehicle="AUV02",at_s=100,until_s=150}]'
 DRAINED = 'fault=[{kind="drains",vehicle="AUV01",at_s=62,until_s=99,drain_w=9},{kind="deaf",vehicle="AUV00",at_s=181}]'
+ADRIFT = 'fault=[{kind="lost",vehicle="AUV01",at_s=100,until_s=500}]'
 TIDE = ("current.east_mps=-0.2", "current.north_mps=0.25", "current.tide_period_h=1.5")
 RUNS = {
     "cbba": ("mapping-rendezvous", ["strategy.name=cbba", "channel.per=0.4"]),
@@ -39,8 +40,26 @@ RUNS = {
     "acoustic": ("mapping-rendezvous", ["channel.name=acoustic", "communication.receive_power_w=0.5"]),
     "teams, needs by groups": ("mapping-three-teams", ["communication.needs_follow=groups", "channel.per=0.4"]),
     "formed at sea": ("mapping-inspection", []),
+    "adrift beyond the border": ("mapping-rendezvous", [ADRIFT, "current.north_mps=-1.0"]),
+    "a sensor that no role uses": ("mapping-inspection", ["vehicle.ASV00.sensor={swath_m=30,speed_limit_mps=2}"]),
     "Arrows": ("arrows-archaeology", []),
 }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("name", "setting"),
+    [
+        ("arrows-archaeology", "vehicle.AUV03.sensor=[]"),
+        ("pandora-inspection", "strategy.name=remoras"),
+        ("trident-intervention", "choreography.state.surveying.within_s=60"),
+    ],
+)
+def test_runs_pass_without_a_camera_with_an_end_between_decisions_and_with_a_message_overdue(
+    name: str, setting: str, tmp_path: Path
+) -> None:
+    """The first is over as it begins, without a table of images; in the second AUV00 leaves off homing at 2231 s."""
+    write_results(run(load(name, [("--set", setting)]), 1), tmp_path / "run")
+    assert list(verify(tmp_path / "run").lines) == []
 
 
 def test_it_imports_nothing_of_ours_not_even_by_others() -> None:
