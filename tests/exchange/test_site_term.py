@@ -99,6 +99,9 @@ def test_losses_are_those_of_the_budget_shifted():
     excess_db = asked.site.excess_db(HOME, QUAY, 1, 60.0)
     louder = AcousticChannel(spreading=2.0, source_level_db=185.0 + excess_db).link_model(FLEET, 1)
     assert p_loss(asked, 0, 1, 60.0) == pytest.approx(louder.loss_at(5000.0, FLEET.modem.payload_bits), abs=1e-12)
+    assert p_loss(links(2), 0, 1, 60.0) != p_loss(asked, 0, 1, 60.0)
+    means = [AcousticChannel(spreading=2.0, site=one).links(FLEET).loss_at(5000.0, 256) for one in (TABLE, None)]
+    assert means[0] != means[1]
 
 
 def test_links_are_asymmetric_by_the_noise_of_receivers_alone():
