@@ -25,7 +25,7 @@ from remoras.recorder import TIME, VEHICLE, Column, Table
 from remoras.strategies.founding import common_roles, founded
 from remoras.testing import behaviours as behaviour_conformance
 from remoras.testing import sensors as sensor_conformance
-from remoras.work import Outlook, Work
+from remoras.work import Outlook
 
 
 def example_of(documented: Any) -> str:
@@ -99,14 +99,3 @@ def test_the_mission_of_the_example_lacks_nothing() -> None:
     buoys = run_example(missions.meeting.job_mission, JobMission=JobMission, **names)["Buoys"]
     assert not buoys.__abstractmethods__
     assert buoys.objective == "Servicing"
-
-
-def test_work_takes_the_job_of_the_example() -> None:
-    """A role whose job needs another is open once that one is done."""
-    visit = run_example(remoras.work.Job, math=math, dataclass=dataclass)["Visit"]
-    roles = tuple(remoras.work.RoleSpecification(name, job=name) for name in ("first", "second"))
-    group = remoras.Group("Team", roles)
-    jobs = {"first": visit("first", (0.0, 0.0)), "second": visit("second", (9.0, 0.0), needs=("first",))}
-    work = Work(group, Organisation.of([group]), {}, jobs)  # type: ignore[arg-type]
-    assert [role.name for role in work.open] == ["first"]
-    assert [role.name for role in work.knowing(["first"]).open] == ["second"]

@@ -11,6 +11,8 @@ from exchange.errors import PeerFault
 from missions.errors import ConfigurationError
 from missions.nodes import NodeLog, NodePlan, VehicleNode, alone, read_log
 from missions.runs.assembly import assemble, channel_of
+from missions.runs.results import manifest
+from missions.runs.run import run
 from missions.runs.setup import Setup, resolved
 from missions.scenarios import Scenario, load
 from remoras.fleet import Fleet
@@ -112,6 +114,17 @@ def test_no_table_depends_on_the_bytes_of_packets(key_file: Path) -> None:
     assert not {data for _, data in first} & {data for _, data in second}
     tables = [{name: list(fleet.recorder.rows(name)) for name in fleet.recorder.tables} for fleet in (one, other)]
     assert repr(tables[0]) == repr(tables[1])
+
+
+def test_a_key_changes_nothing_but_bytes_and_is_written_nowhere(key_file: Path) -> None:
+    given = [("--set", "scenario.duration_s=150"), ("--set", "channel.name='perfect'")]
+    plain = run(load("mapping-rendezvous", given))
+    sealed = run(scenario(key_file, "channel.name='perfect'", "communication.crc_bits=16"))
+    assert sealed.milestones == plain.milestones
+    assert not [row for row in sealed.recorder.faults if row[2] == "bad packet"]
+    assert KEY not in repr(manifest(sealed)) + repr(sealed.scenario)
+    assert str(key_file) in manifest(sealed)["scenario"]
+    assert "key_file" not in manifest(plain)["scenario"]
 
 
 @pytest.mark.parametrize("mode", [0o644, 0o640, 0o604, 0o660])
