@@ -124,9 +124,9 @@ class SurveyingLine(Behaviour):
         return not self._line.is_escorted or is_seen(motion.position_m, self._within_m, picture)
 
     def _is_on_line(self, motion: Motion) -> bool:
-        """True on the line where it stopped, or as far ahead of that as it goes in a second: no stretch is left out."""
+        """True on the line where it stopped, or no farther ahead than it goes in a second: no stretch is left out."""
         line, along_m = self._line, self._line.along_m(motion.position_m)
-        is_next = abs(along_m - self._surveyed_m) <= ON_LINE_M + self._survey_mps
+        is_next = abs(along_m - self._surveyed_m) <= max(ON_LINE_M, self._survey_mps)
         return is_next and distance_m(motion, line.at(along_m)) <= ON_LINE_M
 
     def _survey(self, motion: Motion, picture: Picture) -> bool:

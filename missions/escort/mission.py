@@ -13,7 +13,7 @@ from pydantic import Field
 
 from exchange.arithmetic import distance
 from missions.errors import ConfigurationFault
-from missions.escort.lines import ESCORTS, FollowingSource, SurveyingLine, SurveyLine
+from missions.escort.lines import ESCORTS, ON_LINE_M, FollowingSource, SurveyingLine, SurveyLine
 from missions.figure import Declared, Figure, Mark, Place, RunResults, Style
 from missions.meeting.helping import JUDGED, URGENCY, Help, HelpMission, HelpSettings
 from missions.meeting.job_mission import JobScenario, founding_of, job_role, listed_faults, with_job_roles
@@ -46,8 +46,8 @@ SEEN_M = 30.0
 SHORTEST_M = 10.0
 MARK_M = 5.0
 """The truth looks at marks along a line, this far apart."""
-PASSED_M = 4.0
-"""Whoever comes this near to a mark has passed it."""
+PASSED_M = 1.5 * ON_LINE_M
+"""Whoever comes this near to a mark has passed it: it may be off the line, and as far from where it stopped."""
 ESCORTING = Table("escorting", (TIME, VEHICLE, Column("line", "str"), Column("event", "str")))
 """When a vehicle stood at the beginning of a line that takes an escort (``waits``), and when it was ``surveyed``."""
 SURVEYED = "surveyed"

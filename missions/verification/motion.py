@@ -260,9 +260,9 @@ def _check_borders(record: Record, name: str, track: Track, report: CheckReport)
     (x_min, x_max), (y_min, y_max) = record.of("world")["x_m"], record.of("world")["y_m"]
     out_m = np.maximum.reduce([x_min - track.x_m, track.x_m - x_max, y_min - track.y_m, track.y_m - y_max])
     report.look("borders", len(out_m))
-    floats = record.during(name, FLOATING, track.time_s)
-    most_m = BEYOND_M + np.maximum.accumulate(np.where(floats, np.maximum(out_m, 0.0), 0.0))  # it has to come back
-    for at in np.flatnonzero((out_m > most_m) & ~floats):
+    adrift = record.during(name, (*FLOATING, "slow") if record.of("current") else FLOATING, track.time_s)
+    most_m = BEYOND_M + np.maximum.accumulate(np.where(adrift, np.maximum(out_m, 0.0), 0.0))  # it has to come back
+    for at in np.flatnonzero((out_m > most_m) & ~adrift):
         stated, most = f"{out_m[at]:.1f} m outside the area of operations", f"at most {most_m[at]:.1f} m"
         report.add("borders", "trajectories", track.time_s[at], name, stated, f"{most}, while it turns or comes back")
 

@@ -57,7 +57,7 @@ class Considered(NamedTuple):
 
 
 NOTHING_CONSIDERED = Considered(False, ())
-NOBODY_THERE = "nobody who is there has what it takes"
+NOBODY_THERE = "nobody who is there is able to do it"
 
 
 @dataclass(frozen=True, slots=True)

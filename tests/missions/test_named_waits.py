@@ -61,4 +61,4 @@ def test_what_nobody_left_has_the_tool_for_is_impossible_because_of_that() -> No
     keys = f"fault=[{lost}]", "scenario.duration_s=400"
     finished = run(load("resupply-field", [("--set", key) for key in keys]), 1)
     said = {row[3] for row in finished.recorder.faults if row[2] == "impossible"}
-    assert said == {f"hole {number}: nobody who is there has what it takes" for number in range(1, 9)}
+    assert said == {f"hole {number}: nobody who is there is able to do it" for number in range(1, 9)}

@@ -1,7 +1,14 @@
 """Altruism bears the mission of escorts: vehicles leave work of their own. Without its cause it does nothing."""
 
 import pytest
+from sample_vehicles import AUV
 from varied import Varied, tracks
+
+from exchange.arithmetic import distance
+from missions.escort.lines import SurveyingLine, SurveyLine
+from missions.escort.mission import PASSED_M
+from remoras.motion import Motion
+from remoras.picture import Picture
 
 flown = Varied("escort-lines", "lines.toml").flown
 OFF = "decision.weight_external=0.0"
@@ -38,6 +45,18 @@ def test_nobody_takes_a_line_for_surveyed_that_is_not() -> None:
         said_s = {row[2]: row[0] for row in done.recorder.rows("jobs") if row[2] in surveyed_s}
         assert len(said_s) == 4
         assert all(said_s[name] >= surveyed_s[name] for name in said_s)
+
+
+@pytest.mark.parametrize("aside_m", [0.0, 2.0, 2.9])
+@pytest.mark.parametrize("ahead_m", [0.0, 2.0, 2.9, 4.4, 6.0])
+def test_who_begins_a_line_has_passed_its_first_mark(ahead_m: float, aside_m: float) -> None:
+    """Before, a vehicle that another one kept off began 4.5 m along the line, and the run ended without its goal."""
+    line = SurveyLine("line 1", (0.0, 0.0), (100.0, 0.0), False)
+    at = Motion(ahead_m, aside_m)
+    reference = SurveyingLine(line, 20.0, 900.0, AUV).reference(at, Picture())
+    assert reference is not None
+    assert reference.target_m == (line.to_m if ahead_m < 3.0 else line.place_m)
+    assert reference.target_m != line.to_m or distance(at.position_m, line.place_m) <= PASSED_M
 
 
 def test_who_is_lost_while_it_leads_or_follows_leaves_the_line_to_others() -> None:

@@ -24,6 +24,7 @@ print(*[name for name in added if not name.startswith("missions.verification")])
 LOST = 'fault=[{kind="lost",vehicle="AUV01",at_s=200},{kind="restarts",vehicle="AUV02",at_s=100,until_s=150}]'
 DRAINED = 'fault=[{kind="drains",vehicle="AUV01",at_s=62,until_s=99,drain_w=9},{kind="deaf",vehicle="AUV00",at_s=181}]'
 ADRIFT = 'fault=[{kind="lost",vehicle="AUV01",at_s=100,until_s=500}]'
+SLOWED = 'fault=[{kind="slow",vehicle="AUV01",at_s=100,factor=0.2}]'
 TIDE = ("current.east_mps=-0.2", "current.north_mps=0.25", "current.tide_period_h=1.5")
 RUNS = {
     "cbba": ("mapping-rendezvous", ["strategy.name=cbba", "channel.per=0.4"]),
@@ -41,6 +42,7 @@ RUNS = {
     "teams, needs by groups": ("mapping-three-teams", ["communication.needs_follow=groups", "channel.per=0.4"]),
     "formed at sea": ("mapping-inspection", []),
     "adrift beyond the border": ("mapping-rendezvous", [ADRIFT, "current.north_mps=-1.0"]),
+    "slower than the water": ("mapping-rendezvous", [SLOWED, "current.north_mps=-1.2"]),
     "a sensor that no role uses": ("mapping-inspection", ["vehicle.ASV00.sensor={swath_m=30,speed_limit_mps=2}"]),
     "Arrows": ("arrows-archaeology", []),
 }  # fmt: skip
