@@ -38,6 +38,5 @@ def test_nobody_is_taken_for_absent_who_is_heard_by_others(sea: str, monkeypatch
     assert taken_for_absent(sailed(sea)) >= 6
 
 
-@pytest.mark.parametrize("sea", SEAS)
-def test_without_relaying_the_mission_is_never_complete(sea: str) -> None:
-    assert not sailed(sea, "communication.relaying=false").completed
+def test_without_relaying_the_mission_is_never_complete() -> None:
+    assert not sailed("line", "communication.relaying=false").completed
