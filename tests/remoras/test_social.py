@@ -12,9 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from resting import fleet_at_rest, miss, named, say, stated
 
-from remoras.activities import Objective
 from remoras.fleet import Fleet
-from remoras.organisation import RoleAssignment
 from remoras.social.conclusions import Gatherings
 from remoras.social.leadership import HEAD_TERM, HEADED_BY
 from remoras.social.view import Instruction, holders_after
@@ -28,9 +26,6 @@ def hear(vehicle: Vehicle, *blocks: Block) -> None:
 
 
 LEFT = ("AUV01", "playsRole", "Operational.LeftWinger")
-EXPLORE_LEFT = ("Operational.LeftWinger", "objectiveExploring", "left")
-
-
 # Modules ------------------------------------------------------------------------------------------
 
 
@@ -134,27 +129,6 @@ def test_an_assignment_finds_room_or_waits(name: str) -> None:
     ]
     for order in permutations(words):
         assert holders_after(order, 1) == (set(holders), waiting)
-
-
-def test_in_one_round_the_order_of_hearing_does_not_matter(fleet: Fleet) -> None:
-    issuer = named(fleet, "AUV00")
-    blocks = (
-        say(issuer, LEFT, EXPLORE_LEFT, now_s=1.0),
-        say(issuer, ("AUV01", "leftRole", "Operational.LeftWinger"), now_s=2.0),
-        say(issuer, ("AUV02", "playsRole", "Operational.LeftWinger"), now_s=3.0),
-    )
-    outcomes = set()
-    for order in permutations(blocks):
-        with fleet_at_rest() as again:
-            vehicle = named(again, "AUV02")
-            hear(vehicle, *order)
-            vehicle.social.consult()
-            outcomes.add((vehicle.social.organisation.assignments, vehicle.social.objectives_of("AUV02")))
-    assert len(outcomes) == 1
-    ((assignments, objectives),) = outcomes
-    assert RoleAssignment("Operational", "LeftWinger", "AUV02") in assignments
-    assert RoleAssignment("Operational", "LeftWinger", "AUV01") not in assignments
-    assert objectives == (Objective("Operational", "LeftWinger", "Exploring", "left"),)
 
 
 # Meeting ------------------------------------------------------------------------------------------
