@@ -140,21 +140,6 @@ def test_no_packet_exceeds_its_room_and_all_accepted_items_get_through(
 # Blocks -------------------------------------------------------------------------------------------
 
 
-def test_a_block_in_parts_goes_in_whole_when_its_last_part_is_there():
-    """Twelve cells in 32 B packets of which the first is lost: it is said again, and nothing goes in before."""
-    fleet = ManagerFleet(2, payload_bytes=32, lost=lambda slot, sender, receiver: slot == 0)
-    uids = fleet.observe(0, *((bay(2), MAPPED_CELL, float(cell)) for cell in range(12)))
-    assert len(uids) > 1
-    for _ in range(2 * len(uids) + 2):
-        before = fleet.models[1].history(bay(2), MAPPED_CELL)
-        fleet.pass_slot()
-        after = fleet.models[1].history(bay(2), MAPPED_CELL)
-        assert len(before) in (0, 12)
-        assert len(after) in (0, 12)
-    assert len(fleet.models[1].history(bay(2), MAPPED_CELL)) == 12
-    assert fleet.n_open == 0
-
-
 # Slots --------------------------------------------------------------------------------------------
 
 

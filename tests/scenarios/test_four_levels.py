@@ -1,4 +1,4 @@
-"""Nine vehicles in four levels of groups: whoever belongs to several levels meets at the lowest first."""
+"""Nine vehicles from files alone, in three teams and in four levels of groups: meetings go from the bottom up."""
 
 from __future__ import annotations
 
@@ -6,10 +6,38 @@ from pathlib import Path
 
 import pytest
 from flicker import undone
-from scenarios.test_nine_vehicles import gathered_s
 
-from missions.runs.run import run
+from missions.runs.run import Run, run
 from missions.scenarios import load, shipped
+
+TEAMS = ("West", "Middle", "East")
+
+
+@pytest.fixture(scope="module")
+def in_teams() -> Run:
+    return run(load("mapping-nine-teams", [("--set", "channel.per=0.2")]), seed=3)
+
+
+def members(finished: Run) -> dict[str, set[str]]:
+    """Who founded which group."""
+    organisation = finished.setup.agreement.organisation
+    return {group: set(organisation.members(group)) for group in organisation.groups}
+
+
+def gathered_s(finished: Run) -> dict[str, float]:
+    return {one.group: one.time_s for one in finished.milestones if one.name == "gathered"}
+
+
+def test_the_plan_of_a_team_stays_in_the_team(in_teams: Run) -> None:
+    founded = members(in_teams)
+    for _, vehicle, group, role, event in in_teams.recorder.roles:
+        if event == "assigned" and group in TEAMS:
+            assert vehicle in founded[group], f"{vehicle} plays {role} of {group}"
+    worked = {
+        (row[2], row[3]) for row in in_teams.recorder.roles if row[4] == "active" and row[3] in ("North", "South")
+    }
+    assert worked == {(team, role) for team in TEAMS for role in ("North", "South")}
+
 
 LEADS = {"west": "Chief", "middle": "Aide"}
 LED_BY = """name = "Coordinator"

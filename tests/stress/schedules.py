@@ -72,15 +72,10 @@ LINKS = {
     "forged": Kind(_share(0.05, 0.3)),
 }
 DECLARED = {
-    "lost": Kind(may_stay=True),
-    "mute": Kind(may_stay=True),
-    "deaf": Kind(may_stay=True),
-    "restarts": Kind(_of("memory", "kept", "lost")),
-    "slow": Kind(_of("factor", 0.8, 0.6, 0.4), may_stay=True),
-    "joins": Kind(is_sudden=True),
-    "sensor": Kind(may_stay=True),
-    "drains": Kind(_of("drain_w", 50.0, 200.0)),
-}
+    **dict.fromkeys(("lost", "mute", "deaf", "sensor"), Kind(may_stay=True)),
+    "restarts": Kind(_of("memory", "kept", "lost")), "joins": Kind(is_sudden=True),
+    "slow": Kind(_of("factor", 0.8, 0.6, 0.4), may_stay=True), "drains": Kind(_of("drain_w", 50.0, 200.0)),
+}  # fmt: skip
 """Kinds that a scenario may declare."""
 KINDS = {
     **LINKS,
@@ -89,17 +84,12 @@ KINDS = {
     "random": Kind(_share(0.2, 1.0)),
     "frozen": Kind(),
     "misplaced": Kind(_share(0.1, 1.0), may_stay=True),
-    "forged-role": Kind(is_sudden=True),
-    "forged-objective": Kind(is_sudden=True),
-    "forged-done": Kind(is_sudden=True),
+    **dict.fromkeys(("forged-role", "forged-objective", "forged-done"), Kind(is_sudden=True)),
     "forged-lead": Kind(_of("term", 1, 2, 64, 65, 128, 254, 255), is_sudden=True),
     "sulks": Kind(_share(0.1, 1.0)),
 }
 AWAY = frozenset({"lost", "restarts", "joins", "killed"})
-OTHERS = {
-    "noise": Kind(_share(0.02, 1.0) | _of("packets", 1, 4, 40)),
-    "foreign": Kind(_share(0.1, 1.0)),
-}
+OTHERS = {"noise": Kind(_share(0.02, 1.0) | _of("packets", 1, 4, 40)), "foreign": Kind(_share(0.1, 1.0))}
 """What nodes hear beside packets: random bytes, and those of another fleet."""
 OF_NODES = {**LINKS, **DECLARED, **OTHERS, "killed": Kind()}
 """Kinds that may befall nodes; one that is killed goes on from its log."""
