@@ -20,22 +20,11 @@ def one(*activities: tuple[str, ActivityType], needs: str | None = None, vital: 
     return activity_set(*activities, needs=needs, kind=kind, sensors=("sonar",))
 
 
-HOMING = one(("Homing", G))
-ZIGZAG = one(("ZigzagExploring", G))
-MAPPING = one(("Mapping", P), needs="ZigzagExploring")
 SENDING = one(("Sending", C))
 
 
 def best(sets: Sequence[ActivitySet], *motivations: float) -> tuple[int, ...]:
     return Choice(sets).best(motivations)
-
-
-def test_mapping_goes_with_exploring_and_falls_with_it() -> None:
-    sets = [HOMING, ZIGZAG, MAPPING, SENDING]
-    assert best(sets, 0.3, 0.6, 0.6, 0.1) == (1, 2, 3)
-    assert best(sets, 0.3, 0.0, 0.6, 0.1) == (0, 3)  # nobody explores: nothing to map
-    assert best(sets, 0.0, 0.0, 0.6, 0.1) == (3,)
-    assert best(sets, 0.9, 0.6, 0.6, 0.1) == (0, 3)  # 0.5 on average against 0.43
 
 
 def test_what_has_no_effect_stands_in_nobody_s_way() -> None:
