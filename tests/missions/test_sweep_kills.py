@@ -16,7 +16,7 @@ from missions.sweeps.driver import sweep
 from missions.sweeps.ledger import LEDGER
 from missions.sweeps.study import load_study
 
-N_KILLS = 10
+N_KILLS = 6
 
 
 def workers_of(process: "subprocess.Popen[str]") -> list[psutil.Process]:

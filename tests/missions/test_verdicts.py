@@ -87,7 +87,7 @@ LESS_ENERGY = [with_energy("mapping-rendezvous", energy_j) for energy_j in (2e6,
 
 @pytest.mark.slow
 @pytest.mark.parametrize("worse", [MORE_LOST, LESS_ENERGY], ids=["more lost", "less energy"])
-@pytest.mark.parametrize("strategy", ["remoras", "cbba"])
+@pytest.mark.parametrize("strategy", ["remoras", pytest.param("cbba", marks=pytest.mark.thorough)])
 def test_to_lose_more_vehicles_or_to_have_less_energy_never_reaches_more(strategy: str, worse: list[list[str]]) -> None:
     given = ("channel.per=0.3", f"strategy.name={strategy}")
     summaries = [made("mapping-rendezvous", *given, *settings)[1] for settings in worse]
