@@ -54,7 +54,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with (folder / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not (folder / "built").exists():
-            command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html"]
+            command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-j", "auto", "-b", "html"]
             command += ["-d", str(folder / "trees"), str(DOCS), str(folder / "site")]
             environment = {**os.environ, "PYTHONPATH": str(ROOT)}
             built = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
