@@ -319,13 +319,12 @@ class Work:
 
     def able(self, data: VehicleData, role: RoleSpecification) -> bool:
         """True if the vehicle can play the role, beside those that it plays, and has what its job takes."""
-        return role.job not in self.short_handed and self._has_what_it_takes(data, role)
+        is_unable = bool(self.unable) and (data.name, role.job) in self.unable
+        return not is_unable and role.job not in self.short_handed and self._has_what_it_takes(data, role)
 
     def _has_what_it_takes(self, data: VehicleData, role: RoleSpecification) -> bool:
-        """The same, however many vehicles the job takes."""
+        """The same of one of several at a job: whoever has waited there in vain may still help."""
         if self.barred and (data.name, role.name) in self.barred:
-            return False
-        if self.unable and (data.name, role.job) in self.unable:
             return False
         if role.incompatible and self.organisation.is_excluded(data.name, role):
             return False

@@ -147,10 +147,10 @@ class Lifting(Behaviour):
 
     Args:
         lift: the job; data: of the vehicle.
-        wait_s: after so long there without all others it gives up; whoever helps goes on waiting.
+        wait_s: after so long there without all others it gives up.
     """
 
-    def __init__(self, lift: Lift, data: VehicleData, wait_s: float = math.inf) -> None:
+    def __init__(self, lift: Lift, data: VehicleData, wait_s: float) -> None:
         self._lift, self._wait = lift, HelpAwaited(f"others at {lift.name}", wait_s)
         self._stay = Stay(data)
         self._end_m: Point | None = None
@@ -198,12 +198,19 @@ class Helping(Lifting):
     Args:
         lift: the job; group: whose job it is; holders: who holds it; data: of the vehicle.
         lifts: all of them, by name.
+        wait_s: after so long there without all others it is free for other calls.
     """
 
     def __init__(
-        self, lift: Lift, group: str, holders: Collection[str], data: VehicleData, lifts: Collection[str]
+        self,
+        lift: Lift,
+        group: str,
+        holders: Collection[str],
+        data: VehicleData,
+        lifts: Collection[str],
+        wait_s: float,
     ) -> None:
-        super().__init__(lift, data)
+        super().__init__(lift, data, wait_s)
         self._me = data.name
         self._help = Help(lift.name, group, holders, data.name, lift.n_vehicles - 1, HELPS, lifts)
 
@@ -215,6 +222,8 @@ class Helping(Lifting):
         if middle_m is None or not is_of_use or picture.facts.get(self._lift.done) is not None:
             return IDLE
         found = self._perceived(middle_m, motion, picture, performed)
+        if self._wait.is_given_up:
+            return IDLE
         if found is DONE:
             return Perception(1.0, 1.0, concludes=(Observation(((self._lift.name, DONE_BY, self._me),)),))
         return found._replace(concludes=self._help.said(), ends=self._help.ends) if found.stimulus else found

@@ -156,7 +156,7 @@ class RecoveryMission(HelpMission):
 
     def helper(self, job: str, group: str, holders: Collection[str], data: VehicleData) -> Behaviour:
         """Help with an object."""
-        return Helping(self._lifts[job], group, holders, data, self.helped)
+        return Helping(self._lifts[job], group, holders, data, self.helped, self.scenario.mission.wait_s)
 
     def behaviour_at(self, job: Job, data: VehicleData) -> Behaviour:
         """The survey of a site, or the lift of an object."""

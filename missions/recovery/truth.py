@@ -9,9 +9,20 @@ from exchange.arithmetic import distance
 from missions.figure import Declared, Figure, Mark, RunResults, Style
 from missions.meeting.meeting import Meeting
 from missions.meeting.staying import THERE_M
-from missions.meeting.truth import JOBS, WAITS, JobTruth, draw_steps, event_s, first_s, mean_wait_s, mean_with_sites_s
+from missions.meeting.truth import (
+    ATTRIBUTE,
+    JOBS,
+    SUBJECT,
+    WAITS,
+    JobTruth,
+    draw_steps,
+    event_s,
+    first_s,
+    mean_wait_s,
+    mean_with_sites_s,
+)
 from missions.metric import Better, MeasuredRun, Metric
-from missions.recovery.lifting import Lift, SeaField
+from missions.recovery.lifting import LYING_AT, Lift, SeaField
 from remoras.mission import FleetView
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
 
@@ -65,6 +76,13 @@ class RecoveryTruth(JobTruth):
                 del self._open[name]
                 self._lift_rows.append((now_s, there[0], name, LIFTED))
                 self.note(there[0], name, now_s)
+
+    def close(self, fleet: FleetView, now_s: float) -> str:
+        """Say who is missing where, what was not done, and which objects nobody has found."""
+        found = {row[SUBJECT] for row in self._items[0:] if row[ATTRIBUTE] == LYING_AT}
+        hidden = ", ".join(name for name in self._open if name not in found)
+        reason = super().close(fleet, now_s)
+        return "; ".join(text for text in (reason, f"nobody knows where they lie: {hidden}" if hidden else "") if text)
 
 
 def mean_done_s(run: MeasuredRun) -> float:

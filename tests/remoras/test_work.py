@@ -1,5 +1,7 @@
 """Work: what is open, vacant, held and done, and chains of jobs that need each other."""
 
+from dataclasses import dataclass, replace
+
 from samples import auv, database
 
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
@@ -39,6 +41,24 @@ def work(*held: tuple[str, str], done: tuple[str, ...] = ()) -> Work:
 
 def names(roles: object) -> list[str]:
     return [role.name for role in roles]  # type: ignore[attr-defined]
+
+
+@dataclass(frozen=True)
+class Heavy(Visit):
+    """Takes both vehicles that go under water."""
+
+    n_vehicles: int = 2
+
+
+def test_who_has_waited_in_vain_may_help_still() -> None:
+    """Before, a job that takes all was said to be impossible once one of them had given up."""
+    both = replace(work(), jobs=JOBS | {"load": Heavy("load", (100.0, 0.0))}, unable=frozenset({("AUV01", "load")}))
+    assert both.impossible == both.short_handed == frozenset()
+    role = GROUP.role("Load")
+    assert role is not None
+    assert [both.able(FLEET[name], role) for name in ("AUV01", "AUV02")] == [False, True]
+    neither = replace(both, unable=both.unable | {("AUV02", "load")})
+    assert neither.impossible == {"load"}
 
 
 def test_jobs_are_done_nearest_first() -> None:

@@ -6,8 +6,10 @@ import pytest
 from sample_vehicles import AUV
 from varied import Varied
 
-from missions.recovery.lifting import Lift
+from missions.recovery.lifting import Helping, Lift
 from missions.runs.run import Run
+from remoras.motion import Motion
+from remoras.picture import Picture
 from remoras.truth import within_reach
 
 flown = Varied("recovery-field", "field.toml").flown
@@ -59,3 +61,22 @@ def test_as_many_must_be_left_in_contact_as_a_job_takes_at_once() -> None:
     )
     for fleet, found in (([one], set()), ([one, deaf], set()), ([one, one], {"lift 1"}), ([one, away], {"lift 1"})):
         assert within_reach({"lift 1": lift}, (), SimpleNamespace(vehicles=fleet), ()) == found
+
+
+def test_whoever_helps_waits_no_longer_than_it_says() -> None:
+    """Three are needed, one holds the lift and one helps: that one had no limit, and was named with none."""
+    behaviour = Helping(Lift("lift 1", 60.0, 3, 10.0), "Crew", ("AUV01",), AUV, ("lift 1",), 100.0)
+    lift = Lift("lift 1", 60.0, 3, 10.0)
+    picture = Picture(facts={("lyingAt", "lift 1"): (0.0, 0.0)})
+    at = Motion(*lift.ends_m((0.0, 0.0))[0])
+    for now_s, until_s in ((0.0, 100.0), (100.0, 100.0), (102.0, None), (104.0, None)):
+        picture.body.now_s = now_s
+        waits = behaviour.perceive(at, picture, True).waits
+        assert (None if waits is None else waits.until_s) == until_s
+    assert behaviour.perceive(at, picture, True).stimulus == 0.0
+
+
+def test_a_run_says_what_nobody_has_found() -> None:
+    """A short sonar on all, and dead from the start on: the objects of no lift are seen."""
+    run = flown(1, fault("AUV00", "AUV01", "AUV02", "AUV03", kind="sensor", at_s=1.0), "scenario.duration_s=60")
+    assert "nobody knows where they lie: lift 1, lift 2, lift 3, lift 4" in run.reason
