@@ -476,7 +476,8 @@ class JobTruth(MeetingTruth):
         """Say who is missing where, and which jobs are not done."""
         reason = super().close(fleet, now_s)
         undone = [job for group in self._groups for job in self._undone(group)]
-        told = [f"{job} impossible, as vehicles say since {at_s:.0f} s" for job, at_s in self._impossible.items()]
+        said = {job: at_s for job, at_s in self._impossible.items() if job not in self.jobs_done}
+        told = [f"{job} impossible, as vehicles say since {at_s:.0f} s" for job, at_s in said.items()]
         claimed = ", ".join(sorted(self._done.difference(self.jobs_done)))
         told += [f"said to be done and not: {claimed}"] if claimed and self.goal_fraction < 1.0 else []
         is_short = bool(reason) or self.goal_fraction < 1.0  # all may be together since somebody said what is not so

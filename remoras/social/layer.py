@@ -361,7 +361,8 @@ class SocialLayer:
             facts = self.standing.in_place_of_the_absent(own := [self._beliefs.fact(*fact) for fact in statement.facts])
             self._negotiation.note_added(now_s, [fact for fact in facts if fact not in own])
             facts += aims(statement.facts, self.objectives.values(), self._founding, self._beliefs, self._mission)
-            stated.append((facts, statement.told and not (is_order and self.standing.is_cut_off)))
+            if not self.standing.is_said(facts):  # as its plan may have, before
+                stated.append((facts, statement.told and not (is_order and self.standing.is_cut_off)))
         return stated
 
     def _taken_back(self) -> list[Fact]:

@@ -47,6 +47,22 @@ def test_a_run_is_over_once_all_have_met_and_take_for_done_what_is_not() -> None
     assert truth.close(fleet, 20.0) == "said to be done and not: reef"
 
 
+def test_what_was_said_to_be_impossible_and_is_done_is_no_reason() -> None:
+    """A vehicle that was not heard for a while did it: before, a completed run had that for its reason."""
+    reef: Any = SimpleNamespace(name="reef", needs=(), is_able=lambda data: True)
+    meeting = Meeting({"Team": TEAM}, {"jetty": JETTY_M}, 3.0, 20.0, 60.0, 900.0, {}, jobs={"reef": reef},
+                      says_impossible=True)  # fmt: skip
+    recorder = Recorder([JOBS])
+    truth = JobTruth(meeting, "Surveying", recorder)
+    fleet: Any = SimpleNamespace(vehicles=[seen(name, position_m=JETTY_M, met=True) for name in "AB"])
+    recorder.items.append(("0-1", "A", 5.0, 5.0, "reef", "isImpossible", "true", "told", ""))
+    truth.observe(fleet, 10.0)
+    assert "reef impossible, as vehicles say since 10 s" in truth.close(fleet, 10.0)
+    truth.note("B", "reef", 20.0)
+    assert truth.observe(fleet, 20.0)
+    assert truth.close(fleet, 20.0) == ""
+
+
 def test_who_waits_at_a_job_for_help_says_so() -> None:
     """Nobody calls under ``cbba``: vehicles that hold such jobs wait for each other."""
     keys = "strategy.name=cbba", "scenario.duration_s=1500"
