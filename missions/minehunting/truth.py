@@ -85,6 +85,12 @@ class MinehuntingTruth(JobTruth):
         """True once all contacts are classified."""
         return self.goal_fraction >= 1.0
 
+    def close(self, fleet: FleetView, now_s: float) -> str:
+        """Say who is missing where, what was not classified, and of what the analysts still await strips."""
+        awaited = ", ".join(name for name in self._contacts if name in self._done - self._classified)
+        waits = f"analysts wait for strips of {awaited} until the end" if awaited else ""
+        return "; ".join(text for text in (super().close(fleet, now_s), waits) if text)
+
     def _undone(self, group: Group) -> list[str]:
         return [name for name in self._contacts if name not in self._classified]
 

@@ -78,3 +78,13 @@ def test_what_nobody_left_has_the_tool_for_is_impossible_because_of_that() -> No
     finished = run(load("resupply-field", [("--set", key) for key in keys]), 1)
     said = {row[3] for row in finished.recorder.faults if row[2] == "impossible"}
     assert said == {f"hole {number}: nobody who is there is able to do it" for number in range(1, 9)}
+
+
+def test_a_run_says_of_what_its_analysts_await_strips() -> None:
+    """At a loss of 0.8 all were home long before the end, and nobody said what for they stayed."""
+    finished = run(load("minehunting-contacts", [("--set", "scenario.duration_s=700")]), 1)
+    viewed = {row[2] for row in finished.recorder.rows("jobs") if row[2].startswith("contact")}
+    classified = {row[2] for row in finished.recorder.rows("classifications")}
+    said = re.search(r"analysts wait for strips of (.+) until the end", finished.reason)
+    assert said is not None
+    assert set(said[1].split(", ")) == viewed - classified
