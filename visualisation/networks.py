@@ -12,12 +12,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch
 
-from visualisation import style, words
+from visualisation import page, style, words
 from visualisation.output import check_format
-from visualisation.page import Box, Page
 
-LEFT_IN, RIGHT_IN, TOP_IN, BODY_IN, AXIS_IN, GAP_IN = 0.62, 0.1, 0.24, 2.9, 0.4, 0.3
-LONGEST_NAME_IN, RANGES_IN = 1.2, 2.0
+BODY_IN, RANGES_IN, LONGEST_NAME_IN = 2.9, 2.0, 1.2
 BEND = 0.12
 """How far the two ways of a link are bent apart, as a share of its length."""
 WIDEST_PT = 1.8
@@ -94,23 +92,17 @@ def network_contents(network: MeasuredNetwork, format: str) -> list[tuple[str, b
 def network_figure(network: MeasuredNetwork) -> Figure:
     """Losses over range; else the matrix of losses, beside the map if all positions are known."""
     with style.paper():
-        if network.per_over_range:
-            page = Page(style.COLUMN_IN, RIGHT_IN + RANGES_IN + AXIS_IN)
-            axes = page.panel(Box(LEFT_IN, RIGHT_IN, style.COLUMN_IN - LEFT_IN - RIGHT_IN, RANGES_IN))
-            _over_range(axes, network)
-            return page.figure
-        names = [style.fitted(node.name, LONGEST_NAME_IN, style.SMALL_PT) for node in network.node]
-        name_in = max(style.width_in(name, style.SMALL_PT) for name in names)
-        is_upright = name_in > BODY_IN / len(names) - 0.05
-        has_map = _has_map(network)
-        body_top_in, left_in = TOP_IN if has_map else TOP_IN / 2, LEFT_IN + BODY_IN + GAP_IN if has_map else 0.05
-        matrix = Box(left_in + 0.2 + name_in, body_top_in, BODY_IN, BODY_IN)
-        below_in = max(AXIS_IN, 0.24 + (name_in if is_upright else 0.16))
-        page = Page(matrix.left_in + BODY_IN + RIGHT_IN, body_top_in + BODY_IN + below_in)
+        has_map, has_ranges = _has_map(network), bool(network.per_over_range)
+        figure = page.opened(style.PAGE_IN if has_map else style.COLUMN_IN, BODY_IN)
+        panels = page.panels(figure, 1 + has_map, 1 + has_map, ("map", "share lost") if has_map else ())
+        if has_ranges:
+            _over_range(panels[0], network)
+        else:
+            _matrix(panels[-1], network)
         if has_map:
-            _map(page.panel(Box(LEFT_IN, body_top_in, BODY_IN, BODY_IN), "(a) map"), network)
-        _matrix(page.panel(matrix, "(b) share lost" if has_map else ""), network, names, is_upright)
-    return page.figure
+            _map(panels[0], network)
+        page.lay_out(figure, panels[:1], lambda: [RANGES_IN if has_ranges else page.panel_in(panels[0])[0]])
+    return figure
 
 
 def _has_map(network: MeasuredNetwork) -> bool:
@@ -119,13 +111,12 @@ def _has_map(network: MeasuredNetwork) -> bool:
 
 def _over_range(axes: Axes, network: MeasuredNetwork) -> None:
     ranges_m, per = zip(*network.per_over_range, strict=True)
-    axes.spines[["top", "right"]].set_visible(False)
     axes.plot((0.0, *ranges_m), (per[0], *per), color=style.BLUE, zorder=2)
     axes.plot(ranges_m, per, color=style.BLUE, marker="o", linestyle="", zorder=3)
     axes.set_xlim(0.0, 1.05 * ranges_m[-1])
     axes.set_ylim(0.0, 1.04)
-    axes.set_xlabel(words.axis("range", "m"), labelpad=2)
-    axes.set_ylabel("share lost", labelpad=3)
+    axes.set_xlabel(words.axis("range", "m"))
+    axes.set_ylabel("share lost")
 
 
 def _map(axes: Axes, network: MeasuredNetwork) -> None:
@@ -153,21 +144,22 @@ def _map(axes: Axes, network: MeasuredNetwork) -> None:
         text = node.name if node.depth_m is None else f"{node.name}\n{node.depth_m:g} m"
         axes.plot(x_m, y_m, marker="o", markersize=NODE_PT, color="white", markeredgecolor=style.BLACK, zorder=3)
         axes.text(x_m, y_m, text, fontsize=style.TINY_PT, ha="center", va="center", linespacing=1.0, zorder=4)
-    axes.spines[["top", "right"]].set_visible(False)
     xs, ys = zip(*at_m.values(), strict=True)
     span_m = max(max(xs) - min(xs), max(ys) - min(ys), 1.0)
     for low, high, limit in ((min(xs), max(xs), axes.set_xlim), (min(ys), max(ys), axes.set_ylim)):
         middle = (low + high) / 2.0
         limit(middle - 0.62 * span_m, middle + 0.62 * span_m)
     axes.set_aspect("equal", adjustable="box")
-    axes.set_xlabel(words.axis("east", "m"), labelpad=2)
-    axes.set_ylabel(words.axis("north", "m"), labelpad=1)
+    axes.set_xlabel(words.axis("east", "m"))
+    axes.set_ylabel(words.axis("north", "m"))
 
 
-def _matrix(axes: Axes, network: MeasuredNetwork, labels: Sequence[str], is_upright: bool) -> None:
+def _matrix(axes: Axes, network: MeasuredNetwork) -> None:
     """A field for each link, row sends and column hears: the darker, the more it loses."""
     names = [node.name for node in network.node]
     n = len(names)
+    labels = [style.fitted(name, LONGEST_NAME_IN, style.SMALL_PT) for name in names]
+    is_upright = max(style.width_in(label, style.SMALL_PT) for label in labels) > BODY_IN / n - 0.05
     shades = [[network.per.get((a, b), math.nan) for b in names] for a in names]
     axes.imshow(shades, cmap="Greys", vmin=0.0, vmax=1.25)
     if n <= 12:
@@ -187,8 +179,8 @@ def _matrix(axes: Axes, network: MeasuredNetwork, labels: Sequence[str], is_upri
     axes.tick_params(length=0)
     axes.set_xticks(range(n), labels, rotation=90 if is_upright else 0)
     axes.set_yticks(range(n), labels)
-    axes.set_xlabel("hears", labelpad=2)
-    axes.set_ylabel("sends", labelpad=3)
+    axes.set_xlabel("hears")
+    axes.set_ylabel("sends")
 
 
 def network_caption(network: MeasuredNetwork) -> str:

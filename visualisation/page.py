@@ -7,7 +7,8 @@ nobody but this module does.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -206,6 +207,95 @@ class Page:
     def _shares(self, box: Box) -> tuple[float, float, float, float]:
         left, width = box.left_in / self.width_in, box.width_in / self.width_in
         return left, 1.0 - (box.top_in + box.height_in) / self.height_in, width, box.height_in / self.height_in
+
+
+BODY_GUESS_IN = 4.0
+"""Room for all that is no body of a panel, before the layout says how much that takes."""
+LABEL_ROOM_IN = 2.5
+"""Widest entry of a legend."""
+PASSES, EXACT_IN = 4, 0.002
+"""Layouts until panels have their heights, and how near they come."""
+OVER_IN = 0.1
+"""How much longer than its axis a vertical label may be."""
+UNIT = re.compile(r" \([^()]*\)$")
+
+
+def opened(width_in: float, body_in: float) -> Figure:
+    """An empty figure off screen; draw on it under ``style.paper()``.
+
+    Args:
+        width_in: of the page.
+        body_in: height of all rows of panels together, as far as it is known.
+    """
+    figure = Figure(figsize=(width_in, body_in + BODY_GUESS_IN), dpi=style.DPI, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def panels(figure: Figure, n: int, columns: int, titles: Sequence[str] = (), framed: bool = False) -> list[Axes]:
+    """Panels in rows, framed or without frame above and on the right; titles get letters."""
+    grid = list(figure.subplots(-(-n // columns), columns, squeeze=False).flat)
+    for number, axes in enumerate(grid):
+        axes.spines[["top", "right"]].set_visible(framed)
+        axes.tick_params(labelsize=style.SMALL_PT)  # else their number follows the user's settings when it is drawn
+        if number >= n:
+            axes.remove()
+        elif titles:
+            axes.set_title(f"({LETTERS[number]}) {titles[number]}".rstrip())
+    return grid[:n]
+
+
+def legend(figure: Figure, entries: Sequence[Artist], edge: str = "lower", **look: Any) -> None:
+    """A legend outside of the panels, in as many columns as have room; none without entries."""
+    if not entries:
+        return
+    width_in = figure.get_figwidth()
+    for entry in entries:
+        entry.set_label(style.fitted(str(entry.get_label()), min(LABEL_ROOM_IN, width_in - 0.7), style.SMALL_PT))
+    columns = style.legend_columns([str(entry.get_label()) for entry in entries], width_in - 0.1)
+    figure.legend(handles=list(entries), loc=f"outside {edge} center", **{"ncols": columns, **look})
+
+
+def lay_out(figure: Figure, column: Sequence[Axes], bodies_in: Sequence[float] | Callable[[], Sequence[float]]) -> None:
+    """Give the page the height at which its rows of panels have theirs, and everything its place for good.
+
+    Titles and labels of axes that are longer than their panel are cut, labels before their unit.
+
+    Args:
+        figure: with everything drawn that takes room.
+        column: a panel of each row.
+        bodies_in: their heights, or what says so once panels have their widths.
+    """
+    engine, grid = figure.get_layout_engine(), column[0].get_gridspec()
+    assert engine is not None
+    assert grid is not None
+    for _ in range(PASSES):
+        engine.execute(figure)
+        found_in = [panel_in(axes)[1] for axes in column]
+        wanted_in = bodies_in() if callable(bodies_in) else bodies_in
+        if max(abs(wanted - found) for wanted, found in zip(wanted_in, found_in, strict=True)) < EXACT_IN:
+            break
+        grid.set_height_ratios(wanted_in)
+        figure.set_figheight(figure.get_figheight() + sum(wanted_in) - sum(found_in))
+    figure.set_layout_engine("none")
+    for axes in figure.axes:
+        wide_in, high_in = panel_in(axes)
+        axes.set_title(_cut(axes.get_title(loc="left"), wide_in, style.TEXT_PT), loc="left")
+        for label, room_in in ((axes.xaxis.label, wide_in), (axes.yaxis.label, high_in + OVER_IN)):
+            label.set_text(_cut(label.get_text(), room_in, float(label.get_fontsize())))
+
+
+def panel_in(axes: Axes) -> tuple[float, float]:
+    """Width and height of the room of a panel in inches."""
+    room, (width_in, height_in) = axes.get_position(original=True), axes.figure.get_size_inches()
+    return float(room.width * width_in), float(room.height * height_in)
+
+
+def _cut(text: str, room_in: float, size_pt: float) -> str:
+    unit = found[0] if (found := UNIT.search(text)) else ""
+    named, room_in = text.removesuffix(unit), room_in - style.width_in(unit, size_pt)
+    is_long = "\n" not in text and style.width_in(named, size_pt) > room_in
+    return style.fitted(named, room_in, size_pt) + unit if is_long else text
 
 
 class DrawnPage(NamedTuple):

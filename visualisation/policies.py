@@ -18,12 +18,10 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MultipleLocator
 
 from exchange.study.study import BOUND, KINDS, StudyRow, TrialMean
-from visualisation import style, words
+from visualisation import page, style, words
 from visualisation.output import DrawingError, check_format, unknown
-from visualisation.page import Legend, Page, PanelGrid
 
-LEFT_IN, GAP_IN, RIGHT_IN, TOP_IN, BODY_IN, AXIS_IN = 0.5, 0.62, 0.1, 0.24, 2.3, 0.4
-LOADED_BODY_IN, ROW_GAP_IN = 1.75, 0.3
+BODY_IN, LOADED_BODY_IN = 2.3, 1.75
 LEGEND_COLUMNS = 3
 
 LOOKS = (
@@ -86,16 +84,17 @@ def unloaded_figure(rows: Sequence[StudyRow], kind: str) -> Figure:
     """Times relative to ACK, and in slots, over the packet error rate, each with its interval."""
     shown = UNLOADED[kind]
     with style.paper():
-        drawn, ((left, right),) = _panels(rows, 1, BODY_IN)
+        drawn, (left, right) = _panels(rows, 1, BODY_IN)
         for axes, field in ((left, shown.relative), (right, shown.absolute)):
             _series(axes, rows, lambda row: row.per, field)
-            axes.set_xlabel("packet error rate", labelpad=2)
+            axes.set_xlabel("packet error rate")
             axes.set_xlim(0.0, max(0.8, *(row.per for row in rows)) + 0.02)
             axes.xaxis.set_major_locator(MultipleLocator(0.2))
         left.set_ylim(bottom=0.0)
-        left.set_ylabel("time relative to ACK", labelpad=3)
-        right.set_ylabel(words.axis("time", "slots"), labelpad=3)
+        left.set_ylabel("time relative to ACK")
+        right.set_ylabel(words.axis("time", "slots"))
         style.logarithmic(right)
+        page.lay_out(drawn, [left], [BODY_IN])
     return drawn
 
 
@@ -103,23 +102,24 @@ def loaded_figure(rows: Sequence[StudyRow]) -> Figure:
     """Latencies, items in flight and goodput over the offered load."""
     with style.paper():
         drawn, panels = _panels(rows, 2, LOADED_BODY_IN)
-        for axes, (field, label) in zip((axes for row in panels for axes in row), LOADED, strict=True):
+        for axes, (field, label) in zip(panels, LOADED, strict=True):
             _series(axes, rows, _offered, field)
-            axes.set_ylabel(label, labelpad=3)
+            axes.set_ylabel(label)
             axes.set_xlim(0.0, 1.03 * max(_offered(row) for row in rows))
             if field.endswith("slots"):
                 style.logarithmic(axes)
             else:
                 axes.set_ylim(bottom=0.0)
-        goodput = panels[1][1]
+        goodput = panels[3]
         top = goodput.get_ylim()[1]
         goodput.plot([0, top], [0, top], color=style.GREY, linewidth=0.6, linestyle=(0, (1, 1.5)), zorder=1)
         goodput.set_ylim(top=top)
         goodput.text(
             0.80 * top, 0.84 * top, "all that is offered", color=style.GREY, fontsize=style.TINY_PT, ha="right"
         )
-        for axes in panels[1]:
-            axes.set_xlabel(words.axis("offered load", "items per slot"), labelpad=2)
+        for axes in panels[2:]:
+            axes.set_xlabel(words.axis("offered load", "items per slot"))
+        page.lay_out(drawn, panels[::2], [LOADED_BODY_IN] * 2)
     return drawn
 
 
@@ -206,12 +206,8 @@ def _looks(rows: Sequence[StudyRow]) -> dict[str, dict[str, Any]]:
     return looks
 
 
-def _panels(rows: Sequence[StudyRow], n_rows: int, body_in: float) -> tuple[Figure, list[list[Axes]]]:
+def _panels(rows: Sequence[StudyRow], n_rows: int, body_in: float) -> tuple[Figure, list[Axes]]:
     """A page with two panels in each row, letters above them, and the legend below."""
-    entries = tuple(Line2D([], [], **look) for look in _looks(rows).values())
-    legend = Legend(entries, style.PAGE_IN, most=LEGEND_COLUMNS)
-    grid = PanelGrid(2 * n_rows, 2, style.PAGE_IN, LEFT_IN, RIGHT_IN, TOP_IN, body_in, GAP_IN, ROW_GAP_IN)
-    page = Page(style.PAGE_IN, grid.height_in + AXIS_IN + legend.height_in + 0.08)
-    panels = page.open_panels(grid, [""] * grid.n)
-    page.legend(legend)
-    return page.figure, [panels[at : at + 2] for at in range(0, grid.n, 2)]
+    figure = page.opened(style.PAGE_IN, n_rows * body_in)
+    page.legend(figure, [Line2D([], [], **look) for look in _looks(rows).values()], ncols=LEGEND_COLUMNS)
+    return figure, page.panels(figure, 2 * n_rows, 2, [""] * 2 * n_rows)

@@ -12,11 +12,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from missions.statistics import Interval, wilson_interval
-from visualisation import style, words
+from visualisation import page, style, words
 from visualisation.output import DrawingError, check_format
-from visualisation.page import Box, Legend, Page
 
-LEFT_IN, RIGHT_IN, TOP_IN, BODY_IN, AXIS_IN = 0.5, 0.12, 0.1, 2.3, 0.42
+BODY_IN = 2.3
 NAME = "delivery-against-range"
 """Name of the files, without suffix."""
 BY_FRAME = (0, (3, 1.2))
@@ -107,10 +106,9 @@ def reach_figure(reaches: Sequence[ModemReach]) -> Figure:
         if any(reach.drawn for reach in reaches):
             entries.append(Line2D([], [], color=style.BLACK, **DRAWN, label="drawn, 95 %"))
         entries.append(Line2D([], [], color=style.BLACK, marker="*", markersize=9, linestyle="", label=NOMINAL))
-        legend = Legend(tuple(entries), style.PAGE_IN)
-        page = Page(style.PAGE_IN, TOP_IN + BODY_IN + AXIS_IN + legend.height_in + 0.08)
-        axes = page.panel(Box(LEFT_IN, TOP_IN, style.PAGE_IN - LEFT_IN - RIGHT_IN, BODY_IN))
-        axes.spines[["top", "right"]].set_visible(False)
+        figure = page.opened(style.PAGE_IN, BODY_IN)
+        (axes,) = page.panels(figure, 1, 1)
+        page.legend(figure, entries)
         for one, look in zip(reaches, looks, strict=True):
             ranges_km = [point.range_m / 1000.0 for point in one.points]
             whole = [point.delivered for point in one.points]
@@ -128,10 +126,10 @@ def reach_figure(reaches: Sequence[ModemReach]) -> Figure:
                 axes.plot(nominal_km, there, color=look.colour, marker="*", markersize=9, markeredgecolor=style.BLACK)
         axes.set_xlim(0.0, max(point.range_m for reach in reaches for point in reach.points) / 1000.0)
         axes.set_ylim(0.0, 1.06)
-        axes.set_xlabel(words.axis("range", "km"), labelpad=2)
-        axes.set_ylabel("delivery ratio", labelpad=3)
-        page.legend(legend)
-    return page.figure
+        axes.set_xlabel(words.axis("range", "km"))
+        axes.set_ylabel("delivery ratio")
+        page.lay_out(figure, [axes], [BODY_IN])
+    return figure
 
 
 def reach_caption(reaches: Sequence[ModemReach], sea: str) -> str:

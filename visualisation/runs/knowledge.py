@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from missions.figure import RunResults, axis_end_s
-from visualisation import style, words
-from visualisation.page import Box, DrawnPage, Page
+from visualisation import page, style, words
+from visualisation.page import DrawnPage
 from visualisation.runs import captions, news, shades
 from visualisation.runs.shades import Timespan
 
-TOP_IN, AXIS_IN, GAP_IN, RIGHT_IN = 0.24, 0.36, 0.12, 0.14
-LOWEST_IN, HIGHEST_IN, STRIPS_IN = 0.065, 0.3, 2.9
+ROWS_IN = 0.065, 0.3, 2.9
 """A row at least and at most, and what all rows of a panel should take."""
 POINTS = 400
 """Times at which the shades are computed."""
@@ -28,25 +27,23 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     """
     traffic = news.traffic(results)
     names = traffic.vehicles
-    row_in = min(HIGHEST_IN, max(LOWEST_IN, STRIPS_IN / max(1, len(names))))
+    row_in = shades.row_in(len(names), *ROWS_IN)
     body_in = row_in * max(1, len(names))
     at_s = (np.arange(POINTS) + 0.5) * traffic.end_s / POINTS
     ages_s = np.ma.masked_invalid(traffic.ages_s(at_s)).mean(axis=1).filled(np.nan)
     lacking = news.items_lacking(results, at_s)
-    left_in = 0.08 + shades.names_in(names) + 0.06
-    panel_in = width_in - left_in - RIGHT_IN
-    each_in = TOP_IN + body_in + AXIS_IN + shades.KEY_IN + GAP_IN
     panels = (
-        ("(a) mean age of the news of the others", ages_s, words.axis("age", "s"), news.worst_age_s(traffic)),
-        ("(b) items of the others that the vehicle lacks", lacking, "items", WORST_ITEMS * max(1.0, len(names))),
+        ("mean age of the news of the others", ages_s, words.axis("age", "s"), news.worst_age_s(traffic)),
+        ("items of the others that the vehicle lacks", lacking, "items", WORST_ITEMS * max(1.0, len(names))),
     )
     span = Timespan(traffic.end_s, axis_end_s(results), traffic.out)
     with style.paper():
-        page = Page(width_in, 2 * each_in)
-        for number, (title, values, label, top) in enumerate(panels):
-            down_in = number * each_in + TOP_IN
-            shades.strip(page, Box(left_in, down_in, panel_in, body_in), title, names, values, top, span)
-            shades.key_below(page, Box(left_in, down_in + body_in + AXIS_IN, panel_in, 0.0), top, label)
+        figure = page.opened(width_in, 2 * body_in)
+        strips = page.panels(figure, 2, 1, [title for title, *_ in panels], framed=True)
+        for axes, (_, values, label, top) in zip(strips, panels, strict=True):
+            shades.strip(axes, names, values, top, span, row_in)
+            shades.key(figure, axes, body_in, top, label)
+        page.lay_out(figure, strips, [body_in] * 2)
     text = words.joined(
         "Knowledge of the vehicles over mission time, darker is worse.",
         "(a) Time since a peer sent what the vehicle heard of it last, as a mean over its peers.",
@@ -56,4 +53,4 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
         captions.faults(results),
         captions.run_conditions(results),
     )
-    return DrawnPage(page.figure, text)
+    return DrawnPage(figure, text)

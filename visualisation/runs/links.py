@@ -8,15 +8,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from missions.figure import RunResults, axis_end_s
-from visualisation import outages, style, words
-from visualisation.page import Box, DrawnPage, Page
+from visualisation import outages, page, style, words
+from visualisation.page import DrawnPage
 from visualisation.runs import captions, reading, shades
 from visualisation.runs.reading import Floats, Span
 from visualisation.runs.shades import Timespan
 
-TOP_IN, AXIS_IN, RIGHT_IN, LABEL_IN = 0.24, 0.36, 0.14, 0.2
-LOWEST_IN, HIGHEST_IN, STRIPS_IN = 0.055, 0.18, 1.8
-LARGEST_IN, LEAST_FOR_TWO_IN = 2.4, 5.0
+ROWS_IN = 0.055, 0.18, 1.8
+"""A row at least and at most, and what all rows of a panel should take."""
+LEAST_FOR_TWO_IN = 5.0
+"""Width from which two matrices stand side by side."""
 POINTS = 400
 """Times at which the shades are computed."""
 INCOMING, OUTGOING = "incoming", "outgoing"
@@ -95,14 +96,9 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     """
     found = link_estimates(results)
     names, n, end_s = found.vehicles, max(1, len(found.vehicles)), reading.end_s(results)
-    row_in = min(HIGHEST_IN, max(LOWEST_IN, STRIPS_IN / n))
-    left_in = LABEL_IN + shades.names_in(names) + 0.06
-    panel_in = width_in - left_in - RIGHT_IN
-    strip_in = TOP_IN + row_in * n + AXIS_IN
+    row_in = shades.row_in(n, *ROWS_IN)
     columns = 2 if width_in >= LEAST_FOR_TWO_IN else 1
-    column_in = width_in / columns
-    side_in = min(LARGEST_IN, column_in - left_in - RIGHT_IN)
-    square_in = TOP_IN + side_in + shades.names_in(names) + 0.06 + LABEL_IN + 0.06
+    side_in = width_in / columns - 0.7
     strips = (
         ("(a) receivers: estimated loss of what is sent to them", _mean(found.incoming)),
         ("(b) peers: share of the others that do without them", found.without),
@@ -111,18 +107,20 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
         ("(c) last estimates of the receivers", found.incoming[:, :, -1]),
         ("(d) last estimates of the senders", found.outgoing),
     )
+    span = Timespan(end_s, axis_end_s(results), outages.outages(results))
+    rows = [["a"] * columns, ["b"] * columns, *([["c", "d"]] if columns == 2 else [["c"], ["d"]])]
     with style.paper():
-        page = Page(width_in, 2 * strip_in + shades.KEY_IN + 2 // columns * square_in + 0.05)
-        span = Timespan(end_s, axis_end_s(results), outages.outages(results))
-        for number, (title, values) in enumerate(strips):
-            box = Box(left_in, number * strip_in + TOP_IN, panel_in, row_in * n)
-            shades.strip(page, box, title, names, values, 1.0, span)
-        shades.key_below(page, Box(left_in, 2 * strip_in, panel_in, 0.0), 1.0, "estimated loss; share", percent=True)
-        for number, (title, values) in enumerate(squares):
-            row, column = divmod(number, columns)
-            down_in = 2 * strip_in + shades.KEY_IN + row * square_in + TOP_IN
-            box = Box(left_in + column * column_in, down_in, side_in, side_in)
-            shades.matrix_panel(page, box, title, names, values, 1.0, True, left_in)
+        figure = page.opened(width_in, 2 * row_in * n + 2 * side_in)
+        panels = figure.subplot_mosaic(rows)
+        for axes, (title, values) in zip(panels.values(), strips, strict=False):
+            axes.set_title(title)
+            shades.strip(axes, names, values, 1.0, span, row_in)
+        shades.key(figure, panels["b"], row_in * n, 1.0, "estimated loss; share", percent=True)
+        for letter, (title, values) in zip("cd", squares, strict=True):
+            panels[letter].set_title(title)
+            shades.matrix(panels[letter], names, values, 1.0, True, side_in)
+        column = [panels[letter] for letter, *_ in rows]
+        page.lay_out(figure, column, lambda: [row_in * n] * 2 + [page.panel_in(axes)[0] for axes in column[2:]])
     text = words.joined(
         "What the vehicles take the links to lose, darker is worse.",
         "(a) Estimates of a receiver, from the packets that it missed, as a mean over the senders.",
@@ -134,7 +132,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
         captions.faults(results),
         captions.run_conditions(results),
     )
-    return DrawnPage(page.figure, text)
+    return DrawnPage(figure, text)
 
 
 def _mean(estimates: Floats) -> Floats:

@@ -10,16 +10,14 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from missions.figure import RunResults, axis_end_s
-from visualisation import style, words
-from visualisation.page import Box, DrawnPage, Legend, Page
+from visualisation import page, style, words
+from visualisation.page import DrawnPage
 from visualisation.runs import captions, news, shades
 from visualisation.runs.news import Flags, RunPackets
 from visualisation.runs.reading import Floats, Span
 
-TOP_IN, AXIS_IN, RIGHT_IN = 0.24, 0.36, 0.14
-LOWEST_IN, HIGHEST_IN, STRIPS_IN = 0.055, 0.18, 1.8
-LANES_IN, LEAST_LANE_IN, LARGEST_LANE_IN = 2.4, 0.075, 0.24
-"""Panels in which slots are single: all lanes together, and one lane."""
+ROWS_IN, LANES_IN = (0.055, 0.18, 1.8), (0.075, 0.24, 2.4)
+"""A row at least and at most, and what all rows of a panel should take; where slots are single, too."""
 SLOTS = 36
 """Slots that are shown one by one, in whole frames."""
 MOST_REASONS = 4
@@ -36,38 +34,28 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     """
     traffic = news.traffic(results)
     names, n = traffic.vehicles, max(1, len(traffic.vehicles))
-    row_in = min(HIGHEST_IN, max(LOWEST_IN, STRIPS_IN / n))
-    lane_in = min(LARGEST_LANE_IN, max(LEAST_LANE_IN, LANES_IN / n))
-    left_in = 0.08 + shades.names_in(names) + 0.06
-    panel_in = width_in - left_in - RIGHT_IN
+    row_in, lane_in = shades.row_in(n, *ROWS_IN), shades.row_in(n, *LANES_IN)
     stretch = worst_stretch(traffic)
     by_sender, by_receiver = _by_frame(traffic)
     titles = (
-        "(a) slots: share of the listeners that lost the packet",
-        "(b) receivers: share of the frame's packets that were lost",
-        f"(c) slot by slot, {words.time(stretch.start_s)} to {words.time(stretch.end_s)}",
+        "slots: share of the listeners that lost the packet",
+        "receivers: share of the frame's packets that were lost",
+        f"slot by slot, {words.time(stretch.start_s)} to {words.time(stretch.end_s)}",
     )
     span = shades.Timespan(traffic.end_s, axis_end_s(results), {})
-    legend = Legend(_legend(traffic), width_in - 0.1)
+    bodies_in = row_in * n, row_in * n, lane_in * n
     with style.paper():
-        bodies_in = (row_in * n, row_in * n, lane_in * n)
-        height_in = sum(bodies_in) + 3 * (TOP_IN + AXIS_IN) + shades.KEY_IN + legend.height_in + 0.15
-        page = Page(width_in, height_in)
-        down_in = 0.0
-        for number, values in enumerate((by_sender, by_receiver)):
-            body_in = bodies_in[number]
-            box = Box(left_in, down_in + TOP_IN, panel_in, body_in)
-            axes = shades.strip(page, box, titles[number], names, values, 1.0, span)
+        figure = page.opened(width_in, sum(bodies_in))
+        strips = page.panels(figure, 3, 1, titles, framed=True)
+        for axes, values in zip(strips, (by_sender, by_receiver), strict=False):
+            shades.strip(axes, names, values, 1.0, span, row_in)
             if values.size:
                 axes.set_facecolor(UNHEARD)
-            down_in += TOP_IN + body_in + AXIS_IN
-        shades.key_below(page, Box(left_in, down_in, panel_in, 0.0), 1.0, "share lost", percent=True)
-        down_in += shades.KEY_IN
-        box = Box(left_in, down_in + TOP_IN, panel_in, bodies_in[2])
-        axes = page.panel(box, style.fitted(titles[2], panel_in, style.TEXT_PT))
-        _slots(axes, traffic, stretch, lane_in, panel_in)
-        page.legend(legend)
-    return DrawnPage(page.figure, _caption(results, traffic))
+        shades.key(figure, strips[1], bodies_in[1], 1.0, "share lost", percent=True)
+        _slots(strips[2], traffic, stretch, lane_in, width_in)
+        page.legend(figure, _legend(traffic))
+        page.lay_out(figure, strips, bodies_in)
+    return DrawnPage(figure, _caption(results, traffic))
 
 
 def _by_frame(traffic: RunPackets) -> tuple[Floats, Floats]:
@@ -131,7 +119,7 @@ def _fates(traffic: RunPackets) -> dict[str, Flags]:
     }
 
 
-def _slots(axes: Axes, traffic: RunPackets, stretch: Span, lane_in: float, panel_in: float) -> None:
+def _slots(axes: Axes, traffic: RunPackets, stretch: Span, lane_in: float, width_in: float) -> None:
     """In each lane a tick for each packet that reached the vehicle or was lost on the way, a dot if it sent one."""
     n = max(1, len(traffic.vehicles))
     inside = np.flatnonzero((traffic.time_s >= stretch.start_s) & (traffic.time_s < stretch.end_s))
@@ -149,13 +137,13 @@ def _slots(axes: Axes, traffic: RunPackets, stretch: Span, lane_in: float, panel
                 [(from_s, 0.4 * slot_s)], (lane + reach[0], reach[1]), facecolor=tick.face, edgecolor=tick.edge,
                 linewidth=0.0 if name == "heard" else 0.4, zorder=2,
             )  # fmt: skip
-    size_pt = min(4.0, 0.5 * 72 * lane_in, 0.5 * 72 * panel_in / max(1, inside.size))
+    size_pt = min(4.0, 0.5 * 72 * lane_in, 0.4 * 72 * width_in / max(1, inside.size))
     axes.plot(
         traffic.time_s[inside] + 0.5 * slot_s, traffic.sender[inside], marker="D", linestyle="none", color=style.GREY,
         markersize=size_pt, zorder=3,
     )  # fmt: skip
     shades.name_rows(axes, traffic.vehicles, lane_in)
-    axes.set_xlabel(words.axis("time", "s"), labelpad=1)
+    axes.set_xlabel(words.axis("time", "s"))
 
 
 def _legend(traffic: RunPackets) -> tuple[Line2D | Patch, ...]:

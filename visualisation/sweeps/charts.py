@@ -18,8 +18,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from missions.comparison.rows import Comparison
-from visualisation import labels, style
-from visualisation.page import LEGEND_UP_IN, Legend, Page, PanelGrid
+from visualisation import labels, page, style
 from visualisation.sweeps.arrangement import (
     POLICIES,
     REPEAT,
@@ -31,9 +30,7 @@ from visualisation.sweeps.arrangement import (
     policy_place,
 )
 
-LEFT_IN, RIGHT_IN, TOP_IN, TITLE_IN, AXIS_IN, GAP_IN, ROW_GAP_IN = 0.58, 0.1, 0.08, 0.18, 0.38, 0.66, 0.26
 BODY_IN, TRADE_OFF_BODY_IN, OVERVIEW_BODY_IN = 2.1, 2.5, 1.45
-SIZE_KEY_IN = 0.17
 LEAST_PANEL_IN = 2.3
 """Width of a panel with its label: so many stand in a row of a page of another width."""
 SPREAD = 10.0
@@ -90,14 +87,14 @@ def metric(
 ) -> Figure:
     """One metric along the axis, a panel for each combination."""
     with style.paper():
-        page, panels = _page(arrangement, [arrangement.titles[c] for c in combinations], BODY_IN, width_in, rows=rows)
+        titles = [arrangement.titles[combination] for combination in combinations]
+        figure, panels = _page(arrangement, titles, width_in, rows=rows)
         shown = [arrangement.of(combination, rows) for combination in combinations]
         for axes, own in zip(panels, shown, strict=True):
             _curves(axes, arrangement, own, measure)
         _scale(panels, [row for own in shown for row in own], measure, "y")
-        for axes in _first_of_rows(panels):
-            axes.set_ylabel(_label(measure, BODY_IN), labelpad=3)
-    return page.figure
+        _finish(figure, panels, BODY_IN, measure.label)
+    return figure
 
 
 def overview(
@@ -117,18 +114,18 @@ def overview(
         width_in: of the page; its own if left out, here as everywhere.
     """
     with style.paper():
-        titles = [measure.name for measure in measures]
-        page, panels = _page(arrangement, titles, OVERVIEW_BODY_IN, width_in, columns=3)
+        figure, panels = _page(arrangement, [measure.name for measure in measures], width_in, columns=3)
         for axes, measure in zip(panels, measures, strict=True):
             own = arrangement.of(combination, rows[measure.metric.name])
             _curves(axes, arrangement, own, measure, 0.75)
-            axes.set_ylabel(measure.unit, labelpad=3)  # the title has the name
+            axes.set_ylabel(measure.unit)  # the title has the name
             if own:
                 _scale([axes], own, measure, "y")
             else:
                 axes.text(0.5, 0.5, "no values", transform=axes.transAxes, ha="center", color=style.GREY)
                 axes.set_yticks([])
-    return page.figure
+        _finish(figure, panels, OVERVIEW_BODY_IN)
+    return figure
 
 
 def trade_off(
@@ -157,17 +154,16 @@ def trade_off(
     sizes = dict(zip(places, _sizes(len(places)), strict=True))
     with style.paper():
         titles = [arrangement.titles[combination] for combination in combinations]
-        page, panels = _page(arrangement, titles, TRADE_OFF_BODY_IN, width_in, across.label, SIZE_KEY_IN)
+        figure, panels = _page(arrangement, titles, width_in, across.label)
         ends = [_crosses(axes, arrangement, own, (across, up), sizes) for axes, own in zip(panels, shown, strict=True)]
         for number, (measure, along) in enumerate(((across, "x"), (up, "y"))):
             _scale(panels, [row for pair in shown for row in pair[number]], measure, along)
-        for axes in _first_of_rows(panels):
-            axes.set_ylabel(_label(up, TRADE_OFF_BODY_IN), labelpad=3)
+        _size_key(figure, arrangement.axis_label, sizes)
+        _finish(figure, panels, TRADE_OFF_BODY_IN, up.label)
         for axes, (named, points) in zip(panels, ends, strict=True):
             if len({label.text for label in named}) > 1:  # else the largest markers say it
                 labels.place(axes, named, points)
-        _size_key(page, arrangement.axis_label, sizes)
-    return page.figure
+    return figure
 
 
 class Places(NamedTuple):
@@ -334,65 +330,49 @@ def _limits(
     return max(0.0 if low >= 0.0 and not signed else -math.inf, low - margin), high + margin
 
 
-def _label(measure: Measure, room_in: float) -> str:
-    """Text of an axis of that length; a long label is cut before its unit."""
-    unit = measure.label.removeprefix(measure.metric.label)
-    return style.fitted(measure.metric.label, room_in - style.width_in(unit, style.TEXT_PT), style.TEXT_PT) + unit
-
-
-def _first_of_rows(panels: Sequence[Axes]) -> list[Axes]:
-    left = min(axes.get_position().x0 for axes in panels)
-    return [axes for axes in panels if axes.get_position().x0 < left + 1e-6]
-
-
 def _page(
     arrangement: Arrangement,
     titles: Sequence[str],
-    body_in: float,
     wanted_in: float | None,
-    x_label: str | None = None,
-    key_in: float = 0.0,
+    x_label: str = "",
     columns: int = 2,
     rows: Sequence[Comparison] = (),
-) -> tuple[Page, list[Axes]]:
+) -> tuple[Figure, list[Axes]]:
     """Panels with letters and titles, the legend of all series below; one panel is as wide as a column of text.
 
     Args:
         arrangement: of the sweep.
         titles: of the panels; a single one is not shown.
-        body_in: height of a panel.
         wanted_in: width of the page, with fewer panels in a row where it is narrow; None for its own.
         x_label: text of the horizontal axes; the axis of the arrangement if left out.
-        key_in: height to leave below the legend.
         columns: most panels in a row.
         rows: what is drawn, if the legend is to leave out series without rows, as the baseline of differences.
     """
     columns = min(columns, len(titles), *([] if wanted_in is None else [max(1, int(wanted_in / LEAST_PANEL_IN))]))
-    width_in = wanted_in or (style.COLUMN_IN if columns == 1 else style.PAGE_IN)
-    drawn_as = looks(arrangement.series)
-    handles = [
-        Line2D([], [], label=style.fitted(series.label, width_in - 0.7, style.SMALL_PT), **drawn_as[series])
-        for series in arrangement.curves(rows) or arrangement.series
-    ]
-    legend = Legend(tuple(handles) if len(arrangement.series) > 1 else (), width_in - 0.1)
-    legend_in = legend.height_in + 0.08 if legend.entries else LEGEND_UP_IN
-    top_in = TITLE_IN + TOP_IN if len(titles) > 1 else TOP_IN
-    grid = PanelGrid(len(titles), columns, width_in, LEFT_IN, RIGHT_IN, top_in, body_in, GAP_IN, ROW_GAP_IN)
-    page = Page(width_in, grid.height_in + AXIS_IN + legend_in + key_in)
-    panels = page.open_panels(grid, titles if len(titles) > 1 else ())
-    name = style.fitted(arrangement.axis_label if x_label is None else x_label, grid.panel_in, style.TEXT_PT)
+    figure = page.opened(wanted_in or (style.COLUMN_IN if columns == 1 else style.PAGE_IN), len(titles) * BODY_IN)
+    panels = page.panels(figure, len(titles), columns, titles if len(titles) > 1 else ())
     for axes in panels[-columns:]:
-        axes.set_xlabel(name, labelpad=2)
-    page.legend(legend, LEGEND_UP_IN + key_in)
-    return page, panels
+        axes.set_xlabel(x_label or arrangement.axis_label)
+    drawn_as = looks(arrangement.series)
+    drawn = arrangement.curves(rows) or arrangement.series
+    if len(arrangement.series) > 1:
+        page.legend(figure, [Line2D([], [], label=series.label, **drawn_as[series]) for series in drawn])
+    return figure, panels
 
 
-def _size_key(page: Page, name: str, sizes: Mapping[float, float]) -> None:
+def _finish(figure: Figure, panels: Sequence[Axes], body_in: float, y_label: str = "") -> None:
+    """Lay the page out with panels of that height; the first of each row have the label."""
+    first = [axes for axes in panels if (place := axes.get_subplotspec()) and place.is_first_col()]
+    for axes in first if y_label else ():
+        axes.set_ylabel(y_label)
+    page.lay_out(figure, first, [body_in] * len(first))
+
+
+def _size_key(figure: Figure, name: str, sizes: Mapping[float, float]) -> None:
     """Which marker size is which place on the axis: the lowest, the middle one, the highest."""
     places = list(sizes)
     chosen = dict.fromkeys(places[at] for at in (0, len(places) // 2, -1))
     look: dict[str, Any] = {"color": style.GREY, "linestyle": "", "marker": "o"}
-    shown = style.fitted(f"{name}:", 2.2, style.SMALL_PT)
-    entries = [Line2D([], [], linestyle="", label=shown)]
+    entries = [Line2D([], [], linestyle="", label=f"{name}:")]
     entries += [Line2D([], [], label=f"{place:g}", markersize=sizes[place], **look) for place in chosen]
-    page.legend(Legend(tuple(entries), len(entries) * page.width_in), handlelength=0.8)
+    page.legend(figure, entries, "upper", ncols=len(entries), handlelength=0.8)

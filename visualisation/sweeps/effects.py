@@ -10,11 +10,9 @@ from matplotlib.ticker import MaxNLocator
 
 from missions.comparison.effects import ALL, MainEffect
 from missions.metric import MetricRecord
-from visualisation import style, words
-from visualisation.page import Page, PanelGrid
+from visualisation import page, style, words
 
-ROW_IN, TOP_IN, TITLE_IN, AXIS_IN, GAP_IN, RIGHT_IN = 0.34, 0.06, 0.2, 0.42, 0.14, 0.12
-MOST_LABEL_IN = 1.9
+ROW_IN, LABEL_IN = 0.34, 1.8
 COLUMNS = 2
 RATE = re.compile(r" per (?=[\d.]+$)")
 
@@ -47,49 +45,32 @@ def effects_figure(rows: Sequence[MainEffect], metric: MetricRecord, width_in: f
         width_in: of the figure; a page of a paper if left out.
     """
     conditions = list(dict.fromkeys(row.condition for row in rows))
-    factors = list(dict.fromkeys(row.term for row in rows if row.is_main))
-    levels = {row.term: f"{row.low} to {row.high}" for row in rows if row.is_main}
+    main = [row for row in rows if row.is_main]
+    levels = {row.term: f"{row.low} to {row.high}" for row in main}
     page_in = style.PAGE_IN if width_in is None else width_in
     columns = min(COLUMNS if page_in > style.COLUMN_IN else 1, len(conditions))
-    wanted_in = (
-        max(style.width_in(text, style.SMALL_PT) for text in (*map(short_label, factors), *levels.values())) + 0.12
-    )
-    label_in = min(MOST_LABEL_IN, wanted_in)
-    grid = PanelGrid(
-        len(conditions), columns, page_in, label_in, RIGHT_IN, TOP_IN + TITLE_IN, ROW_IN * len(factors) + 0.1, GAP_IN,
-        AXIS_IN,
-    )  # fmt: skip
+    body_in = ROW_IN * len(levels) + 0.1
+    ends = [end for row in main for end in (row.effect, row.ci95_low, row.ci95_high, 0.0) if end is not None]
+    spare = 0.06 * ((max(ends) - min(ends)) or 1.0)
     with style.paper():
-        page = Page(page_in, grid.height_in + AXIS_IN)
-        panels = page.open_panels(grid, titles(conditions) if len(conditions) > 1 else ())
-        ends = [
-            end
-            for row in rows
-            if row.is_main
-            for end in (row.effect, row.ci95_low, row.ci95_high, 0.0)
-            if end is not None
-        ]
-        spare = 0.06 * ((max(ends) - min(ends)) or 1.0)
+        figure = page.opened(page_in, len(conditions) * body_in)
+        panels = page.panels(figure, len(conditions), columns, titles(conditions) if len(conditions) > 1 else ())
         for number, (axes, condition) in enumerate(zip(panels, conditions, strict=True)):
             axes.axvline(0.0, color=style.GREY, linewidth=0.6, zorder=1)
-            for row in (row for row in rows if row.is_main and row.condition == condition):
-                place = factors.index(row.term)
+            for row in (row for row in main if row.condition == condition):
+                place = list(levels).index(row.term)
                 if row.ci95_low is not None and row.ci95_high is not None:
                     axes.plot([row.ci95_low, row.ci95_high], [place, place], color=style.BLUE, linewidth=1.2, zorder=2)
                 axes.plot([row.effect], [place], marker="o", color=style.BLUE, linestyle="none", zorder=3)
             axes.set_xlim(min(ends) - spare, max(ends) + spare)
-            axes.set_ylim(len(factors) - 0.5, -0.5)
+            axes.set_ylim(len(levels) - 0.5, -0.5)
             axes.xaxis.set_major_locator(MaxNLocator(5))
-            axes.set_yticks(range(len(factors)), labels=[])
+            axes.set_yticks(range(len(levels)), labels=[])
             if number % columns == 0:
-                axes.set_yticks(
-                    range(len(factors)),
-                    labels=[
-                        "\n".join(
-                            style.fitted(text, label_in - 0.1, style.SMALL_PT) for text in (short_label(f), levels[f])
-                        )
-                        for f in factors
-                    ],
-                )
-            axes.set_xlabel(f"effect on {words.within(metric.label)}{f' ({metric.unit})' if metric.unit else ''}")
-    return page.figure
+                named = ((short_label(factor), between) for factor, between in levels.items())
+                fitted = ([style.fitted(text, LABEL_IN, style.SMALL_PT) for text in texts] for texts in named)
+                axes.set_yticks(range(len(levels)), labels=["\n".join(texts) for texts in fitted])
+            axes.set_xlabel(f"effect on {words.axis(words.within(metric.label), metric.unit)}")
+        first = panels[::columns]
+        page.lay_out(figure, first, [body_in] * len(first))
+    return figure

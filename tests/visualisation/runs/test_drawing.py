@@ -46,25 +46,6 @@ def test_texts_overlap_nothing_and_captions_hold_the_conditions_of_the_run(
     check_texts(figure, monkeypatch)
 
 
-SIZES = {  # height of the page; left, bottom, width and height of its first panel: all in inches
-    "trajectories": (3.66, 0.51, 0.74, 2.85, 2.72), "roles": (1.47, 0.67, 0.68, 6.41, 0.72),
-    "organisation": (2.29, 1.74, 0.68, 5.34, 0.69), "satisfaction": (2.65, 0.65, 0.68, 6.43, 1.90),
-    "motivation": (1.28, 1.51, 0.59, 1.97, 0.49), "htn": (2.06, 2.84, 0.67, 4.24, 1.31),
-    "knowledge": (3.36, 0.20, 2.52, 6.86, 0.60), "delivery": (4.07, 0.32, 0.83, 3.00, 3.00),
-    "tdma": (3.65, 0.20, 3.06, 6.86, 0.36), "links": (5.35, 0.32, 4.75, 6.74, 0.36),
-    "finds": (2.55, 0.50, 0.57, 2.86, 1.90),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("kind", ALL_KINDS)
-def test_pages_and_panels_have_their_sizes(runs: dict[str, Results], kind: str) -> None:
-    figure = drawn(runs, "two vehicles", kind).figure
-    width_in, height_in = figure.get_size_inches()
-    left, bottom, width, height = figure.axes[0].get_position().bounds
-    found = (height_in, left * width_in, bottom * height_in, width * width_in, height * height_in)
-    assert found == pytest.approx(SIZES[kind], abs=0.02)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(("file_format", "kinds"), [("png", ALL_KINDS), ("svg", ALL_KINDS), ("pdf", ["trajectories"])])
 def test_the_same_results_give_the_same_bytes(

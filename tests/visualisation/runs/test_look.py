@@ -19,7 +19,7 @@ def colours(figure: Figure) -> set[str]:
     for axes in figure.axes:
         for line in axes.lines:
             found |= {to_hex(line.get_color())} if line.get_linestyle() != "None" else set()
-        for collection in axes.collections:
+        for collection in (one for one in axes.collections if one.get_array() is None):
             found |= {to_hex(one) for one in collection.get_facecolor()}
         found |= {to_hex(patch.get_facecolor()) for patch in axes.patches}
     return {one for one in found if len({one[1:3], one[3:5], one[5:]}) > 1}

@@ -154,5 +154,5 @@ def test_a_peer_is_parked_until_it_is_heard_again(collisions: Results) -> None:
 def test_the_figure_of_links_says_what_it_shows(collisions: Results) -> None:
     drawn = links.picture(collisions)
     assert "Crossed: no estimate." in drawn.caption
-    numbers = [text.get_text() for text in drawn.figure.axes[3].texts]
+    numbers = [text.get_text() for text in drawn.figure.axes[2].texts]
     assert numbers == ["10", "15", "5", "15", "5", "10", "5", "10", "15"]
