@@ -7,17 +7,13 @@ from collections.abc import Mapping
 from matplotlib.axes import Axes
 
 from missions.figure import Figure, Layer, RunResults
-from visualisation import style, words
+from visualisation import page, style, words
 from visualisation.output import DrawingError
-from visualisation.page import LEGEND_UP_IN, Box, DrawnPage, Legend, Page
+from visualisation.page import DrawnPage
 from visualisation.runs import captions, reading
 
-LEFT_IN, RIGHT_IN, TOP_IN, BODY_IN, BOTTOM_IN = 0.5, 0.14, 0.08, 1.9, 0.36
-"""Least room on each side of the panel, and its height."""
-EDGE_IN = 0.03
-NAME_ROOM_IN = 1.2
-LEAST_IN = 1.0
-"""Least width of the panel."""
+BODY_IN = 1.9
+"""Height of the panel."""
 
 
 class Kit:
@@ -64,32 +60,19 @@ def draw_declared(what: Figure | Layer, axes: Axes, results: RunResults) -> str:
 def declared_picture(figure: Figure, results: RunResults, width_in: float = style.COLUMN_IN) -> DrawnPage:
     """A mission's figure on a page of that width, with the legend of all labelled artists below."""
     with style.paper():
-        page = Page(width_in, TOP_IN + BODY_IN + BOTTOM_IN)
-        axes = page.panel(Box(LEFT_IN, TOP_IN, width_in - LEFT_IN - RIGHT_IN, BODY_IN))
-        axes.spines[["top", "right"]].set_visible(False)
+        drawn = page.opened(width_in, BODY_IN)
+        (axes,) = page.panels(drawn, 1, 1)
         text = draw_declared(figure, axes, results)
+        handles, names = axes.get_legend_handles_labels()
+        for handle, name in zip(handles, names, strict=True):
+            handle.set_label(name)
         try:
-            _fit(page, axes)
-            page.figure.draw_without_rendering()
+            page.legend(drawn, handles)
+            page.lay_out(drawn, [axes], [BODY_IN])
         except Exception as error:  # such as a text that is no formula
             raise _failed(figure, error) from error
     heading = f"{figure.title.rstrip('.')}."
-    return DrawnPage(page.figure, words.joined(heading, text, captions.run_conditions(results)))
-
-
-def _fit(page: Page, axes: Axes) -> None:
-    """Give labels the room that they take, and the legend its place."""
-    handles, names = axes.get_legend_handles_labels()
-    for handle, name in zip(handles, names, strict=True):
-        handle.set_label(style.fitted(name, NAME_ROOM_IN, style.SMALL_PT))
-    legend = Legend(tuple(handles), page.width_in - 0.1)
-    needed = page.overhang(axes)
-    left_in, right_in = max(LEFT_IN, needed.left_in + EDGE_IN), max(RIGHT_IN, needed.right_in + EDGE_IN)
-    top_in, bottom_in = max(TOP_IN, needed.top_in + EDGE_IN), max(BOTTOM_IN, needed.bottom_in + EDGE_IN)
-    legend_in = legend.height_in + LEGEND_UP_IN + 0.02 if legend.entries else 0.0
-    box = Box(left_in, top_in, max(LEAST_IN, page.width_in - left_in - right_in), BODY_IN)
-    page.refit(top_in + BODY_IN + bottom_in + legend_in, axes, box)
-    page.legend(legend)
+    return DrawnPage(drawn, words.joined(heading, text, captions.run_conditions(results)))
 
 
 def _failed(what: Figure | Layer, error: Exception) -> DrawingError:

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections import defaultdict
 from typing import Any, NamedTuple
 
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from missions.figure import RunResults
-from visualisation import style, words
-from visualisation.page import DrawnPage, Legend, Page, PanelGrid
+from visualisation import page, style, words
+from visualisation.page import DrawnPage
 from visualisation.runs import captions
 from visualisation.runs.declared import Kit
 
@@ -19,8 +20,8 @@ COLUMN_IN, HIGHEST_IN = 3.2, 9.0
 """Least width of a column of panels; height of a page."""
 MOMENTS, BARS = 9, 9
 """Most panels, and most sets of activities in one: those of the best combinations."""
-BAR_IN, TITLE_IN, AXIS_IN, GAP_IN = 0.145, 0.2, 0.34, 0.12
-NAME_SHARE = 0.42
+BAR_IN, BESIDE_IN = 0.145, 0.54
+NAME_SHARE = 0.4
 """Share of a column for names."""
 HATCH = "//////"
 CANDIDATE = ("group", "role", "objective", "argument", "activities")
@@ -48,28 +49,28 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     columns = max(1, min(int(width_in / COLUMN_IN), len(closest)))
     n_bars = max((len(moment.rows) for moment in closest), default=1)
     body_in = BAR_IN * (n_bars + 0.4)
-    n_rows = int((HIGHEST_IN - 0.5) / (TITLE_IN + body_in + AXIS_IN))
+    n_rows = int((HIGHEST_IN - 0.5) / (body_in + BESIDE_IN))
     shown = sorted(closest[: columns * n_rows], key=lambda weighed: (weighed.time_s, weighed.vehicle))
     colours = {vehicle: look.colour for vehicle, look in Kit(results).looks.items()}
     names_in = NAME_SHARE * width_in / columns
-    n = max(1, len(shown))
-    grid = PanelGrid(n, columns, width_in, names_in, 0.12, TITLE_IN, body_in, names_in + GAP_IN, AXIS_IN)
     most = max((value for moment in shown for row in moment.rows for value in _ends(row)), default=1.0)
-    legend = Legend(_legend(), width_in - 0.2)
     with style.paper():
-        page = Page(width_in, grid.height_in + AXIS_IN + legend.height_in + 0.1)
-        for at, (box, moment) in enumerate(zip(grid.boxes, shown, strict=False)):
-            title = style.fitted(f"{moment.vehicle}, {words.time(moment.time_s)}", grid.panel_in, style.TEXT_PT)
-            axes = page.panel(box, title)
-            _bars(axes, moment, colours[moment.vehicle], names_in - 0.1)
+        figure = page.opened(width_in, body_in * -(-max(1, len(shown)) // columns))
+        panels = page.panels(figure, max(1, len(shown)), columns, framed=True)
+        for axes, moment in zip(panels, shown, strict=False):
+            axes.set_title(f"{moment.vehicle}, {words.time(moment.time_s)}")
+            _bars(axes, moment, colours[moment.vehicle], names_in)
             axes.set_xlim(0.0, 1.05 * most)
             axes.set_ylim(n_bars - 0.3, -0.7)
-            if at + columns >= len(shown):
-                axes.set_xlabel(words.axis("motivation"), labelpad=1)
+        for axes in panels[-columns:]:
+            axes.set_xlabel(words.axis("motivation"))
         if not shown:
-            page.text(0.1, 0.1, "no choice was contested", fontsize=style.TEXT_PT, va="top")
-        page.legend(legend)
-    return DrawnPage(page.figure, _caption(results, len(shown), len(found)))
+            panels[0].set_axis_off()
+            panels[0].set_title("no choice was contested")
+        page.legend(figure, _legend())
+        first = panels[::columns]
+        page.lay_out(figure, first, [body_in] * len(first))
+    return DrawnPage(figure, _caption(results, len(shown), len(found)))
 
 
 def contested(results: RunResults) -> list[Weighed]:
@@ -115,13 +116,13 @@ def _bars(axes: Axes, moment: Weighed, colour: str, room_in: float) -> None:
     axes.tick_params(axis="y", length=0, labelsize=style.TINY_PT, pad=2)
 
 
-def _legend() -> tuple[Line2D | Patch, ...]:
-    return (
+def _legend() -> list[Artist]:
+    return [
         Patch(facecolor=style.GREY, linewidth=0, label="performed"),
         Patch(facecolor=style.tint(style.GREY, 0.25), edgecolor=style.GREY, linewidth=0.5, label="left aside"),
         Patch(facecolor="white", edgecolor=style.BLACK, hatch=HATCH, linewidth=0.5, label="by an influence signal"),
         Line2D([], [], marker="D", linestyle="none", color=style.BLACK, markersize=3.0, label="mean with it"),
-    )
+    ]
 
 
 def _caption(results: RunResults, n_shown: int, n_found: int) -> str:

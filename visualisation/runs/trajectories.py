@@ -19,10 +19,10 @@ from matplotlib.patches import Patch, Polygon
 from matplotlib.ticker import MaxNLocator
 
 from missions.figure import Layer, Mark, Place, PointM, RunResults
-from visualisation import labels, style, words
+from visualisation import labels, page, style, words
 from visualisation.labels import Label
 from visualisation.outages import outages
-from visualisation.page import Box, DrawnPage, Legend, Page
+from visualisation.page import DrawnPage
 from visualisation.runs import captions, declared, reading
 from visualisation.runs.reading import PlanTrack, Span
 
@@ -60,15 +60,11 @@ def eventful(times_s: Sequence[float], end_s: float) -> Span | None:
     return Span(max(0.0, first_s - margin_s), min(end_s, last_s + margin_s))
 
 
-TOP_IN, BOTTOM_IN = 0.2, 0.4
-BESIDE_IN = 0.26
-"""Room for a y label; the room for tick labels comes on top."""
-LARGE_IN = 3.55
-"""Width of the panel of the whole mission where others stand beside it."""
+WIDTHS = (3.55, 2.25)
+"""Of the panel of the whole mission, to those that stand beside it."""
 LEAST_FOR_TWO_IN = 5.5
 """Width of a page on which panels stand side by side."""
 TALLEST, LOWEST = 1.25, 0.6
-NAME_ROOM_IN = 1.4
 LEAST_EXTENT_M = 20.0
 CLOSE = 0.4
 """Ends this near together, relative to the panel before, get a panel of their own."""
@@ -183,15 +179,6 @@ class Panel(NamedTuple):
     span: Span
 
 
-class Layout(NamedTuple):
-    """Where the panels are; the first is that of the whole mission."""
-
-    width_in: float
-    bottom_in: float
-    boxes: list[Box]
-    stacked: bool = False
-
-
 def picture(
     results: RunResults,
     places: Sequence[Place],
@@ -216,22 +203,37 @@ def picture(
     ]
     scene = _scene(results, places, shown, marks)
     panels = _panels(scene, eventful(reading.eventful_times_s(results), scene.end_s))
-    layout = _layout(panels, width_in)
+    width_in = width_in or (style.PAGE_IN if len(panels) > 1 else style.COLUMN_IN)
+    beside = len(panels) > 1 and width_in >= LEAST_FOR_TWO_IN
+    numbers = range(len(panels))
+    rows = [[0, number] for number in numbers[1:]] if beside else [[number] for number in numbers]
     with style.paper():
-        page = Page(layout.width_in, layout.bottom_in)
+        figure = page.opened(width_in, width_in)
+        maps = list(figure.subplot_mosaic(rows, width_ratios=WIDTHS[: len(rows[0])]).values())
         said, entries = "", []
-        for number, (panel, box) in enumerate(zip(panels, layout.boxes, strict=True)):
-            axes = page.panel(box, f"({'abc'[number]}) {panel.title}" if len(panels) > 1 else panel.title)
+        for number, (axes, panel) in enumerate(zip(maps, panels, strict=True)):
+            axes.set_title(f"({'abc'[number]}) {panel.title}" if len(panels) > 1 else panel.title)
             texts = _layers(axes, results, scene.layers)
             if number == 0:
                 said, entries = texts, axes.get_legend_handles_labels()[0]
-            _draw(axes, scene, panel, box, lowest=number in (0, len(panels) - 1) or layout.stacked)
-        legend = Legend((*_legend(scene), *entries), layout.width_in - 0.1)
-        page.extend(legend.height_in + 0.05)
-        page.legend(legend, 0.02)
-        for panel, axes in zip(panels, page.figure.axes, strict=True):
+            _draw(axes, scene, panel, lowest=number in (0, len(panels) - 1) or not beside)
+        page.legend(figure, (*_legend(scene), *entries))
+
+        def bodies_in() -> list[float]:
+            sizes_in = [page.panel_in(axes) for axes in maps]
+            whole_in = sizes_in[0][0] * min(TALLEST, max(LOWEST, panels[0].frame.shape))
+            small_in = [wide_in * LOWEST for wide_in, _ in sizes_in[1:]]
+            if beside:
+                between_in = sizes_in[0][1] - sum(high_in for _, high_in in sizes_in[1:])
+                small_in = [(whole_in - between_in) / len(small_in)] * len(small_in)
+            for axes, panel, (wide_in, _), high_in in zip(maps, panels, sizes_in, [whole_in, *small_in], strict=True):
+                _scale(axes, panel.frame, wide_in, high_in)
+            return small_in if beside else [whole_in, *small_in]
+
+        page.lay_out(figure, maps[1:] if beside else maps, bodies_in)
+        for panel, axes in zip(panels, maps, strict=True):
             _name_places(axes, scene, panel)
-    return DrawnPage(page.figure, _caption(results, scene, said), tuple(notes))
+    return DrawnPage(figure, _caption(results, scene, said), tuple(notes))
 
 
 def _scene(results: RunResults, places: Sequence[Place], layers: Sequence[Layer], marks: Sequence[Mark]) -> MapContents:
@@ -314,40 +316,6 @@ def frame_of(points: Sequence[PointM]) -> Frame:
     return Frame(min(xs), min(ys), max(xs), max(ys))
 
 
-def _layout(panels: Sequence[Panel], wanted_in: float | None) -> Layout:
-    """One panel in a column of text; or a large one, and on its right the others one above the other.
-
-    On a narrow page all stand one above the other.
-    """
-    whole = panels[0].frame
-    digits_in = max(style.width_in(f"{bound:.0f}", style.SMALL_PT) for bound in (*whole, 1000.0))
-    left_in, right_in = BESIDE_IN + digits_in, digits_in / 2 + 0.02
-    n_small = len(panels) - 1
-    width_in = wanted_in or (style.PAGE_IN if n_small else style.COLUMN_IN)
-    if n_small and width_in < LEAST_FOR_TWO_IN:
-        return _stack(panels, width_in, left_in, right_in)
-    large_in = LARGE_IN * width_in / style.PAGE_IN if n_small else width_in - left_in - right_in
-    body_in = large_in * min(TALLEST, max(LOWEST, whole.shape))
-    boxes = [Box(left_in, TOP_IN, large_in, body_in)]
-    small_in = width_in - 2 * left_in - large_in - right_in
-    each_in = (body_in - BOTTOM_IN * (n_small - 1)) / max(1, n_small)
-    for number in range(n_small):
-        boxes.append(Box(2 * left_in + large_in, TOP_IN + number * (each_in + BOTTOM_IN), small_in, each_in))
-    return Layout(width_in, TOP_IN + body_in + BOTTOM_IN, boxes)
-
-
-def _stack(panels: Sequence[Panel], width_in: float, left_in: float, right_in: float) -> Layout:
-    """All panels one above the other."""
-    each_in = width_in - left_in - right_in
-    boxes: list[Box] = []
-    down_in = 0.0
-    for panel in panels:
-        body_in = each_in * (LOWEST if boxes else min(TALLEST, max(LOWEST, panel.frame.shape)))
-        boxes.append(Box(left_in, down_in + TOP_IN, each_in, body_in))
-        down_in += TOP_IN + body_in + BOTTOM_IN
-    return Layout(width_in, down_in, boxes, stacked=True)
-
-
 def _layers(axes: Axes, results: RunResults, layers: Sequence[Layer]) -> str:
     """Draw the layers of the mission below everything else; returns what they say for the caption."""
     said = [declared.draw_declared(layer, axes, results) for layer in layers]
@@ -356,15 +324,18 @@ def _layers(axes: Axes, results: RunResults, layers: Sequence[Layer]) -> str:
     return words.joined(*said)
 
 
-def _draw(axes: Axes, scene: MapContents, panel: Panel, box: Box, lowest: bool) -> None:
-    frame = panel.frame.filling(box.height_in / box.width_in)
-    axes.set_xlim(frame.west_m, frame.east_m)
-    axes.set_ylim(frame.south_m, frame.north_m)
-    axes.xaxis.set_major_locator(MaxNLocator(max(2, int(box.width_in / 0.55)), steps=[1, 2, 5, 10]))
-    axes.yaxis.set_major_locator(MaxNLocator(max(2, int(box.height_in / 0.3)), steps=[1, 2, 5, 10]))
-    axes.set_ylabel(words.axis("y north", "m"), labelpad=2)
+def _scale(axes: Axes, frame: Frame, wide_in: float, high_in: float) -> None:
+    """Limits and ticks of a map of that size."""
+    shown = frame.filling(high_in / wide_in)
+    axes.set(xlim=(shown.west_m, shown.east_m), ylim=(shown.south_m, shown.north_m))
+    axes.xaxis.set_major_locator(MaxNLocator(max(2, int(wide_in / 0.55)), steps=[1, 2, 5, 10]))
+    axes.yaxis.set_major_locator(MaxNLocator(max(2, int(high_in / 0.3)), steps=[1, 2, 5, 10]))
+
+
+def _draw(axes: Axes, scene: MapContents, panel: Panel, lowest: bool) -> None:
+    axes.set_ylabel(words.axis("y north", "m"))
     if lowest:
-        axes.set_xlabel(words.axis("x east", "m"), labelpad=2)
+        axes.set_xlabel(words.axis("x east", "m"))
     lines = scene.lines
     for kind, of_kind in scene.outlines.items():
         for place in of_kind:
@@ -423,7 +394,7 @@ def _legend(scene: MapContents) -> list[Artist]:
     entries: list[Artist] = [
         Line2D(
             [], [], color=look.colour, linestyle=look.line, marker=look.marker, markeredgecolor="white",
-            markeredgewidth=0.3, label=style.fitted(name, NAME_ROOM_IN, style.SMALL_PT), linewidth=0.9,
+            markeredgewidth=0.3, label=name, linewidth=0.9,
         )
         for name, look in scene.looks.items() if look != OTHERS
     ]  # fmt: skip
