@@ -245,13 +245,23 @@ def panels(figure: Figure, n: int, columns: int, titles: Sequence[str] = (), fra
     return grid[:n]
 
 
-def legend(figure: Figure, entries: Sequence[Artist], edge: str = "lower", **look: Any) -> None:
-    """A legend outside of the panels, in as many columns as have room; none without entries."""
+def legend(
+    figure: Figure, entries: Sequence[Artist], edge: str = "lower", room_in: float = LABEL_ROOM_IN, **look: Any
+) -> None:
+    """A legend outside of the panels, in as many columns as have room; none without entries.
+
+    Args:
+        figure: on which it stands.
+        entries: artists with the labels that are shown.
+        edge: of the page.
+        room_in: widest label.
+        look: more for Matplotlib.
+    """
     if not entries:
         return
     width_in = figure.get_figwidth()
     for entry in entries:
-        entry.set_label(style.fitted(str(entry.get_label()), min(LABEL_ROOM_IN, width_in - 0.7), style.SMALL_PT))
+        entry.set_label(style.fitted(str(entry.get_label()), min(room_in, width_in - 0.7), style.SMALL_PT))
     columns = style.legend_columns([str(entry.get_label()) for entry in entries], width_in - 0.1)
     figure.legend(handles=list(entries), loc=f"outside {edge} center", **{"ncols": columns, **look})
 

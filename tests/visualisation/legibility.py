@@ -25,7 +25,7 @@ def inscriptions(figure: Figure, monkeypatch: pytest.MonkeyPatch) -> list[tuple[
     with monkeypatch.context() as patch:
         patch.setattr(Text, "draw", noted)
         figure.draw_without_rendering()
-    return [(text.get_text(), text.get_window_extent().padded(-TOUCH_PX)) for text in drawn]
+    return [(text.get_text(), Text.get_window_extent(text).padded(-TOUCH_PX)) for text in drawn]  # without its arrow
 
 
 def check_texts(figure: Figure, monkeypatch: pytest.MonkeyPatch) -> None:

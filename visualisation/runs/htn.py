@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from typing import Any, NamedTuple
 
 from matplotlib.artist import Artist
@@ -17,15 +17,13 @@ from visualisation import style, words
 from visualisation.page import DrawnPage
 from visualisation.runs import captions, reading
 from visualisation.runs.declared import Kit
-from visualisation.runs.sheet import WIDE_IN, Sheet, sheet
+from visualisation.runs.sheet import BESIDE_IN, WIDE_IN, Name, room_in, sheet
 
 ROW_IN, GAP_IN, INDENT_IN = 0.125, 0.06, 0.08
-TALLEST_IN = 9.0
-"""Height of a page of a paper; the lower levels of the trees, and then plans, are left out of a taller figure."""
 NAMES_IN, NARROW_NAMES_IN = 2.7, 1.6
 """Room for names of tasks."""
 DEPTHS = (99, 2, 1, 0)
-"""Levels below the top of each tree that are drawn, the first that fit."""
+"""Levels below the top of each tree that are drawn, the first that fit a page; then plans are left out."""
 HEIGHTS: dict[str, float] = {"waiting": 0.15, "running": 0.7}
 """Share of a row that a bar fills while a task is waiting or running."""
 ENDS: dict[str, dict[str, Any]] = {
@@ -106,47 +104,40 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
         results: of the run.
         width_in: of the page.
     """
-    found = trees(results)
-    shown, n_left_out = found, 0
+    found, most_in = trees(results), room_in(results, width_in)
+    depth = next((depth for depth in DEPTHS if _tops_in(found, depth)[-1] <= most_in), DEPTHS[-1])
+    shown = [tree for tree, end_in in zip(found, _tops_in(found, depth)[1:], strict=True) if end_in <= most_in]
+    tops_in = _tops_in(shown, depth)
+    names_in = NAMES_IN if width_in >= WIDE_IN else NARROW_NAMES_IN
+    looks, end_s = Kit(results).looks, reading.end_s(results)
+    rows = [
+        (tree, task, top_in + GAP_IN / 2 + (at + 0.5) * ROW_IN)
+        for tree, top_in in zip(shown, tops_in, strict=False)
+        for at, task in enumerate(_tasks(tree, depth))
+    ]
+    names = []
+    for _, task, middle_in in rows:
+        weight, indent_in = "normal" if task.depth else "bold", INDENT_IN * task.depth
+        label = style.fitted(task.label, names_in - indent_in, style.TINY_PT, weight)
+        names.append(Name(BESIDE_IN - names_in + indent_in, middle_in, label, style.TINY_PT, weight))
     with style.paper():
-        for depth in DEPTHS:
-            page = _page(results, shown, depth, width_in)
-            if page.page.height_in <= TALLEST_IN:
-                break
-        while page.page.height_in > TALLEST_IN and len(shown) > 1:
-            too_many = math.ceil((page.page.height_in - TALLEST_IN) / (ROW_IN + GAP_IN))
-            shown = shown[: max(1, len(shown) - too_many)]
-            page = _page(results, shown, depth, width_in)
-        n_left_out = len(found) - len(shown)
-        _draw(page, results, shown, depth, width_in)
-    return DrawnPage(page.figure, _caption(results, depth, n_left_out, width_in))
-
-
-def _page(results: RunResults, shown: Sequence[Tree], depth: int, width_in: float) -> Sheet:
-    body_in = sum(ROW_IN * sum(task.depth <= depth for task in tree.tasks) + GAP_IN for tree in shown) or 0.3
-    return sheet(results, _names_in(width_in) + 0.14, body_in, _legend(), width_in)
-
-
-def _names_in(width_in: float) -> float:
-    return NAMES_IN if width_in >= WIDE_IN else NARROW_NAMES_IN
-
-
-def _draw(page: Sheet, results: RunResults, shown: Sequence[Tree], depth: int, width_in: float) -> None:
-    looks, end_s, at_in = Kit(results).looks, reading.end_s(results), 0.0
-    if not shown:
-        page.note(0.08, 0.15, "no plan was carried out", style.TINY_PT)
-    for number, tree in enumerate(shown):
-        tasks = [task for task in tree.tasks if task.depth <= depth]
-        if number % 2 == 0:
-            page.band(at_in, ROW_IN * len(tasks) + GAP_IN)
-        for at, task in enumerate(tasks):
-            middle_in = at_in + GAP_IN / 2 + (at + 0.5) * ROW_IN
-            weight = "normal" if task.depth else "bold"
-            indent_in = INDENT_IN * task.depth
-            label = style.fitted(task.label, _names_in(width_in) - indent_in, style.TINY_PT, weight)
-            page.note(0.08 + indent_in, middle_in, label, style.TINY_PT, weight=weight)
+        names = names or [Name(-names_in, 0.15, "no plan was carried out")]
+        page = sheet(results, names, tops_in[-1] or 0.3, _legend(), width_in)
+        for top_in, end_in in list(pairwise(tops_in))[::2]:
+            page.band(top_in, end_in - top_in)
+        for tree, task, middle_in in rows:
             _row(page.axes, task, middle_in, looks[tree.vehicle].colour, end_s)
-        at_in += ROW_IN * len(tasks) + GAP_IN
+        figure = page.finished()
+    return DrawnPage(figure, _caption(results, depth, len(found) - len(shown)))
+
+
+def _tasks(tree: Tree, depth: int) -> list[TaskRow]:
+    return [task for task in tree.tasks if task.depth <= depth]
+
+
+def _tops_in(shown: Sequence[Tree], depth: int) -> list[float]:
+    """Where trees begin, and where the last one ends."""
+    return [0.0, *accumulate(ROW_IN * len(_tasks(tree, depth)) + GAP_IN for tree in shown)]
 
 
 def _row(axes: Axes, task: TaskRow, middle_in: float, colour: str, end_s: float) -> None:
@@ -174,7 +165,7 @@ def _legend() -> list[Artist]:
     return [*bars, *ends, Line2D([], [], label="expected end", **MARK, **EXPECTED)]
 
 
-def _caption(results: RunResults, depth: int, n_left_out: int, width_in: float) -> str:
+def _caption(results: RunResults, depth: int, n_left_out: int) -> str:
     return words.joined(
         "Plans of the vehicles as trees of tasks, over mission time: first those of the groups' missions, each by the "
         "head that carries it out, then those of objectives.",

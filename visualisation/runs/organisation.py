@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import accumulate
 from typing import Any, NamedTuple
 
 from matplotlib.artist import Artist
+from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from missions.figure import RunResults
 from missions.graphs import GroupNode
 from visualisation import style, words
-from visualisation.page import Box, DrawnPage
+from visualisation.page import DrawnPage
 from visualisation.runs import boxes, captions, reading
 from visualisation.runs.boxes import HEAD, BoxChart, ink
 from visualisation.runs.declared import Kit
 from visualisation.runs.reading import Span
-from visualisation.runs.sheet import WIDE_IN, Sheet, sheet
+from visualisation.runs.sheet import WIDE_IN, Name, Sheet, room_in, sheet
 from visualisation.runs.timeline import shares
 from visualisation.runs.views import (
     CREATED,
@@ -31,8 +33,6 @@ from visualisation.runs.views import (
     view_of,
 )  # fmt: skip
 
-TALLEST_IN = 9.0
-"""Height of a page of a paper."""
 NAMES_IN, NARROW_NAMES_IN = 1.6, 1.05
 HEAD_IN, GAP_IN, TITLE_IN = 0.14, 0.05, 0.2
 """Height of the line of a group; between groups; of the title above the boxes."""
@@ -118,15 +118,15 @@ def picture(
     with style.paper():
         for detail in DETAILS:
             drawing = _Drawing(results, view, shown_s, width_in, detail, view.groups)
-            if drawing.height_in <= TALLEST_IN:
+            if drawing.height_in <= room_in(results, width_in, detail.has_key):
                 break
         shown = list(view.groups)
-        while drawing.height_in > TALLEST_IN and len(shown) > 1:
+        while drawing.height_in > room_in(results, width_in, detail.has_key) and len(shown) > 1:
             shown.pop()
             drawing = _Drawing(results, view, shown_s, width_in, detail, shown)
-        drawing.draw()
+        figure = drawing.drawn(results)
     left_out = len(view.groups) - len(shown)
-    return DrawnPage(drawing.page.figure, _caption(results, drawing, left_out))
+    return DrawnPage(figure, _caption(results, drawing, left_out))
 
 
 class _Drawing:
@@ -145,55 +145,67 @@ class _Drawing:
         self.looks = Kit(results).looks
         self.end_s = reading.end_s(results)
         self.chart = BoxChart(self.view, at_s, self.looks, width_in, detail.most_chips)
+        self.width_in, self.detail = width_in, detail
         self.names_in = NAMES_IN if width_in >= WIDE_IN else NARROW_NAMES_IN
         self.rows = {group.name: list(_rows(self.view, group, detail)) for group in groups}
-        body_in = sum(
-            HEAD_IN + GAP_IN + sum(row.height_in for row in self.rows[group.name]) for group in groups
-        ) or 0.3  # fmt: skip
-        above_in = TITLE_IN + self.chart.height_in + 0.12
-        self.has_counts = any(row.is_counted for rows in self.rows.values() for row in rows)
-        legend = _legend(self.view, self.rows, self.has_counts)
-        left_in = self.names_in + 0.14
-        self.page: Sheet = sheet(results, left_in, body_in, legend, width_in, above_in, detail.has_key)
+        self.bodies_in = [HEAD_IN + GAP_IN + sum(row.height_in for row in self.rows[group.name]) for group in groups]
+        self.above_in = TITLE_IN + self.chart.height_in
 
     @property
     def height_in(self) -> float:
-        """Of the page."""
-        return self.page.page.height_in
+        """Of boxes and rows."""
+        return self.above_in + sum(self.bodies_in)
 
-    def draw(self) -> None:
+    def drawn(self, results: RunResults) -> Figure:
         """Draw boxes and bars."""
-        self._draw_boxes()
-        if not any(self.rows.values()):
-            self.page.note(0.08, 0.15, "no role was held", style.TINY_PT)
-        at_in = 0.0
-        for number, group in enumerate(self.groups):
-            rows = self.rows[group.name]
-            high_in = HEAD_IN + GAP_IN + sum(row.height_in for row in rows)
+        legend = _legend(self.view, self.rows)
+        body_in = sum(self.bodies_in) or 0.3
+        names = self._names() if any(self.rows.values()) else [Name(-self.names_in, 0.15, "no role was held")]
+        self.page: Sheet = sheet(results, names, body_in, legend, self.width_in, self.above_in, self.detail.has_key)
+        for number, (group, top_in, high_in) in enumerate(self._bands()):
             if number % 2 == 0:
-                self.page.band(at_in, high_in)
-            name = style.fitted(group.name, self.names_in, style.TINY_PT, "bold")
-            self.page.note(0.08, at_in + (HEAD_IN + GAP_IN) / 2, name, style.TINY_PT, weight="bold")
-            self._mark(group.name, "", at_in + (HEAD_IN + GAP_IN) / 2)
+                self.page.band(top_in, high_in)
+            head_in = top_in + (HEAD_IN + GAP_IN) / 2
+            self._mark(group.name, "", head_in)
             if not group.is_founded:
-                self._exists(group, at_in + (HEAD_IN + GAP_IN) / 2)
-            at_in += HEAD_IN + GAP_IN / 2
-            for row in rows:
+                self._exists(group, head_in)
+            for row, at_in in self._placed(group, top_in):
                 self._row(row, at_in)
-                at_in += row.height_in
-            at_in += GAP_IN / 2
         self.page.axes.axvline(self.at_s, color=style.BLACK, linewidth=1.2, zorder=4)
+        figure = self.page.finished()
+        self._draw_boxes()
+        return figure
+
+    def _bands(self) -> Iterator[tuple[GroupNode, float, float]]:
+        """Groups, where their rows begin, and how high these are."""
+        tops_in = [0.0, *accumulate(self.bodies_in)]
+        yield from zip(self.groups, tops_in, self.bodies_in, strict=False)
+
+    def _placed(self, group: GroupNode, top_in: float) -> Iterator[tuple[RoleRow, float]]:
+        """Rows of a group, and where they begin."""
+        rows = self.rows[group.name]
+        tops_in = accumulate((row.height_in for row in rows), initial=top_in + HEAD_IN + GAP_IN / 2)
+        yield from zip(rows, tops_in, strict=False)
+
+    def _names(self) -> list[Name]:
+        names = []
+        for group, top_in, _ in self._bands():
+            title = style.fitted(group.name, self.names_in, style.TINY_PT, "bold")
+            names.append(Name(-self.names_in, top_in + (HEAD_IN + GAP_IN) / 2, title, weight="bold"))
+            for row, at_in in self._placed(group, top_in):
+                label = style.fitted(row.name, self.names_in - 0.14, style.TINY_PT)
+                names.append(Name(0.08 - self.names_in, at_in + row.height_in / 2, label))
+        return names
 
     def _draw_boxes(self) -> None:
-        page = self.page.page
-        height_in = TITLE_IN + self.chart.height_in
-        axes = page.panel(Box(0.0, 0.0, page.width_in, height_in))
-        axes.set_xlim(0.0, page.width_in)
-        axes.set_ylim(height_in, 0.0)
-        axes.set_axis_off()
+        axes = self.page.above
+        assert axes is not None
+        room = axes.get_position()
+        axes.set_position((0.0, room.y0, 1.0, room.height))  # beside it are no names
+        axes.set(xlim=(0.0, self.width_in), ylim=(self.above_in, 0.0))
         whose = f"as {self.view.viewer} sees it" if self.view.viewer else "as every vehicle sees itself"
         title = f"Organisation at {words.time(self.at_s)}, {whose}"
-        title = style.fitted(title, page.width_in - 2 * boxes.MARGIN_IN, style.TEXT_PT)
+        title = style.fitted(title, self.width_in - 2 * boxes.MARGIN_IN, style.TEXT_PT)
         axes.text(boxes.MARGIN_IN, TITLE_IN / 2, title, fontsize=style.TEXT_PT, va="center_baseline")
         self.chart.draw(axes, TITLE_IN)
 
@@ -204,9 +216,6 @@ class _Drawing:
             self.page.axes.plot(times_s, [middle_in] * 2, color=style.BLACK, linewidth=1.2, zorder=5)
 
     def _row(self, row: RoleRow, top_in: float) -> None:
-        size_pt = style.TINY_PT
-        label = style.fitted(row.name, self.names_in - 0.08, size_pt)
-        self.page.note(0.16, top_in + row.height_in / 2, label, size_pt)
         for span, _ in row.vacant:
             self.page.axes.broken_barh([self._along(span)], (top_in + 0.01, row.height_in - 0.02), **HATCH)
         if row.is_counted:
@@ -225,7 +234,7 @@ class _Drawing:
             bars = [self._along(span) for span in spans]
             axes.broken_barh(bars, where_in, facecolor=style.tint(colour, strength), linewidth=0, zorder=2)
         left_s, length_s = self._along(holding.span)
-        inch_s = axes.get_xlim()[1] / (axes.get_position().width * self.page.page.width_in)
+        inch_s = self.page.inch_s
         has_room = style.width_in(holding.vehicle, style.TINY_PT) <= length_s / inch_s - 0.08
         if has_room and lane_in >= LABELLED_IN:
             is_here = any(span.start_s <= left_s < span.end_s for span in holding.present)
@@ -284,7 +293,7 @@ def _lanes(holdings: Sequence[Holding]) -> list[list[Holding]]:
     return lanes
 
 
-def _legend(view: View, rows: dict[str, list[RoleRow]], has_counts: bool) -> list[Artist]:
+def _legend(view: View, rows: dict[str, list[RoleRow]]) -> list[Artist]:
     all_rows = [row for own in rows.values() for row in own]
     holdings = [holding for row in all_rows for lane in row.lanes for holding in lane]
     is_away = any(holding.present != (holding.span,) for holding in holdings)
@@ -293,7 +302,7 @@ def _legend(view: View, rows: dict[str, list[RoleRow]], has_counts: bool) -> lis
     chips: list[Artist] = [Patch(facecolor=style.GREY, linewidth=0, label="holds the role (colour: vehicle)")]
     if is_away:
         chips.append(Patch(facecolor=style.tint(style.GREY, PALE), edgecolor=style.GREY, linewidth=0.5, label=away))
-    if has_counts:
+    if any(row.is_counted for row in all_rows):
         chips.append(Patch(facecolor=style.GREY, linewidth=0, label="height: share of the most holders"))
     if any(row.vacant for row in all_rows):
         chips.append(Patch(label="below minimum", **HATCH))

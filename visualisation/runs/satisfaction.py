@@ -12,11 +12,10 @@ from visualisation.page import DrawnPage
 from visualisation.runs import captions, reading
 from visualisation.runs.declared import Kit
 from visualisation.runs.reading import Floats, RoleKey, Tenure
-from visualisation.runs.sheet import Sheet, sheet
+from visualisation.runs.sheet import BESIDE_IN, Name, Sheet, sheet
 
 LOWEST, HIGHEST = -128, 127
 VEHICLE_ROOM_IN = 1.0
-ROLE_ROOM_IN = 2.5
 TICK_ROOM_IN = 0.32
 PAD_IN, LEAST_PAD_IN = 0.07, 0.02
 BANDS_IN = ((4, 0.95), (8, 0.7), (14, 0.45), (24, 0.27))
@@ -46,9 +45,15 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     colours = {vehicle: look.colour for vehicle, look in Kit(results).looks.items()}
     looks = {key: style.look(number) for number, key in enumerate(keys)}
     band_in = next((high for n, high in BANDS_IN if len(series) <= n), LEAST_BAND_IN)
-    names = {vehicle: style.fitted(vehicle, VEHICLE_ROOM_IN, style.SMALL_PT, "bold") for vehicle in series}
-    names_in = max((style.width_in(name, style.SMALL_PT, "bold") for name in names.values()), default=0.0)
-    left_in = 0.25 + names_in + TICK_ROOM_IN
+    titles = {vehicle: style.fitted(vehicle, VEHICLE_ROOM_IN, style.SMALL_PT, "bold") for vehicle in series}
+    widest_in = max((style.width_in(title, style.SMALL_PT, "bold") for title in titles.values()), default=0.0)
+    left_in = -TICK_ROOM_IN - widest_in
+    names = []
+    for number, title in enumerate(titles.values()):
+        top_in = number * band_in
+        names.append(Name(left_in, top_in + band_in / 2, title, style.SMALL_PT, "bold"))
+        for value in (LOWEST, 0, HIGHEST) if band_in > CRAMPED_IN else (0,):
+            names.append(Name(BESIDE_IN, _down_in(value, top_in, band_in), f"{value}".replace("-", "\u2212")))
     with style.paper():
         legend = [
             Line2D([], [], color=style.GREY, linestyle=looks[key].line, marker=looks[key].marker, label=label)
@@ -56,18 +61,12 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
         ]
         if keys:
             legend.append(Line2D([], [], color=style.GREY, linewidth=THICK, label="thick: drives the vehicle"))
-        page = sheet(results, left_in, band_in * len(series), legend, width_in)
-        page.note(0.1, band_in * len(series) / 2, "personal satisfaction", style.TEXT_PT, rotation="vertical",
-                  horizontalalignment="center", verticalalignment="center")  # fmt: skip
-        axes = page.axes
-        marked_s = MARKED_IN * float(np.ptp(axes.get_xlim())) / (axes.get_window_extent().width / style.DPI)
+        page = sheet(results, names, band_in * len(series), legend, width_in)
+        axes, marked_s = page.axes, MARKED_IN * page.inch_s
+        words = "personal satisfaction" if len(series) > 1 else "personal\nsatisfaction"
+        axes.set_ylabel(words, labelpad=2.0 - 72.0 * left_in)
         for number, (vehicle, of_role) in enumerate(series.items()):
             top_in = number * band_in
-            page.note(0.25, top_in + band_in / 2, names[vehicle], style.SMALL_PT, weight="bold")
-            for value in (LOWEST, 0, HIGHEST) if band_in > CRAMPED_IN else (0,):
-                label = f"{value}".replace("-", "\u2212")
-                down_in = _down_in(value, top_in, band_in)
-                page.note(left_in - 0.05, down_in, label, style.TINY_PT, horizontalalignment="right")
             _ground(page, top_in, band_in)
             for at, (key, (times_s, values)) in enumerate(of_role.items()):
                 look = looks[key]._replace(colour=colours[vehicle])
@@ -75,16 +74,14 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
                 axes.plot(times_s, downs_in, color=look.colour, linestyle=look.line, linewidth=THIN)
                 _emphasis(axes, times_s, downs_in, look, tenures.get((vehicle, *key)))
                 _markers(axes, times_s, downs_in, look, marked_s, (at + 0.5) / len(of_role))
-    return DrawnPage(page.figure, captions.satisfaction_caption(results))
+        figure = page.finished()
+    return DrawnPage(figure, captions.satisfaction_caption(results))
 
 
 def _labels(keys: list[RoleKey]) -> list[str]:
     """Names of roles, with the group where two groups have a role of that name."""
     roles = [role for _, role in keys]
-    return [
-        style.fitted(role if roles.count(role) == 1 else f"{role}, {group}", ROLE_ROOM_IN, style.SMALL_PT)
-        for group, role in keys
-    ]
+    return [role if roles.count(role) == 1 else f"{role}, {group}" for group, role in keys]
 
 
 def _down_in(value: float, top_in: float, band_in: float) -> float:

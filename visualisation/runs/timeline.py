@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Hashable, Mapping, Sequence
-from itertools import product
+from itertools import accumulate, pairwise, product
 from typing import Any, NamedTuple
 
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
@@ -22,7 +23,7 @@ from visualisation.page import DrawnPage
 from visualisation.runs import captions, reading
 from visualisation.runs.declared import Kit
 from visualisation.runs.reading import RoleKey, Span, Tenure, VehicleFault
-from visualisation.runs.sheet import Sheet, sheet
+from visualisation.runs.sheet import BESIDE_IN, WIDE_IN, Name, room_in, sheet
 
 Tenures = Mapping[str, Sequence[Tenure]]
 """Roles by vehicle."""
@@ -125,9 +126,6 @@ BAND_GAP_IN = 0.06
 FOLDED_ROW_IN = 0.2
 VEHICLE_ROOM_IN = 1.0
 ROLE_ROOM_IN, NARROW_ROLE_ROOM_IN = 1.5, 0.8
-GROUP_ROOM_IN = 2.5
-TALLEST_IN = 9.0
-"""Height of a page of a paper."""
 MOST_LANES = 12
 """Vehicles that are alike share a lane where there would be more, or where the figure would be taller than a page."""
 HELD, DRIVING = 0.3, 0.68
@@ -153,98 +151,94 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     faults = reading.vehicle_faults(results)
     groups = Counter(tenure.group for own in tenures.values() for tenure in own)
     hatches = {group: HATCHES[at % len(HATCHES)] for at, (group, _) in enumerate(groups.most_common())}
+    for fold, row in product(FOLDS, ROWS):
+        lanes = fold(tenures)
+        if sum(_band_in(lane, row[0]) for lane in lanes) <= room_in(results, width_in) and len(lanes) <= MOST_LANES:
+            break
     with style.paper():
-        for fold, row in product(FOLDS, ROWS):
-            timeline = _Timeline(results, fold(tenures), hatches, bool(faults), width_in, row)
-            if timeline.page.page.height_in <= TALLEST_IN and len(timeline.lanes) <= MOST_LANES:
-                break
-        timeline.draw(faults)
-    folded = [lane.vehicles for lane in timeline.lanes if lane.is_folded]
-    return DrawnPage(timeline.page.figure, captions.roles(results, folded))
+        figure = _drawn(results, lanes, hatches, faults, width_in, row)
+    return DrawnPage(figure, captions.roles(results, [lane.vehicles for lane in lanes if lane.is_folded]))
 
 
-class _Timeline:
-    """A page with the names of its lanes, and what is drawn into it."""
+def _height_in(lane: VehicleLane, row_in: float) -> float:
+    """Height of a row of that lane."""
+    return FOLDED_ROW_IN if lane.is_folded else row_in
 
-    def __init__(
-        self,
-        results: RunResults,
-        lanes: Sequence[VehicleLane],
-        hatches: Mapping[str, str],
-        faulty: bool,
-        width_in: float,
-        row: tuple[float, float],
-    ) -> None:
-        self.lanes = lanes
-        self.hatches = hatches
-        self.looks = Kit(results).looks
-        self.row_in, self.size_pt = row
-        room_in = ROLE_ROOM_IN if width_in >= 5.0 else NARROW_ROLE_ROOM_IN
-        size_pt = self.size_pt
-        self.names = [style.fitted(_name(lane), VEHICLE_ROOM_IN, size_pt, "bold") for lane in lanes]
-        self.roles = {row.role: style.fitted(row.role, room_in, size_pt) for lane in lanes for row in lane.rows}
-        names_in = max((style.width_in(name, size_pt, "bold") for name in self.names), default=0.0)
-        roles_in = max((style.width_in(role, size_pt) for role in self.roles.values()), default=0.3)
-        self.names_in = names_in
-        self.left_in = 0.08 + names_in + 0.12 + roles_in + 0.06
-        body_in = sum(map(self.band_in, lanes))
-        folded = any(lane.is_folded for lane in lanes)
-        legend = _legend(hatches, faulty, folded)
-        self.page: Sheet = sheet(results, self.left_in, body_in, legend, width_in)
 
-    def height_in(self, lane: VehicleLane) -> float:
-        """Height of a row of that lane."""
-        return FOLDED_ROW_IN if lane.is_folded else self.row_in
+def _band_in(lane: VehicleLane, row_in: float) -> float:
+    """Height of the band of that lane."""
+    return max(1, len(lane.rows)) * _height_in(lane, row_in) + BAND_GAP_IN
 
-    def band_in(self, lane: VehicleLane) -> float:
-        """Height of the band of that lane."""
-        return max(1, len(lane.rows)) * self.height_in(lane) + BAND_GAP_IN
 
-    def draw(self, faults: Sequence[VehicleFault]) -> None:
-        """Draw all lanes."""
-        top_in = 0.0
-        for number, (lane, name) in enumerate(zip(self.lanes, self.names, strict=True)):
-            band_in, row_in = self.band_in(lane), self.height_in(lane)
-            if number % 2 == 0:
-                self.page.band(top_in, band_in)
-            for fault in faults:  # the band of a vehicle is hatched while something has befallen it
-                if lane.vehicles == (fault.vehicle,):
-                    length_s = fault.span.end_s - fault.span.start_s
-                    self.page.axes.broken_barh([(fault.span.start_s, length_s)], (top_in, band_in), **FAULT)
-            self._name(lane, name, top_in, band_in)
-            for at, row in enumerate(lane.rows):
-                middle_in = top_in + BAND_GAP_IN / 2 + (at + 0.5) * row_in
-                role = self.roles[row.role]
-                self.page.note(self.left_in - 0.06, middle_in, role, self.size_pt, horizontalalignment="right")
-                self._row(self.page.axes, lane, row, middle_in)
-            top_in += band_in
+def _drawn(
+    results: RunResults,
+    lanes: Sequence[VehicleLane],
+    hatches: Mapping[str, str],
+    faults: Sequence[VehicleFault],
+    width_in: float,
+    row: tuple[float, float],
+) -> Figure:
+    """A page with these lanes, in rows of that height and size of letters."""
+    row_in, size_pt = row
+    names, tops_in = _names(lanes, row_in, size_pt, ROLE_ROOM_IN if width_in >= WIDE_IN else NARROW_ROLE_ROOM_IN)
+    legend = _legend(hatches, bool(faults), any(lane.is_folded for lane in lanes))
+    page = sheet(results, names, tops_in[-1], legend, width_in)
+    looks = Kit(results).looks
+    for number, (lane, (top_in, end_in)) in enumerate(zip(lanes, pairwise(tops_in), strict=True)):
+        if number % 2 == 0:
+            page.band(top_in, end_in - top_in)
+        for fault in faults:  # the band of a vehicle is hatched while something has befallen it
+            if lane.vehicles == (fault.vehicle,):
+                length_s = fault.span.end_s - fault.span.start_s
+                page.axes.broken_barh([(fault.span.start_s, length_s)], (top_in, end_in - top_in), **FAULT)
+        for at, role in enumerate(lane.rows):
+            middle_in = _middle_in(lane, top_in, at, row_in)
+            if lane.is_folded:
+                _shares(page.axes, lane, role, middle_in)
+            else:
+                _bars(page.axes, role, looks[lane.vehicles[0]].colour, hatches[role.group], middle_in, row_in)
+    return page.finished()
 
-    def _name(self, lane: VehicleLane, name: str, top_in: float, band_in: float) -> None:
-        if not lane.is_folded or len(lane.rows) < 2:
-            self.page.note(0.08, top_in + band_in / 2, name, self.size_pt, weight="bold")
-            return
-        members = style.fitted(", ".join(lane.vehicles), self.names_in + 0.1, style.TINY_PT)
-        self.page.note(0.08, top_in + band_in / 2 - 0.06, name, self.size_pt, weight="bold")
-        self.page.note(0.08, top_in + band_in / 2 + 0.06, members, style.TINY_PT)
 
-    def _row(self, axes: Axes, lane: VehicleLane, row: LaneRole, middle_in: float) -> None:
-        """Bars of one role: of one vehicle in its colour, of several as high as the share of them."""
-        hatch = self.hatches[row.group]
-        if lane.is_folded:
-            _shares(axes, lane, row, middle_in)
-            return
-        colour = self.looks[lane.vehicles[0]].colour
-        for spans, fill, shade, pattern in (
-            (row.held[0], HELD, style.tint(colour, 0.4), ""),
-            (row.active[0], DRIVING, colour, hatch),
-        ):
-            boxes = [(span.start_s, span.end_s - span.start_s) for span in spans]
-            where_in = middle_in - fill * self.row_in / 2, fill * self.row_in
-            axes.broken_barh(boxes, where_in, facecolor=shade, edgecolor=shade, linewidth=0.4, zorder=2)
-            if pattern:
-                axes.broken_barh(
-                    boxes, where_in, facecolor="none", edgecolor="white", hatch=pattern, linewidth=0, zorder=3
-                )
+def _middle_in(lane: VehicleLane, top_in: float, at: int, row_in: float) -> float:
+    return top_in + BAND_GAP_IN / 2 + (at + 0.5) * _height_in(lane, row_in)
+
+
+def _names(
+    lanes: Sequence[VehicleLane], row_in: float, size_pt: float, role_room_in: float
+) -> tuple[list[Name], list[float]]:
+    """Names of lanes and of their roles, and where the lanes begin and the last one ends."""
+    tops_in = [0.0, *accumulate(_band_in(lane, row_in) for lane in lanes)]
+    titles = [f"{len(lane.vehicles)} vehicles" if lane.is_folded else lane.vehicles[0] for lane in lanes]
+    titles = [style.fitted(title, VEHICLE_ROOM_IN, size_pt, "bold") for title in titles]
+    titles_in = max((style.width_in(title, size_pt, "bold") for title in titles), default=0.0)
+    roles = {role.role: style.fitted(role.role, role_room_in, size_pt) for lane in lanes for role in lane.rows}
+    left_in = (
+        BESIDE_IN - max((style.width_in(role, size_pt) for role in roles.values()), default=0.3) - 0.12 - titles_in
+    )
+    names = []
+    for lane, title, (top_in, end_in) in zip(lanes, titles, pairwise(tops_in), strict=True):
+        middle_in, aside_in = (top_in + end_in) / 2, 0.0
+        if lane.is_folded and len(lane.rows) > 1:
+            aside_in, members = 0.06, style.fitted(", ".join(lane.vehicles), titles_in + 0.1, style.TINY_PT)
+            names.append(Name(left_in, middle_in + aside_in, members))
+        names.append(Name(left_in, middle_in - aside_in, title, size_pt, "bold"))
+        for at, role in enumerate(lane.rows):
+            names.append(Name(BESIDE_IN, _middle_in(lane, top_in, at, row_in), roles[role.role], size_pt))
+    return names, tops_in
+
+
+def _bars(axes: Axes, row: LaneRole, colour: str, hatch: str, middle_in: float, row_in: float) -> None:
+    """Bars of one role of one vehicle, in its colour."""
+    for spans, fill, shade, pattern in (
+        (row.held[0], HELD, style.tint(colour, 0.4), ""),
+        (row.active[0], DRIVING, colour, hatch),
+    ):
+        boxes = [(span.start_s, span.end_s - span.start_s) for span in spans]
+        where_in = middle_in - fill * row_in / 2, fill * row_in
+        axes.broken_barh(boxes, where_in, facecolor=shade, edgecolor=shade, linewidth=0.4, zorder=2)
+        if pattern:
+            axes.broken_barh(boxes, where_in, facecolor="none", edgecolor="white", hatch=pattern, linewidth=0, zorder=3)
 
 
 def _shares(axes: Axes, lane: VehicleLane, row: LaneRole, middle_in: float) -> None:
@@ -255,10 +249,6 @@ def _shares(axes: Axes, lane: VehicleLane, row: LaneRole, middle_in: float) -> N
             where_in = middle_in + high_in / 2 - share * high_in, share * high_in
             box = [(span.start_s, span.end_s - span.start_s)]
             axes.broken_barh(box, where_in, facecolor=style.tint(FOLDED, strength), linewidth=0, zorder=2)
-
-
-def _name(lane: VehicleLane) -> str:
-    return f"{len(lane.vehicles)} vehicles" if lane.is_folded else lane.vehicles[0]
 
 
 def _legend(hatches: Mapping[str, str], with_faults: bool, with_folds: bool) -> list[Artist]:
@@ -272,6 +262,6 @@ def _legend(hatches: Mapping[str, str], with_faults: bool, with_folds: bool) -> 
         return meanings
     return meanings + [
         Patch(facecolor=style.GREY, edgecolor="white", hatch=hatch, linewidth=0,
-              label=style.fitted(f"group {group}", GROUP_ROOM_IN, style.SMALL_PT))
+              label=f"group {group}")
         for group, hatch in hatches.items()
     ]  # fmt: skip

@@ -50,7 +50,11 @@ def test_a_figure_is_drawn_with_the_looks_and_words_of_all_figures(run: Results,
 
 def test_labels_get_the_room_that_they_take(run: Results, monkeypatch: pytest.MonkeyPatch) -> None:
     def draw_large(axes: Any, results: RunResults, style: Style) -> str:
-        axes.plot([0, 1], [1_000_000_000, 3_000_000_000], label="an entry of the legend that is much too long for it, and goes on")
+        axes.plot(
+            [0, 1],
+            [1_000_000_000, 3_000_000_000],
+            label="an entry that is too long " * 3,
+        )
         axes.ticklabel_format(style="plain")
         axes.set_ylabel("two\nlines")
         axes.set_xlabel("below\nit\ntoo")

@@ -64,6 +64,6 @@ def test_more_than_twelve_lanes_are_folded(tmp_path: Path, n_vehicles: int, n_la
     roles = [(0.0, name, "Team", "Diver", "assigned") for name in fleet]
     fiction = Fiction(vehicles=fleet, roles=(), extra_roles=roles)  # type: ignore[arg-type]
     drawn = run_picture(fiction.write(tmp_path / "run"), "roles")
-    names = [text.get_text() for text in drawn.figure.texts if text.get_weight() == "bold"]
+    names = [text.get_text() for text in drawn.figure.axes[0].texts if text.get_weight() == "bold"]
     assert names == (fleet if n_lanes == 12 else ["13 vehicles"])
     assert ("13 vehicles: AUV00, AUV01, AUV02, " in drawn.caption) is (n_lanes == 1)

@@ -6,6 +6,7 @@ from synthetic_runs import Fiction
 
 from visualisation import style
 from visualisation.runs import htn, run_picture
+from visualisation.runs.sheet import TALLEST_IN
 
 
 def test_a_tree_is_read_with_what_became_of_its_tasks(tmp_path: Path) -> None:
@@ -45,14 +46,14 @@ def test_what_does_not_fit_a_page_is_left_out_and_said(tmp_path: Path) -> None:
     """60 vehicles have 61 plans: at 0.185 in each, even without what is below their tops, 9 in hold fewer than 49."""
     fiction = Fiction(tuple(f"V{number:02d}" for number in range(60)))
     drawn = run_picture(fiction.write(tmp_path / "run"), "htn")
-    assert drawn.figure.get_figheight() <= htn.TALLEST_IN
+    assert drawn.figure.get_figheight() <= TALLEST_IN
     assert "Tasks more than 0 levels below the top are left out. " in drawn.caption
     n_left_out = int(drawn.caption.split(" plans are left out.")[0].rsplit(" ", 1)[1])
     assert 61 - 49 < n_left_out < 61 - 30
-    tops = [text.get_text() for text in drawn.figure.texts if text.get_text().startswith(("V0", "V1"))]
+    tops = [text.get_text() for text in drawn.figure.axes[0].texts if text.get_text().startswith(("V0", "V1"))]
     assert tops[0] == "V00  Survey(Team)"
 
 
 def test_without_a_plan_the_figure_says_so(tmp_path: Path) -> None:
     drawn = run_picture(Fiction(recorded=False).write(tmp_path / "run"), "htn", width_in=style.COLUMN_IN)
-    assert "no plan was carried out" in [text.get_text() for text in drawn.figure.texts]
+    assert "no plan was carried out" in [text.get_text() for text in drawn.figure.axes[0].texts]
