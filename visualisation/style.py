@@ -47,9 +47,8 @@ LINES: tuple[Any, ...] = ("-", (0, (4, 1.2)), (0, (1.2, 1)), (0, (5, 1.2, 1.2, 1
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<", ">")
 
 DPI = 300
-LEGEND_LINE_IN = 0.145
 LEGEND_HANDLE_IN = 0.5
-"""Height of a line of a legend, and what a column of it takes beside its widest label."""
+"""What a column of a legend takes beside its widest label."""
 _SETTINGS: dict[str, Any] = {
     "font.family": "DejaVu Sans",
     "font.size": TEXT_PT,
@@ -166,11 +165,6 @@ def legend_columns(labels: Sequence[str], room_in: float) -> int:
         if sum(max(widths_in[first:last]) for first, last in pairwise(ends)) <= room_in:
             return -(-len(labels) // -(-len(labels) // n_columns))
     return 1
-
-
-def legend_height_in(n_labels: int, n_columns: int) -> float:
-    """Height of such a legend, in inches."""
-    return LEGEND_LINE_IN * -(-n_labels // n_columns)
 
 
 def paper() -> AbstractContextManager[None]:
