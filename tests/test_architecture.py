@@ -435,7 +435,7 @@ def test_every_package_says_what_is_promised_to_stay() -> None:
         ("exchange.acoustics.channel", "from worldmodel import TBox"),
         ("remoras.executive.layer", "from ..functional import layer"),
         ("missions.runs.run", "from remoras.cli import main"),
-        ("visualisation.runs.timeline", "from missions.runs.run import Run"),
+        ("visualisation.runs.roles", "from missions.runs.run import Run"),
         ("exchange.schedule", "def later():\n    from random import random"),
     ],
 )

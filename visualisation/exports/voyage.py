@@ -18,7 +18,7 @@ from missions.figure import Place
 from missions.files import tables_of
 from visualisation import output
 from visualisation.exports.geodesy import Datum, Floats
-from visualisation.outages import outages
+from visualisation.spans import outages
 
 if TYPE_CHECKING:
     from missions.runs.results import MemoryResults, Results

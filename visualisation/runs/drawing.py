@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from visualisation.page import DrawnPage
 
 ORGANISATION = "organisation"
-MODULES = {"roles": "timeline"}
-"""Modules that draw a kind, where it has another name."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +95,7 @@ def run_picture(
         from visualisation.runs import organisation
 
         return organisation.picture(results, moment.at_s, moment.viewer, *widths)
-    drawn: DrawnPage = import_module(f"visualisation.runs.{MODULES.get(kind, kind)}").picture(results, *widths)
+    drawn: DrawnPage = import_module(f"visualisation.runs.{kind}").picture(results, *widths)
     return drawn
 
 

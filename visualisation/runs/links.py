@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from typing import Any, NamedTuple
+from collections import defaultdict
+from typing import NamedTuple
 
 import numpy as np
 
 from missions.figure import RunResults, axis_end_s
-from visualisation import outages, page, style, words
+from visualisation import page, style, words
 from visualisation.page import DrawnPage
 from visualisation.runs import captions, reading, shades
-from visualisation.runs.reading import Floats, Span
+from visualisation.runs.reading import Floats
 from visualisation.runs.shades import Timespan
+from visualisation.spans import Span, outages, spans
 
 ROWS_IN = 0.055, 0.18, 1.8
 """A row at least and at most, and what all rows of a panel should take."""
@@ -60,31 +61,19 @@ def link_estimates(results: RunResults) -> LinkEstimates:
         else:
             outgoing[peer, vehicle] = estimate
     without = np.zeros((n, POINTS))
-    for (_, name), spans in spans_without(results, end_s).items():
-        for span in spans if name in number else ():
+    for (_, name), without_it in spans_without(results, end_s).items():
+        for span in without_it if name in number else ():
             without[number[name]] += (span.start_s <= at_s) & (at_s < span.end_s)
     return LinkEstimates(vehicles, at_s, incoming, outgoing, without / max(1, n - 1))
 
 
 def spans_without(results: RunResults, end_s: float) -> dict[tuple[str, str], list[Span]]:
     """When a vehicle did without a peer, by vehicle and peer."""
-    rows = results.table("peers").to_pylist() if results.has("peers") else []
-    return _spans(rows, end_s)
-
-
-def _spans(rows: Iterable[Mapping[str, Any]], end_s: float) -> dict[tuple[str, str], list[Span]]:
-    since_s: dict[tuple[str, str], float] = {}
-    found: dict[tuple[str, str], list[Span]] = {}
-    for row in rows:
-        pair = row["vehicle"], row["peer"]
-        if row["event"] in THERE:
-            if pair in since_s:
-                found.setdefault(pair, []).append(Span(since_s.pop(pair), row["time_s"]))
-        elif row["event"] != SLOT_CONFLICT:
-            since_s.setdefault(pair, row["time_s"])
-    for pair, start_s in since_s.items():
-        found.setdefault(pair, []).append(Span(start_s, end_s))
-    return found
+    told: dict[tuple[str, str], list[tuple[float, bool]]] = defaultdict(list)
+    for row in results.table("peers").to_pylist() if results.has("peers") else ():
+        if row["event"] != SLOT_CONFLICT:
+            told[row["vehicle"], row["peer"]].append((row["time_s"], row["event"] not in THERE))
+    return {pair: spans(events, end_s) for pair, events in told.items()}
 
 
 def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
@@ -107,7 +96,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
         ("(c) last estimates of the receivers", found.incoming[:, :, -1]),
         ("(d) last estimates of the senders", found.outgoing),
     )
-    span = Timespan(end_s, axis_end_s(results), outages.outages(results))
+    span = Timespan(end_s, axis_end_s(results), outages(results))
     rows = [["a"] * columns, ["b"] * columns, *([["c", "d"]] if columns == 2 else [["c"], ["d"]])]
     with style.paper():
         figure = page.opened(width_in, 2 * row_in * n + 2 * side_in)

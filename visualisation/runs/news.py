@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from missions.figure import RunResults, round_up
-from visualisation.outages import Outage, outages, outside
 from visualisation.refusals import kind_of, packets_refused
 from visualisation.runs import reading
 from visualisation.runs.reading import Floats
+from visualisation.spans import Span, outages, outside
 
 Flags = NDArray[np.bool_]
 
@@ -65,7 +65,7 @@ class RunPackets:
     sender: NDArray[np.int64]
     outcome: PacketOutcome
     end_s: float
-    out: Mapping[str, Sequence[Outage]] = field(default_factory=dict)
+    out: Mapping[str, Sequence[Span]] = field(default_factory=dict)
     reasons: Counter[str] = field(default_factory=Counter)
 
     @cached_property
@@ -127,7 +127,7 @@ class RunPackets:
         return self.slot // max(1, len(self.vehicles))
 
 
-def is_out(gaps: Sequence[Outage], at_s: Floats) -> Flags:
+def is_out(gaps: Sequence[Span], at_s: Floats) -> Flags:
     """At which times a vehicle with these outages was out of the mission."""
     found: Flags = np.zeros(at_s.shape, dtype=bool)
     for gap in gaps:

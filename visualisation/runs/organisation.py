@@ -18,9 +18,8 @@ from visualisation.page import DrawnPage
 from visualisation.runs import boxes, captions, reading
 from visualisation.runs.boxes import HEAD, BoxChart, ink
 from visualisation.runs.declared import Kit
-from visualisation.runs.reading import Span
+from visualisation.runs.roles import shares
 from visualisation.runs.sheet import WIDE_IN, Name, Sheet, room_in, sheet
-from visualisation.runs.timeline import shares
 from visualisation.runs.views import (
     CREATED,
     DISSOLVED,
@@ -32,6 +31,7 @@ from visualisation.runs.views import (
     checked_time_s,
     view_of,
 )  # fmt: skip
+from visualisation.spans import Span
 
 NAMES_IN, NARROW_NAMES_IN = 1.6, 1.05
 HEAD_IN, GAP_IN, TITLE_IN = 0.14, 0.05, 0.2

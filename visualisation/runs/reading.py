@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from missions.figure import PointM, RunResults
 from missions.files import tables_of
-from visualisation.outages import OVER, outages, outside
+from visualisation.spans import OVER, Span, outages, outside, spans
 
 Floats = NDArray[np.float64]
 RoleKey = tuple[str, str]
@@ -34,13 +34,6 @@ class PlanTrack(NamedTuple):
         """The part from ``start_s`` to ``end_s``."""
         inside = (self.time_s >= start_s) & (self.time_s <= end_s)
         return PlanTrack(self.time_s[inside], self.x_m[inside], self.y_m[inside])
-
-
-class Span(NamedTuple):
-    """From when to when."""
-
-    start_s: float
-    end_s: float
 
 
 class Tenure(NamedTuple):
@@ -139,15 +132,16 @@ def tenures(results: RunResults) -> dict[str, list[Tenure]]:
         of_role.append((row["time_s"], row["event"]))
     last_s, out = end_s(results), outages(results)
 
-    def driven(vehicle: str, spans: tuple[Span, ...]) -> tuple[Span, ...]:
-        return tuple(Span(*part) for span in spans for part in outside(*span, out.get(vehicle, ())))
-
     return {
         vehicle: [
             Tenure(
                 *key,
-                _spans(of_role[key], "assigned", ("left",), last_s),
-                driven(vehicle, _spans(of_role[key], "active", ("inactive", "left"), last_s)),
+                tuple(_told(of_role[key], "assigned", ("left",), last_s)),
+                tuple(
+                    part
+                    for span in _told(of_role[key], "active", ("inactive", "left"), last_s)
+                    for part in outside(*span, out.get(vehicle, ()))
+                ),
             )
             for key in sorted(of_role, key=lambda key: groups[key[0]])
         ]
@@ -155,20 +149,8 @@ def tenures(results: RunResults) -> dict[str, list[Tenure]]:
     }
 
 
-def _spans(
-    events: Sequence[tuple[float, str]], opening: str, closing: tuple[str, ...], last_s: float
-) -> tuple[Span, ...]:
-    spans = []
-    start_s: float | None = None
-    for time_s, event in events:
-        if event == opening and start_s is None:
-            start_s = time_s
-        elif event in closing and start_s is not None:
-            spans.append(Span(start_s, time_s))
-            start_s = None
-    if start_s is not None:
-        spans.append(Span(start_s, last_s))
-    return tuple(spans)
+def _told(events: Sequence[tuple[float, str]], opening: str, closing: tuple[str, ...], last_s: float) -> list[Span]:
+    return spans(((time_s, event == opening) for time_s, event in events if event in (opening, *closing)), last_s)
 
 
 def satisfaction(results: RunResults) -> dict[str, dict[RoleKey, tuple[Floats, Floats]]]:

@@ -15,9 +15,9 @@ from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
 
 from visualisation import style, words
-from visualisation.outages import Outage, outages_until
 from visualisation.page import panel_in
 from visualisation.runs.reading import Floats
+from visualisation.spans import Span, outages_until
 
 SHADES = LinearSegmentedColormap.from_list("shades", ["#FFFFFF", "#000000"])
 NAME_ROOM_IN = 0.9
@@ -34,7 +34,7 @@ class Timespan(NamedTuple):
 
     end_s: float
     axis_end_s: float
-    out: Mapping[str, Sequence[Outage]]
+    out: Mapping[str, Sequence[Span]]
 
 
 def row_in(n: int, least_in: float, most_in: float, all_in: float) -> float:

@@ -21,10 +21,10 @@ from matplotlib.ticker import MaxNLocator
 from missions.figure import Layer, Mark, Place, PointM, RunResults
 from visualisation import labels, page, style, words
 from visualisation.labels import Label
-from visualisation.outages import outages
 from visualisation.page import DrawnPage
 from visualisation.runs import captions, declared, reading
-from visualisation.runs.reading import PlanTrack, Span
+from visualisation.runs.reading import PlanTrack
+from visualisation.spans import Span, outages
 
 QUIET = 0.25
 LEAST_EVENTS = 5

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import accumulate, pairwise
@@ -10,10 +9,9 @@ from typing import Any, NamedTuple
 
 from missions.figure import RunResults
 from missions.graphs import GroupNode, RoleKey, group_nodes
-from visualisation.outages import Outage, outages, outside
 from visualisation.output import DrawingError, unknown
 from visualisation.runs import reading
-from visualisation.runs.reading import Span
+from visualisation.spans import Span, outages, outside, spans
 
 CREATED, DISSOLVED, MISSION, SUCCEEDED = "create", "dissolve", "mission", "succeed"
 """Acts that are marked."""
@@ -123,36 +121,24 @@ def checked_time_s(at_s: float | None, view: View, end_s: float) -> float:
     return at_s
 
 
-def _holdings(rows: Iterable[dict[str, Any]], away: Mapping[str, list[Outage]]) -> dict[RoleKey, list[Holding]]:
-    since: dict[tuple[str, str, str], float] = {}
-    found: dict[RoleKey, list[Holding]] = defaultdict(list)
-
-    def hold(group: str, role: str, vehicle: str, span: Span) -> None:
-        present = tuple(Span(*part) for part in outside(*span, away.get(vehicle, ())))
-        found[group, role].append(Holding(vehicle, span, present))
-
+def _holdings(rows: Iterable[dict[str, Any]], away: Mapping[str, list[Span]]) -> dict[RoleKey, list[Holding]]:
+    told: dict[tuple[str, str, str], list[tuple[float, bool]]] = defaultdict(list)
     for row in rows:
-        key = row["group"], row["role"], row["peer"]
-        if row["event"] == "assigned":
-            since.setdefault(key, row["time_s"])
-        elif key in since:
-            hold(*key, Span(since.pop(key), row["time_s"]))
-    for key, start_s in since.items():
-        hold(*key, Span(start_s, math.inf))
+        told[row["group"], row["role"], row["peer"]].append((row["time_s"], row["event"] == "assigned"))
+    found: dict[RoleKey, list[Holding]] = defaultdict(list)
+    for (group, role, vehicle), events in told.items():
+        for span in spans(events):
+            found[group, role].append(Holding(vehicle, span, tuple(outside(*span, away.get(vehicle, ())))))
     return {key: sorted(own, key=lambda holding: holding.span.start_s) for key, own in found.items()}
 
 
-def _absences(results: RunResults, viewer: str) -> dict[str, list[Outage]]:
+def _absences(results: RunResults, viewer: str) -> dict[str, list[Span]]:
     """When the viewer took its peers for absent."""
-    found: dict[str, list[Outage]] = defaultdict(list)
-    rows = results.table("membership").to_pylist() if results.has("membership") else []
-    for row in rows:
-        own = found[row["peer"]] if row["vehicle"] == viewer else []
-        if row["event"] == "absent":
-            own.append(Outage(row["time_s"], math.inf))
-        elif own:
-            own[-1] = Outage(own[-1].start_s, row["time_s"])
-    return found
+    told: dict[str, list[tuple[float, bool]]] = defaultdict(list)
+    for row in results.table("membership").to_pylist() if results.has("membership") else ():
+        if row["vehicle"] == viewer:
+            told[row["peer"]].append((row["time_s"], row["event"] == "absent"))
+    return {peer: spans(events) for peer, events in told.items()}
 
 
 def _marks(rows: Sequence[dict[str, Any]], viewer: str) -> list[ActMark]:
@@ -173,15 +159,8 @@ def _marks(rows: Sequence[dict[str, Any]], viewer: str) -> list[ActMark]:
 
 def _existence(group: GroupNode, marks: Iterable[ActMark]) -> list[Span]:
     own = [mark for mark in marks if mark.group == group.name and mark.kind in (CREATED, DISSOLVED)]
-    since = 0.0 if group.is_founded and not (own and own[0].kind == CREATED) else None
-    spans = []
-    for mark in own:
-        if mark.kind == CREATED and since is None:
-            since = mark.time_s
-        elif mark.kind == DISSOLVED and since is not None:
-            spans.append(Span(since, mark.time_s))
-            since = None
-    return spans if since is None else [*spans, Span(since, math.inf)]
+    is_old = group.is_founded and not (own and own[0].kind == CREATED)
+    return spans([(0.0, is_old), *((mark.time_s, mark.kind == CREATED) for mark in own)])
 
 
 def _lacking(holdings: Sequence[Holding], minimum: int, within_s: Span) -> list[tuple[Span, int]]:

@@ -7,8 +7,9 @@ from legibility import check_texts
 from synthetic_runs import Fiction
 
 from missions.runs.results import Results
-from visualisation.runs import run_picture, timeline
-from visualisation.runs.reading import Span, Tenure
+from visualisation.runs import roles, run_picture
+from visualisation.runs.reading import Tenure
+from visualisation.spans import Span
 
 FLEET = [f"AUV{number:02}" for number in range(32)]
 
@@ -26,16 +27,16 @@ TENURES = {
 
 
 def test_vehicles_with_the_same_roles_share_a_lane_or_those_that_began_with_the_same() -> None:
-    assert [lane.vehicles for lane in timeline.same_roles(TENURES)] == [("A",), ("B",), ("C", "D")]
-    found = timeline.same_beginning(TENURES)
+    assert [lane.vehicles for lane in roles.same_roles(TENURES)] == [("A",), ("B",), ("C", "D")]
+    found = roles.same_beginning(TENURES)
     assert [lane.vehicles for lane in found] == [("A",), ("B", "C", "D")]
     assert [row.role for row in found[1].rows] == ["Diver", "Left"]
 
 
 def test_shares_are_of_all_vehicles_of_the_lane() -> None:
     """Three divers, driven from 10 s on, one of them from 15 s on."""
-    (row, _) = timeline.same_beginning(TENURES)[1].rows
-    assert timeline.shares(row.active, 3) == [(Span(10.0, 15.0), 2 / 3), (Span(15.0, 100.0), 1.0)]
+    (row, _) = roles.same_beginning(TENURES)[1].rows
+    assert roles.shares(row.active, 3) == [(Span(10.0, 15.0), 2 / 3), (Span(15.0, 100.0), 1.0)]
 
 
 @pytest.fixture(scope="module")

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from synthetic_runs import FICTIONS, Fiction
 
 from missions.runs.results import Results
-from visualisation.outages import Outage
 from visualisation.refusals import packets_refused
 from visualisation.runs import links, news, tdma
 from visualisation.runs.news import PacketOutcome, RunPackets
+from visualisation.spans import Span
 
 
 def outcome(heard: NDArray[np.bool_], lost: NDArray[np.bool_]) -> PacketOutcome:
@@ -53,12 +53,12 @@ def test_the_mean_age_is_that_of_the_ages_over_the_mission() -> None:
 
 def test_who_is_out_of_the_mission_has_no_news_and_gives_none() -> None:
     """B is out from 25 s: its news of A are 0 to 20 s old, then 0 to 5 s, a mean of (20**2 + 5**2) / 2 / 25 = 8.5 s."""
-    cut = replace(traffic(), out={"B": [Outage(25.0, math.inf)]})
+    cut = replace(traffic(), out={"B": [Span(25.0, math.inf)]})
     ages_s = cut.ages_s(np.array([24.0, 25.0, 50.0]))
     assert ages_s[1, 0, 0] == 4.0
     assert np.isnan(ages_s[:, :, 1:]).all()
     assert cut.mean_ages_s[1, 0] == pytest.approx(8.5)
-    never = replace(traffic(), out={"B": [Outage(0.0, math.inf)]})
+    never = replace(traffic(), out={"B": [Span(0.0, math.inf)]})
     assert np.isnan(never.mean_ages_s).all()
 
 

@@ -9,7 +9,8 @@ import pytest
 from synthetic_runs import FICTIONS, Fiction
 
 from visualisation.runs import reading
-from visualisation.runs.reading import PlanTrack, Span, Tenure, VehicleFault
+from visualisation.runs.reading import PlanTrack, Tenure, VehicleFault
+from visualisation.spans import Span
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Figure ``timeline``: roles of each vehicle over time.
+"""Figure ``roles``: roles of each vehicle over time.
 
 Vehicles are alike if they held the same roles, whenever that was; where this does not save enough, if they began with
 the same role. A folded lane shows at each time the share of its vehicles that a role drives.
@@ -22,8 +22,9 @@ from visualisation import style
 from visualisation.page import DrawnPage
 from visualisation.runs import captions, reading
 from visualisation.runs.declared import Kit
-from visualisation.runs.reading import RoleKey, Span, Tenure, VehicleFault
+from visualisation.runs.reading import RoleKey, Tenure, VehicleFault
 from visualisation.runs.sheet import BESIDE_IN, WIDE_IN, Name, room_in, sheet
+from visualisation.spans import Span
 
 Tenures = Mapping[str, Sequence[Tenure]]
 """Roles by vehicle."""
