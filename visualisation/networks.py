@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Mapping, Sequence
 from typing import Protocol
@@ -13,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch
 
 from visualisation import page, style, words
-from visualisation.output import check_format
+from visualisation.output import as_csv, check_format
 
 BODY_IN, RANGES_IN, LONGEST_NAME_IN = 2.9, 2.0, 1.2
 BEND = 0.12
@@ -201,12 +199,6 @@ def network_caption(network: MeasuredNetwork) -> str:
 
 def network_csv(network: MeasuredNetwork) -> bytes:
     """A line for each directed link, which can be read as a network again; or for each range."""
-    text = io.StringIO()
-    lines = csv.writer(text, lineterminator="\n")
     if network.per_over_range:
-        lines.writerow(("range_m", "per"))
-        lines.writerows((f"{range_m:g}", f"{per:g}") for range_m, per in network.per_over_range)
-    else:
-        lines.writerow(("sender", "receiver", "per"))
-        lines.writerows((*link, f"{per:g}") for link, per in network.per.items())
-    return text.getvalue().encode()
+        return as_csv(("range_m", "per"), ((f"{range_m:g}", f"{per:g}") for range_m, per in network.per_over_range))
+    return as_csv(("sender", "receiver", "per"), ((*link, f"{per:g}") for link, per in network.per.items()))

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import csv
 import hashlib
+import io
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from difflib import get_close_matches
@@ -114,6 +116,13 @@ def check_width(width_in: float | None) -> None:
             f"width {width_in:g} in: allowed are {LEAST_WIDTH_IN:g} to {MOST_WIDTH_IN:g} inches; a column of a "
             "paper has 3.5, a page 7.2"
         )
+
+
+def as_csv(head: Iterable[str], rows: Iterable[Iterable[Any]]) -> bytes:
+    """A table as text."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows([head, *rows])
+    return text.getvalue().encode()
 
 
 def write_folder(folder: Path, contents: Iterable[tuple[str, bytes]]) -> list[Path]:

@@ -7,8 +7,6 @@ acknowledgement, line style and fill of the markers tell whether nodes repeat it
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -18,7 +16,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MultipleLocator
 
 from exchange.study.study import BOUND, KINDS, StudyRow, TrialMean
-from visualisation import page, style, words
+from visualisation import output, page, style, words
 from visualisation.output import DrawingError, check_format, unknown
 
 BODY_IN, LOADED_BODY_IN = 2.3, 1.75
@@ -149,11 +147,7 @@ def caption(rows: Sequence[StudyRow], kind: str) -> str:
 def as_csv(rows: Sequence[StudyRow]) -> bytes:
     """The rows as a table, estimates as three columns each; without what depends on the machine."""
     table = [_flat(row) for row in rows]
-    text = io.StringIO()
-    writer = csv.DictWriter(text, list(table[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(table)
-    return text.getvalue().encode()
+    return output.as_csv(table[0], (line.values() for line in table))
 
 
 def _flat(row: StudyRow) -> dict[str, Any]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -13,7 +11,7 @@ from matplotlib.lines import Line2D
 
 from missions.statistics import Interval, wilson_interval
 from visualisation import page, style, words
-from visualisation.output import DrawingError, check_format
+from visualisation.output import DrawingError, as_csv, check_format
 
 BODY_IN = 2.3
 NAME = "delivery-against-range"
@@ -151,20 +149,22 @@ def reach_caption(reaches: Sequence[ModemReach], sea: str) -> str:
 
 def drawn_as_csv(reaches: Sequence[ModemReach]) -> bytes:
     """A line for each modem and range at which packets were drawn."""
-    text = io.StringIO()
-    lines = csv.writer(text, lineterminator="\n")
-    lines.writerow(("modem", *DrawnPackets._fields, "delivered", "low", "high"))
-    for reach in reaches:
-        for point in reach.drawn:
-            shares = (f"{share:.6g}" for share in (point.delivered, *point.interval))
-            lines.writerow((reach.modem, f"{point.range_m:g}", point.n_packets, point.n_arrived, *shares))
-    return text.getvalue().encode()
+    return as_csv(
+        ("modem", *DrawnPackets._fields, "delivered", "low", "high"),
+        (
+            (
+                reach.modem,
+                f"{point.range_m:g}",
+                *point[1:],
+                *(f"{share:.6g}" for share in (point.delivered, *point.interval)),
+            )
+            for reach in reaches
+            for point in reach.drawn
+        ),
+    )
 
 
 def reach_csv(reaches: Sequence[ModemReach]) -> bytes:
     """A line for each modem and range."""
-    text = io.StringIO()
-    lines = csv.writer(text, lineterminator="\n")
-    lines.writerow(("modem", *Point._fields))
-    lines.writerows((reach.modem, *(f"{value:.6g}" for value in point)) for reach in reaches for point in reach.points)
-    return text.getvalue().encode()
+    rows = ((reach.modem, *(f"{value:.6g}" for value in point)) for reach in reaches for point in reach.points)
+    return as_csv(("modem", *Point._fields), rows)

@@ -17,14 +17,18 @@ def roles(results: RunResults, folded: Sequence[Sequence[str]] = ()) -> str:
         folded: vehicles of each lane that stands for several.
     """
     lanes = "; ".join(f"{len(vehicles)} vehicles: {', '.join(vehicles)}" for vehicles in folded)
-    return words.joined(
+    return of_run(
+        results,
         "Roles of the vehicles over mission time.",
         "A thin bar: the vehicle holds the role; a solid bar: the role drives the vehicle.",
         f"Vehicles with the same roles share a lane, where the height is the share of them ({lanes})." if lanes else "",
-        *time_notes(results),
-        faults(results),
-        run_conditions(results),
+        is_timed=True,
     )
+
+
+def of_run(results: RunResults, *sentences: str, is_timed: bool = False) -> str:
+    """A caption: sentences of its figure, what the flags of a time axis mean, faults and conditions of the run."""
+    return words.joined(*sentences, time_notes(results) if is_timed else "", faults(results), run_conditions(results))
 
 
 def faults(results: RunResults) -> str:
@@ -38,14 +42,12 @@ def faults(results: RunResults) -> str:
 
 def satisfaction_caption(results: RunResults) -> str:
     """Caption of the personal satisfaction."""
-    return " ".join(
-        [
-            "Personal satisfaction of the roles of every vehicle (\u2212128 to 127).",
-            "A line is thick while the role drives the vehicle; below zero (shaded) it calls on others.",
-            "Colours are those of the vehicles, lines and markers tell their roles.",
-            *time_notes(results),
-            run_conditions(results),
-        ]
+    return words.joined(
+        "Personal satisfaction of the roles of every vehicle (\u2212128 to 127).",
+        "A line is thick while the role drives the vehicle; below zero (shaded) it calls on others.",
+        "Colours are those of the vehicles, lines and markers tell their roles.",
+        time_notes(results),
+        run_conditions(results),
     )
 
 
@@ -64,11 +66,7 @@ def run_conditions(results: RunResults) -> str:
     )
 
 
-def time_notes(results: RunResults) -> list[str]:
-    """What the flags mean."""
-    notes = []
-    milestones = reading.milestones(results)
-    if milestones:
-        listed = "; ".join(f"{milestone.label}, {words.time(milestone.time_s)}" for milestone in milestones)
-        notes.append(f"Numbered flags: milestones ({listed}).")
-    return notes
+def time_notes(results: RunResults) -> str:
+    """What the flags mean; empty without any."""
+    listed = "; ".join(f"{one.label}, {words.time(one.time_s)}" for one in reading.milestones(results))
+    return f"Numbered flags: milestones ({listed})." if listed else ""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from missions.figure import RunResults
-from visualisation import page, style, words
+from visualisation import page, style
 from visualisation.page import DrawnPage
 from visualisation.runs import captions, news, shades
 from visualisation.runs.reading import Floats
@@ -36,13 +36,12 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
         first = squares[::columns]
         page.lay_out(figure, first, lambda: [page.panel_in(axes)[0] for axes in first])
     heard, lost = traffic.outcome.heard.sum(), traffic.outcome.lost.sum()
-    text = words.joined(
+    text = captions.of_run(
+        results,
         "Who heard whom: rows are receivers, columns senders, darker is worse.",
         f"(a) Share of the sender's packets that the receiver lost: {lost} of {heard + lost} in all.",
         "(b) Time since the sender sent what the receiver heard last, as a mean while both were in the mission.",
         f"Black is {news.WORST_FRAMES} TDMA frames or more, whatever the run.",
         "Crossed: nothing was sent that could be heard.",
-        captions.faults(results),
-        captions.run_conditions(results),
     )
     return DrawnPage(figure, text)

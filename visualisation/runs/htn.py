@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from missions.figure import RunResults
-from visualisation import style, words
+from visualisation import style
 from visualisation.page import DrawnPage
 from visualisation.runs import captions, reading
 from visualisation.runs.declared import Kit
@@ -166,7 +166,8 @@ def _legend() -> list[Artist]:
 
 
 def _caption(results: RunResults, depth: int, n_left_out: int) -> str:
-    return words.joined(
+    return captions.of_run(
+        results,
         "Plans of the vehicles as trees of tasks, over mission time: first those of the groups' missions, each by the "
         "head that carries it out, then those of objectives.",
         "A task below another is a part of it; behind the colon stands the method. A thin bar: the task waits; a thick "
@@ -174,7 +175,5 @@ def _caption(results: RunResults, depth: int, n_left_out: int) -> str:
         "A diamond: when a step was expected to end." if depth > 0 else "",
         f"Tasks more than {depth} levels below the top are left out." if depth < DEPTHS[0] else "",
         f"{n_left_out} plans are left out." if n_left_out else "",
-        *captions.time_notes(results),
-        captions.faults(results),
-        captions.run_conditions(results),
+        is_timed=True,
     )

@@ -44,13 +44,12 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
             shades.strip(axes, names, values, top, span, row_in)
             shades.key(figure, axes, body_in, top, label)
         page.lay_out(figure, strips, [body_in] * 2)
-    text = words.joined(
+    text = captions.of_run(
+        results,
         "Knowledge of the vehicles over mission time, darker is worse.",
         "(a) Time since a peer sent what the vehicle heard of it last, as a mean over its peers.",
         "(b) Items that others have told and the vehicle has not received.",
         f"Black is {news.WORST_FRAMES} TDMA frames, and {WORST_ITEMS:g} items for each vehicle, or more.",
         "Hatched: the vehicle is out of the mission." if traffic.out else "",
-        captions.faults(results),
-        captions.run_conditions(results),
     )
     return DrawnPage(figure, text)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from missions.figure import RunResults, axis_end_s
-from visualisation import page, style, words
+from visualisation import page, style
 from visualisation.page import DrawnPage
 from visualisation.runs import captions, reading, shades
 from visualisation.runs.reading import Floats
@@ -110,7 +110,8 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
             shades.matrix(panels[letter], names, values, 1.0, True, side_in)
         column = [panels[letter] for letter, *_ in rows]
         page.lay_out(figure, column, lambda: [row_in * n] * 2 + [page.panel_in(axes)[0] for axes in column[2:]])
-    text = words.joined(
+    text = captions.of_run(
+        results,
         "What the vehicles take the links to lose, darker is worse.",
         "(a) Estimates of a receiver, from the packets that it missed, as a mean over the senders.",
         "(b) Share of the others that wait for nothing that the vehicle lacks, since it is silent for too long.",
@@ -118,8 +119,6 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
         "(d) Those of the senders, from the acknowledgements that they heard.",
         "Crossed: no estimate." if np.isnan(squares[0][1]).sum() + np.isnan(squares[1][1]).sum() > 2 * n else "",
         "Hatched: the vehicle is out of the mission." if span.out else "",
-        captions.faults(results),
-        captions.run_conditions(results),
     )
     return DrawnPage(figure, text)
 

@@ -127,11 +127,10 @@ def _legend() -> list[Artist]:
 
 def _caption(results: RunResults, n_shown: int, n_found: int) -> str:
     which = "All" if n_shown == n_found else f"The {n_shown} most closely contested of {n_found}"
-    return words.joined(
+    return captions.of_run(
+        results,
         "Motivation of what vehicles could do when they chose anew, where something had to be left aside.",
         f"{which} such choices, in the order of time; colours are those of the vehicles.",
         "A diamond is the mean motivation of the best combination with the activities; the highest is performed, after "
         "what is vital.",
-        captions.faults(results),
-        captions.run_conditions(results),
     )

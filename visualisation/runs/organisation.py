@@ -19,7 +19,7 @@ from visualisation.runs import boxes, captions, reading
 from visualisation.runs.boxes import HEAD, BoxChart, ink
 from visualisation.runs.declared import Kit
 from visualisation.runs.roles import shares
-from visualisation.runs.sheet import WIDE_IN, Name, Sheet, room_in, sheet
+from visualisation.runs.sheet import BESIDE_IN, WIDE_IN, Name, Sheet, room_in, sheet
 from visualisation.runs.views import (
     CREATED,
     DISSOLVED,
@@ -160,7 +160,9 @@ class _Drawing:
         """Draw boxes and bars."""
         legend = _legend(self.view, self.rows)
         body_in = sum(self.bodies_in) or 0.3
-        names = self._names() if any(self.rows.values()) else [Name(-self.names_in, 0.15, "no role was held")]
+        names = (
+            self._names() if any(self.rows.values()) else [Name(BESIDE_IN - self.names_in, 0.15, "no role was held")]
+        )
         self.page: Sheet = sheet(results, names, body_in, legend, self.width_in, self.above_in, self.detail.has_key)
         for number, (group, top_in, high_in) in enumerate(self._bands()):
             if number % 2 == 0:
@@ -191,10 +193,10 @@ class _Drawing:
         names = []
         for group, top_in, _ in self._bands():
             title = style.fitted(group.name, self.names_in, style.TINY_PT, "bold")
-            names.append(Name(-self.names_in, top_in + (HEAD_IN + GAP_IN) / 2, title, weight="bold"))
+            names.append(Name(BESIDE_IN - self.names_in, top_in + (HEAD_IN + GAP_IN) / 2, title, weight="bold"))
             for row, at_in in self._placed(group, top_in):
-                label = style.fitted(row.name, self.names_in - 0.14, style.TINY_PT)
-                names.append(Name(0.08 - self.names_in, at_in + row.height_in / 2, label))
+                label = style.fitted(row.name, self.names_in - 0.08, style.TINY_PT)
+                names.append(Name(BESIDE_IN + 0.08 - self.names_in, at_in + row.height_in / 2, label))
         return names
 
     def _draw_boxes(self) -> None:
@@ -319,7 +321,8 @@ def _caption(results: RunResults, drawing: _Drawing, left_out: int) -> str:
     view = drawing.view
     whose = f"in the view of {view.viewer}" if view.viewer else "as every vehicle sees itself"
     is_vacant = any(row.vacant for rows in drawing.rows.values() for row in rows)
-    return words.joined(
+    return captions.of_run(
+        results,
         f"Organisation {whose}: above at {words.time(drawing.at_s)}, below over mission time, where a thick line is "
         "that time.",
         "A box is a group, its lines are its roles with the number of holders that they demand; a star: who plays the "
@@ -329,9 +332,7 @@ def _caption(results: RunResults, drawing: _Drawing, left_out: int) -> str:
         "Hatched: fewer holders in the mission than the role demands." if is_vacant else "",
         f"{left_out} groups are left out." if left_out else "",
         _refused(view),
-        *captions.time_notes(results),
-        captions.faults(results),
-        captions.run_conditions(results),
+        is_timed=True,
     )  # fmt: skip
 
 

@@ -161,13 +161,12 @@ def _caption(results: RunResults, traffic: RunPackets) -> str:
     more = traffic.reasons.total() - sum(count for _, count in most)
     listed = [f"{reason} ({count})" for reason, count in most] + ([f"others ({more})"] if more else [])
     reasons = words.listed(listed) if listed else ""
-    return words.joined(
+    return captions.of_run(
+        results,
         "The slots of the acoustic channel, darker is worse, pale where nothing could be heard.",
         "(a) A row for each sender, a column for each TDMA frame. (b) A row for each receiver.",
         "(c) The frames in which the largest share was lost, slot by slot: a lane for each vehicle.",
         f"{traffic.time_s.size} packets.",
         f"Lost by collision: {n_collided} receptions." if n_collided else "",
         f"Refused as they arrived, and counted as lost: {reasons}." if reasons else "",
-        captions.faults(results),
-        captions.run_conditions(results),
     )
