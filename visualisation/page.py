@@ -11,6 +11,7 @@ import re
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
+import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -89,6 +90,10 @@ def lay_out(figure: Figure, column: Sequence[Axes], bodies_in: Sequence[float] |
     engine, grid = figure.get_layout_engine(), column[0].get_gridspec()
     assert engine is not None
     assert grid is not None
+    for line in (line for axes in figure.axes for line in axes.lines):
+        line.set_in_layout(
+            np.size(line.get_xdata()) > 0
+        )  # Matplotlib takes one without points to lie at the page's corner
     for _ in range(PASSES):
         engine.execute(figure)
         found_in = [panel_in(axes)[1] for axes in column]

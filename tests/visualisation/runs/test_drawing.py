@@ -23,9 +23,9 @@ ALONE = {
     "faults": ["trajectories", "roles"], "collisions": ["knowledge", "delivery", "tdma", "links"],
 }  # fmt: skip
 """Figures that what is odd in a run shows in, if it does not show in all."""
-NARROW = [("sixteen vehicles", 3.5), ("sixteen vehicles", 5.0), ("long names", 3.5)]
+WIDTHS = [("sixteen vehicles", 3.5), ("sixteen vehicles", 7.0), ("long names", 3.5), ("long names", 7.0)]
 CASES = [(name, None, kind) for name in FICTIONS for kind in ALONE.get(name, ALL_KINDS)]
-CASES += [(name, width_in, kind) for name, width_in in NARROW for kind in ALL_KINDS]
+CASES += [(name, width_in, kind) for name, width_in in WIDTHS for kind in ALL_KINDS]
 
 
 def drawn(runs: dict[str, Results], name: str, kind: str, width_in: float | None = None) -> DrawnPage:

@@ -44,7 +44,7 @@ def no_warnings() -> "object":
 
 
 @functools.cache
-def figures(results: SweepResults) -> dict[str, Figure]:
+def figures(results: SweepResults, width_in: float | None = None) -> dict[str, Figure]:
     """Every figure of a sweep, by its kind and title."""
     kinds = (*DRAWN, *SWEEP_KINDS)
     numbers = _numbers(results, kinds, CHARTS, RANKED, lambda done, total: None)
@@ -52,7 +52,7 @@ def figures(results: SweepResults) -> dict[str, Figure]:
     for kind in kinds:
         if not numbers.lacking(kind):
             for chart in _charts(kind, numbers):
-                found[f"{kind} {chart.title}"] = chart.figure()
+                found[f"{kind} {chart.title}"] = chart.figure(width_in)
     return found
 
 
@@ -86,6 +86,16 @@ def test_texts_overlap_nothing_and_means_are_inside_the_frame(
             for line in axes.get_lines():
                 assert all(left <= x <= right for x in line.get_xdata()), title
                 assert all(bottom <= y <= top for y in line.get_ydata()), title
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width_in", [3.5, 7.0])
+def test_texts_overlap_nothing_at_the_widths_of_a_paper(
+    seven: SweepResults, width_in: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for figure in figures(seven, width_in).values():
+        assert figure.get_figwidth() == width_in
+        check_texts(figure, monkeypatch)
 
 
 @pytest.mark.slow
