@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -19,6 +19,7 @@ from matplotlib.figure import Figure
 
 from visualisation import style
 
+Edge = Literal["outside lower center", "outside upper center"]
 LETTERS = "abcdefghijklmnopqrstuvwxyz"
 BODY_GUESS_IN = 4.0
 """Room for all that is no body of a panel, before the layout says how much that takes."""
@@ -57,7 +58,11 @@ def panels(figure: Figure, n: int, columns: int, titles: Sequence[str] = (), fra
 
 
 def legend(
-    figure: Figure, entries: Sequence[Artist], edge: str = "lower", room_in: float = LABEL_ROOM_IN, **look: Any
+    figure: Figure,
+    entries: Sequence[Artist],
+    edge: Edge = "outside lower center",
+    room_in: float = LABEL_ROOM_IN,
+    **look: Any,
 ) -> None:
     """A legend outside of the panels, in as many columns as have room; none without entries.
 
@@ -74,7 +79,7 @@ def legend(
     for entry in entries:
         entry.set_label(style.fitted(str(entry.get_label()), min(room_in, width_in - 0.7), style.SMALL_PT))
     columns = style.legend_columns([str(entry.get_label()) for entry in entries], width_in - 0.1)
-    figure.legend(handles=list(entries), loc=f"outside {edge} center", **{"ncols": columns, **look})
+    figure.legend(handles=list(entries), loc=edge, **{"ncols": columns, **look})
 
 
 def lay_out(figure: Figure, column: Sequence[Axes], bodies_in: Sequence[float] | Callable[[], Sequence[float]]) -> None:
@@ -112,7 +117,9 @@ def lay_out(figure: Figure, column: Sequence[Axes], bodies_in: Sequence[float] |
 
 def panel_in(axes: Axes) -> tuple[float, float]:
     """Width and height of the room of a panel in inches."""
-    room, (width_in, height_in) = axes.get_position(original=True), axes.figure.get_size_inches()
+    figure, room = axes.figure, axes.get_position(original=True)
+    assert isinstance(figure, Figure)
+    width_in, height_in = figure.get_size_inches()
     return float(room.width * width_in), float(room.height * height_in)
 
 

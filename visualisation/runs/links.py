@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -97,7 +97,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
         ("(d) last estimates of the senders", found.outgoing),
     )
     span = Timespan(end_s, axis_end_s(results), outages(results))
-    rows = [["a"] * columns, ["b"] * columns, *([["c", "d"]] if columns == 2 else [["c"], ["d"]])]
+    rows: list[Any] = [["a"] * columns, ["b"] * columns, *([["c", "d"]] if columns == 2 else [["c"], ["d"]])]
     with style.paper():
         figure = page.opened(width_in, 2 * row_in * n + 2 * side_in)
         panels = figure.subplot_mosaic(rows)

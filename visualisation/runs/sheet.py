@@ -122,7 +122,7 @@ def sheet(
             annotation_clip=False, fontsize=name.size_pt, weight=name.weight, va="center_baseline",
             ha="right" if name.left_in == BESIDE_IN else "left",
         )  # fmt: skip
-    page.legend(figure, legend, "upper")
+    page.legend(figure, legend, "outside upper center")
     key = [Line2D([], [], linestyle="", label=f"{mark.number}  {mark.label}") for mark in marks if has_key]
     page.legend(figure, key, room_in=width_in, handlelength=0.0, handletextpad=0.0)
     axes.set(xlim=(0.0, axis_end_s(results)), ylim=(body_in, 0.0), xlabel=words.axis("time", "s"))

@@ -206,7 +206,7 @@ def picture(
     width_in = width_in or (style.PAGE_IN if len(panels) > 1 else style.COLUMN_IN)
     beside = len(panels) > 1 and width_in >= LEAST_FOR_TWO_IN
     numbers = range(len(panels))
-    rows = [[0, number] for number in numbers[1:]] if beside else [[number] for number in numbers]
+    rows: list[Any] = [[0, number] for number in numbers[1:]] if beside else [[number] for number in numbers]
     with style.paper():
         figure = page.opened(width_in, width_in)
         maps = list(figure.subplot_mosaic(rows, width_ratios=WIDTHS[: len(rows[0])]).values())

@@ -375,4 +375,4 @@ def _size_key(figure: Figure, name: str, sizes: Mapping[float, float]) -> None:
     look: dict[str, Any] = {"color": style.GREY, "linestyle": "", "marker": "o"}
     entries = [Line2D([], [], linestyle="", label=f"{name}:")]
     entries += [Line2D([], [], label=f"{place:g}", markersize=sizes[place], **look) for place in chosen]
-    page.legend(figure, entries, "upper", ncols=len(entries), handlelength=0.8)
+    page.legend(figure, entries, "outside upper center", ncols=len(entries), handlelength=0.8)
