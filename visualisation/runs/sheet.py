@@ -206,6 +206,6 @@ def _flags(axes: Axes, marks: Sequence[NumberedMark], width_in: float, n_rows: i
             axes.axvline(mark.time_s, color=style.BLACK, linewidth=0.5, linestyle=(0, (3, 2)), zorder=3)
             axes.annotate(
                 str(mark.number), (mark.time_s, 0.0), (72.0 * (place_in - at_in), 72.0 * up_in),
-                textcoords="offset points", fontsize=style.TINY_PT, ha="center", va="center_baseline", zorder=5,
-                bbox=FLAG, arrowprops=STAFF, annotation_clip=False,
+                textcoords="offset points", fontsize=style.TINY_PT, ha="center", va="center_baseline",
+                bbox=FLAG, arrowprops=STAFF, annotation_clip=False, zorder=5 + n_rows - row,
             )  # fmt: skip
