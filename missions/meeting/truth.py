@@ -198,7 +198,13 @@ class MeetingTruth:
             return False
         if self._n_meetings and not self._apart and now_s - self._last_met_s >= self._deadline_s:
             return True
-        return self.reachable_fraction(fleet) <= self.goal_fraction or self.is_given_up
+        if self.reachable_fraction(fleet) <= self.goal_fraction:
+            return True
+        return self.is_given_up and not any(map(self._has_work, alive))
+
+    def _has_work(self, vehicle: VehicleView) -> bool:
+        """True of a vehicle that does what others take for impossible: it may not hear them, or they it; none here."""
+        return False
 
     def _is_at_rest(self, vehicle: VehicleView) -> bool:
         """True for a vehicle that is home or at a rally point, or comes to neither since it makes no headway."""
@@ -428,6 +434,11 @@ class JobTruth(MeetingTruth):
     def is_given_up(self) -> bool:
         """True if each job that is not done is said to be impossible."""
         return bool(self._impossible) and self._jobs.keys() <= self._impossible.keys() | set(self.jobs_done)
+
+    def _has_work(self, vehicle: VehicleView) -> bool:
+        open_ = self._jobs.keys() - set(self.jobs_done)
+        own = vehicle.objectives_of(vehicle.name)
+        return any(of.name == self._objective and of.argument in open_ and of not in vehicle.finished for of in own)
 
     def note(self, vehicle: str, job: str, now_s: float) -> None:
         """Note that a vehicle has done a job, unless that is noted; for jobs that are not done as objectives, too."""

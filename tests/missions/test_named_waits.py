@@ -88,3 +88,15 @@ def test_a_run_says_of_what_its_analysts_await_strips() -> None:
     said = re.search(r"analysts wait for strips of (.+) until the end", finished.reason)
     assert said is not None
     assert set(said[1].split(", ")) == viewed - classified
+
+
+def test_a_run_goes_on_while_somebody_does_what_others_take_for_impossible() -> None:
+    """The vehicle that recovers hears nobody from 1040 s on and goes on near its start: it recovers at 1690 s.
+
+    Before, the run ended at 1366 s, since the other one said that nobody there is able to.
+    """
+    keys = "channel={name='bernoulli', per=0.8}", "fault=[{kind='deaf', vehicle='IAUV00', at_s=1040}]"
+    finished = run(load("trident-intervention", [("--set", key) for key in keys]), 1007)
+    said = [row[3] for row in finished.recorder.faults if row[2] == "impossible"]
+    assert said == ["recovery: nobody who is there is able to do it"]
+    assert finished.completed
