@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 from legibility import check_texts
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 from PIL import Image
 from synthetic_sweeps import FEW, METRICS, SEVEN, SWEEPS, TEN, Sweep, law
 
@@ -313,7 +314,7 @@ def test_files_of_a_sweep_say_what_study_they_show(tmp_path: Path, sweeps: dict[
 def test_unequal_work_is_ranked_behind_and_marked(tmp_path: Path) -> None:
     """By time alone central would be the first."""
     results = few(*SEVEN[:3], repeats=30, summary=half).write(tmp_path / "sweep")
-    texts = [text.get_text() for text in figures(results)["ranking "].axes[0].texts]
+    texts = [text.get_text() for text in figures(results)["ranking "].findobj(Text)]
     assert texts.count("3*") == len(FEW)
     assert any(text.endswith("; *: unequal work") for text in texts)
     caption, of_bytes = captions(results, ["ranking", "bytes"], tmp_path / "out")
