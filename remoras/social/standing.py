@@ -438,7 +438,7 @@ class Standing:
         """True if this vehicle has stated all of that in this round, and nothing of it otherwise since."""
         mine = (one.fact for one in self._stated if one.asked.issuer == self._me)
         last = {(fact.subject, fact.value): fact.attribute for fact in mine}
-        return all(last.get((subject, value)) == attribute for subject, attribute, value in facts)
+        return all(last.get((fact[0], fact[2])) == fact[1] for fact in facts)
 
     def in_place_of_the_absent(self, facts: Iterable[Fact]) -> list[Fact]:
         """The same facts, and before each that gives away a role held by the absent, that these leave it."""
