@@ -39,6 +39,10 @@ NEWS_FRAMES = 20.0
 """A helper that was heard more TDMA frames ago is not counted on."""
 JUDGED = {UNABLE_TO: URGENCY, IS_IMPOSSIBLE: URGENCY}
 """Words by which vehicles say what is beyond them, and heads what is impossible."""
+LATER_SHARE = 0.5
+"""By this share those are moved of whom a job takes no more while others would end more of the wait."""
+TURN_FRAMES = 2.0
+"""Of those that hear of a need at once each leaves so many TDMA frames to any free one that is nearer, to say so."""
 MUCH_NEARER_M = 20.0
 """Who is on its way leaves a job to another one that is nearer by this: a position heard is some seconds old."""
 
@@ -73,7 +77,8 @@ class HelpAwaited:
 class Help:
     """Whether one vehicle is of use at a job of others, and how much of their wait it ends.
 
-    It says to which job it goes. As long as enough others have said so that are nearer, it is of no use there.
+    It says to which job it goes. As long as enough others have said so that are nearer, it is of no use there; nor at
+    first while enough others that are nearer have nothing else to do, since all hear of a need at once.
 
     Args:
         job: name of the job; group: whose it is; holders: who holds it; me: the vehicle.
@@ -100,6 +105,7 @@ class Help:
         self._n_helpers, self._attribute, self._helped = n_helpers, attribute, helped
         self._place_m: Point | None = None
         self._picture: Picture | None = None
+        self._since_s = math.inf
         self.is_on = False
         self._began = False
 
@@ -107,13 +113,14 @@ class Help:
         """True unless enough others help that are nearer.
 
         Args:
-            place_m: where help is needed; None while that is not known.
+            place_m: where help is needed; None while it is not, or that is not known.
             to_go_m: the way there.
             picture: of the vehicle.
             performed: True if it has helped since the last decision.
         """
         self._picture, self._place_m = picture, place_m
         self._began, self.is_on = performed and not self.is_on, performed
+        self._since_s = math.inf if place_m is None else min(self._since_s, picture.body.now_s)
         return place_m is not None and self._n_nearer(place_m, to_go_m, picture) < self._n_helpers
 
     def said(self) -> tuple[Observation, ...]:
@@ -121,15 +128,30 @@ class Help:
         return (Observation(((self.me, self._attribute, self._job),)),) if self._began else ()
 
     def _n_nearer(self, place_m: Point, to_go_m: float, picture: Picture) -> int:
-        """How many others that go before have said that they help, and were heard lately."""
-        peers, late_s = picture.peers, picture.body.now_s - NEWS_FRAMES * picture.frame_s
-        n_nearer = 0
+        """How many others that were heard lately go before: they have said that they help, or it is their turn."""
+        peers, now_s, frame_s = picture.peers, picture.body.now_s, picture.frame_s
+        busy = peers.positions_m if self.is_on else self._busy(picture)
+        n_nearer = n_free = 0
         for name, at_m in peers.positions_m.items():
-            if name == self.me or name in self.holders or picture.facts.get((self._attribute, name)) != self._job:
+            if (
+                name == self.me
+                or name in self.holders
+                or now_s - peers.heard_s.get(name, -math.inf) > NEWS_FRAMES * frame_s
+            ):
                 continue
-            if peers.heard_s.get(name, -math.inf) >= late_s:
-                n_nearer += self.goes_before(name, distance(at_m, place_m), to_go_m)
-        return n_nearer
+            its_m = distance(at_m, place_m)
+            if picture.facts.get((self._attribute, name)) == self._job:
+                n_nearer += self.goes_before(name, its_m, to_go_m)
+            elif name not in busy:
+                n_free += (its_m, name) < (to_go_m, self.me)
+        return n_nearer + n_free if now_s <= self._since_s + n_free * TURN_FRAMES * frame_s else n_nearer
+
+    def _busy(self, picture: Picture) -> Collection[str]:
+        """Members that have work of their own or will not come, as far as is known."""
+        work = picture.groups.works.get(self._group)
+        if work is None:
+            return ()
+        return {*self.stay_away(work, picture), *(name for name in work.members if work.held_by(name))}
 
     def goes_before(self, name: str, its_m: float, to_go_m: float) -> bool:
         """True if another one that helps is nearer; much nearer, where this one is on its way.
@@ -142,13 +164,20 @@ class Help:
         return (its_m + margin_m, name) < (to_go_m, self.me)
 
     def ends(self, caller: str, role: str) -> float:
-        """How much of the wait of whoever holds the job, by vehicle and role, this one ends by coming: see ``Work``."""
+        """How much of the wait of whoever holds the job, by vehicle and role, this one ends by coming: see ``Work``.
+
+        Where enough others end more, half of it: they hear the same call and set out first, so nobody has to turn back.
+        """
         picture, place_m = self._picture, self._place_m
         work = None if picture is None else picture.groups.works.get(self._group)
         of = None if work is None else work.group.role(role)
         if picture is None or work is None or of is None or of.job != self._job or place_m is None:
             return 0.0
-        return work.ended(self.me, caller, place_m, self.stay_away(work, picture), picture.body.now_s)
+        away, now_s = self.stay_away(work, picture), picture.body.now_s
+        ended = work.ended(self.me, caller, place_m, away, now_s)
+        others = [name for name in work.members if name not in (self.me, caller, *away)]
+        n_before = sum(work.ended(name, caller, place_m, away, now_s) > ended for name in others)
+        return ended if self.is_on or n_before < self._n_helpers else ended * LATER_SHARE
 
     def stay_away(self, work: Work, picture: Picture) -> Collection[str]:
         """Members that will not come meanwhile: who holds a job that takes help waits too, so it will not be done.

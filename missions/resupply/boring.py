@@ -145,18 +145,18 @@ class Drilling(Behaviour):
 
 
 class HelpAtBerth(Help):
-    """Help where one alone has room: of those about as near the first by name goes, and who is there stays.
+    """Help where one alone has room: of those on their way about as near the first by name goes on; who is there stays.
 
     Positions heard are some seconds old, so who went by them alone would take the other one to be farther away, and so
-    would that one: both would lie about the berth.
+    would that one: both would lie about the berth. Who has left it to another one comes only if it gets much nearer.
     """
 
     def goes_before(self, name: str, its_m: float, to_go_m: float) -> bool:
-        """True if the other one is there, or much nearer, or as near and the first by name."""
+        """True if the other one is there, or much nearer; or as near, and first by name or alone on its way."""
         if self.is_on and to_go_m <= IN_PLACE_M:
             return False
-        is_as_near = abs(its_m - to_go_m) <= MUCH_NEARER_M
-        return its_m <= IN_PLACE_M or (name < self.me if is_as_near else its_m < to_go_m)
+        margin_m = 2.0 * MUCH_NEARER_M if not self.is_on else MUCH_NEARER_M if name < self.me else -MUCH_NEARER_M
+        return its_m <= IN_PLACE_M or its_m - margin_m <= to_go_m
 
     def stay_away(self, work: Work, picture: Picture) -> Collection[str]:
         """Those who wait themselves, and those who have no energy to give, as far as is known."""
@@ -188,10 +188,9 @@ class Bringing(Behaviour):
 
     def _is_due(self, to_go_m: float, picture: Picture, performed: bool) -> bool:
         facts = picture.facts
-        is_of_use = self._help.is_of_use(self._berth_m, to_go_m, picture, performed)
+        is_halted = bool(facts.get((IS_HALTED, self._boring.name)))
         return (
-            is_of_use
-            and bool(facts.get((IS_HALTED, self._boring.name)))
+            self._help.is_of_use(self._berth_m if is_halted else None, to_go_m, picture, performed)
             and facts.get(self._boring.done) is None
             and self._charger.name in picture.body.answering
             and _has_energy(self._data, facts)
