@@ -51,7 +51,7 @@ ROOMS: dict[str, set[str]] = {
     },
     **{
         f"missions.{mission}": {f"missions.{mission}", "missions.meeting", "missions.scenarios", "missions", "remoras"}
-        for mission in ("mapping", "pandora", "arrows", "recovery", "ferry", "escort", "resupply", "minehunting")
+        for mission in ("mapping", "pandora", "arrows", "fieldwork", "minehunting")
     },
     "missions.runs": {
         "missions.runs", "missions.scenarios", "missions", "remoras", "remoras.social", "remoras.executive",
@@ -92,7 +92,7 @@ DOORS: dict[str, set[str]] = {
     "missions.arrows": {"exchange.acoustics.loss", "exchange.acoustics.link"},
     **{
         f"missions.{mission}": {"exchange.acoustics.loss"}
-        for mission in ("mapping", "trident", "pandora", "recovery", "minehunting")
+        for mission in ("mapping", "trident", "pandora", "fieldwork", "minehunting")
     },
     "missions.scenarios": {"remoras.executive.satisfaction", "exchange.queueing.limits", "exchange.wire.sealing"},
     "missions.runs": {"exchange.queueing.limits", "exchange.wire.codec"},

@@ -15,11 +15,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
-from missions.figure import RunResults, Style
 from missions.meeting.meeting import Meeting
-from missions.metric import MeasuredRun
 from remoras.functional.layer import NEAR_M
 from remoras.mission import FleetView, Milestone, VehicleView
 from remoras.nesting import height
@@ -29,72 +27,9 @@ from remoras.truth import COMPLETE, left, reachable_by_jobs, within_reach
 from remoras.work import Job, Point
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    pass
 
 
-def done_s(run: MeasuredRun) -> dict[str, float]:
-    """When each job was done for the first time, by its name (s)."""
-    first_s: dict[str, float] = {}
-    for time_s, _, job in run.recorder.rows(JOBS.name):
-        first_s.setdefault(job, time_s)
-    return first_s
-
-
-def mean_of_all_s(times_s: Collection[float], n_all: int, run: MeasuredRun) -> float:
-    """Mean time (s) of what was done; each of ``n_all`` that was not counts with the duration of the mission."""
-    scenario: Any = run.scenario
-    return (math.fsum(times_s) + (n_all - len(times_s)) * float(scenario.scenario.duration_s)) / n_all
-
-
-def mean_with_sites_s(run: MeasuredRun, others_s: Collection[float], n_others: int) -> float:
-    """The same of all ``[[site]]`` of the scenario and of other work, done by these times."""
-    scenario: Any = run.scenario
-    surveyed_s, sites = done_s(run), [site.name for site in scenario.site]
-    times_s = [surveyed_s[name] for name in sites if name in surveyed_s]
-    return mean_of_all_s([*times_s, *others_s], len(sites) + n_others, run)
-
-
-def event_s(run: MeasuredRun, table: str, event: str) -> dict[str, float]:
-    """Time (s) of the last such event by what it is about, by a table of time, vehicle, what, event."""
-    return {row[2]: row[0] for row in run.recorder.rows(table) if row[3] == event}
-
-
-def mean_wait_s(run: MeasuredRun, table: str, event: str) -> float | None:
-    """Mean time (s) from ``waits`` to an event, by a table as of ``event_s``; to the end of the run without one.
-
-    None if nobody has waited.
-    """
-    ended_s = event_s(run, table, event)
-    spans_s = [ended_s.get(name, run.end_s) - from_s for name, from_s in event_s(run, table, WAITS).items()]
-    return math.fsum(spans_s) / len(spans_s) if spans_s else None
-
-
-def first_s(results: RunResults) -> dict[str, float]:
-    """The same as ``done_s`` of the tables of a results folder."""
-    return {row["job"]: row["time_s"] for row in reversed(results.table(JOBS.name).to_pylist())}
-
-
-def draw_steps(
-    axes: Axes, results: RunResults, style: Style, times_s: Mapping[str, Collection[float]], label: str
-) -> None:
-    """How many things were done over mission time, a line for each kind.
-
-    Args:
-        times_s: when, by kind.
-        label: of the vertical axis.
-    """
-    end_s = max((row["time_s"] for row in results.table("trajectories").to_pylist()), default=0.0)
-    for (kind, of), line in zip(times_s.items(), ("-", "--"), strict=False):
-        ordered = sorted(of)
-        axes.step([0.0, *ordered, end_s], [*range(len(ordered) + 1), len(ordered)], where="post", linestyle=line,
-                  color=style.black, label=kind)  # fmt: skip
-    axes.set_xlabel(style.axis("time", "s"))
-    axes.set_ylabel(style.axis(label))
-    axes.locator_params("y", integer=True)
-
-
-WAITS = "waits"
-"""Event of a table of a mission: a vehicle waits for others."""
 JOBS = Table("jobs", (TIME, VEHICLE, Column("job", "str")))
 """When a vehicle had done a job; a job that two vehicles do has two rows."""
 IS_IMPOSSIBLE = "isImpossible"

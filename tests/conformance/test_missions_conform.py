@@ -7,13 +7,10 @@ import pytest
 from visiting_mission import VisitingMission, visiting_scenario
 
 from missions.arrows import ArrowsMission
-from missions.escort import EscortMission
-from missions.ferry import FerryMission
+from missions.fieldwork import EscortMission, FerryMission, RecoveryMission, ResupplyMission
 from missions.mapping import MappingMission
 from missions.minehunting import MinehuntingMission
 from missions.pandora import PandoraMission
-from missions.recovery import RecoveryMission
-from missions.resupply import ResupplyMission
 from missions.scenarios import load
 from remoras.mission import Mission
 from remoras.testing import missions as conformance

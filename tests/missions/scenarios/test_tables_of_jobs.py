@@ -9,11 +9,8 @@ import pytest
 from varied import Varied
 
 from missions.errors import ConfigurationError
-from missions.escort.mission import EscortMission
-from missions.ferry.mission import FerryMission
+from missions.fieldwork import EscortMission, FerryMission, RecoveryMission, ResupplyMission
 from missions.minehunting.mission import MinehuntingMission
-from missions.recovery.mission import RecoveryMission
-from missions.resupply.mission import ResupplyMission
 from missions.scenarios import load
 
 ESCORT, FERRY = Varied("escort-lines", "lines.toml"), Varied("ferry-passage", "reef.toml")

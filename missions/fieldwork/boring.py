@@ -10,12 +10,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection
-from dataclasses import dataclass
 
 from exchange.arithmetic import distance
-from missions.meeting.helping import MUCH_NEARER_M, NEWS_FRAMES, Help, HelpAwaited
-from missions.meeting.staying import DONE_BY, THERE_M, SiteSurvey
-from missions.resupply.energy import (
+from missions.fieldwork.energy import (
     BORED_SHARE,
     BORES,
     BORING,
@@ -28,10 +25,12 @@ from missions.resupply.energy import (
     HALTED,
     LEAST_SHARE,
     STORE_CHARGE,
+    Boring,
     ChargerSettings,
-    DrillSettings,
     Transfer,
 )
+from missions.fieldwork.helping import MUCH_NEARER_M, NEWS_FRAMES, Help, HelpAwaited
+from missions.meeting.staying import DONE_BY, THERE_M
 from remoras.behaviours import (
     ADVANCING,
     CAPTURE_M,
@@ -58,29 +57,6 @@ BRINGS, IS_HALTED = "brings", "isHalted"
 
 IN_PLACE_M = 5.0
 """Who was heard this near to a berth or a hole lies there: where it said that it is is some seconds old."""
-
-
-@dataclass(frozen=True)
-class Boring(SiteSurvey):
-    """A hole: a ``remoras.work.Job`` for whoever has the drill.
-
-    Attributes:
-        name: of the hole; place_m: where it is; stay_s: how long it takes to bore it.
-        drill: name of the sensor that bores it.
-        is_starved: nobody is able to any more, since no energy is left for it.
-    """
-
-    drill: str
-    is_starved: bool = False
-
-    def is_able(self, data: VehicleData) -> bool:
-        """True for a vehicle with the drill."""
-        return not self.is_starved and self.drill_of(data) is not None
-
-    def drill_of(self, data: VehicleData) -> DrillSettings | None:
-        """The drill of a vehicle that bores such holes; None without one."""
-        drills = (one for one in data.sensors if isinstance(one, DrillSettings) and one.name == self.drill)
-        return next(drills, None)
 
 
 class Drilling(Behaviour):
@@ -151,6 +127,8 @@ class HelpAtBerth(Help):
     would that one: both would lie about the berth. Who has left it to another one comes only if it gets much nearer.
     """
 
+    turn_frames = 2.0
+
     def goes_before(self, name: str, its_m: float, to_go_m: float) -> bool:
         """True if the other one is there, or much nearer; or as near, and first by name or alone on its way."""
         if self.is_on and to_go_m <= IN_PLACE_M:
@@ -179,7 +157,7 @@ class Bringing(Behaviour):
     """
 
     def __init__(
-        self, boring: Boring, transfer: Transfer, help: HelpAtBerth, charger: ChargerSettings, data: VehicleData
+        self, boring: Boring, transfer: Transfer, help: Help, charger: ChargerSettings, data: VehicleData
     ) -> None:
         self._boring, self._help, self._charger, self._data = boring, help, charger, data
         self._berth_m = transfer.berth(boring.place_m)

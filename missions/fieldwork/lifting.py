@@ -16,8 +16,9 @@ from pydantic import Field
 
 from exchange.acoustics import loss
 from exchange.arithmetic import distance, sincos
-from missions.meeting.helping import Help, HelpAwaited
-from missions.meeting.staying import DONE_BY, THERE_M, AnyonesJob, SiteSurvey, Stay
+from missions.fieldwork.helping import Help, HelpAwaited
+from missions.fieldwork.sites import SiteSurvey
+from missions.meeting.staying import DONE_BY, THERE_M, AnyonesJob, Stay
 from remoras.behaviours import BEYOND_IT, DONE, IDLE, Behaviour, Perception, Reference, distance_m
 from remoras.beliefs import Known
 from remoras.database import VehicleData
@@ -55,6 +56,11 @@ class Lift(AnyonesJob):
     share_left: float = 1.0
     resumed: ClassVar[bool] = False
 
+    @property
+    def n_helpers(self) -> int:
+        """How many it takes beside whoever has it."""
+        return self.n_vehicles - 1
+
     def left(self, facts: Known) -> Lift | None:
         """The job at the place known; None while nobody has said where it is."""
         place_m = facts.get((LYING_AT, self.name))
@@ -91,11 +97,11 @@ class SeaField:
     lying_m: tuple[tuple[str, Point], ...]
 
 
-def laid_out(lifts: Sequence[Lift], sites: Sequence[SiteSurvey], range_m: float, seed: int) -> SeaField:
+def laid_out(lifts: Collection[str], sites: Sequence[SiteSurvey], range_m: float, seed: int) -> SeaField:
     """Where the objects lie in the run with that seed: each near a site, every site and direction as likely.
 
     Args:
-        lifts: of the objects; sites: of the field; range_m: of the shortest sonar; seed: root of all draws.
+        lifts: their names; sites: of the field; range_m: of the shortest sonar; seed: root of all draws.
     """
     found = []
     for number, lift in enumerate(lifts):
@@ -103,7 +109,7 @@ def laid_out(lifts: Sequence[Lift], sites: Sequence[SiteSurvey], range_m: float,
         site = sites[min(int(which * len(sites)), len(sites) - 1)]
         sin, cos = sincos(2.0 * math.pi * course)
         away_m = NEAREST_M + far * max(0.0, SEEN_SHARE * range_m - NEAREST_M)
-        found.append((lift.name, (site.place_m[0] + away_m * cos, site.place_m[1] + away_m * sin)))
+        found.append((lift, (site.place_m[0] + away_m * cos, site.place_m[1] + away_m * sin)))
     return SeaField(tuple(found))
 
 
@@ -196,23 +202,13 @@ class Helping(Lifting):
     """Takes an end of an object that another vehicle is to lift; who holds the lift waits for it.
 
     Args:
-        lift: the job; group: whose job it is; holders: who holds it; data: of the vehicle.
-        lifts: all of them, by name.
+        lift: the job; help: whether this vehicle is of use there; data: of the vehicle.
         wait_s: after so long there without all others it is free for other calls.
     """
 
-    def __init__(
-        self,
-        lift: Lift,
-        group: str,
-        holders: Collection[str],
-        data: VehicleData,
-        lifts: Collection[str],
-        wait_s: float,
-    ) -> None:
+    def __init__(self, lift: Lift, help: Help, data: VehicleData, wait_s: float) -> None:
         super().__init__(lift, data, wait_s)
-        self._me = data.name
-        self._help = Help(lift.name, group, holders, data.name, lift.n_vehicles - 1, HELPS, lifts)
+        self._me, self._help = data.name, help
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Due as ``Lifting`` is, as long as another one is needed; it says when it begins, and that it is done."""

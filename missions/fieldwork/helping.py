@@ -12,13 +12,15 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Collection, Sequence
-from typing import ClassVar
+from functools import cached_property
+from typing import Any, ClassVar
 
 from pydantic import Field
 
 from exchange.arithmetic import distance
 from missions.meeting.job_mission import JobMission, JobSettings
 from missions.meeting.meeting import Pursuit
+from missions.meeting.staying import DONE_BY
 from missions.meeting.truth import IS_IMPOSSIBLE
 from missions.scenarios.tables import Positive
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective, Wait
@@ -28,7 +30,7 @@ from remoras.htn import FactsLike
 from remoras.picture import Picture
 from remoras.sensor import Observation
 from remoras.social.workload import UNABLE_TO
-from remoras.work import Point, Work
+from remoras.work import Job, Point, Work
 
 HELPING = "Helping"
 HELPING_IMPORTANCE = 0.5
@@ -41,8 +43,6 @@ JUDGED = {UNABLE_TO: URGENCY, IS_IMPOSSIBLE: URGENCY}
 """Words by which vehicles say what is beyond them, and heads what is impossible."""
 LATER_SHARE = 0.5
 """By this share those are moved of whom a job takes no more while others would end more of the wait."""
-TURN_FRAMES = 2.0
-"""Of those that hear of a need at once each leaves so many TDMA frames to any free one that is nearer, to say so."""
 MUCH_NEARER_M = 20.0
 """Who is on its way leaves a job to another one that is nearer by this: a position heard is some seconds old."""
 
@@ -74,11 +74,16 @@ class HelpAwaited:
         return BEYOND_IT if self.is_given_up else STANDING._replace(waits=Wait(self._what, until_s))
 
 
+def n_helpers(job: Job) -> int:
+    """How many vehicles a job takes beside whoever has it."""
+    return getattr(job, "n_helpers", 0)
+
+
 class Help:
     """Whether one vehicle is of use at a job of others, and how much of their wait it ends.
 
-    It says to which job it goes. As long as enough others have said so that are nearer, it is of no use there; nor at
-    first while enough others that are nearer have nothing else to do, since all hear of a need at once.
+    It says to which job it goes. As long as enough others have said so that are nearer, it is of no use there; nor
+    while it is the turn of others.
 
     Args:
         job: name of the job; group: whose it is; holders: who holds it; me: the vehicle.
@@ -89,6 +94,9 @@ class Help:
     Attributes:
         is_on: it has helped since the last decision.
     """
+
+    turn_frames: ClassVar[float] = 0.0
+    """Whoever hears of a need leaves so many TDMA frames to each free one that is nearer, to say that it goes."""
 
     def __init__(
         self,
@@ -140,11 +148,12 @@ class Help:
             ):
                 continue
             its_m = distance(at_m, place_m)
-            if picture.facts.get((self._attribute, name)) == self._job:
+            to = picture.facts.get((self._attribute, name))
+            if to == self._job:
                 n_nearer += self.goes_before(name, its_m, to_go_m)
-            elif name not in busy:
+            elif name not in busy and (to is None or picture.facts.get((DONE_BY, to)) is not None):
                 n_free += (its_m, name) < (to_go_m, self.me)
-        return n_nearer + n_free if now_s <= self._since_s + n_free * TURN_FRAMES * frame_s else n_nearer
+        return n_nearer + n_free if now_s < self._since_s + n_free * self.turn_frames * frame_s else n_nearer
 
     def _busy(self, picture: Picture) -> Collection[str]:
         """Members that have work of their own or will not come, as far as is known."""
@@ -199,16 +208,17 @@ class HelpMission(JobMission):
 
     help_activity: ClassVar[str] = HELPING
     """Name of the activity by which a vehicle helps."""
+    help_by: ClassVar[tuple[type[Help], str]]
+    """Whether one is of use, and the attribute by which it says to which job it goes."""
 
-    @property
-    @abstractmethod
+    @cached_property
     def helped(self) -> Collection[str]:
-        """Names of the jobs that take help."""
-        ...
+        """Names of the jobs that take help: they have an attribute ``n_helpers``."""
+        return {name: job for name, job in self.jobs.items() if n_helpers(job)}
 
     @abstractmethod
-    def helper(self, job: str, group: str, holders: Collection[str], data: VehicleData) -> Behaviour:
-        """A new behaviour by which a vehicle helps the holders of a job of a group."""
+    def helper(self, job: Any, help: Help, data: VehicleData) -> Behaviour:
+        """A new behaviour by which a vehicle helps the holders of a job."""
         ...
 
     def founding_objectives(self) -> Sequence[Objective]:
@@ -250,5 +260,6 @@ class HelpMission(JobMission):
         """Help with a job, or what every mission of jobs has."""
         if activity.parameters[:1] == (HELPING,):
             _, job, group, holders = activity.parameters
-            return self.helper(job, group, holders, data)
+            (help, attribute), of = self.help_by, self.jobs[job]
+            return self.helper(of, help(job, group, holders, data.name, n_helpers(of), attribute, self.helped), data)
         return super().behaviour_for(activity, data)

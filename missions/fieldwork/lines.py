@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from exchange.arithmetic import distance
-from missions.meeting.helping import Help, HelpAwaited
+from missions.fieldwork.helping import Help, HelpAwaited
 from missions.meeting.staying import AnyonesJob
 from remoras.behaviours import (
     ADVANCING,
@@ -53,9 +53,14 @@ class SurveyLine(AnyonesJob):
     is_escorted: bool
 
     @property
+    def n_helpers(self) -> int:
+        """How many vehicles it takes beside whoever has it."""
+        return 1 if self.is_escorted else 0
+
+    @property
     def n_vehicles(self) -> int:
         """How many vehicles it takes at once."""
-        return 2 if self.is_escorted else 1
+        return 1 + self.n_helpers
 
     @cached_property
     def length_m(self) -> float:

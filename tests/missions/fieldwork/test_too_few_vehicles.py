@@ -6,7 +6,8 @@ import pytest
 from sample_vehicles import AUV
 from varied import Varied
 
-from missions.recovery.lifting import Helping, Lift
+from missions.fieldwork.helping import Help
+from missions.fieldwork.lifting import Helping, Lift
 from missions.runs.run import Run
 from remoras.motion import Motion
 from remoras.picture import Picture
@@ -65,7 +66,8 @@ def test_as_many_must_be_left_in_contact_as_a_job_takes_at_once() -> None:
 
 def test_whoever_helps_waits_no_longer_than_it_says() -> None:
     """Three are needed, one holds the lift and one helps: that one had no limit, and was named with none."""
-    behaviour = Helping(Lift("lift 1", 60.0, 3, 10.0), "Crew", ("AUV01",), AUV, ("lift 1",), 100.0)
+    help = Help("lift 1", "Crew", ("AUV01",), AUV.name, 2, "helps", ("lift 1",))
+    behaviour = Helping(Lift("lift 1", 60.0, 3, 10.0), help, AUV, 100.0)
     lift = Lift("lift 1", 60.0, 3, 10.0)
     picture = Picture(facts={("lyingAt", "lift 1"): (0.0, 0.0)})
     at = Motion(*lift.ends_m((0.0, 0.0))[0])

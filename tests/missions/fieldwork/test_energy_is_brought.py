@@ -7,10 +7,10 @@ from sample_vehicles import AUV
 from varied import Varied, tracks
 
 from missions.errors import ConfigurationError
+from missions.fieldwork import ResupplyMission
+from missions.fieldwork.boring import Bringing
+from missions.fieldwork.energy import BORING, HALTED, ChargerSettings, Drill, DrillSettings, Energies
 from missions.nodes import NodePlan
-from missions.resupply import ResupplyMission
-from missions.resupply.boring import Bringing
-from missions.resupply.energy import BORING, HALTED, ChargerSettings, Drill, DrillSettings, Energies
 from missions.runs.assembly import assemble
 from missions.runs.run import Run, run
 from missions.runs.setup import resolved

@@ -1,0 +1,532 @@
+"""The missions: jobs that the strategy gives out, each with what it takes beside the vehicle that has it.
+
+Whoever is given a job that takes help waits for it. What moves others to come is help, as
+``missions.fieldwork.helping`` has it. In a passage the holders of loads address each other, so they are equals: a call
+of one of them means that it wants to pass. What comes of that is the model of ``remoras.attraction``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, ClassVar, TypeVar
+
+from pydantic import Field
+
+from exchange.arithmetic import distance
+from missions.errors import ConfigurationFault
+from missions.fieldwork.boring import BRINGS, IS_HALTED, Bringing, Drilling, HelpAtBerth
+from missions.fieldwork.carrying import Carrying, Delivery
+from missions.fieldwork.energy import (
+    STORE_CHARGE,
+    Boring,
+    ChargerSettings,
+    DrillSettings,
+    Energies,
+    Passing,
+    Transfer,
+)
+from missions.fieldwork.helping import HELPING, JUDGED, URGENCY, Help, HelpMission, HelpSettings
+from missions.fieldwork.lifting import HELPS, LYING_AT, Helping, Lift, Lifting, SeaField, SonarSettings, laid_out
+from missions.fieldwork.lines import ESCORTS, FollowingSource, SurveyingLine, SurveyLine
+from missions.fieldwork.sites import SiteSurvey, SurveyingSite
+from missions.fieldwork.truth import (
+    ENERGY,
+    ESCORT_FIGURES,
+    ESCORT_METRICS,
+    ESCORTING,
+    FERRY_FIGURES,
+    FERRY_METRICS,
+    LIFTS,
+    PASSAGE,
+    RECOVERY_FIGURES,
+    RECOVERY_METRICS,
+    RESUPPLY_FIGURES,
+    RESUPPLY_METRICS,
+    EnergyTruth,
+    EscortTruth,
+    LiftTruth,
+)
+from missions.figure import Declared, Place
+from missions.files import MISSIONS
+from missions.meeting.job_mission import (
+    JobMission,
+    JobScenario,
+    JobSettings,
+    founding_of,
+    job_role,
+    listed_faults,
+    placed_in,
+    with_job_roles,
+)
+from missions.meeting.meeting import Pursuit
+from missions.meeting.staying import DONE_BY, THERE_M
+from missions.metric import Metric
+from missions.scenarios.tables import (
+    Name,
+    NotNegative,
+    PointM,
+    Positive,
+    Raw,
+    Section,
+    entries,
+    is_number,
+    names_of,
+    numbered,
+    point_of,
+    table_of,
+)
+from remoras.activities import Objective
+from remoras.avoidance import SEPARATION_M
+from remoras.behaviours import Behaviour
+from remoras.database import VehicleData
+from remoras.htn import FactsLike
+from remoras.mission import ABILITIES, FleetView
+from remoras.recorder import Recorder, Table
+from remoras.sensor import SensorSettings
+from remoras.work import Job, Point
+
+Kind = TypeVar("Kind")
+MOST_LIFTS = 20
+ROOM = 1.65
+"""Vehicles that lie beside each other are so many separations apart at least: their margin, and half of it."""
+SEEN_M = 30.0
+"""An obstacle sonar sees no vehicle farther away."""
+FARTHEST_M = 20.0
+"""No berth is farther beside its hole: an obstacle sonar sees who lies there."""
+SHORTEST_M = 10.0
+SHOWN = {SiteSurvey: "site", Delivery: "delivery", SurveyLine: "line", Boring: "boring"}
+"""What places of jobs are called; where an object lies differs from run to run."""
+
+
+class SiteTable(Section):
+    """One ``[[site]]``."""
+
+    name: Name = Field(description="name of the site")
+    position_m: PointM = Field(description="where it is, x east, y north")
+    stay_s: Positive = Field(120.0, description="how long a survey takes there")
+
+
+class LiftsTable(Section):
+    """The table ``[lifts]``: objects that lie near sites; nobody knows where before a sonar shows one."""
+
+    number: int = Field(
+        4, ge=0, le=MOST_LIFTS, description="how many objects there are, each near a site that is drawn"
+    )
+    vehicles: int = Field(2, ge=1, le=6, description="how many vehicles it takes at once to lift one")
+    lift_s: Positive = Field(60.0, description="how long it takes once all are there")
+    length_m: Positive = Field(10.0, description="distance of the places of two of them")
+
+
+class DeliveryTable(Section):
+    """One ``[[delivery]]``."""
+
+    name: Name = Field(description="name of the delivery")
+    from_m: PointM = Field(description="where the load is fetched, x east, y north")
+    to_m: PointM = Field(description="where it is handed over")
+
+
+class LineTable(Section):
+    """One ``[[line]]``."""
+
+    name: Name = Field(description="name of the line")
+    from_m: PointM = Field(description="where it begins, x east, y north")
+    to_m: PointM = Field(description="where it ends")
+    escorted: bool = Field(False, description="true: it takes a second vehicle that follows the one which surveys it")
+
+
+class BoringTable(Section):
+    """One ``[[boring]]``: a hole that takes a drill."""
+
+    name: Name = Field(description="name of the hole")
+    position_m: PointM = Field(description="where it is, x east, y north")
+    stay_s: Positive = Field(300.0, description="how long the drill takes to bore it")
+    drill: str = Field(description="name of the sensor that bores it, of type drill")
+
+
+class TransferTable(Section):
+    """The table ``[transfer]``: how energy passes from the store of one vehicle to the drill of another."""
+
+    power_w: Positive = Field(500.0, description="power that leaves the store while both vehicles are in place")
+    efficiency: float = Field(0.7, gt=0.0, le=1.0, description="share of it that comes into the battery")
+    berth_m: Positive = Field(10.0, description="how far beside the hole, to the east, the vehicle with the store lies")
+
+
+class FerrySettings(JobSettings):
+    """The ``[mission]`` table."""
+
+    handling_s: NotNegative = Field(10.0, description="how long a vehicle stays to fetch a load, or to hand it over")
+
+
+class EscortSettings(HelpSettings):
+    """The ``[mission]`` table."""
+
+    within_m: float = Field(
+        20.0, ge=10.0, le=SEEN_M, description="an escort farther away than this is of no use to who surveys a line"
+    )
+
+
+class RecoveryScenario(JobScenario):
+    """The whole input of a run of this mission."""
+
+    mission: HelpSettings = HelpSettings()
+    site: tuple[SiteTable, ...] = Field(min_length=1)
+    lifts: LiftsTable = LiftsTable()
+
+
+class FerryScenario(JobScenario):
+    """The whole input of a run of this mission."""
+
+    mission: FerrySettings = FerrySettings.usual()
+    delivery: tuple[DeliveryTable, ...] = Field(min_length=1)
+
+    @property
+    def length_m(self) -> Callable[[Point, Point], float]:
+        """Length of the way from one place to another, through the passage if there is a reef between them."""
+        table = self.of_feature(PASSAGE)
+        return distance if table is None else table.passage(self.guidance.separation_m).length_m
+
+
+class EscortScenario(JobScenario):
+    """The whole input of a run of this mission."""
+
+    mission: EscortSettings = EscortSettings()
+    line: tuple[LineTable, ...] = Field(min_length=1)
+
+
+class ResupplyScenario(JobScenario):
+    """The whole input of a run of this mission."""
+
+    mission: HelpSettings = HelpSettings()
+    site: tuple[SiteTable, ...] = ()
+    boring: tuple[BoringTable, ...] = Field(min_length=1)
+    transfer: TransferTable = TransferTable()
+
+
+def _too_near(raw: Raw, key: str, given_m: Any, most_m: float, why: str) -> Iterator[ConfigurationFault]:
+    """A distance of two vehicles that lie beside each other which is less than they keep, or more than ``most_m``."""
+    separation_m = table_of(raw, "guidance").get("separation_m", SEPARATION_M)
+    least_m = ROOM * separation_m if is_number(separation_m) else 0.0
+    if is_number(given_m) and given_m > 0.0 and not least_m <= given_m <= most_m:
+        to = f"to {most_m:g}" if most_m < math.inf else "or more"
+        allowed = f"allowed: {least_m:.3g} {to}, so that vehicles keep clear of each other{why}"
+        yield ConfigurationFault(key, str(given_m), allowed)
+
+
+def _vocabulary(name: str) -> Path:
+    return MISSIONS / name / "vocabulary.ttl"
+
+
+def _surveys(scenario: Any) -> list[SiteSurvey]:
+    return [SiteSurvey(site.name, site.position_m, site.stay_s) for site in scenario.site]
+
+
+def _roles(raw: Raw, kind: str, who: str, influences: Sequence[str] | None = None) -> list[dict[str, Any]]:
+    """Tables of the roles of the jobs in tables ``[[kind]]``, see ``job_role``."""
+    return [job_role(who, job, influences) for job in names_of(raw, kind)]
+
+
+class FieldworkMission(JobMission):
+    """What the missions have in common: jobs of several kinds."""
+
+    def all_of(self, kind: type[Kind]) -> dict[str, Kind]:
+        """Jobs of a kind, by name."""
+        return {name: job for name, job in self.jobs.items() if type(job) is kind}
+
+    @property
+    def instances(self) -> Sequence[tuple[str, str]]:
+        """The jobs."""
+        return [(type(job).__name__, name) for name, job in self.jobs.items()]
+
+    @property
+    def places(self) -> Sequence[Place]:
+        """Rally points, and where the jobs are, of those with an end that too."""
+        points = [Place(point.name, "rally point", (point.position_m,)) for point in self.scenario.rally_point]
+        shown = [(SHOWN.get(type(job), ""), job) for job in self.jobs.values()]
+        return [*points, *(Place(job.name, kind, _ends_m(job)) for kind, job in shown if kind)]
+
+
+def _ends_m(job: Job) -> tuple[Point, ...]:
+    end_m = getattr(job, "to_m", None)
+    return (job.place_m,) if end_m is None else (job.place_m, end_m)
+
+
+class RecoveryMission(FieldworkMission, HelpMission):
+    """Sites, and objects near them that take several vehicles at once."""
+
+    Scenario = RecoveryScenario
+    group_missions = ("Recovery",)
+    objective = "Recovering"
+    help_by = Help, HELPS
+    needs = (*HelpMission.needs, "objectiveRecovering", DONE_BY, LYING_AT)
+    vocabulary = (_vocabulary("recovery"), ABILITIES)
+    sensors: ClassVar[Mapping[str, type[SensorSettings]]] = {"sonar": SonarSettings}
+    tables: ClassVar[tuple[Table, ...]] = (*HelpMission.tables, LIFTS)
+    metrics: ClassVar[tuple[Metric, ...]] = RECOVERY_METRICS
+    figures: ClassVar[tuple[Declared, ...]] = RECOVERY_FIGURES
+    scenario: RecoveryScenario
+
+    @classmethod
+    def completed(cls, raw: Raw) -> Raw:
+        """The tables with a role for each site and object in the first group; the latter call on the founding roles."""
+        number = table_of(raw, "lifts").get("number", LiftsTable().number)
+        if type(number) is not int or not 0 <= number <= MOST_LIFTS:
+            number = 0  # reported elsewhere
+        lifters = [job_role("Lifter", lift, founding_of(raw)) for lift in numbered("lift", number)]
+        roles = [*_roles(raw, "site", "Surveyor"), *lifters]
+        return with_job_roles(raw, roles, {LYING_AT: URGENCY, HELPS: URGENCY, **JUDGED})
+
+    @classmethod
+    def check(cls, raw: Raw) -> Iterable[ConfigurationFault]:
+        """Sites outside of the world or with names that are taken, objects for too many vehicles or too short."""
+        vehicles, lifts, usual = entries(raw, "vehicle"), table_of(raw, "lifts"), LiftsTable()
+        number = lifts.get("number", usual.number)
+        lifted = numbered("lift", number) if type(number) is int and 0 < number <= MOST_LIFTS else ()
+        yield from listed_faults(raw, "site", "position_m", taken=lifted)
+        takes = lifts.get("vehicles", usual.vehicles)
+        if type(takes) is int and lifted and 0 < len(vehicles) < takes:
+            allowed = f"an object takes more vehicles than there are; allowed: 1 to {len(vehicles)}"
+            yield ConfigurationFault("lifts.vehicles", str(takes), allowed)
+        if takes != 1:
+            yield from _too_near(raw, "lifts.length_m", lifts.get("length_m", usual.length_m), math.inf, " there")
+        if lifted and not any(sensor.get("type") == "sonar" for v in vehicles for sensor in entries(v, "sensor")):
+            allowed = 'nobody would find one: give a vehicle a sensor of type "sonar"'
+            yield ConfigurationFault("lifts.number", str(number), allowed)
+
+    def jobs_of(self, scenario: RecoveryScenario) -> Iterable[Job]:
+        """The sites and the objects."""
+        of = scenario.lifts
+        lifts = [Lift(name, of.lift_s, of.vehicles, of.length_m) for name in numbered("lift", of.number)]
+        return [*_surveys(scenario), *lifts]
+
+    def world(self, seed: int) -> SeaField:
+        """Where the objects lie in the run with that seed."""
+        ranges_m = [
+            sensor.range_m
+            for vehicle in self.scenario.vehicle
+            for sensor in (SonarSettings(**table) for table in vehicle.sensor if table.get("type") == "sonar")
+        ]
+        return laid_out(self.all_of(Lift), [*self.all_of(SiteSurvey).values()], min(ranges_m, default=0.0), seed)
+
+    def truth(self, recorder: Recorder, world: SeaField) -> LiftTruth:
+        """Notes what was really lifted."""
+        return LiftTruth(self.meeting, self.objective, recorder, self.all_of(Lift), world)
+
+    def helper(self, job: Lift, help: Help, data: VehicleData) -> Behaviour:
+        """Help with an object."""
+        return Helping(job, help, data, self.scenario.mission.wait_s)
+
+    def behaviour_at(self, job: Any, data: VehicleData) -> Behaviour:
+        """The survey of a site, or the lift of an object."""
+        if isinstance(job, SiteSurvey):
+            return SurveyingSite(job, data)
+        return Lifting(job, data, self.scenario.mission.wait_s)
+
+
+class FerryMission(FieldworkMission):
+    """Loads that vehicles carry through a narrow passage."""
+
+    Scenario = FerryScenario
+    group_missions = ("Ferry",)
+    objective = "Carrying"
+    needs = (*JobMission.needs, "objectiveCarrying", DONE_BY)
+    vocabulary = (_vocabulary("ferry"),)
+    metrics: ClassVar[tuple[Metric, ...]] = FERRY_METRICS
+    figures: ClassVar[tuple[Declared, ...]] = FERRY_FIGURES
+    scenario: FerryScenario
+
+    @classmethod
+    def completed(cls, raw: Raw) -> Raw:
+        """The tables with a role for each delivery in the first group; these and founding roles address each other."""
+        carriers = [f"Carrier of {job}" for job in names_of(raw, "delivery")]
+        return with_job_roles(raw, _roles(raw, "delivery", "Carrier", [*carriers, *founding_of(raw)]), {}, carriers)
+
+    @classmethod
+    def check(cls, raw: Raw) -> Iterable[ConfigurationFault]:
+        """Deliveries outside of the world, in the reef, or with names that are taken."""
+        yield from listed_faults(raw, "delivery", "from_m", "to_m")
+        reef = raw.get(PASSAGE)
+        for west_m, east_m in point_of(reef, "x_m") if isinstance(reef, Mapping) else ():
+            for key, at_m in placed_in(raw, "delivery", "from_m", "to_m"):
+                if west_m <= at_m[0] <= east_m:
+                    allowed = f"in the reef or its passage, x {west_m:g} to {east_m:g}; place it outside"
+                    yield ConfigurationFault(key, f"[{at_m[0]:g}, {at_m[1]:g}]", allowed)
+
+    def jobs_of(self, scenario: FerryScenario) -> Iterable[Delivery]:
+        """The deliveries."""
+        handling_s, length_m = scenario.mission.handling_s, scenario.length_m
+        return [Delivery(one.name, one.from_m, one.to_m, handling_s, length_m) for one in scenario.delivery]
+
+    def behaviour_at(self, job: Any, data: VehicleData) -> Behaviour:
+        """To carry the load."""
+        return Carrying(job, data)
+
+
+class EscortMission(FieldworkMission, HelpMission):
+    """Lines, some of which take a second vehicle that follows."""
+
+    Scenario = EscortScenario
+    group_missions = ("LineSurvey",)
+    objective = "Surveying"
+    help_activity = "Following"
+    help_by = Help, ESCORTS
+    needs = (*HelpMission.needs, "objectiveSurveying", DONE_BY, ESCORTS)
+    vocabulary = (_vocabulary("escort"), ABILITIES)
+    tables: ClassVar[tuple[Table, ...]] = (*HelpMission.tables, ESCORTING)
+    metrics: ClassVar[tuple[Metric, ...]] = ESCORT_METRICS
+    figures: ClassVar[tuple[Declared, ...]] = ESCORT_FIGURES
+    scenario: EscortScenario
+
+    @classmethod
+    def completed(cls, raw: Raw) -> Raw:
+        """The tables with a role for each line in the first group; of escorted lines it calls on the founding roles."""
+        roles = [
+            job_role("Surveyor", line["name"], founding_of(raw) if line.get("escorted") is True else None)
+            for line in entries(raw, "line")
+            if line.get("name") is not None
+        ]
+        return with_job_roles(raw, roles, {ESCORTS: URGENCY, **JUDGED})
+
+    @classmethod
+    def check(cls, raw: Raw) -> Iterable[ConfigurationFault]:
+        """Lines outside of the world, too short, with names that are taken, or take more than there are."""
+        yield from listed_faults(raw, "line", "from_m", "to_m")
+        for line in entries(raw, "line"):
+            for from_m, to_m in zip(point_of(line, "from_m"), point_of(line, "to_m"), strict=False):
+                if distance(from_m, to_m) < SHORTEST_M:
+                    given = f"[{to_m[0]:g}, {to_m[1]:g}]"
+                    allowed = f"the line is too short; allowed: {SHORTEST_M:g} m or more from from_m"
+                    yield ConfigurationFault(f"line.{line.get('name')}.to_m", given, allowed)
+            if line.get("escorted") is True and len(entries(raw, "vehicle")) == 1:
+                allowed = "takes two vehicles, and there is one; allowed: false"
+                yield ConfigurationFault(f"line.{line.get('name')}.escorted", "true", allowed)
+
+    def jobs_of(self, scenario: EscortScenario) -> Iterable[SurveyLine]:
+        """The lines."""
+        return [SurveyLine(one.name, one.from_m, one.to_m, one.escorted) for one in scenario.line]
+
+    def helper(self, job: SurveyLine, help: Help, data: VehicleData) -> Behaviour:
+        """To follow the holder of a line."""
+        return FollowingSource(job, self.scenario.mission.within_m, help, data)
+
+    def behaviour_at(self, job: Any, data: VehicleData) -> Behaviour:
+        """To survey the line."""
+        settings = self.scenario.mission
+        return SurveyingLine(job, settings.within_m, settings.wait_s, data)
+
+    def truth(self, recorder: Recorder, world: Any) -> EscortTruth:
+        """Notes what was really surveyed."""
+        lines = [line for line in self.all_of(SurveyLine).values() if line.is_escorted]
+        return EscortTruth(self.meeting, self.objective, recorder, lines, self.scenario.mission.within_m)
+
+
+class ResupplyMission(FieldworkMission, HelpMission):
+    """Sites, and holes that take drills whose batteries do not last: nobody but who has the drill bores a hole."""
+
+    Scenario = ResupplyScenario
+    group_missions = ("Sampling",)
+    objective = "Sampling"
+    help_by = HelpAtBerth, BRINGS
+    needs = (*HelpMission.needs, "objectiveSampling", DONE_BY, IS_HALTED, BRINGS)
+    vocabulary = (_vocabulary("resupply"), ABILITIES)
+    sensors: ClassVar[Mapping[str, type[SensorSettings]]] = {"drill": DrillSettings, "charger": ChargerSettings}
+    tables: ClassVar[tuple[Table, ...]] = (*HelpMission.tables, ENERGY)
+    metrics: ClassVar[tuple[Metric, ...]] = RESUPPLY_METRICS
+    figures: ClassVar[tuple[Declared, ...]] = RESUPPLY_FIGURES
+    scenario: ResupplyScenario
+
+    @classmethod
+    def completed(cls, raw: Raw) -> Raw:
+        """The tables with a role for each site and hole in the first group; the latter call on the founding roles."""
+        roles = [*_roles(raw, "site", "Surveyor"), *_roles(raw, "boring", "Borer", founding_of(raw))]
+        told = {IS_HALTED: URGENCY, BRINGS: URGENCY, "isImpossible": URGENCY, STORE_CHARGE: 10}
+        return with_job_roles(raw, roles, told)
+
+    @classmethod
+    def check(cls, raw: Raw) -> Iterable[ConfigurationFault]:
+        """Sites and holes outside of the world or with names that are taken, drills nobody has, berths too near."""
+        yield from listed_faults(raw, "site", "position_m", taken=names_of(raw, "boring"))
+        yield from listed_faults(raw, "boring", "position_m", taken=names_of(raw, "site"))
+        drills = {
+            str(sensor.get("name", "drill"))
+            for vehicle in entries(raw, "vehicle")
+            for sensor in entries(vehicle, "sensor")
+            if sensor.get("type") == "drill"
+        }
+        for boring in entries(raw, "boring"):
+            drill = boring.get("drill")
+            if isinstance(drill, str) and drill not in drills:
+                allowed = (
+                    f"no vehicle has such a drill; allowed: {', '.join(sorted(drills)) or 'none, as there is no drill'}"
+                )
+                yield ConfigurationFault(f"boring.{boring.get('name')}.drill", f'"{drill}"', allowed)
+        yield from _holes_in_each_other(raw)
+        berth_m = table_of(raw, "transfer").get("berth_m", TransferTable().berth_m)
+        yield from _too_near(raw, "transfer.berth_m", berth_m, FARTHEST_M, ", and see each other")
+
+    def jobs_of(self, scenario: ResupplyScenario) -> Iterable[Job]:
+        """The sites and the holes."""
+        borings = [Boring(one.name, one.position_m, one.stay_s, one.drill) for one in scenario.boring]
+        return [*_surveys(scenario), *borings]
+
+    @cached_property
+    def _transfer(self) -> Transfer:
+        return Transfer(**self.scenario.transfer.model_dump())
+
+    def world(self, seed: int) -> Energies:
+        """Full batteries and stores, and nothing bored."""
+        return Energies()
+
+    def nature(self, world: Energies) -> Callable[[FleetView, float], None]:
+        """Energy passes, and drills work."""
+        return Passing(self.all_of(Boring), self._transfer, world).go_on
+
+    def truth(self, recorder: Recorder, world: Energies) -> EnergyTruth:
+        """Notes what befell holes, and what was really bored."""
+        return EnergyTruth(self.meeting, self.objective, recorder, self.all_of(Boring), world)
+
+    # Who does what -------------------------------------------------------------------------------
+
+    def switched_on(self, job: Job, data: VehicleData) -> tuple[str, ...]:
+        """For a hole the drill, for a site nothing."""
+        return (job.drill,) if isinstance(job, Boring) else ()
+
+    def activity_sets(self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point) -> Pursuit:
+        """Those of every mission in which others are helped; whoever helps has a charger, and switches it on."""
+        sets, rests_on = super().activity_sets(objective, data, facts, position_m)
+        if objective.name != HELPING:
+            return sets, rests_on
+        charger = data.sensor(ChargerSettings)
+        if charger is None:
+            return (), rests_on
+        on = (charger.name,)
+        return tuple(replace(one, activities=(replace(one.activities[0], sensors=on),)) for one in sets), rests_on
+
+    def helper(self, job: Boring, help: Help, data: VehicleData) -> Behaviour:
+        """To bring energy to a hole."""
+        charger = data.sensor(ChargerSettings) or ChargerSettings()
+        return Bringing(job, self._transfer, help, charger, data)
+
+    def behaviour_at(self, job: Any, data: VehicleData) -> Behaviour:
+        """The survey of a site, or a boring."""
+        if not isinstance(job, Boring):
+            return SurveyingSite(job, data)
+        others = {name for name, one in self.all_of(Boring).items() if one.drill == job.drill and name != job.name}
+        return Drilling(job, others, self.scenario.mission.wait_s, data)
+
+
+def _holes_in_each_other(raw: Raw) -> Iterator[ConfigurationFault]:
+    """Holes so near to each other that a drill would be at both."""
+    least_m, before = 2.0 * THERE_M, list[tuple[Any, Point]]()
+    for boring in entries(raw, "boring"):
+        name, place_m = boring.get("name"), boring.get("position_m")
+        if not isinstance(place_m, list | tuple) or len(place_m) != 2 or not all(map(is_number, place_m)):
+            continue
+        at_m = place_m[0], place_m[1]
+        if other := next((other for other, other_m in before if distance(at_m, other_m) <= least_m), None):
+            allowed = f"more than {least_m:g} m from {other}: a drill is at one hole"
+            yield ConfigurationFault(f"boring.{name}.position_m", str(list(at_m)), allowed)
+        before.append((name, at_m))

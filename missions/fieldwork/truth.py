@@ -1,0 +1,473 @@
+"""Truth, metrics and figures of these missions: what was really done, whatever vehicles believe, and how soon."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from exchange.arithmetic import distance
+from missions.fieldwork.energy import BORED, BROUGHT, CAME, HALTED, LEAST_SHARE, Boring, ChargerSettings, Energies
+from missions.fieldwork.lifting import LYING_AT, Lift, SeaField
+from missions.fieldwork.lines import ON_LINE_M, SurveyLine
+from missions.figure import Declared, Figure, Layer, Mark, RunResults, Style
+from missions.files import tables_of
+from missions.meeting.meeting import Meeting
+from missions.meeting.staying import THERE_M
+from missions.meeting.truth import ATTRIBUTE, JOBS, SUBJECT, JobTruth
+from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
+from remoras.mission import FleetView, VehicleView
+from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
+from remoras.work import Job
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+PASSAGE = "passage"
+"""Key of the feature by which there is a reef."""
+STANDS_MPS = 0.1
+"""A vehicle that is slower stands."""
+MARK_M = 5.0
+"""The truth looks at marks along a line, this far apart."""
+PASSED_M = 1.5 * ON_LINE_M
+"""Whoever comes this near to a mark has passed it: it may be off the line, and as far from where it stopped."""
+WAITS, LIFTED, SURVEYED = "waits", "lifted", "surveyed"
+"""Events: a vehicle waits for others at a job; it was really done."""
+LIFTS = Table("lifts", (TIME, VEHICLE, Column("lift", "str"), Column("event", "str")))
+"""When a vehicle had come to an end of an object that nobody was at (``waits``), and when it was really ``lifted``."""
+ESCORTING = Table("escorting", (TIME, VEHICLE, Column("line", "str"), Column("event", "str")))
+"""When a vehicle stood at the beginning of a line that takes an escort (``waits``), and when it was ``surveyed``."""
+ENERGY = Table(
+    "energy", (TIME, VEHICLE, Column("boring", "str"), Column("event", "str"), Column("energy_j", "float", "J"))
+)
+"""What befell a hole: its drill had no energy (``halted``), another one ``came`` and passed some on, had ``brought``
+so much when it left, and the hole was really ``bored``."""
+
+
+class FieldTruth(JobTruth):
+    """Notes when vehicles waited at jobs that take more than one of them, and when such a job was really done.
+
+    Args:
+        meeting: of the mission; objective: of roles with a job; recorder: takes the rows.
+        table: of the events; taking: names of the jobs that take more than whoever has them.
+    """
+
+    def __init__(
+        self, meeting: Meeting, objective: str, recorder: Recorder, table: Table, taking: Collection[str]
+    ) -> None:
+        super().__init__(meeting, objective, recorder)
+        self._events = recorder.rows(table.name)
+        self._open = dict.fromkeys(taking)
+        self._waited: set[str] = set()
+
+    @property
+    def jobs_done(self) -> Collection[str]:
+        """Jobs that were done, of those which take more only the ones that really were."""
+        return self._done - self._open.keys()
+
+    def note_wait(self, vehicle: str, job: str, now_s: float) -> None:
+        """Note the first vehicle that waits at a job."""
+        if job not in self._waited:
+            self._waited.add(job)
+            self._events.append((now_s, vehicle, job, WAITS))
+
+    def note_end(self, vehicle: str, job: str, event: str, now_s: float) -> None:
+        """Note that a job was really done."""
+        del self._open[job]
+        self._events.append((now_s, vehicle, job, event))
+
+
+class LiftTruth(FieldTruth):
+    """An object is lifted once all of its ends were taken for as long as a lift takes.
+
+    Args:
+        meeting: of the mission; objective: of roles with a job; recorder: takes the rows.
+        lifts: by name; world: where they lie.
+    """
+
+    def __init__(
+        self, meeting: Meeting, objective: str, recorder: Recorder, lifts: Mapping[str, Lift], world: SeaField
+    ) -> None:
+        super().__init__(meeting, objective, recorder, LIFTS, lifts)
+        self._lifts = lifts
+        self._ends = {name: lifts[name].ends_m(middle_m) for name, middle_m in world.lying_m}
+        self._since_s: dict[str, float] = {}
+
+    def watch(self, fleet: FleetView, now_s: float) -> None:
+        """Note what was done since the last look."""
+        super().watch(fleet, now_s)
+        for name in list(self._open):
+            there = [
+                vehicle.name
+                for end_m in self._ends[name]
+                for vehicle in fleet.vehicles
+                if vehicle.is_alive and distance(vehicle.position_m, end_m) <= THERE_M
+            ]
+            if there:
+                self.note_wait(there[0], name, now_s)
+            if len(set(there)) < len(self._ends[name]):
+                self._since_s.pop(name, None)
+            elif now_s - self._since_s.setdefault(name, now_s) >= self._lifts[name].lift_s:
+                self.note_end(there[0], name, LIFTED, now_s)
+                self.note(there[0], name, now_s)
+
+    def close(self, fleet: FleetView, now_s: float) -> str:
+        """Say who is missing where, what was not done, and which objects nobody has found."""
+        found = {row[SUBJECT] for row in self._items[0:] if row[ATTRIBUTE] == LYING_AT}
+        hidden = ", ".join(name for name in self._open if name not in found)
+        reason = super().close(fleet, now_s)
+        return "; ".join(text for text in (reason, f"nobody knows where they lie: {hidden}" if hidden else "") if text)
+
+
+class EscortTruth(FieldTruth):
+    """A line that takes an escort is surveyed once its marks were passed while an escort was within its distance.
+
+    Args:
+        meeting: of the mission; objective: of roles with a job; recorder: takes the rows.
+        lines: those that take an escort; within_m: greatest distance of an escort.
+    """
+
+    def __init__(
+        self, meeting: Meeting, objective: str, recorder: Recorder, lines: Sequence[SurveyLine], within_m: float
+    ) -> None:
+        self._lines = {line.name: line for line in lines}
+        super().__init__(meeting, objective, recorder, ESCORTING, self._lines)
+        self._within_m = within_m
+        self._marks = {line.name: {line.at(along_m) for along_m in marks_m(line.length_m)} for line in lines}
+
+    def watch(self, fleet: FleetView, now_s: float) -> None:
+        """Note what was done since the last look."""
+        super().watch(fleet, now_s)
+        at_m = {vehicle.name: vehicle.position_m for vehicle in fleet.vehicles if vehicle.is_alive}
+        escorted = {
+            name: here_m
+            for name, here_m in at_m.items()
+            if any(other != name and distance(here_m, there_m) <= self._within_m for other, there_m in at_m.items())
+        }
+        for name in list(self._open):
+            marks, start_m = self._marks[name], self._lines[name].place_m
+            if name not in self._waited:
+                who = next((who for who, here_m in at_m.items() if distance(here_m, start_m) <= PASSED_M), None)
+                if who is not None:
+                    self.note_wait(who, name, now_s)
+            for who, here_m in escorted.items():
+                marks -= {mark_m for mark_m in marks if distance(here_m, mark_m) <= PASSED_M}
+                if not marks:
+                    self.note_end(who, name, SURVEYED, now_s)
+                    break
+
+
+class EnergyTruth(FieldTruth):
+    """Notes what really befell holes, whatever vehicles believe, and which were bored.
+
+    Args:
+        meeting: of the mission; objective: of roles with a job; recorder: takes the rows.
+        borings: by name; energies: of the run.
+    """
+
+    def __init__(
+        self, meeting: Meeting, objective: str, recorder: Recorder, borings: Mapping[str, Boring], energies: Energies
+    ) -> None:
+        super().__init__(meeting, objective, recorder, ENERGY, borings)
+        self._borings, self._energies = borings, energies
+        self._starved: set[str] = set()
+        self._halted_s: dict[str, float] = {}  # since when, where nobody has come
+        self._is_left = False
+        self._n_noted = 0
+
+    @property
+    def jobs_as_they_are(self) -> Mapping[str, Job]:
+        """Holes for which no energy is left are beyond everybody."""
+        return {**self._jobs, **{name: replace(self._borings[name], is_starved=True) for name in self._starved}}
+
+    def reachable_fraction(self, fleet: FleetView) -> float:
+        """Share of the goal that somebody left is able to reach with the energy that is left."""
+        self._starved = set() if self._is_energy_left(fleet) else {
+            name for name in self._open if not self._is_drill_charged(fleet, self._borings[name])
+        }  # fmt: skip
+        return super().reachable_fraction(fleet)
+
+    def _is_energy_left(self, fleet: FleetView) -> bool:
+        """True if somebody is left with something in a store."""
+        for vehicle in fleet.vehicles:
+            data = vehicle.able_data
+            charger = None if data is None else data.sensor(ChargerSettings)
+            if charger is not None and charger.of(vehicle.name, self._energies).left_j > 0.0:
+                return True
+        return False
+
+    def _is_drill_charged(self, fleet: FleetView, boring: Boring) -> bool:
+        """True if somebody is left whose drill for that hole goes on boring with what it has."""
+        for vehicle in fleet.vehicles:
+            data = vehicle.able_data
+            drill = None if data is None else boring.drill_of(data)
+            if drill is not None and drill.of(vehicle.name, self._energies).left_j >= LEAST_SHARE * drill.battery_j:
+                return True
+        return False
+
+    @property
+    def is_given_up(self) -> bool:
+        """True if vehicles say so, or have left each job that is open, of which nobody tells others."""
+        return super().is_given_up or self._is_left
+
+    def watch(self, fleet: FleetView, now_s: float) -> None:
+        """Note what has happened since the last look."""
+        super().watch(fleet, now_s)
+        self._note_events()
+        self._is_left = bool(self._halted_s) and not any(
+            vehicle.communicates or self._holds_any(vehicle) for vehicle in fleet.vehicles
+        )
+
+    def _holds_any(self, vehicle: VehicleView) -> bool:
+        """True if a vehicle, as it sees itself, has a job that is open."""
+        if not vehicle.is_alive:
+            return False
+        plays, done = vehicle.organisation.plays, self.jobs_done
+        roles = [(group.name, role) for group in self._groups for role in group.roles if role.job is not None]
+        return any(role.job not in done and plays(vehicle.name, group, role.name) for group, role in roles)
+
+    def _note_events(self) -> None:
+        events = self._energies.events
+        for event in events[self._n_noted :] if len(events) > self._n_noted else ():
+            self._events.append(event)
+            if event[3] == BORED:
+                self._open.pop(event[2], None)
+            if event[3] == HALTED:
+                self._halted_s[event[2]] = event[0]
+            elif event[3] in (CAME, BORED):
+                self._halted_s.pop(event[2], None)
+        self._n_noted = len(events)
+
+    def close(self, fleet: FleetView, now_s: float) -> str:
+        """Say who is missing where, what was not done, and where no energy came to."""
+        for key in list(self._energies.passing):
+            self._energies.note_left(key, now_s)
+        self._note_events()
+        reason = super().close(fleet, now_s)
+        halted = ", ".join(f"{hole} since {at_s:.0f} s" for hole, at_s in self._halted_s.items() if hole in self._open)
+        return "; ".join(text for text in (reason, f"without energy: {halted}" if halted else "") if text)
+
+
+# What the results say ----------------------------------------------------------------------------
+
+
+# What the results say ----------------------------------------------------------------------------
+
+
+def done_s(run: MeasuredRun) -> dict[str, float]:
+    """When each job was done for the first time, by its name (s)."""
+    first_s: dict[str, float] = {}
+    for time_s, _, job in run.recorder.rows(JOBS.name):
+        first_s.setdefault(job, time_s)
+    return first_s
+
+
+def mean_of_all_s(times_s: Collection[float], n_all: int, run: MeasuredRun) -> float:
+    """Mean time (s) of what was done; each of ``n_all`` that was not counts with the duration of the mission."""
+    scenario: Any = run.scenario
+    return (math.fsum(times_s) + (n_all - len(times_s)) * float(scenario.scenario.duration_s)) / n_all
+
+
+def mean_with_sites_s(run: MeasuredRun, others_s: Collection[float], n_others: int) -> float:
+    """The same of all ``[[site]]`` of the scenario and of other work, done by these times."""
+    scenario: Any = run.scenario
+    surveyed_s, sites = done_s(run), [site.name for site in scenario.site]
+    times_s = [surveyed_s[name] for name in sites if name in surveyed_s]
+    return mean_of_all_s([*times_s, *others_s], len(sites) + n_others, run)
+
+
+def event_s(run: MeasuredRun, table: str, event: str) -> dict[str, float]:
+    """Time (s) of the last such event by what it is about, by a table of time, vehicle, what, event."""
+    return {row[2]: row[0] for row in run.recorder.rows(table) if row[3] == event}
+
+
+def mean_wait_s(run: MeasuredRun, table: str, event: str) -> float | None:
+    """Mean time (s) from ``waits`` to an event, by a table as of ``event_s``; to the end of the run without one.
+
+    None if nobody has waited.
+    """
+    ended_s = event_s(run, table, event)
+    spans_s = [ended_s.get(name, run.end_s) - from_s for name, from_s in event_s(run, table, WAITS).items()]
+    return math.fsum(spans_s) / len(spans_s) if spans_s else None
+
+
+def first_s(results: RunResults) -> dict[str, float]:
+    """The same as ``done_s`` of the tables of a results folder."""
+    return {row["job"]: row["time_s"] for row in reversed(results.table(JOBS.name).to_pylist())}
+
+
+def draw_steps(
+    axes: Axes, results: RunResults, style: Style, times_s: Mapping[str, Collection[float]], label: str
+) -> None:
+    """How many things were done over mission time, a line for each kind.
+
+    Args:
+        times_s: when, by kind.
+        label: of the vertical axis.
+    """
+    end_s = max((row["time_s"] for row in results.table("trajectories").to_pylist()), default=0.0)
+    for (kind, of), line in zip(times_s.items(), ("-", "--"), strict=False):
+        ordered = sorted(of)
+        axes.step([0.0, *ordered, end_s], [*range(len(ordered) + 1), len(ordered)], where="post", linestyle=line,
+                  color=style.black, label=kind)  # fmt: skip
+    axes.set_xlabel(style.axis("time", "s"))
+    axes.set_ylabel(style.axis(label))
+    axes.locator_params("y", integer=True)
+
+
+def marks_m(length_m: float) -> list[float]:
+    """How far along a line its marks are.
+
+    >>> marks_m(12.0)
+    [0.0, 5.0, 10.0]
+    """
+    return [MARK_M * number for number in range(int(length_m / MARK_M) + 1)]
+
+
+def mean_lifted_s(run: MeasuredRun) -> float:
+    """Mean time by which a site was surveyed or an object lifted; what was not counts with the mission's duration."""
+    scenario: Any = run.scenario
+    return mean_with_sites_s(run, event_s(run, LIFTS.name, LIFTED).values(), int(scenario.lifts.number))
+
+
+def mean_surveyed_s(run: MeasuredRun) -> float:
+    """Mean time by which a line was surveyed; one that was not counts with the duration of the mission."""
+    scenario: Any = run.scenario
+    surveyed_s = done_s(run)
+    for line, time_s in event_s(run, ESCORTING.name, SURVEYED).items():
+        if line in surveyed_s:
+            surveyed_s[line] = max(surveyed_s[line], time_s)
+    return mean_of_all_s(surveyed_s.values(), len(scenario.line), run)
+
+
+def mean_delivered_s(run: MeasuredRun) -> float:
+    """Mean time by which a load was handed over; one that was not counts with the duration of the mission."""
+    scenario: Any = run.scenario
+    return mean_of_all_s(done_s(run).values(), len(scenario.delivery), run)
+
+
+def blocked_s(run: MeasuredRun) -> float | Absent:
+    """Time that the vehicles stood within the reef, all together, second by second of the tracks."""
+    table = run.scenario.of_feature(PASSAGE)
+    if table is None:
+        return NOT_APPLICABLE
+    west_m, east_m = table.x_m
+    rows = run.recorder.rows("trajectories")
+    tick_s: float = run.scenario.scenario.tick_s
+    n_ticks: int = sum(west_m <= row[2] <= east_m and row[5] < STANDS_MPS for row in rows)
+    return n_ticks * tick_s
+
+
+def _rows(run: MeasuredRun, event: str) -> list[tuple[Any, ...]]:
+    return [row for row in run.recorder.rows(ENERGY.name) if row[3] == event]
+
+
+def mean_energy_wait_s(run: MeasuredRun) -> float | None:
+    """Mean time from when a drill had no energy to when another one came with some; to the end where nobody came.
+
+    None if no drill ever had none.
+    """
+    came = _rows(run, CAME)
+    waits_s = []
+    for at_s, _, boring, *_ in _rows(run, HALTED):
+        after_s = [row[0] for row in came if row[2] == boring and row[0] > at_s]
+        waits_s.append(min(after_s, default=run.end_s) - at_s)
+    return math.fsum(waits_s) / len(waits_s) if waits_s else None
+
+
+def brought_j(run: MeasuredRun) -> float:
+    """Energy that has come into the batteries of drills."""
+    return math.fsum(row[4] for row in _rows(run, BROUGHT))
+
+
+def mean_bored_s(run: MeasuredRun) -> float:
+    """Mean time by which a site was surveyed or a hole bored; what was not counts with the mission's duration."""
+    scenario: Any = run.scenario
+    return mean_with_sites_s(run, [row[0] for row in _rows(run, BORED)], len(scenario.boring))
+
+
+lower = partial(Metric, better=Better.LOWER, headline=True)
+DONE = lower("mean_done_s", "s", label="mean time until work is done", of=mean_lifted_s)
+WAIT = lower(
+    "mean_wait_s", "s", label="mean wait at an object", of=partial(mean_wait_s, table=LIFTS.name, event=LIFTED)
+)
+RECOVERY_METRICS = (DONE, WAIT)
+FERRY_METRICS = (
+    lower("mean_delivered_s", "s", label="mean time until delivery", of=mean_delivered_s),
+    lower("blocked_s", "s", label="time that vehicles stood in the passage", of=blocked_s),
+)
+ESCORT_METRICS = (
+    lower("mean_surveyed_s", "s", label="mean time until a line is surveyed", of=mean_surveyed_s),
+    lower("mean_escort_s", "s", label="mean time of a vehicle at an escorted line",
+          of=partial(mean_wait_s, table=ESCORTING.name, event=SURVEYED)),
+)  # fmt: skip
+RESUPPLY_METRICS = (
+    replace(DONE, of=mean_bored_s),
+    replace(WAIT, label="mean wait for energy", of=mean_energy_wait_s),
+    lower("brought_j", "J", label="energy brought", of=brought_j, headline=False),
+)
+"""Metrics of each mission, in the order of the summary."""
+
+
+def draw_jobs(axes: Axes, results: RunResults, style: Style, label: str, says: str) -> str:
+    """Jobs done over time."""
+    draw_steps(axes, results, style, {"fleet": first_s(results).values()}, label)
+    return says
+
+
+def draw_kinds(axes: Axes, results: RunResults, style: Style, table: Table, event: str, label: str, says: str) -> str:
+    """Sites surveyed, and jobs of another kind really done, over time."""
+    column = table.columns[2].name
+    done_s = {row[column]: row["time_s"] for row in results.table(table.name).to_pylist() if row["event"] == event}
+    sites = {site["name"] for site in tables_of(results.manifest["scenario"], "manifest.json")["site"]}
+    sites_s = [time_s for job, time_s in first_s(results).items() if job in sites]
+    draw_steps(axes, results, style, {"sites surveyed": sites_s, label: done_s.values()}, "done")
+    return says
+
+
+def draw_reef(axes: Axes, results: RunResults, style: Style) -> str:
+    """The reef with its passage."""
+    scenario = tables_of(results.manifest["scenario"], "manifest.json")
+    reef = scenario.get(PASSAGE)
+    if reef is None:
+        return "There is no reef."
+    (west_m, east_m), (south_m, north_m) = reef["x_m"], scenario["world"]["y_m"]
+    for low_m, high_m in (
+        (south_m, reef["y_m"] - reef["width_m"] / 2.0),
+        (reef["y_m"] + reef["width_m"] / 2.0, north_m),
+    ):
+        axes.fill([west_m, east_m, east_m, west_m], [low_m, low_m, high_m, high_m], color=style.tint(style.grey, 0.4),
+                  zorder=0, linewidth=0.0)  # fmt: skip
+    return "Grey: the reef, which vehicles cross by its passage alone."
+
+
+def _figure(name: str, title: str, draw: partial[str], *tables: str) -> Figure:
+    return Figure(name, f"{title} over mission time", draw, needs=(JOBS.name, *tables))
+
+
+LIFTED_SAYS = "An object counts once all of its ends were taken for as long as a lift takes."
+BORED_SAYS = "A hole counts once its drill has really worked on it for as long as it takes."
+SURVEYED_SAYS = "A line counts once its vehicle has been along all of it, escorted where it takes an escort."
+DELIVERED_SAYS = "A load counts once its vehicle has handed it over."
+RECOVERY_FIGURES: tuple[Declared, ...] = (
+    _figure("recovered", "Sites surveyed and objects lifted",
+            partial(draw_kinds, table=LIFTS, event=LIFTED, label="objects lifted", says=LIFTED_SAYS), LIFTS.name),
+    Mark("job_done", "job done"),
+)  # fmt: skip
+FERRY_FIGURES: tuple[Declared, ...] = (
+    _figure("delivered", "Loads handed over", partial(draw_jobs, label="loads handed over", says=DELIVERED_SAYS)),
+    Layer("reef", draw_reef),
+    Mark("job_done", "load handed over"),
+)
+ESCORT_FIGURES: tuple[Declared, ...] = (
+    _figure("surveyed", "Lines surveyed", partial(draw_jobs, label="lines surveyed", says=SURVEYED_SAYS)),
+    Mark("job_done", "line surveyed"),
+)
+RESUPPLY_FIGURES: tuple[Declared, ...] = (
+    _figure("sampled", "Sites surveyed and holes bored",
+            partial(draw_kinds, table=ENERGY, event=BORED, label="holes bored", says=BORED_SAYS), ENERGY.name),
+    Mark("job_done", "job done"),
+)  # fmt: skip
+"""Figures of each mission."""
