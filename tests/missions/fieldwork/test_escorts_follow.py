@@ -1,12 +1,12 @@
 """Altruism bears the mission of escorts: vehicles leave work of their own. Without its cause it does nothing."""
 
 import pytest
-from missions.escort.lines import SurveyingLine, SurveyLine
-from missions.escort.mission import PASSED_M
 from sample_vehicles import AUV
 from varied import Varied, tracks
 
 from exchange.arithmetic import distance
+from missions.fieldwork.lines import SurveyingLine, SurveyLine
+from missions.fieldwork.truth import PASSED_M
 from remoras.motion import Motion
 from remoras.picture import Picture
 
