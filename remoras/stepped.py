@@ -175,7 +175,7 @@ class Stepping:
             ValueError: a speed that is not above 0.
         """
         from visualisation.replay import title_of
-        from visualisation.replay.notebook import NotebookPage
+        from visualisation.replay.page import NotebookPage
 
         if speed is not None and not speed > 0.0:
             raise ValueError(f"speed is {speed!r}; allowed: above 0 seconds of the mission in a second, or None")

@@ -9,7 +9,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from visualisation.replay.columns import Columns, packed
+from visualisation.replay.tables import Columns, packed
 
 MOST = 2**52
 """JavaScript has whole numbers exactly to 2^53, and differences may be twice as large."""
