@@ -19,6 +19,8 @@ from remoras.database import VehicleData
 from remoras.motion import Motion
 from remoras.recorder import Row
 
+NEAR_M = 30.0
+"""A vehicle that stays within this distance of a place has settled there; it gives way to others meanwhile."""
 SONAR_M = 60.0
 """Range of the obstacle sonar."""
 SAME_DEPTH_M = 3.0

@@ -24,6 +24,8 @@ Point = tuple[float, float]
 
 PART = 0.25
 """Share of a job that is worth the way where others go on with the rest."""
+UNABLE_TO, IS_IMPOSSIBLE = "unableTo", "isImpossible"
+"""By what vehicles say that they, or all who are there, are not able to do a job; some missions have no such words."""
 HOME_MARGIN = 1.25
 """Energy kept for the way home, as a multiple of what the way takes."""
 

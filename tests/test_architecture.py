@@ -88,7 +88,6 @@ DOORS: dict[str, set[str]] = {
     },
     "remoras.social": {"exchange.peering.peers"},
     "missions": {"worldmodel.ontology.tbox"},
-    "missions.meeting": {"remoras.functional.layer", "remoras.social.workload"},
     "missions.arrows": {"exchange.acoustics.loss", "exchange.acoustics.link"},
     **{
         f"missions.{mission}": {"exchange.acoustics.loss"}

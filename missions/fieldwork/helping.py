@@ -21,7 +21,6 @@ from exchange.arithmetic import distance
 from missions.meeting.job_mission import JobMission, JobSettings
 from missions.meeting.meeting import Pursuit
 from missions.meeting.staying import DONE_BY
-from missions.meeting.truth import IS_IMPOSSIBLE
 from missions.scenarios.tables import Positive
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective, Wait
 from remoras.behaviours import BEYOND_IT, STANDING, Behaviour, Perception
@@ -29,8 +28,7 @@ from remoras.database import VehicleData
 from remoras.htn import FactsLike
 from remoras.picture import Picture
 from remoras.sensor import Observation
-from remoras.social.workload import UNABLE_TO
-from remoras.work import Job, Point, Work
+from remoras.work import IS_IMPOSSIBLE, UNABLE_TO, Job, Point, Work
 
 HELPING = "Helping"
 HELPING_IMPORTANCE = 0.5

@@ -30,7 +30,7 @@ from missions.figure import Place
 from missions.meeting.meeting import GATHERING, MEET, NEEDS, OBJECTIVES, RENDEZ_VOUS, SUPERVISION, Meeting, Pursuit
 from missions.meeting.meeting import importance_of as importance_in
 from missions.meeting.orders import entrusted
-from missions.meeting.truth import IS_IMPOSSIBLE, JOBS, JobTruth
+from missions.meeting.truth import JOBS, JobTruth
 from missions.scenarios.parts import groups_of
 from missions.scenarios.scenario import Scenario
 from missions.scenarios.tables import (
@@ -55,7 +55,7 @@ from remoras.motion import Motion
 from remoras.organisation import Group, Organisation
 from remoras.picture import Picture
 from remoras.recorder import Recorder, Table
-from remoras.work import Job, Point, vehicles_taken
+from remoras.work import IS_IMPOSSIBLE, Job, Point, vehicles_taken
 
 MEETING_DEADLINE: Any = Field(
     900.0, gt=0.0, description="a head that has waited this long at the rally point meets with those who are there"

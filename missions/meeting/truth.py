@@ -18,13 +18,13 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, ClassVar
 
 from missions.meeting.meeting import Meeting
-from remoras.functional.layer import NEAR_M
 from remoras.mission import FleetView, Milestone, VehicleView
 from remoras.nesting import height
 from remoras.organisation import Group
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
+from remoras.separation import NEAR_M
 from remoras.truth import COMPLETE, left, reachable_by_jobs, within_reach
-from remoras.work import Job, Point
+from remoras.work import IS_IMPOSSIBLE, Job, Point
 
 if TYPE_CHECKING:
     pass
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
 
 JOBS = Table("jobs", (TIME, VEHICLE, Column("job", "str")))
 """When a vehicle had done a job; a job that two vehicles do has two rows."""
-IS_IMPOSSIBLE = "isImpossible"
 ORIGIN, SUBJECT, ATTRIBUTE, VALUE = 1, 4, 5, 6
 """Columns of the table ``items`` that count here."""
 

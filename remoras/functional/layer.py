@@ -21,10 +21,9 @@ from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.plugins import answer, broken_promise
 from remoras.sensor import Pose, Sensor
+from remoras.separation import NEAR_M
 from remoras.work import HOME_MARGIN, Point
 
-NEAR_M = 30.0
-"""A vehicle that stays within this distance of a place has settled there; it gives way to others meanwhile."""
 PERCEPTION = "a Perception, stimulus 0..1"
 REFERENCE = "None, or a Reference with a finite target_m and a speed_mps and holds_m of 0 or more"
 

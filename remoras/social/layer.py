@@ -38,9 +38,9 @@ from remoras.social.planning import Deliberation, MissionPlanner, OwnFacts, miss
 from remoras.social.pursuit import Pursuit
 from remoras.social.requests import HAS_MISSION
 from remoras.social.standing import Footing, Patience, Seen, Standing, patience_with
-from remoras.social.workload import IS_IMPOSSIBLE, UNABLE_TO, Workload
+from remoras.social.workload import Workload
 from remoras.strategy import Strategy
-from remoras.work import Awaited, Point, Work, vehicles_taken
+from remoras.work import IS_IMPOSSIBLE, UNABLE_TO, Awaited, Point, Work, vehicles_taken
 from worldmodel import Change
 
 

@@ -13,11 +13,8 @@ from remoras.picture import Picture
 from remoras.plugins import answer
 from remoras.social.reports import Reports
 from remoras.social.standing import Footing
-from remoras.work import HinderedJob, Job, Point, Work, WorksSeen, hindrances, jobs_left, works
+from remoras.work import UNABLE_TO, HinderedJob, Job, Point, Work, WorksSeen, hindrances, jobs_left, works
 from worldmodel import Change, PropertyValue
-
-UNABLE_TO, IS_IMPOSSIBLE = "unableTo", "isImpossible"
-"""By what vehicles say that they, or all who are there, are not able to do a job; some missions have no such words."""
 
 
 class Workload:
