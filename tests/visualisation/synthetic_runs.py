@@ -267,7 +267,8 @@ class Fiction:
 
 
 ROLES = [("Coordination", "Administrator"), ("Operational", "Performer"), ("Operational", "Diver"), ("Third", "Diver")]
-FLEET = [f"AUV{number:02}" for number in range(16)]
+CROWD = [f"AUV{number:02}" for number in range(32)]
+FLEET = CROWD[:16]
 
 
 def nested() -> list[dict[str, Any]]:
@@ -339,6 +340,9 @@ FICTIONS = {
             (200.0, "A", "D", "parked"), (250.0, "B", "D", "parked"), (600.0, "A", "D", "heard again"),
             (650.0, "A", "C", "begins anew"), (900.0, "C", "D", "parked"),
         ],
+    ),
+    "thirty-two vehicles": Fiction(
+        CROWD, extra_roles=[(100.0, name, "Team", f"Left{name}", "assigned") for name in CROWD[::4]]
     ),
     "nested": Fiction(FLEET, (("Fleet", "Reporter"),), groups=nested(), changes=seats(FLEET)),
     "at once": Fiction(end_s=0.0, recorded=False, completed=False),

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from synthetic_runs import Fiction
+from test_other_figures import room_for
 
 import visualisation.exports
 from missions.figure import Place
@@ -91,23 +92,11 @@ def test_a_library_that_is_missing_is_named(run: Results, tmp_path: Path, monkey
     assert export(run, "csv", tmp_path / "csv").counts["trajectories"] > 0
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("format", FORMATS)
 def test_a_full_disk_leaves_nothing(run: Results, format: str, tmp_path: Path) -> None:
     """A file may have 2000 bytes at most, which is less than any export has; the system says so as a full disk does."""
-    out = export_path(tmp_path, format)
-    code = (
-        "import resource, sys; from pathlib import Path; from missions.runs.results import Results\n"
-        "from visualisation.exports import export\n"
-        "from importlib import import_module; import_module(f'visualisation.exports.{sys.argv[2]}')\n"
-        "resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))\n"
-        "export(Results.read(Path(sys.argv[1])), sys.argv[2], Path(sys.argv[3]))"
-    )
-    command = [sys.executable, "-B", "-c", code, str(run.folder), format, str(out)]
-    root = Path(visualisation.exports.__file__).parents[2]
-    done = subprocess.run(command, cwd=root, capture_output=True, text=True, check=False)
-    assert "ExportError" in done.stderr
-    assert "cannot be written: File too large" in done.stderr
+    with room_for(2000), pytest.raises(ExportError, match="cannot be written: File too large"):
+        export(run, format, export_path(tmp_path, format))
     assert list(tmp_path.iterdir()) == []
 
 

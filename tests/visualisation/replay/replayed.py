@@ -3,6 +3,7 @@
 import base64
 import html
 import json
+import random
 import shutil
 import subprocess
 from collections.abc import Sequence
@@ -36,6 +37,12 @@ def data_of(results: Results) -> bytes:
     """What a page holds of a run, with all that its mission declares."""
     mission, strategy = mission_of(results.scenario), strategy_of(results.scenario)
     return run_data(results, mission.places, mission.jobs.values(), strategy.declaration.communicates)
+
+
+def moments_s(results: Results, n: int = 20) -> list[float]:
+    """Random times of a run, in their order."""
+    end_s = float(results.summary["mission_time_s"])
+    return sorted(random.Random(number).uniform(0.0, end_s) for number in range(n))
 
 
 def asked(

@@ -1,12 +1,13 @@
 """The scripts of the page answer what the tables of a run say: where, who, what was heard, what was known, why."""
 
 import math
-import random
 from pathlib import Path
 from typing import Any
 
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
-from replayed import LOSSY, asked, data_of, recorded
+from replayed import LOSSY, asked, data_of, moments_s, recorded
 
 from exchange.packets import name_of
 from missions.runs.results import Results
@@ -33,7 +34,6 @@ CASES = {
     "bound": ("mapping-rendezvous", (*EMPTY, "strategy.name='oracle'")),
     "many": ("mapping-patches", MANY),
 }
-MOMENTS = 20
 
 
 @pytest.fixture(scope="module", params=CASES)
@@ -43,11 +43,6 @@ def case(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
     folder = tmp_path_factory.mktemp("model")
     results = recorded(folder / "run", LOSSY, *settings, scenario=name, seed=3)
     return results, data_of(results), folder
-
-
-def moments_s(results: Results) -> list[float]:
-    end_s = float(results.summary["mission_time_s"])
-    return sorted(random.Random(n).uniform(0.0, end_s) for n in range(MOMENTS))
 
 
 KNOWN = """([run], times) => times.map((t) => run.vehicles.map((_, v) => {
@@ -266,3 +261,224 @@ def test_what_losses_cost_is_counted_from_the_tables(case: tuple[Results, bytes,
         so = {(*key, name) for name in inside for key in roles_at(roles, name, at_s)[0]}
         agree = [{role for role in one["roles"] if role[2] in inside} == so for one in known.values()]
         assert told["agree"] == pytest.approx(sum(agree) / max(1, len(inside)))
+
+
+# Packets that collided or were refused, parked peers, and estimates of links; such rows were added by hand
+
+
+UNTIL_S = 300.0
+COLLIDED = "collided_at"
+PARKED_S, AGAIN_S = 100.0, 200.0
+FATES = "([run]) => run.packets.map(({ to }) => to.map(({ v, why }) => [v, why || 'heard']))"
+BETWEEN = """([run], [v, peer]) => [40, 99, 101, 160, 201].map((t) => [
+  run.isParked(v, peer, t), run.linkAt(v, peer, t), run.isParked(peer, v, t),
+])"""
+ESTIMATES = [(50.0, "incoming", 0.25, 8), (50.0, "outgoing", 0.5, 4), (150.0, "incoming", 0.75, 16)]
+
+
+def with_failures(results: Results) -> Results:
+    """In every fifth slot all that was lost collided; the first who heard the others in every seventh refused them."""
+    folder, packets = results.folder, results.table("packets")
+    packets = packets.select([name for name in packets.column_names if name != COLLIDED])
+    rows = packets.to_pylist()
+    collided = [row["lost_by"] if row["slot"] % 5 == 0 else [] for row in rows]
+    pq.write_table(
+        packets.append_column(COLLIDED, pa.array(collided, pa.list_(pa.string()))), folder / "packets.parquet"
+    )
+    refused = [
+        (row["arrivals_s"][0], row["receivers"][0], row["sender"], row["slot"] + 99, "older epoch")
+        for row in rows[::7] if row["receivers"]
+    ]  # fmt: skip
+    _write(results, "refused", ("time_s", "vehicle", "sender", "slot", "reason"), refused)
+    links = [(time_s, "AUV00", "AUV01", *more) for time_s, *more in ESTIMATES]
+    _write(results, "links", ("time_s", "vehicle", "peer", "direction", "p_loss", "n"), links)
+    own = [(PARKED_S, "AUV00", "AUV01", "parked"), (AGAIN_S, "AUV00", "AUV01", "heard again")]
+    _write(results, "peers", ("time_s", "vehicle", "peer", "event"), own)
+    return Results.read(folder)
+
+
+def _write(results: Results, name: str, columns: tuple[str, ...], rows: list[tuple[Any, ...]]) -> None:
+    table = pa.table([pa.array(column) for column in zip(*rows, strict=True)], names=list(columns))
+    metadata = results.table("faults").schema.metadata
+    pq.write_table(table.replace_schema_metadata(metadata), results.folder / f"{name}.parquet")
+
+
+@pytest.fixture(scope="module")
+def failing(tmp_path_factory: pytest.TempPathFactory) -> Results:
+    return with_failures(
+        recorded(tmp_path_factory.mktemp("failing") / "run", LOSSY, f"scenario.duration_s={UNTIL_S:g}")
+    )
+
+
+def test_every_packet_that_failed_tells_how(failing: Results, tmp_path: Path) -> None:
+    told = asked([data_of(failing)], FATES, tmp_path)
+    names = [vehicle.name for vehicle in failing.scenario.vehicle]
+    refused = {(row["vehicle"], row["time_s"]) for row in failing.table("refused").to_pylist()}
+    n = {"heard": 0, "lost": 0, "collided": 0, "refused": 0}
+    for row, found in zip(failing.table("packets").to_pylist(), told, strict=True):
+        so = {name: "collided" if name in row["collided_at"] else "lost" for name in row["lost_by"]}
+        for name, time_s in zip(row["receivers"], row["arrivals_s"], strict=True):
+            so[name] = "refused" if (name, time_s) in refused else "heard"
+        assert {names[v]: why for v, why in found} == so
+        for why in so.values():
+            n[why] += 1
+    assert min(n.values()) > 5
+
+
+def test_peers_are_parked_and_links_estimated_as_the_tables_say(failing: Results, tmp_path: Path) -> None:
+    names = [vehicle.name for vehicle in failing.scenario.vehicle]
+    v, peer = names.index("AUV00"), names.index("AUV01")
+    told = asked([data_of(failing)], BETWEEN, tmp_path, [v, peer])
+    assert [parked for parked, _, _ in told] == [False, False, True, True, False]
+    assert not any(other for _, _, other in told)
+    early, late = {"p_loss": pytest.approx(0.25), "n": 8}, {"p_loss": pytest.approx(0.75), "n": 16}
+    incoming = [link["incoming"] for _, link, _ in told]
+    assert incoming == [None, early, early, late, late]
+    assert told[-1][1]["outgoing"] == {"p_loss": pytest.approx(0.5), "n": 4}
+
+
+# Which packets the map shows as links
+
+
+RATE = 60.0
+LINKS = """([run], { times, rate, selected }) => {
+  const facts = new R.Facts(run, new Map());
+  return times.map((t) => R.linksAt(facts, { t, pace: String(rate), rate, playing: true }, selected)
+    .map((one) => [one.packet.slot, run.vehicles[one.to.v].name, one.to.arrival_s !== null, one.age, one.isWhole]));
+}"""
+
+
+def links(results: Results, folder: Path, times_s: list[float], selected: int = -1) -> list[list[list[Any]]]:
+    given = {"times": times_s, "rate": RATE, "selected": selected}
+    found: list[list[list[Any]]] = asked([data_of(results)], LINKS, folder, given, ("facts.js", "packets.js"))
+    return found
+
+
+def newest(results: Results, at_s: float, fade_s: float) -> list[tuple[int, str, bool]]:
+    """(slot, receiver, heard) of the newest packets of a time that ended alike, by sender and receiver."""
+    seen, found = set(), []
+    for row in reversed(results.table("packets").to_pylist()):
+        if not 0.0 < at_s - row["time_s"] <= fade_s:
+            continue
+        for name in [*row["receivers"], *row["lost_by"]]:
+            key = row["sender"], name, name in row["receivers"]
+            if key not in seen:
+                seen.add(key)
+                found.append((row["slot"], name, key[2]))
+    return found
+
+
+@pytest.mark.parametrize("n_vehicles", [4, 16])
+def test_the_newest_links_are_whole_and_older_losses_stay(tmp_path: Path, n_vehicles: int) -> None:
+    """At 60 times real time links fade for 15 s, a quarter of a second of the reader's, or a frame of 16 slots."""
+    scenario = {4: "mapping-rendezvous", 16: "mapping-patches"}[n_vehicles]
+    sizes = () if n_vehicles == 4 else ("fleet.size=16",)
+    results = recorded(tmp_path / "run", LOSSY, "scenario.duration_s=150", *sizes, scenario=scenario)
+    rows = results.table("packets").to_pylist()
+    slot_s = (rows[-1]["time_s"] - rows[0]["time_s"]) / (rows[-1]["slot"] - rows[0]["slot"])
+    fade_s = max(0.25 * RATE, n_vehicles * slot_s)
+    times_s = [30.0, 75.3, 120.0]
+    for at_s, told in zip(times_s, links(results, tmp_path, times_s), strict=True):
+        expected = newest(results, at_s, fade_s)
+        assert len(expected) > (100 if n_vehicles == 16 else 10)
+        shown = [(slot, name, heard) for slot, name, heard, _, _ in told]
+        assert len(set(shown)) == len(shown) == min(len(expected), 150)
+        assert set(shown) <= set(expected)
+        assert [slot for slot, *_ in shown] == sorted((slot for slot, *_ in shown), reverse=True)
+        assert [is_whole for *_, is_whole in told] == [number < 30 for number in range(len(told))]
+        first_slot = shown[-1][0] + 1  # of all packets since then nothing is left out
+        assert {one for one in shown if one[0] >= first_slot} == {one for one in expected if one[0] >= first_slot}
+        assert all(0.0 <= age <= 1.0 for *_, age, _ in told)
+    name, sender = results.scenario.vehicle[3].name, {row["slot"]: row["sender"] for row in rows}
+    [told] = links(results, tmp_path, [90.0], selected=3)
+    own = [name in (sender[slot], receiver) for slot, receiver, *_ in told]
+    assert len(own) > 10
+    assert all(own) == (n_vehicles == 16)  # in a large fleet those of the selected vehicle
+
+
+@pytest.mark.parametrize("n_packets", [0, 1])
+def test_without_two_packets_nobody_knows_how_long_a_slot_is(tmp_path: Path, n_packets: int) -> None:
+    results = recorded(tmp_path / "run", "scenario.duration_s=1")
+    path = results.folder / "packets.parquet"
+    pq.write_table(pq.read_table(path).slice(0, n_packets), path)
+    at_start, at_end = links(results, tmp_path, [0.0, 1.0])
+    assert at_start == []
+    assert [(slot, heard) for slot, _, heard, _, _ in at_end] == [(0, True)] * 3 * n_packets
+
+
+# Where two runs part
+
+
+APART = "([one, two]) => R.divergence(one, two)"
+
+
+def apart(folder: Path, *runs: Results) -> Any:
+    return asked([data_of(one) for one in runs], APART, folder)
+
+
+def said(results: Results) -> list[tuple[int, list[tuple[Any, ...]]]]:
+    """Slot and facts of every packet."""
+    facts: dict[str, list[tuple[Any, ...]]] = {}
+    for row in results.table("items").to_pylist():
+        facts.setdefault(row["uid"], []).append((row["subject"], row["attribute"], row["value"]))
+    return [
+        (row["slot"], [fact for uid in row["item_uids"] + row["status_uids"] for fact in facts.get(uid, ())])
+        for row in results.table("packets").to_pylist()
+    ]
+
+
+def test_at_the_first_packet_that_others_heard(tmp_path: Path) -> None:
+    """The same seed at two loss rates: the first slot with other receivers is where they part."""
+    runs = [recorded(tmp_path / str(per), f"channel.per={per}", "scenario.duration_s=200") for per in (0.3, 0.6)]
+    pairs = zip(*(one.table("packets").to_pylist() for one in runs), strict=False)
+    first = next(a for a, b in pairs if a["receivers"] != b["receivers"])
+    told = apart(tmp_path, *runs)
+    assert told == {"time_s": first["time_s"], "text": f"slot {first['slot']} is heard by others"}
+    assert apart(tmp_path, runs[0], runs[0]) is None
+
+
+def test_at_the_first_packet_that_says_something_else_in_as_many_words(tmp_path: Path) -> None:
+    """A vehicle that starts elsewhere says so in a packet of the same size with as many items."""
+    starts = ("vehicle.AUV02.start_m=[0.0,0.0]", "vehicle.AUV02.start_m=[40.0,0.0]")
+    runs = [
+        recorded(tmp_path / str(number), LOSSY, "scenario.duration_s=60", start) for number, start in enumerate(starts)
+    ]
+    packets, (one, two) = runs[0].table("packets").to_pylist(), map(said, runs)
+    number = next(number for number, (a, b) in enumerate(zip(one, two, strict=True)) if a != b)
+    assert packets[number]["sender"] == "AUV02"
+    told = apart(tmp_path, *runs)
+    slot, at_s = packets[number]["slot"], packets[number]["time_s"]
+    assert told == {"time_s": at_s, "text": f"AUV02 says something else in slot {slot}"}
+
+
+def test_where_one_goes_on_and_the_other_does_not(tmp_path: Path) -> None:
+    runs = [recorded(tmp_path / str(end_s), LOSSY, f"scenario.duration_s={end_s}") for end_s in (60, 61)]
+    assert apart(tmp_path, *runs) == {"time_s": 60.0, "text": "one of them ends"}
+
+
+# Arrows of influence signals in the lanes
+
+
+ARROWS = """() => {
+  R.VEHICLE_FILLS = ["#0072B2"];
+  const spells = [{ from_s: 0, to_s: 100 }], role = "Performer";
+  const held = [[], [{ group: "one", role, spells }], [{ group: "other", role, spells }], []];
+  const packet = {
+    start_s: 10, sender: 0, to: [1, 2, 3].map((v) => ({ v, arrival_s: 11 })),
+    signals: [{ group: "one", role: "Leader", addressed: [role], value: -5 }],
+  };
+  const run = { header: { slot_s: 2 }, packets: [packet], packetsIn: () => [0, 1] };
+  const facts = { run, n: 4, held, decisions: [[], [], [], []] };
+  const layout = { height: 200, lanes: [0, 1, 2, 3].map((v) => ({ v, members: [v], y: 50 * v, h: 50 })) };
+  const scale = { from_s: 0, to_s: 100, left: 0, right: 1000, px_per_s: 10, x: (t) => 10 * t };
+  const tips = [];
+  const call = (_, name) => (...given) => { if (name === "moveTo") tips.push(given); };
+  const pen = new Proxy({}, { get: call, set: () => true });
+  R.drawSignals(pen, facts, layout, scale);
+  return tips;
+}"""
+
+
+def test_a_signal_goes_to_who_holds_its_role_in_its_group(tmp_path: Path) -> None:
+    """From the sender's lane at 10 s to the receiver's: a role of that name in another group is not meant."""
+    assert asked([], ARROWS, tmp_path, more=("palette.js", "signals.js")) == [[100, 21], [110, 71]]

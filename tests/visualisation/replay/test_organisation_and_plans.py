@@ -1,7 +1,6 @@
 """Organisation, plans and motivations in the page are those of the tables at any time, in any vehicle's view."""
 
 import math
-import random
 import shutil
 from itertools import pairwise
 from pathlib import Path
@@ -11,7 +10,7 @@ import pyarrow.parquet as pq
 import pytest
 from browsing import Window
 from chromium import opened, seek, written
-from replayed import asked, data_of, recorded
+from replayed import asked, data_of, moments_s, recorded
 from synthetic_runs import FICTIONS, FLEET, Fiction, nested
 
 from missions.runs.results import Results
@@ -30,11 +29,6 @@ MOMENTS = 12
 @pytest.fixture(scope="module")
 def lost(tmp_path_factory: pytest.TempPathFactory) -> Results:
     return recorded(tmp_path_factory.mktemp("lost") / "run", *LOST, seed=3)
-
-
-def moments_s(results: Results) -> list[float]:
-    end_s = float(results.summary["mission_time_s"])
-    return [0.0, 210.0, *sorted(random.Random(n).uniform(0.0, end_s) for n in range(MOMENTS))]
 
 
 def rebuilt(view: View, at_s: float) -> dict[str, Any]:
@@ -65,7 +59,7 @@ ORGANISATION = """([run], times) => times.map((t) => [-1, ...run.vehicles.keys()
 def check_organisation(results: Results, data: bytes, folder: Path) -> int:
     """Hold the page against the tables; returns how many groups were compared."""
     names = reading.vehicle_names(results)
-    times_s = moments_s(results)
+    times_s = [0.0, 210.0, *moments_s(results, MOMENTS)]
     n_groups = 0
     views = {viewer: view_of(results, viewer) for viewer in ("", *names)}
     for at_s, told in zip(times_s, asked([data], ORGANISATION, folder, times_s), strict=True):
@@ -133,7 +127,7 @@ AIMS = """([run], times) => times.map((t) => [...run.vehicles.keys()].map((viewe
 
 def test_missions_and_objectives_are_those_that_a_viewer_heard_of(lost: Results, tmp_path: Path) -> None:
     rows = lost.table("organisation").to_pylist()
-    times_s, n_aims = moments_s(lost), 0
+    times_s, n_aims = [0.0, 210.0, *moments_s(lost, MOMENTS)], 0
     for at_s, told in zip(times_s, asked([data_of(lost)], AIMS, tmp_path, times_s), strict=True):
         for vehicle, groups in zip(lost.scenario.vehicle, told, strict=True):
             own = [row for row in rows if row["vehicle"] == vehicle.name and row["time_s"] <= at_s]
@@ -200,7 +194,7 @@ def tree_of(rows: list[dict[str, Any]], at_s: float) -> list[list[Any]]:
 
 def test_plans_are_as_far_as_the_tables_have_them(lost: Results, tmp_path: Path) -> None:
     rows = lost.table("plans").to_pylist()
-    times_s = moments_s(lost)
+    times_s = [0.0, 210.0, *moments_s(lost, MOMENTS)]
     mended = set()
     for at_s, told in zip(times_s, asked([data_of(lost)], PLANS, tmp_path, times_s), strict=True):
         for vehicle, plans in zip(lost.scenario.vehicle, told, strict=True):
@@ -267,7 +261,7 @@ def shown(chrome: Any, lost: Results, tmp_path: Path) -> Any:
 @pytest.mark.slow
 def test_the_panels_show_what_the_tables_have(shown: Window, lost: Results) -> None:
     """Who holds what in the view of the selected vehicle."""
-    for number, at_s in enumerate(moments_s(lost)):
+    for number, at_s in enumerate([0.0, 210.0, *moments_s(lost, MOMENTS)]):
         vehicle = lost.scenario.vehicle[number % 4].name
         view = view_of(lost, vehicle)
         shown.ask("(name) => R.app.select(name)", vehicle)
@@ -280,33 +274,6 @@ def test_the_panels_show_what_the_tables_have(shown: Window, lost: Results) -> N
                 names = {text.removeprefix("\u2260 ") for text in texts if not text.startswith("\u2260 also")}
                 assert names - {"vacant", f"{vacant} vacant"} == held
                 assert bool(vacant) == any("vacant" in text for text in texts)
-
-
-@pytest.mark.slow
-def test_keys_open_the_panels_and_a_name_selects_its_vehicle(shown: Window) -> None:
-    page = shown.page
-    page.keyboard.press("o")
-    assert page.locator(".body h2").inner_text() == "Organisation, as every vehicle sees itself"
-    page.locator(".body .chip", has_text="AUV01").first.click()
-    assert shown.ask("() => R.app.selected") == "AUV01"
-    assert page.locator(".body h2").inner_text() == "Organisation, as AUV01 sees it"
-    page.keyboard.press("p")
-    assert page.locator(".body h2").inner_text() == "Plans of AUV01, and of the heads of its groups"
-    tag = "() => new DOMParser().parseFromString(R.app.svg(), 'image/svg+xml').documentElement.tagName"
-    assert shown.ask(tag) == "svg"
-
-
-@pytest.mark.slow
-def test_a_panel_says_why_a_combination_won(shown: Window, lost: Results) -> None:
-    rows = [row for row in lost.table("decisions").to_pylist() if row["vehicle"] == "AUV01"]
-    at_s = rows[-1]["time_s"]
-    last = [row for row in rows if row["time_s"] == at_s]
-    best = max(row["best_mean"] for row in last if row["chosen"] and row["best_mean"] is not None)
-    shown.ask("() => R.app.views[0].showTab('why')")
-    shown.ask("(t) => R.app.go(t, 'AUV01')", at_s)
-    assert f"has a mean motivation of {best:.2f}" in shown.page.locator(".body .won").inner_text()
-    marks = shown.ask("() => document.querySelectorAll('.body .track i.mean').length")
-    assert marks == sum(row["best_mean"] is not None for row in last)
 
 
 def test_nested_groups_of_any_depth_stand_below_those_that_supervise_them(tmp_path: Path) -> None:

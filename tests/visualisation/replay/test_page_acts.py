@@ -1,15 +1,19 @@
 """The controls of the page act: time, pace, selection, panels, links, files, two runs."""
 
+import itertools
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
 import pytest
 from browsing import Window
-from chromium import opened, written
+from chromium import opened, seek, written
 from replayed import LOSSY, recorded
 
 from missions.runs.results import Results
+from visualisation import style
+from visualisation.colours import VEHICLES
 
 pytestmark = pytest.mark.slow
 EBML = bytes.fromhex("1a45dfa3")
@@ -83,8 +87,12 @@ def test_a_click_selects_and_a_click_on_a_change_explains(window: Window) -> Non
 
 
 @pytest.mark.parametrize(
-    ("key", "tab"), [("k", "Knowledge"), ("m", "Minds"), ("x", "Matrix"), ("c", "Cost"), ("w", "Why"), ("e", "Events")]
-)
+    ("key", "tab"),
+    [
+        ("k", "Knowledge"), ("m", "Minds"), ("x", "Matrix"), ("c", "Cost"), ("w", "Why"), ("e", "Events"),
+        ("o", "Organisation"), ("p", "Plans"),
+    ],
+)  # fmt: skip
 def test_keys_open_panels(window: Window, key: str, tab: str) -> None:
     window.page.keyboard.press("3")
     window.page.keyboard.press(key)
@@ -175,13 +183,6 @@ def test_two_runs_share_clock_and_selection_and_part_at_the_first_difference(
         first_s = window.time_s
         assert 0.0 < first_s < results.summary["mission_time_s"]
         assert window.ask("() => R.app.views.map((view) => view.selected)") == [1, 1]
-        tracks = [
-            {(row["time_s"], row["vehicle"]): (row["x_m"], row["y_m"]) for row in one.table("trajectories").to_pylist()}
-            for one in (results, other)
-        ]
-        shared = tracks[0].keys() & tracks[1].keys()
-        assert all(tracks[0][key] == tracks[1][key] for key in shared if key[0] <= first_s)
-        assert any(tracks[0][key] != tracks[1][key] for key in shared if key[0] > first_s)
         window.page.keyboard.press("k")
         assert window.texts(".tabs [aria-selected=true]") == ["Knowledge", "Knowledge"]
         looks = "() => R.app.views.map(({ facts }) => [...facts.looks].map(([role, { sign }]) => [role, sign]).join())"
@@ -204,3 +205,170 @@ def test_the_tables_of_a_mission_are_charted_and_listed(window: Window, results:
     assert window.page.locator(".chart canvas").is_visible()
     window.page.locator(".body td button").last.click()
     assert window.time_s == so_far[-len(told)]["time_s"]
+
+
+# What the page draws and says at any time is what the tables of the run say
+
+
+ODD = '<script><b>"🐟'
+
+
+def test_silences_are_the_gaps_between_packets_heard(window: Window, results: Results) -> None:
+    """The longest of each vehicle: nothing heard from its first to its last second, though packets were sent."""
+    packets = results.table("packets").to_pylist()
+    told = window.ask("() => R.app.views[0].facts.silences")
+    for vehicle, spells in zip(results.scenario.vehicle, told, strict=True):
+        heard = [row for row in packets if vehicle.name in row["receivers"]]
+        heard_s = [row["time_s"] for row in heard]
+        bounds_s = [0.0, *heard_s, results.summary["mission_time_s"]]
+        longest_s = max(b - a for a, b in pairwise(bounds_s))
+        assert max(spell["to_s"] - spell["from_s"] for spell in spells) == pytest.approx(longest_s, abs=0.01)
+        gaps = [(a["time_s"], b["time_s"]) for a, b in pairwise(heard) if b["slot"] - a["slot"] >= 12]  # three frames
+        assert [
+            (one["from_s"], one["to_s"]) for one in spells if one["from_s"] > 0.0 and one["to_s"] in heard_s
+        ] == gaps
+        for spell in spells:
+            lost = [row for row in packets if spell["from_s"] < row["time_s"] < spell["to_s"]]
+            assert spell["lost"] >= len([row for row in lost if vehicle.name in row["lost_by"]]) > 0
+
+
+CROSSED = """(view) => {
+  const crossed = [], draw = R.drawCross;
+  R.drawCross = (pen, x, y, size, colour) => { if (colour === R.theme.ink) crossed.push([x, y]); };
+  view.map.paint();
+  R.drawCross = draw;
+  const at = (v) => { const { x, y } = view.run.at(v, R.app.clock.t); return [view.frame.x(x), view.frame.y(y)]; };
+  return crossed.map((place) => view.run.vehicles.findIndex((_, v) => at(v).join() === place.join()));
+}"""
+
+
+def test_a_vehicle_is_crossed_out_while_it_is_out_of_the_mission(chrome: Any, tmp_path: Path) -> None:
+    """Also if it comes back, or joins later."""
+    fault = "fault=[{kind='lost',vehicle='AUV02',at_s=40,until_s=70},{kind='joins',vehicle='AUV00',at_s=20}]"
+    run = recorded(tmp_path / "run", "scenario.duration_s=100", fault)
+    with opened(chrome, written(tmp_path, run)) as window:
+        assert seek(window, [10.0, 30.0, 50.0, 80.0], CROSSED) == [[1], [], [3], []]
+
+
+@pytest.mark.parametrize(
+    "without",
+    [
+        ("items",), ("decisions",), ("packets", "items"), ("organisation", "decisions"),
+        ("packets", "items", "decisions", "coverage"),
+    ],
+)  # fmt: skip
+def test_a_run_that_recorded_less_is_shown_and_says_so(chrome: Any, tmp_path: Path, without: tuple[str, ...]) -> None:
+    """One of a second, in which nothing is done, with a name that is no name of an element."""
+    short = recorded(tmp_path / "run", LOSSY, "scenario.duration_s=1", f"vehicle.AUV01.name='{ODD}'")
+    for name in without:
+        (short.folder / f"{name}.parquet").unlink()
+    with opened(chrome, written(tmp_path, Results.read(short.folder)), "#t=1&v=AUV02") as window:
+        for tab in ("minds", "matrix", "cost", "why", "events", "news"):
+            window.ask("(tab) => R.app.views[0].showTab(tab)", tab)
+        window.ask("() => R.app.setPace('slot')")
+        assert len(window.texts(".missing")) >= 1
+        assert ODD in window.texts(".body td:first-child")
+        assert window.ask("() => document.querySelectorAll('b b, main > b').length") == 0
+        tag = "() => new DOMParser().parseFromString(R.app.svg(), 'image/svg+xml').documentElement.tagName"
+        assert window.ask(tag) == "svg"
+
+
+# The page on small screens, and what its colours and marks mean: in a real browser
+
+
+SIZES = ((390, 844), (768, 1024), (1280, 720))
+OUTSIDE = """() => [...document.querySelectorAll("button, select, input, textarea")]
+  .filter((one) => one.getClientRects().length).map((one) => [one, one.getBoundingClientRect()])
+  .filter(([, box]) => box.left < 0 || box.right > innerWidth || box.width < 1)
+  .map(([one, box]) => `${one.textContent || one.className} ${box.left} to ${box.right}`)"""
+CONTRASTS = """() => ["light", "dark"].flatMap((name) => {
+  R.setTheme(name);
+  const { theme } = R;
+  const texts = ["ink", "muted", "belief", "warn", "loss"].map((key) => R.contrast(theme[key], theme.paper));
+  const looks = R.VEHICLE_FILLS.map((_, v) => R.vehicleLook(v));
+  return [...texts, ...looks.map(({ fill, text }) => R.contrast(fill, text))];
+})"""
+PICTURES = """() => {
+  const canvas = document.createElement("canvas"), pen = canvas.getContext("2d", { willReadFrequently: true });
+  const drawn = (draw) => {
+    pen.clearRect(0, 0, 40, 20);
+    draw();
+    return [...pen.getImageData(0, 0, 40, 20).data].join();
+  };
+  const own = R.vehicleLook(0);
+  return [(mark) => R.fillRole(pen, mark, own, 0, 0, 40, 17), (mark) => {
+    R.drawGlyph(pen, 20, 10, 0, 0, 8.5, own.fill, R.theme.ink);
+    R.drawMarksAt(pen, mark, [[20, 10]], own.text);
+  }].map((draw) => R.MARKS.map((mark) => drawn(() => draw(mark))));
+}"""
+
+
+@pytest.fixture(scope="module")
+def crowd(tmp_path_factory: pytest.TempPathFactory) -> Results:
+    return recorded(
+        tmp_path_factory.mktemp("crowd") / "run", "fleet.size=10", "channel.per=0.6", "scenario.duration_s=500"
+    )
+
+
+def test_no_control_is_outside_the_window(window: Window) -> None:
+    """With each panel open, and after the window was made smaller and larger again."""
+    for width, height in (*SIZES, *SIZES[::-1]):
+        window.page.set_viewport_size({"width": width, "height": height})
+        window.page.wait_for_function("(w) => R.app.views[0].narrow === (w < 1000)", arg=width)
+        for tab in window.ask("() => [...document.querySelectorAll('[role=tab]')].map((one) => one.dataset.tab)"):
+            window.ask("(tab) => { R.app.select('AUV02'); R.app.clock.seek(1500); R.app.views[0].showTab(tab); }", tab)
+            assert window.ask(OUTSIDE) == [], (width, tab)
+        assert window.ask("() => document.documentElement.scrollWidth") <= width
+        shown = window.texts("[role=tab]")
+        assert ("Map" in shown) == (width < 1000)
+        assert window.page.locator(".map canvas").count() == (1 if width >= 1000 else 0)  # the last tab is open
+    with_map = window.ask("() => { const v = R.app.views[0]; v.showTab('map'); return v.map.canvas.clientWidth; }")
+    assert with_map > 300
+
+
+def test_two_runs_and_a_crowd_fit_a_phone(chrome: Any, results: Results, crowd: Results, tmp_path: Path) -> None:
+    for runs in ((results, results), (crowd,)):
+        with opened(chrome, written(tmp_path, *runs)) as window:
+            window.page.set_viewport_size({"width": 390, "height": 844})
+            window.page.wait_for_function("() => R.app.views.every((view) => view.narrow)")
+            assert window.ask(OUTSIDE) == []
+
+
+def test_texts_are_readable_in_both_themes(window: Window) -> None:
+    """WCAG 2.1, AA: 4.5."""
+    contrasts = window.ask(CONTRASTS)
+    assert len(contrasts) == 2 * (5 + 8)
+    assert min(contrasts) >= 4.5
+
+
+def test_a_vehicle_has_the_colour_of_the_figures(window: Window, results: Results) -> None:
+    """tests/visualisation/test_other_figures.py holds these eight apart, also for three kinds of colour blindness."""
+    fills = window.ask("() => R.app.views[0].run.vehicles.map((_, v) => R.vehicleLook(v).fill)")
+    assert fills == [style.vehicle_look(number).colour for number in range(len(results.scenario.vehicle))]
+    assert window.ask("() => R.VEHICLE_FILLS") == list(VEHICLES)
+    assert len(set(VEHICLES)) == 8
+
+
+def test_eight_roles_look_different_on_bars_and_on_icons(window: Window) -> None:
+    """Without their labels, on a vehicle of one colour: at least a twentieth of an icon's bytes differ."""
+    for pictures in window.ask(PICTURES):
+        assert len(pictures) == 8
+        for one, other in itertools.combinations([picture.split(",") for picture in pictures], 2):
+            assert sum(a != b for a, b in zip(one, other, strict=True)) >= 12
+    signs = window.ask("() => [...R.app.views[0].facts.looks.values()].map((mark) => mark.sign)")
+    assert len(set(signs)) == len(signs) == 8
+
+
+def test_what_should_have_ended_is_overdue(window: Window) -> None:
+    """Before the time that was expected a note says so; after it, that the task is overdue."""
+    expected_s = window.ask(
+        "() => Math.min(...R.plansShown(R.app.views[0].facts, -1, 200)"
+        ".flatMap((plan) => plan.tasks.map((task) => task.expected_s ?? Infinity)))"
+    )
+    assert 200.0 < expected_s < 1900.0
+    window.ask("() => { R.app.select(null); R.app.views[0].showTab('plans'); }")
+    for time_s, is_late in ((200.0, False), (expected_s + 2.0, True)):
+        window.ask("(t) => R.app.go(t, null)", time_s)
+        notes = window.texts(".body .tree .note")
+        assert any(note.startswith("expected to end at") for note in notes) or is_late
+        assert any(note.startswith("overdue since") for note in notes) == is_late

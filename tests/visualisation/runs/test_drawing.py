@@ -14,6 +14,7 @@ from missions.runs.results import Results
 from visualisation import KINDS, DrawingError, style
 from visualisation.page import DrawnPage
 from visualisation.runs import ViewAt, draw_run_figures, motivation, run_picture
+from visualisation.runs.sheet import TALLEST_IN
 
 ALL_KINDS = [*KINDS, FINDS.name]
 
@@ -23,7 +24,7 @@ ALONE = {
     "faults": ["trajectories", "roles"], "collisions": ["knowledge", "delivery", "tdma", "links"],
 }  # fmt: skip
 """Figures that what is odd in a run shows in, if it does not show in all."""
-WIDTHS = [("sixteen vehicles", 3.5), ("sixteen vehicles", 7.0), ("long names", 3.5), ("long names", 7.0)]
+WIDTHS = [("sixteen vehicles", 3.5), ("sixteen vehicles", 7.0), ("long names", 3.5), ("nested", 3.5)]
 CASES = [(name, None, kind) for name in FICTIONS for kind in ALONE.get(name, ALL_KINDS)]
 CASES += [(name, width_in, kind) for name, width_in in WIDTHS for kind in ALL_KINDS]
 
@@ -37,12 +38,13 @@ def drawn(runs: dict[str, Results], name: str, kind: str, width_in: float | None
 def test_texts_overlap_nothing_and_captions_hold_the_conditions_of_the_run(
     runs: dict[str, Results], name: str, width_in: float | None, kind: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Nor are texts cut off; a figure is as wide as it is wanted."""
+    """Nor are texts cut off; a figure is as wide as it is wanted, and no taller than a page of a paper."""
     figure, text = (page := drawn(runs, name, kind, width_in)).figure, page.caption
     vehicles = len(FICTIONS[name].vehicles)
     for part in (f"n = {vehicles} vehicles", "seed 77", "policy m-ack", "PER 25 %", "mission time"):
         assert part in text
     assert figure.get_figwidth() in ({style.COLUMN_IN, style.PAGE_IN} if width_in is None else {width_in})
+    assert figure.get_figheight() <= TALLEST_IN or (kind, width_in) == ("links", 3.5)  # its panels stand in a column
     check_texts(figure, monkeypatch)
 
 
@@ -69,28 +71,22 @@ def test_settings_of_the_user_change_nothing(tmp_path: Path, runs: dict[str, Res
     assert (tmp_path / "own" / "roles.png").read_bytes() == plain.read_bytes()
 
 
-@pytest.mark.parametrize("kind", ["trajectories", "roles"])
-def test_faults_are_in_the_legend_and_the_caption(runs: dict[str, Results], kind: str) -> None:
-    found = drawn(runs, "faults", kind)
-    assert "Faults: B joins (from 0.0 s on, away until 200 s); A mute (from 300 s on, until 600 s); B" in found.caption
-    legend = [text.get_text() for box in found.figure.legends for text in box.get_texts()]
-    assert "fault" in legend
-    assert "Faults" not in drawn(runs, "two vehicles", kind).caption
+FAULTS = "Faults: B joins (from 0.0 s on, away until 200 s); A mute (from 300 s on, until 600 s); B"
 
 
 @pytest.mark.parametrize(
     ("name", "kind", "part"),
-    [("not completed", "roles", "not completed (out of time)"), ("long names", "trajectories", LONG)],
-)
-def test_a_caption_tells_why_a_run_did_not_complete_and_gives_names_whole(
-    runs: dict[str, Results], name: str, kind: str, part: str
-) -> None:
-    caption = drawn(runs, name, kind).caption
-    assert part in caption
-    without = Results(runs[name].folder)
-    without.summary["per"] = None
-    assert "PER" in caption
-    assert "PER" not in run_picture(without, kind, DECLARED, FICTIONS[name].places).caption
+    [
+        ("not completed", "roles", "not completed (out of time)"), ("long names", "trajectories", LONG),
+        ("faults", "trajectories", FAULTS), ("faults", "roles", FAULTS),
+    ],
+)  # fmt: skip
+def test_a_caption_tells_what_is_odd_in_a_run(runs: dict[str, Results], name: str, kind: str, part: str) -> None:
+    found = drawn(runs, name, kind)
+    assert part in found.caption
+    assert part not in drawn(runs, "two vehicles", kind).caption
+    legend = [text.get_text() for box in found.figure.legends for text in box.get_texts()]
+    assert ("fault" in legend) == (name == "faults")
 
 
 @pytest.mark.parametrize(

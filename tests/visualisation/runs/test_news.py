@@ -156,3 +156,22 @@ def test_the_figure_of_links_says_what_it_shows(collisions: Results) -> None:
     assert "Crossed: no estimate." in drawn.caption
     numbers = [text.get_text() for text in drawn.figure.axes[2].texts]
     assert numbers == ["10", "15", "5", "15", "5", "10", "5", "10", "15"]
+
+
+@pytest.mark.parametrize(
+    ("events", "span_s"),
+    [
+        ([(20.0, "parked"), (60.0, "heard again")], (20.0, 60.0)),
+        ([(20.0, "parked"), (60.0, "begins anew")], (20.0, 60.0)),
+        ([(20.0, "parked"), (60.0, "slot conflict")], (20.0, 1000.0)),
+        (  # figures know no feature by which a vehicle gives a peer up
+            [(10.0, "slot conflict"), (20.0, "begins anew"), (30.0, "given up"), (40.0, "parked"),
+             (50.0, "heard again")], (30.0, 50.0),
+        ),
+    ],
+)  # fmt: skip
+def test_a_peer_is_done_without_until_it_is_heard(
+    tmp_path: Path, events: list[tuple[float, str]], span_s: tuple[float, float]
+) -> None:
+    parked = [(time_s, "A", "B", event) for time_s, event in events]
+    assert links.spans_without(Fiction(parked=parked).write(tmp_path / "run"), 1000.0)["A", "B"] == [Span(*span_s)]

@@ -2,7 +2,6 @@
 
 import math
 import random
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -12,7 +11,6 @@ from missions.runs.results import Results, write_results
 from missions.runs.run import run
 from missions.scenarios import load
 from visualisation.runs import ViewAt, run_picture
-from visualisation.runs.sheet import TALLEST_IN
 from visualisation.runs.views import ActMark, Span, View, view_of
 
 SETTINGS = ("channel.per=0.4", "fault=[{kind='lost',vehicle='AUV00',at_s=200}]", "scenario.duration_s=700")
@@ -131,27 +129,3 @@ def test_acts_are_marked_where_they_were_heard_of(tmp_path: Path) -> None:
     caption = run_picture(results, "organisation", moment=ViewAt(600.0, "AUV00")).caption
     assert caption.startswith("Organisation in the view of AUV00: above at 600 s, ")
     assert "Requests refused by AUV00 are crossed at 1 place." in caption
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("width_in", [3.5, 7.2])
-def test_a_large_fleet_fits_a_page(tmp_path: Path, width_in: float) -> None:
-    """Of 40 vehicles all of which hold five roles; roles of many holders count them, or groups are left out."""
-    fiction = Fiction(tuple(f"V{n:02}" for n in range(40)), roles=[(f"G{n}", "Diver") for n in range(5)])
-    drawn = run_picture(fiction.write(tmp_path / "run"), "organisation", width_in=width_in)
-    assert drawn.figure.get_figheight() <= TALLEST_IN
-    assert "Diver (40)" in [text.get_text() for axes in drawn.figure.axes for text in axes.texts]
-
-
-def test_three_nested_teams_fit_a_column_with_all_names(tmp_path: Path) -> None:
-    """Six groups of 16 vehicles at 3.5 in; what does not fit is the list of milestones, which the caption has."""
-    fiction = replace(FICTIONS["nested"], milestones=[("work_done", name, "", 900.0) for name in FLEET])
-    drawn = run_picture(fiction.write(tmp_path / "run"), "organisation", width_in=3.5)
-    assert drawn.figure.get_figheight() <= TALLEST_IN
-    assert "left out" not in drawn.caption
-    assert "work done: AUV15, 900 s" in drawn.caption
-    texts = [text.get_text() for axes in drawn.figure.axes if not axes.axison for text in axes.texts]
-    assert {"Fleet", "Wing", "Team A", "Team B", "Team C", "Inspection"} <= set(texts)
-    assert len(drawn.figure.legends) == 1
-    _, key = run_picture(fiction.write(tmp_path / "wide"), "organisation").figure.legends
-    assert all("work done" in text.get_text() for text in key.get_texts())

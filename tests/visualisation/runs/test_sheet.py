@@ -1,13 +1,111 @@
-"""Flags and labels keep their distance."""
+"""Lanes that stand for several vehicles, plans as trees, flags: parts of the sheets of a run."""
 
 from itertools import pairwise
+from pathlib import Path
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from synthetic_runs import CROWD, Fiction
 
-from visualisation.runs import trajectories
-from visualisation.runs.reading import MilestoneRow
-from visualisation.runs.sheet import grouped, spread
+from visualisation import style
+from visualisation.runs import htn, roles, run_picture, trajectories
+from visualisation.runs.reading import MilestoneRow, Tenure
+from visualisation.runs.sheet import TALLEST_IN, grouped, spread
+from visualisation.spans import Span
+
+
+def held(role: str, start_s: float = 0.0) -> Tenure:
+    return Tenure("Team", role, (Span(start_s, 100.0),), (Span(start_s + 10.0, 100.0),))
+
+
+TENURES = {
+    "A": [held("Leader")],
+    "B": [held("Diver"), held("Left", 20.0)],
+    "C": [held("Diver")],
+    "D": [held("Diver", 5.0)],
+}
+
+
+def test_vehicles_with_the_same_roles_share_a_lane_or_those_that_began_with_the_same() -> None:
+    assert [lane.vehicles for lane in roles.same_roles(TENURES)] == [("A",), ("B",), ("C", "D")]
+    found = roles.same_beginning(TENURES)
+    assert [lane.vehicles for lane in found] == [("A",), ("B", "C", "D")]
+    assert [row.role for row in found[1].rows] == ["Diver", "Left"]
+
+
+def test_shares_are_of_all_vehicles_of_the_lane() -> None:
+    """Three divers, driven from 10 s on, one of them from 15 s on."""
+    (row, _) = roles.same_beginning(TENURES)[1].rows
+    assert roles.shares(row.active, 3) == [(Span(10.0, 15.0), 2 / 3), (Span(15.0, 100.0), 1.0)]
+
+
+@pytest.mark.parametrize(("n_vehicles", "n_lanes"), [(12, 12), (13, 1)])
+def test_more_than_twelve_lanes_are_folded(tmp_path: Path, n_vehicles: int, n_lanes: int) -> None:
+    """Although both would fit a page."""
+    fleet = CROWD[:n_vehicles]
+    roles = [(0.0, name, "Team", "Diver", "assigned") for name in fleet]
+    fiction = Fiction(vehicles=fleet, roles=(), extra_roles=roles)  # type: ignore[arg-type]
+    drawn = run_picture(fiction.write(tmp_path / "run"), "roles")
+    names = [text.get_text() for text in drawn.figure.axes[0].texts if text.get_weight() == "bold"]
+    assert names == (fleet if n_lanes == 12 else ["13 vehicles"])
+    assert ("13 vehicles: AUV00, AUV01, AUV02, " in drawn.caption) is (n_lanes == 1)
+
+
+# Plans drawn as trees
+
+
+def test_a_tree_is_read_with_what_became_of_its_tasks(tmp_path: Path) -> None:
+    """The dive of A's plan fails at 500 s of 1000 and is done by another; the meeting is dropped."""
+    mission, *own = htn.trees(Fiction().write(tmp_path / "run"))
+    assert (mission.vehicle, mission.is_of_group) == ("A", True)
+    assert [(task.depth, task.label) for task in mission.tasks] == [
+        (0, "A  Survey(Team)"),
+        (1, "Dive(Diver, bay): to another"),
+        (2, "AssignObjective(Diver, Diving, bay)"),
+        (2, "AssignObjective(Diver, Diving, bay)"),
+        (1, "Meet"),
+    ]
+    failed, again = ([(event.time_s, event.status) for event in mission.tasks[at].events] for at in (2, 3))
+    assert failed == [(0.0, "running"), (500.0, "failed")]
+    assert again == [(500.0, "running"), (1000.0, "done")]
+    assert mission.tasks[2].events[0].expected_s == 750.0
+    assert [(tree.vehicle, tree.is_of_group) for tree in own] == [("A", False), ("B", False)]
+
+
+def marks(axes: object) -> dict[str, list[float]]:
+    """Times of the marks in a window, by marker."""
+    found: dict[str, list[float]] = {}
+    for line in axes.lines:  # type: ignore[attr-defined]
+        if line.get_marker() != "None":
+            found.setdefault(line.get_marker(), []).extend(map(float, line.get_xdata()))
+    return found
+
+
+def test_ends_are_marked_where_they_happened(tmp_path: Path) -> None:
+    """A cross for the dive that failed, dots for what was done, a dash for what was dropped, diamonds for estimates."""
+    [axes] = run_picture(Fiction().write(tmp_path / "run"), "htn", width_in=3.5).figure.axes
+    assert marks(axes) == {"X": [500.0], "o": [1000.0, 1000.0], "|": [1000.0], "d": [750.0, 500.0, 500.0]}
+
+
+def test_what_does_not_fit_a_page_is_left_out_and_said(tmp_path: Path) -> None:
+    """60 vehicles have 61 plans: at 0.185 in each, even without what is below their tops, 9 in hold fewer than 49."""
+    fiction = Fiction(tuple(f"V{number:02d}" for number in range(60)))
+    drawn = run_picture(fiction.write(tmp_path / "run"), "htn")
+    assert drawn.figure.get_figheight() <= TALLEST_IN
+    assert "Tasks more than 0 levels below the top are left out. " in drawn.caption
+    n_left_out = int(drawn.caption.split(" plans are left out.")[0].rsplit(" ", 1)[1])
+    assert 61 - 49 < n_left_out < 61 - 30
+    tops = [text.get_text() for text in drawn.figure.axes[0].texts if text.get_text().startswith(("V0", "V1"))]
+    assert tops[0] == "V00  Survey(Team)"
+
+
+def test_without_a_plan_the_figure_says_so(tmp_path: Path) -> None:
+    drawn = run_picture(Fiction(recorded=False).write(tmp_path / "run"), "htn", width_in=style.COLUMN_IN)
+    assert "no plan was carried out" in [text.get_text() for text in drawn.figure.axes[0].texts]
+
+
+# Flags and labels keep their distance
 
 
 @given(st.lists(st.floats(0.0, 3.0), max_size=20))

@@ -13,8 +13,9 @@ from synthetic_sweeps import FEW, SEVEN, Sweep, law, rows_of
 from missions.comparison import Comparison
 from missions.metric import Better, MetricRecord
 from visualisation import style
+from visualisation.output import DrawingError
 from visualisation.sweeps import charts
-from visualisation.sweeps.arrangement import arranged, measure
+from visualisation.sweeps.arrangement import arranged, by_kind, figure_kind, measure
 
 TIME = MetricRecord("mission_time_s", "s", Better.LOWER, "mission time")
 
@@ -66,34 +67,12 @@ def test_a_band_reaches_from_one_end_of_the_intervals_to_the_other(tmp_path: Pat
     assert any(high > low for low, high in intervals)
 
 
-def test_a_single_point_has_its_interval_as_a_line(tmp_path: Path) -> None:
-    (row,) = rows_of(tmp_path, Sweep(["remoras"], channels=[("bernoulli", [0.4], {})], repeats=9))
-    axes = chart([row])
-    segments = [segment for one in axes.collections for path in one.get_paths() for segment in [path.vertices[:, 1]]]
-    assert any(list(segment) == pytest.approx(measure(TIME, [row]).bounds(row)) for segment in segments)
-
-
 def test_places_far_apart_are_spaced_evenly(tmp_path: Path) -> None:
     sizes = [2, 8, 64]
     sweep = Sweep(["remoras"], channels=[("bernoulli", [0.4], {})], grid={"fleet.size": sizes}, repeats=2)
     axes = chart(rows_of(tmp_path, sweep))
     assert list(axes.get_xticks()) == [0.0, 1.0, 2.0]
     assert [label.get_text() for label in axes.get_xticklabels()] == ["2", "8", "64"]
-
-
-@pytest.mark.parametrize(
-    ("means", "share", "limits"),
-    [
-        ([0.02, 0.08], True, (-0.003, 0.103)),  # the least round top that holds all, and 3 % of it on each side
-        ([0.9, 1.0], True, (0.897, 1.003)),
-        ([0.0, 0.0], False, (0.0, 1.0)),
-        ([10.0, 30.0], False, (0.0, 31.5)),  # from 0, since 10 < 30 / 2; 5 % above
-        ([100.0, 110.0], False, (99.4, 110.6)),  # 6 % of 10 on each side
-        ([-5.0, 5.0], False, (-5.6, 5.6)),  # a metric below zero is not cut
-    ],
-)
-def test_limits_are_round_or_near_what_they_hold(means: list[float], share: bool, limits: tuple[float, float]) -> None:
-    assert charts._limits(means, [(mean, mean) for mean in means], share, False) == pytest.approx(limits)
 
 
 @given(
@@ -132,11 +111,58 @@ def test_a_long_label_is_cut_before_its_unit(tmp_path: Path, monkeypatch: pytest
     check_texts(figure, monkeypatch)
 
 
-def test_in_an_overview_titles_have_the_names_and_axes_the_units(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+# Metrics on axes: all from their declarations
+
+
+ENERGY = MetricRecord("energy_j", "J", Better.LOWER, "energy")
+
+
+@pytest.fixture
+def row(tmp_path: Path) -> Comparison:
+    (row,) = rows_of(tmp_path, Sweep(["remoras"], channels=[("perfect", [0.0], {})], repeats=2))
+    return row
+
+
+@pytest.mark.parametrize(
+    ("mean", "unit", "label", "scale"),
+    [
+        (999.0, "J", "energy (J)", 1.0),
+        (1000.0, "J", "energy (kJ)", 1e-3),
+        (-2.5e6, "J", "energy (MJ)", 1e-6),
+        (5000.0, "s", "energy (s)", 1.0),  # nobody reads ks
+        (5000.0, "", "energy", 1.0),
+        (5000.0, "1", "energy", 1.0),
+    ],
+)
+def test_large_values_take_a_prefix_where_the_unit_has_one(
+    row: Comparison, mean: float, unit: str, label: str, scale: float
 ) -> None:
-    rows = rows_of(tmp_path, Sweep(["remoras"], channels=[("bernoulli", FEW, {})], repeats=2))
-    arrangement = arranged(rows)
-    figure = charts.overview(arrangement, next(iter(arrangement.titles)), [measure(TIME, rows)] * 6, {TIME.name: rows})
-    assert {axes.get_ylabel() for axes in figure.axes} == {"s"}
-    check_texts(figure, monkeypatch)
+    found = measure(replace(ENERGY, unit=unit), [replace(row, mean=1.0), replace(row, mean=mean)])
+    assert (found.label, found.scale) == (label, scale)
+
+
+@pytest.mark.parametrize(
+    ("means", "unit", "share"),
+    [
+        ([0.0, 1.0], "1", True), ([0.2, 0.3], "", True), ([0.2, 1.1], "", False), ([-0.1], "", False),
+        ([0.5], "s", False),
+    ],
+)  # fmt: skip
+def test_a_share_is_what_lies_between_0_and_1(row: Comparison, means: list[float], unit: str, share: bool) -> None:
+    assert measure(replace(ENERGY, unit=unit), [replace(row, mean=mean) for mean in means]).share is share
+
+
+def test_where_an_interval_is_missing_the_spread_is_drawn(row: Comparison) -> None:
+    bare = replace(row, mean=2000.0, least=1500.0, largest=2500.0, ci95_low=None, ci95_high=None)
+    assert measure(ENERGY, [bare]).bounds(bare) == (1.5, 2.5)
+
+
+def test_the_kind_is_the_label_with_hyphens() -> None:
+    assert figure_kind(replace(ENERGY, label="Time to the 95 % mark")) == "time-to-the-95-mark"
+
+
+def test_two_metrics_of_one_label_are_refused() -> None:
+    with pytest.raises(DrawingError, match="metric other_j: its label 'energy' is also that of the metric energy_j"):
+        by_kind([ENERGY, replace(ENERGY, name="other_j")])
+    with pytest.raises(DrawingError, match="'Trade off' is also that of the figure trade-off; give it another label"):
+        by_kind([replace(ENERGY, label="Trade off")])

@@ -1,7 +1,6 @@
 """Figures of sweeps: legible, the same each time, with the numbers behind them and what they rest on."""
 
 import csv
-import functools
 import json
 import re
 import warnings
@@ -12,7 +11,6 @@ from typing import Any
 
 import pytest
 from legibility import check_texts
-from matplotlib.figure import Figure
 from matplotlib.text import Text
 from PIL import Image
 from synthetic_sweeps import FEW, METRICS, SEVEN, SWEEPS, TEN, Sweep, law
@@ -24,8 +22,8 @@ from missions.statistics import INTERVALS_OF_DIFFERENCES, INTERVALS_OF_MEANS
 from missions.sweeps.folder import SweepResults
 from visualisation import SWEEP_KINDS, style
 from visualisation.output import DrawingError
-from visualisation.sweeps import draw_sweep_figures, sweep_picture
-from visualisation.sweeps.arrangement import RANKED, by_kind
+from visualisation.sweeps import draw_sweep_figures, ranking, sweep_picture
+from visualisation.sweeps.arrangement import RANKED, arranged, by_kind
 from visualisation.sweeps.comparison import _charts, _file_name, _numbers
 
 CHARTS = by_kind([MetricRecord.of(metric) for metric in METRICS])
@@ -42,19 +40,6 @@ def no_warnings() -> "object":
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         yield
-
-
-@functools.cache
-def figures(results: SweepResults, width_in: float | None = None) -> dict[str, Figure]:
-    """Every figure of a sweep, by its kind and title."""
-    kinds = (*DRAWN, *SWEEP_KINDS)
-    numbers = _numbers(results, kinds, CHARTS, RANKED, lambda done, total: None)
-    found = {}
-    for kind in kinds:
-        if not numbers.lacking(kind):
-            for chart in _charts(kind, numbers):
-                found[f"{kind} {chart.title}"] = chart.figure(width_in)
-    return found
 
 
 def few(*strategies: str, repeats: int = 2, **given: Any) -> Sweep:
@@ -74,29 +59,34 @@ def table(path: Path) -> list[dict[str, str]]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", SWEEPS)
+@pytest.mark.parametrize(
+    ("name", "width_in"),
+    [
+        *((name, None) for name in SWEEPS),
+        *((name, 3.5) for name in ("seven strategies", "three channels")),
+        ("seven strategies", 7.0),
+    ],
+)
 def test_texts_overlap_nothing_and_means_are_inside_the_frame(
-    sweeps: dict[str, SweepResults], name: str, monkeypatch: pytest.MonkeyPatch
+    sweeps: dict[str, SweepResults], name: str, width_in: float | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for title, figure in figures(sweeps[name]).items():
-        wide = title.startswith("overview") or len(figure.axes) > 1
-        assert figure.get_figwidth() in ({style.PAGE_IN} if wide else {style.COLUMN_IN, style.PAGE_IN}), title
+    """In a column of a paper panels stand one above the other; a table that has no room is refused."""
+    kinds = (*DRAWN, *SWEEP_KINDS)
+    numbers = _numbers(sweeps[name], kinds, CHARTS, RANKED, lambda done, total: None)
+    for kind, chart in [(of, one) for of in kinds if not numbers.lacking(of) for one in _charts(of, numbers)]:
+        if kind == "ranking":
+            with pytest.raises(DrawingError, match=r"ranking: needs a width of \d\.\d in for \d+ columns; 1 given"):
+                chart.figure(1.0)
+        figure = chart.figure(width_in)
+        wide = kind == "overview" or len(figure.axes) > 1
+        allowed = {style.PAGE_IN} if wide else {style.COLUMN_IN, style.PAGE_IN}
+        assert figure.get_figwidth() in (allowed if width_in is None else {width_in}), kind
         check_texts(figure, monkeypatch)
         for axes in figure.axes:
             (left, right), (bottom, top) = axes.get_xlim(), sorted(axes.get_ylim())
             for line in axes.get_lines():
-                assert all(left <= x <= right for x in line.get_xdata()), title
-                assert all(bottom <= y <= top for y in line.get_ydata()), title
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("width_in", [3.5, 7.0])
-def test_texts_overlap_nothing_at_the_widths_of_a_paper(
-    seven: SweepResults, width_in: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    for figure in figures(seven, width_in).values():
-        assert figure.get_figwidth() == width_in
-        check_texts(figure, monkeypatch)
+                assert all(left <= x <= right for x in line.get_xdata()), kind
+                assert all(bottom <= y <= top for y in line.get_ydata()), kind
 
 
 @pytest.mark.slow
@@ -112,16 +102,6 @@ def test_the_same_sweep_gives_the_same_bytes(
     assert set(names) >= {f"{kind}.{suffix}" for kind in drawn for suffix in (file_format, "csv", "txt")}
     assert len(names) == len(set(names))
     assert [path.read_bytes() for path in first.files] == [path.read_bytes() for path in again.files]
-
-
-def test_all_kinds_are_those_with_values_and_notes_on_the_others(tmp_path: Path) -> None:
-    results = few(*SEVEN[:2], consistency=True).write(tmp_path / "sweep")
-    drawn = draw_sweep_figures(results, (), tmp_path / "out", "svg", draw_all=True)
-    missing = {metric.name for metric in METRICS} - {CHARTS[kind].name for kind in DRAWN}
-    missing -= {"distance_m", "n_packets", "delivery_ratio", "false_beliefs"}
-    assert len(drawn.files) == 3 * (len(METRICS) - len(missing) + len(SWEEP_KINDS))
-    assert len(drawn.notes) == len(missing)
-    assert all(any(note.endswith(f"no run has a value of {name}") for note in drawn.notes) for name in missing)
 
 
 def kinds_of(drawn: Sequence[Path]) -> list[str]:
@@ -162,22 +142,15 @@ def test_a_success_of_all_has_its_interval(tmp_path: Path) -> None:
     assert axes.get_ylim()[0] < 0.722
 
 
-@pytest.mark.parametrize("kind", ["mission-time", "bytes"])
-def test_the_numbers_are_the_rows_of_compare(tmp_path: Path, seven: SweepResults, kind: str) -> None:
-    draw_sweep_figures(seven, [kind], tmp_path)
-    rows = [{**asdict(row), "settings": json.dumps(row.settings)} for row in compare(seven, [CHARTS[kind].name])]
+def test_the_numbers_are_the_rows_of_compare_and_of_the_ranking(tmp_path: Path, seven: SweepResults) -> None:
+    draw_sweep_figures(seven, ["bytes", "overview", "ranking"], tmp_path, ranked="n_bytes")
+    rows = [{**asdict(row), "settings": json.dumps(row.settings)} for row in compare(seven, ["n_bytes"])]
     wanted = [{key: "" if value is None else str(value) for key, value in row.items()} for row in rows]
-    assert table(tmp_path / f"{kind}.csv") == wanted
+    assert table(tmp_path / "bytes.csv") == wanted
     assert len(wanted) == len(SEVEN) * len(TEN)
-
-
-def test_the_numbers_of_several_metrics_and_of_the_ranking(tmp_path: Path, seven: SweepResults) -> None:
-    draw_sweep_figures(seven, ["overview", "ranking"], tmp_path, ranked="n_bytes")
-    metrics = dict.fromkeys(row["metric"] for row in table(tmp_path / "overview.csv"))
-    assert list(metrics) == list(OVERVIEW)
-    wanted = [(row.strategy, str(row.rank), str(row.among_best)) for row in ranks(seven, "n_bytes")]
-    found = table(tmp_path / "ranking-n_bytes.csv")
-    assert [(row["strategy"], row["rank"], row["among_best"]) for row in found] == wanted
+    assert list(dict.fromkeys(row["metric"] for row in table(tmp_path / "overview.csv"))) == list(OVERVIEW)
+    found = [(row["strategy"], row["rank"], row["among_best"]) for row in table(tmp_path / "ranking-n_bytes.csv")]
+    assert found == [(row.strategy, str(row.rank), str(row.among_best)) for row in ranks(seven, "n_bytes")]
 
 
 @pytest.mark.parametrize("kind", [*DRAWN, *SWEEP_KINDS])
@@ -213,7 +186,9 @@ def law_of_bound(*what: object) -> dict[str, object]:
 def test_a_bound_is_drawn_beside_the_others_and_not_ranked(tmp_path: Path) -> None:
     """Though it alone completes, the work of the others is equal; with one strategy beside it there are no ranks."""
     results = few("remoras", "central", "oracle", summary=law_of_bound).write(tmp_path / "three")
-    legend = [text.get_text() for legend in figures(results)["bytes "].legends for text in legend.get_texts()]
+    legend = [
+        text.get_text() for legend in sweep_picture(results, "bytes").figure.legends for text in legend.get_texts()
+    ]
     assert "oracle (bound)" in legend
     texts = captions(results, ["bytes", "ranking"], tmp_path / "out")
     assert all("Not ranked, as a bound: oracle." in text and "Unequal work:" not in text for text in texts)
@@ -285,36 +260,10 @@ def half(*what: object) -> dict[str, object]:
     return {**found, "completed": what[0] != "central", "mission_time_s": 900.0 if what[0] == "central" else 1000.0}
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["seven strategies", "three channels", "strategies and policies"])
-def test_figures_are_as_wide_as_they_are_wanted(
-    sweeps: dict[str, SweepResults], name: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """In a column of a paper panels stand one above the other; a table that has no room is refused."""
-    numbers = _numbers(sweeps[name], ("bytes", *SWEEP_KINDS), CHARTS, RANKED, lambda done, total: None)
-    for kind in ("bytes", "differences", "trade-off", "overview"):
-        for chart in _charts(kind, numbers):
-            figure = chart.figure(style.COLUMN_IN)
-            assert figure.get_figwidth() == style.COLUMN_IN
-            check_texts(figure, monkeypatch)
-    (first, *_) = _charts("ranking", numbers)
-    assert first.figure(12.0).get_figwidth() == 12.0
-    with pytest.raises(DrawingError, match=r"ranking: needs a width of \d\.\d in for \d+ columns; 1 given"):
-        first.figure(1.0)
-
-
-def test_files_of_a_sweep_say_what_study_they_show(tmp_path: Path, sweeps: dict[str, SweepResults]) -> None:
-    draw_sweep_figures(sweeps["one point"], ["bytes"], tmp_path)
-    said = Image.open(tmp_path / "bytes.png").text  # type: ignore[attr-defined]
-    assert said["seed"] == str(sweeps["one point"].file.study.seed)
-    assert len(said["study"]) == 20
-    assert said["version"].startswith("remoras ")
-
-
 def test_unequal_work_is_ranked_behind_and_marked(tmp_path: Path) -> None:
     """By time alone central would be the first."""
     results = few(*SEVEN[:3], repeats=30, summary=half).write(tmp_path / "sweep")
-    texts = [text.get_text() for text in figures(results)["ranking "].findobj(Text)]
+    texts = [text.get_text() for text in sweep_picture(results, "ranking").figure.findobj(Text)]
     assert texts.count("3*") == len(FEW)
     assert any(text.endswith("; *: unequal work") for text in texts)
     caption, of_bytes = captions(results, ["ranking", "bytes"], tmp_path / "out")
@@ -325,7 +274,7 @@ def test_unequal_work_is_ranked_behind_and_marked(tmp_path: Path) -> None:
 
 def test_differences_are_those_of_compare_and_the_baseline_has_none(tmp_path: Path) -> None:
     results = few(*SEVEN[:3], repeats=4).write(tmp_path / "sweep")
-    figure = figures(results)["differences "]
+    figure = sweep_picture(results, "differences").figure
     lines = {len(line.get_ydata()): line.get_ydata() for line in figure.axes[0].get_lines()}
     assert list(lines[2]) == [0.0, 0.0]
     shown = sorted(y for line in figure.axes[0].get_lines() if len(line.get_ydata()) == 3 for y in line.get_ydata())
@@ -344,10 +293,10 @@ def test_a_figure_in_memory_is_the_one_that_is_written(tmp_path: Path, seven: Sw
     draw_sweep_figures(seven, ["differences"], tmp_path, ranked="n_bytes", width_in=5.0)
     assert f"{drawn.caption}\n" == (tmp_path / "differences-n_bytes.txt").read_text(encoding="utf-8")
     with Image.open(tmp_path / "differences-n_bytes.png") as written:
-        size, dpi = written.size, written.info["dpi"][0]
+        size, dpi, said = written.size, written.info["dpi"][0], written.text  # type: ignore[attr-defined]
+    assert (said["seed"], len(said["study"])) == (str(seven.file.study.seed), 20)
+    assert said["version"].startswith("remoras ")
     assert size == pytest.approx([side_in * dpi for side_in in drawn.figure.get_size_inches()], abs=1)
-    with pytest.raises(DrawingError, match="nearest: 'differences'"):
-        sweep_picture(seven, "diferences")
     with pytest.raises(DrawingError, match="has 7 of it"):
         sweep_picture(combinations(7).write(tmp_path / "grown"), "bytes")
 
@@ -357,14 +306,6 @@ def test_names_of_files_are_safe_and_differ() -> None:
     names = [_file_name("bytes", title, taken) for title in ("a/b = 1", "a b = 1", "", "x" * 300)]
     assert names[:3] == ["bytes-a-b=1", "bytes-a-b=1-2", "bytes"]
     assert len(names[3]) < 100
-
-
-def test_the_trade_off_grows_its_markers_along_the_axis(sweeps: dict[str, SweepResults]) -> None:
-    figure = figures(sweeps["three channels"])["trade-off "]
-    points = [line for line in figure.axes[0].get_lines() if len(line.get_xdata()) == 1]
-    sizes = [point.get_markersize() for point in points[:4]]
-    assert sizes == sorted(sizes)
-    assert len(set(sizes)) == 4
 
 
 def depth_law(*what: object) -> dict[str, object]:
@@ -391,7 +332,7 @@ def test_a_metric_that_a_mission_brings_is_drawn_ranked_and_captioned_by_its_dec
 
 def test_the_overview_shows_the_metrics_of_the_study(tmp_path: Path) -> None:
     results = few(*SEVEN[:2], metrics=("n_packets", "energy_j", "distance_m")).write(tmp_path / "sweep")
-    figure = figures(results)["overview "]
+    figure = sweep_picture(results, "overview").figure
     titles = [axes.get_title(loc="left") for axes in figure.axes]
     assert titles == ["(a) packets", "(b) energy", "(c) distance"]
 
@@ -410,3 +351,15 @@ def test_a_folder_that_declares_no_metrics_is_drawn(tmp_path: Path) -> None:
     results = few(*SEVEN[:2], declared=()).write(tmp_path / "sweep")
     drawn = draw_sweep_figures(results, ["bytes", "n_bytes", "coverage_fraction", "ranking"], tmp_path / "out", "svg")
     assert [path.name for path in drawn.files[::3]] == ["bytes.svg", "coverage-fraction.svg", "ranking.svg"]
+
+
+# The table of ranks
+
+
+def test_the_ranking_is_ordered_by_mean_rank_and_marks_the_best(seven: SweepResults) -> None:
+    arrangement = arranged(compare(seven, ["n_bytes"]))
+    ranked = ranks(seven, "n_bytes")
+    means = [mean for _, mean in ranking.ordered(arrangement, ranked)]
+    assert means == sorted(means)
+    figure = ranking.figure(arrangement, ranked, "bytes sent")
+    assert len(figure.axes[0].patches) == sum(rank.among_best for rank in ranked)
