@@ -1,6 +1,7 @@
 """Runs and sweeps that never took place, written once for all tests of figures."""
 
 import pytest
+from replayed import recorded
 from synthetic_runs import FICTIONS
 from synthetic_sweeps import SWEEPS
 
@@ -18,6 +19,18 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Results]:
 def sweeps(tmp_path_factory: pytest.TempPathFactory) -> dict[str, SweepResults]:
     folder = tmp_path_factory.mktemp("sweeps")
     return {name: sweep.write(folder / name) for name, sweep in SWEEPS.items()}
+
+
+LOST = (
+    "channel.per=0.4", "fault=[{kind='lost',vehicle='AUV00',at_s=200},{kind='lost',vehicle='AUV02',at_s=300}]",
+    "scenario.duration_s=1100",
+)  # fmt: skip
+"""The head is lost, and with it a plan; what AUV02 leaves undone has its branch of the next head's plan mended."""
+
+
+@pytest.fixture(scope="session")
+def lost(tmp_path_factory: pytest.TempPathFactory) -> Results:
+    return recorded(tmp_path_factory.mktemp("lost") / "run", *LOST, seed=3)
 
 
 @pytest.fixture(scope="session")

@@ -13,13 +13,18 @@ from missions.scenarios.parts import mission_of
 pytest.importorskip("mcap")
 
 ORIGIN_DEG = [43.35, 3.75]
+FAULTS = [
+    {"kind": "joins", "vehicle": "ASV00", "at_s": 20.0},
+    {"kind": "lost", "vehicle": "AUV01", "at_s": 60.0, "until_s": 80.0},
+    {"kind": "lost", "vehicle": "AUV02", "at_s": 90.0},
+]
 
 
 @pytest.fixture(scope="session")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Results:
     """Two minutes of the shipped mission with its datum, at a loss that leaves packets heard and lost."""
     folder = tmp_path_factory.mktemp("exported") / "run"
-    settings = {"scenario.duration_s": 120.0, "world.origin_deg": ORIGIN_DEG}
+    settings = {"scenario.duration_s": 120.0, "world.origin_deg": ORIGIN_DEG, "fault": FAULTS}
     remoras.run("mapping-rendezvous", per=0.6, seed=3, set=settings).save(folder)
     return Results.read(folder)
 

@@ -10,7 +10,6 @@ import h5netcdf
 import numpy as np
 import pytest
 
-import remoras
 from missions.figure import Place
 from missions.runs.results import Results
 from visualisation.exports import Exported, export
@@ -117,17 +116,9 @@ def test_geojson_is_of_the_rows_of_the_tables(run: Results, places: tuple[Place,
             assert doubled > 0.0  # anticlockwise, as RFC 7946 has outer rings
 
 
-FAULTS = [
-    {"kind": "joins", "vehicle": "ASV00", "at_s": 20.0},
-    {"kind": "lost", "vehicle": "AUV01", "at_s": 60.0, "until_s": 80.0},
-    {"kind": "lost", "vehicle": "AUV02", "at_s": 90.0},
-]
-
-
-def test_a_vehicle_that_is_out_of_the_mission_is_said_to_be_out(tmp_path: Path) -> None:
+def test_a_vehicle_that_is_out_of_the_mission_is_said_to_be_out(run: Results) -> None:
     """From the second to the second that the scenario says; then it is driven by what drove it before."""
-    remoras.run("mapping-rendezvous", set={"scenario.duration_s": 120.0, "fault": FAULTS}).save(tmp_path / "run")
-    states = Voyage(Results.read(tmp_path / "run"), ()).states
+    states = Voyage(run, ()).states
     out = {name: [one.time_s for one in states if one.vehicle == name and one.text == "out"] for name in
            ("ASV00", "AUV00", "AUV01", "AUV02")}  # fmt: skip
     assert out == {"ASV00": [0.0], "AUV00": [], "AUV01": [60.0], "AUV02": [90.0]}

@@ -18,17 +18,7 @@ from visualisation.replay import run_data
 from visualisation.runs import reading
 from visualisation.runs.views import View, view_of
 
-LOST = (
-    "channel.per=0.4", "fault=[{kind='lost',vehicle='AUV00',at_s=200},{kind='lost',vehicle='AUV02',at_s=300}]",
-    "scenario.duration_s=1100",
-)  # fmt: skip
-"""The head is lost, and with it a plan; what AUV02 leaves undone has its branch of the next head's plan mended."""
 MOMENTS = 12
-
-
-@pytest.fixture(scope="module")
-def lost(tmp_path_factory: pytest.TempPathFactory) -> Results:
-    return recorded(tmp_path_factory.mktemp("lost") / "run", *LOST, seed=3)
 
 
 def rebuilt(view: View, at_s: float) -> dict[str, Any]:

@@ -1,15 +1,18 @@
 """The controls of the page act: time, pace, selection, panels, links, files, two runs."""
 
 import itertools
+import math
+import re
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 from browsing import Window
 from chromium import opened, seek, written
-from replayed import LOSSY, recorded
+from replayed import LOSSY, moments_s, recorded
 
 from missions.runs.results import Results
 from visualisation import style
@@ -209,7 +212,6 @@ def test_the_tables_of_a_mission_are_charted_and_listed(window: Window, results:
 
 # What the page draws and says at any time is what the tables of the run say
 
-
 ODD = '<script><b>"🐟'
 
 
@@ -232,22 +234,56 @@ def test_silences_are_the_gaps_between_packets_heard(window: Window, results: Re
             assert spell["lost"] >= len([row for row in lost if vehicle.name in row["lost_by"]]) > 0
 
 
-CROSSED = """(view) => {
-  const crossed = [], draw = R.drawCross;
+DRAWN = """(view) => {
+  const drawn = [], crossed = [], { drawGlyph, drawCross } = R;
+  R.drawGlyph = (pen, x, y) => drawn.push([x, y]);
   R.drawCross = (pen, x, y, size, colour) => { if (colour === R.theme.ink) crossed.push([x, y]); };
   view.map.paint();
-  R.drawCross = draw;
-  const at = (v) => { const { x, y } = view.run.at(v, R.app.clock.t); return [view.frame.x(x), view.frame.y(y)]; };
-  return crossed.map((place) => view.run.vehicles.findIndex((_, v) => at(v).join() === place.join()));
+  Object.assign(R, { drawGlyph, drawCross });
+  const { scale, centre, w, h } = view.frame;
+  const metres = ([x, y]) => [centre[0] + (x - w / 2) / scale, centre[1] - (y - h / 2) / scale];
+  return [drawn.map(metres), crossed.map(metres)];
 }"""
 
 
-def test_a_vehicle_is_crossed_out_while_it_is_out_of_the_mission(chrome: Any, tmp_path: Path) -> None:
-    """Also if it comes back, or joins later."""
+def test_vehicles_are_drawn_where_the_tables_have_them_and_crossed_out_while_they_are_out(
+    chrome: Any, tmp_path: Path
+) -> None:
+    """Within 0.05 m, a bit more than the step of 1/32 m to which the page keeps places."""
     fault = "fault=[{kind='lost',vehicle='AUV02',at_s=40,until_s=70},{kind='joins',vehicle='AUV00',at_s=20}]"
     run = recorded(tmp_path / "run", "scenario.duration_s=100", fault)
+    rows = run.table("trajectories").to_pylist()
     with opened(chrome, written(tmp_path, run)) as window:
-        assert seek(window, [10.0, 30.0, 50.0, 80.0], CROSSED) == [[1], [], [3], []]
+        for at_s, out in ((10.0, [1]), (30.0, []), (50.0, [3]), (80.0, [])):
+            so = {row["vehicle"]: (row["x_m"], row["y_m"]) for row in rows if row["time_s"] == at_s}
+            [(drawn, crossed)] = seek(window, [at_s], DRAWN)
+            places = [so[vehicle.name] for vehicle in run.scenario.vehicle]
+            assert np.allclose(drawn, places, atol=0.05), at_s
+            assert [n for n, at in enumerate(places) if any(math.dist(at, one) < 0.05 for one in crossed)] == out
+            assert len(crossed) == len(out)
+
+
+PANEL = (
+    "() => [...document.querySelectorAll('.body table tr')].slice(1).map((tr) => [...tr.cells].map((c) => c.innerText))"
+)
+
+
+def test_what_a_vehicle_knows_is_said_as_its_rebuilt_world_model_has_it(window: Window, results: Results) -> None:
+    tracks = {(row["time_s"], row["vehicle"]): row for row in results.table("trajectories").to_pylist()}
+    names = [vehicle.name for vehicle in results.scenario.vehicle]
+    for number, at_s in enumerate(map(round, moments_s(results)[:-1])):
+        name = names[number % len(names)]
+        window.ask("(name) => R.app.select(name)", name)
+        known = results.known(name, at_s)
+        [told] = seek(window, [at_s], PANEL)
+        assert [row[0] for row in told] == [peer for peer in names if peer != name]
+        for peer, _, place, _, roles, _ in told:
+            at_m, row = known.value(peer, "position"), tracks[at_s, peer]
+            off_m = math.inf if at_m is None else math.dist(at_m, (row["x_m"], row["y_m"]))
+            said = re.match(r"(\d+) m", place)
+            assert (math.inf if said is None else float(said[1])) == pytest.approx(off_m, abs=0.6)
+            believed = {one.role for one in known.organisation.assignments if one.vehicle == peer}
+            assert set(roles.split(", ")) == (believed or {"none"}), (at_s, name, peer)
 
 
 @pytest.mark.parametrize(
@@ -274,7 +310,6 @@ def test_a_run_that_recorded_less_is_shown_and_says_so(chrome: Any, tmp_path: Pa
 
 
 # The page on small screens, and what its colours and marks mean: in a real browser
-
 
 SIZES = ((390, 844), (768, 1024), (1280, 720))
 OUTSIDE = """() => [...document.querySelectorAll("button, select, input, textarea")]

@@ -134,7 +134,10 @@ def test_tracks_are_drawn_without_roles(tmp_path: Path) -> None:
 
 
 def test_contested_choices_are_drawn_with_what_was_left_aside(tmp_path: Path) -> None:
-    """A and B leave homing aside, by 0.4 against 0.3; the evasion has no mean, and half of B's motives are signals."""
+    """A and B leave homing aside, by 0.4 against 0.3; the evasion has no mean, and half of B's motives are signals.
+
+    Of two choices at one time the later counts.
+    """
     run = Fiction().write(tmp_path / "run")
     found = motivation.contested(run)
     assert [(one.vehicle, one.time_s, len(one.rows)) for one in found] == [("A", 100.0, 3), ("B", 200.0, 3)]
@@ -143,10 +146,6 @@ def test_contested_choices_are_drawn_with_what_was_left_aside(tmp_path: Path) ->
     hatched = [[bar.get_width() for bar in axes.patches if bar.get_hatch()] for axes in figure.axes]
     assert hatched == [[], pytest.approx([0.25] * 3)]
     assert "All such choices" in run_picture(run, "motivation").caption
-
-
-def test_of_two_choices_at_one_time_the_later_counts(tmp_path: Path) -> None:
-    run = Fiction().write(tmp_path / "run")
-    once, path = motivation.contested(run), run.folder / "decisions.parquet"
+    path = run.folder / "decisions.parquet"
     pq.write_table(pa.concat_tables([pq.read_table(path)] * 2), path)
-    assert motivation.contested(Results(run.folder)) == once
+    assert motivation.contested(Results(run.folder)) == found

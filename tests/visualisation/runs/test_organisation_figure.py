@@ -1,35 +1,18 @@
 """The organisation of a run as it is read and drawn: who held what when, what was lacking, which acts are marked."""
 
 import math
-import random
 from pathlib import Path
 
-import pytest
+from replayed import moments_s
 from synthetic_runs import FICTIONS, FLEET, Fiction, nested
 
-from missions.runs.results import Results, write_results
-from missions.runs.run import run
-from missions.scenarios import load
+from missions.runs.results import Results
 from visualisation.runs import ViewAt, run_picture
 from visualisation.runs.views import ActMark, Span, View, view_of
-
-SETTINGS = ("channel.per=0.4", "fault=[{kind='lost',vehicle='AUV00',at_s=200}]", "scenario.duration_s=700")
-
-
-@pytest.fixture(scope="module")
-def lost(tmp_path_factory: pytest.TempPathFactory) -> Results:
-    """A run in which the head of one group and planner of another is lost, and AUV01 succeeds it in both roles."""
-    folder = tmp_path_factory.mktemp("lost") / "run"
-    write_results(run(load("mapping-rendezvous", [("--set", one) for one in SETTINGS]), 3), folder)
-    return Results.read(folder)
 
 
 def held(view: View, at_s: float) -> set[tuple[str, str, str]]:
     return {(*key, one.vehicle) for key, own in view.holdings.items() for one in own if one.holds(at_s)}
-
-
-def moments_s(results: Results) -> list[float]:
-    return [random.Random(n).uniform(0.0, results.summary["mission_time_s"]) for n in range(20)]
 
 
 def test_a_viewers_organisation_is_what_is_rebuilt_of_its_memory(lost: Results) -> None:
@@ -61,7 +44,7 @@ def test_a_succession_ends_the_vacancy_that_a_loss_leaves(lost: Results) -> None
     assert operational.above == "Coordination"
     boxes = shown(lost, 0.5 * (200.0 + mark.time_s))
     assert boxes[boxes.index("Operational") :][1:4] == ["\u2605 Coordinator (1)", "AUV00", "vacant"]
-    seen_s = [one.time_s for one in view_of(lost, "AUV02").marks if (one.kind, one.role) == ("succeed", "Coordinator")]
+    seen_s = [one.time_s for one in view_of(lost, "ASV00").marks if (one.kind, one.role) == ("succeed", "Coordinator")]
     assert seen_s[0] > mark.time_s  # it hears of it
 
 

@@ -36,21 +36,21 @@ def test_two_runs_of_a_scenario_have_one_scale_and_one_time_axis(two_runs: list[
         assert ends == [{(0.0, 400.0)}] * 2
 
 
-@pytest.mark.parametrize("kind", ["roles", "satisfaction", "organisation"])
-def test_nothing_of_an_axis_is_drawn_behind_the_end_of_the_run(kind: str) -> None:
+def test_nothing_of_an_axis_is_drawn_behind_the_end_of_the_run() -> None:
     """Its scale ends at a round time, 400 s, so that two runs compare; its line, numbers and bands end with the run."""
     end_s = 330.0
     run = remoras.run("mapping-rendezvous", per=0.3, seed=3, set={"scenario.duration_s": end_s})
-    axes = next(axes for axes in run.plot(kind).axes if axes.get_xlim() == (0.0, 400.0))
-    assert axes.spines["bottom"].get_bounds() == (0.0, end_s)
-    assert max(axes.get_xticks()) <= end_s
-    ends_s = [
-        vertex[0]
-        for bars in axes.collections
-        for path in bars.get_paths()
-        for vertex in bars.get_transform().transform_path(path).transformed(axes.transData.inverted()).vertices
-    ]
-    assert max(ends_s) == pytest.approx(end_s)
+    for kind in ("roles", "satisfaction", "organisation"):
+        axes = next(axes for axes in run.plot(kind).axes if axes.get_xlim() == (0.0, 400.0))
+        assert axes.spines["bottom"].get_bounds() == (0.0, end_s)
+        assert max(axes.get_xticks()) <= end_s
+        ends_s = [
+            vertex[0]
+            for bars in axes.collections
+            for path in bars.get_paths()
+            for vertex in bars.get_transform().transform_path(path).transformed(axes.transData.inverted()).vertices
+        ]
+        assert max(ends_s) == pytest.approx(end_s)
 
 
 def test_who_hears_all_is_white(two_runs: list[Any]) -> None:
