@@ -407,3 +407,64 @@ def test_what_should_have_ended_is_overdue(window: Window) -> None:
         notes = window.texts(".body .tree .note")
         assert any(note.startswith("expected to end at") for note in notes) or is_late
         assert any(note.startswith("overdue since") for note in notes) == is_late
+
+
+DISCS = """(view) => {
+  const own = CanvasRenderingContext2D.prototype, { arc } = own, radii = [];
+  own.arc = function (x, y, radius, ...rest) { radii.push(radius); arc.call(this, x, y, radius, ...rest); };
+  view.paintMap();
+  own.arc = arc;
+  return radii.filter((radius) => radius > 24).length;
+}"""
+"""Arcs of a map that are wider than any symbol."""
+
+
+def test_of_a_crowd_one_disc_is_drawn_that_is_pointed_at(
+    chrome: Any, crowd: Results, results: Results, tmp_path: Path
+) -> None:
+    with opened(chrome, written(tmp_path, crowd)) as window:
+        window.ask("() => { R.app.select('AUV02'); R.app.clock.seek(400); }")
+        assert seek(window, [400.0], DISCS) == [0]
+        window.ask("() => { R.app.views[0].facts.pointed = 1; }")
+        assert seek(window, [400.0], DISCS) == [1]
+    with opened(chrome, written(tmp_path, results)) as window:
+        window.ask("() => { R.app.select('AUV02'); }")
+        assert seek(window, [1540.0], DISCS)[0] >= 1
+
+
+ON_BARS = """(view) => {
+  const own = CanvasRenderingContext2D.prototype, { fillText } = own, { drawFlag } = R;
+  const texts = [], poles = [], axis = [];
+  own.fillText = function (text, x, y) {
+    if (this.textBaseline === "middle") texts.push([text, x, x + this.measureText(text).width, y]);
+    if (this.textBaseline === "top" && y < 5) axis.push([text, x, x + this.measureText(text).width, y + 6]);
+    fillText.call(this, text, x, y);
+  };
+  R.drawFlag = function (pen, x, top, foot, ...rest) {
+    poles.push([x, top, foot]);
+    return drawFlag(pen, x, top, foot, ...rest);
+  };
+  view.laneKey = null;
+  view.paintLanes();
+  own.fillText = fillText;
+  R.drawFlag = drawFlag;
+  const { left } = view.scale(view.lanesBox.clientWidth);
+  const named = texts.filter(([, x]) => x > left);
+  return [poles.length, named.length, [...named, ...axis].filter(([, from, to, y]) => poles.some(
+    ([x, top, foot]) => x > from - 1 && x < to + 1 && top < y && y < foot)).map(([text]) => text)];
+}"""
+"""How many flags and names of roles the lanes have, and the names, and texts of the axis, through which a flag goes."""
+
+
+@pytest.mark.parametrize(("width", "height"), [(1280, 720), (1280, 1100), (390, 844)], ids=["tight", "roomy", "small"])
+def test_no_flag_covers_the_name_of_a_role_or_of_a_milestone(window: Window, width: int, height: int) -> None:
+    window.page.set_viewport_size({"width": width, "height": height})
+    window.page.wait_for_function("(w) => R.app.views[0].narrow === (w < 1000)", arg=width)
+    for span_s in (4000, 900, 300):
+        for around_s in (0, 600, 1200, 1800):
+            window.ask("([span, around]) => R.app.views[0].setSpan(span, around)", [span_s, around_s])
+            _, n_names, covered = window.ask(f"() => ({ON_BARS})(R.app.views[0])")
+            assert n_names > 0
+            assert covered == [], (span_s, around_s)
+    window.ask("() => R.app.views[0].setSpan(4000, 0)")
+    assert window.ask(f"() => ({ON_BARS})(R.app.views[0])")[0] == 9
