@@ -23,7 +23,8 @@ from unittest import mock
 
 from exchange.ack import AckState, Words
 from exchange.policies import ACK, AckPolicy
-from missions.runs.run import run, summary
+from missions.runs.run import run
+from missions.runs.summary import summary
 from missions.scenarios import load
 from missions.statistics import t_half_width
 from remoras.executive.satisfaction import motivation

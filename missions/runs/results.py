@@ -26,7 +26,7 @@ import tomli_w
 from missions.document import Document
 from missions.errors import OutputError
 from missions.runs.folder import MANIFEST, SUMMARY, check_output, new_content
-from missions.runs.run import summary
+from missions.runs.summary import summary
 from missions.runs.tables import arrow_table, write_table
 from missions.scenarios.deployment import deployment_of
 from missions.scenarios.loading import scenario_from

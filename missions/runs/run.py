@@ -1,29 +1,16 @@
-"""One run of a scenario, in memory.
-
-The root of the draws of a run, which notes whether anybody drew: a run without draws is the same with every seed.
-
-The summary of a run: what was run, how it ended, every metric, and its milestones.
-"""
+"""One run of a scenario, in memory."""
 
 from __future__ import annotations
 
 import math
-import re
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
-from typing import Any
-
-import pyarrow as pa
 
 from exchange.acoustics.channel import Channel
-from missions.metric import NOT_APPLICABLE
 from missions.runs.assembly import assemble
-from missions.runs.measured import KeptRun, value_of
+from missions.runs.root import Root, is_drawn
 from missions.runs.setup import Setup, resolved
-from missions.runs.tables import arrow_table
-from missions.scenarios.deployment import deployment_of
 from missions.scenarios.scenario import Scenario
 from remoras.fleet import Fleet
 from remoras.mission import Milestone, Mission
@@ -31,59 +18,6 @@ from remoras.recorder import Recorder
 from remoras.settling import Settled, settle
 from remoras.strategy import Strategy
 from remoras.truth import reachable_fraction
-
-OURS = frozenset({"worldmodel", "exchange", "remoras", "missions", "visualisation"})
-"""Packages of this program."""
-REFERENCE = re.compile(r"([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*):[A-Za-z_][\w.]*")
-"""``package.module:object``."""
-
-
-class Root(int):
-    """A seed that notes whether anything was drawn from it.
-
-    All draws are made by ``exchange.acoustics.loss``, which adds 1 to the seed before it scrambles it. So nobody who
-    draws can forget to say so, and nothing is asked of those who do not.
-
-    >>> seed = Root(7)
-    >>> seed.is_drawn_from, seed + 1, seed.is_drawn_from
-    (False, 8, True)
-    """
-
-    is_drawn_from = False
-
-    def __add__(self, other: int) -> int:
-        self.is_drawn_from = True
-        return int(self) + other
-
-
-def is_drawn(root: int, scenario: Scenario, strategy: object) -> bool | None:
-    """Whether anything was drawn in a run; None where nobody can say, for parts of a user's own may draw unseen.
-
-    Args:
-        root: of its draws.
-        scenario: of the run.
-        strategy: of the run.
-    """
-    if not isinstance(root, Root) or root.is_drawn_from:
-        return True
-    is_ours = type(strategy).__module__.partition(".")[0] in OURS
-    parts = scenario.model_dump(mode="json", exclude={"scenario": {"metrics"}})  # which are asked when the run is over
-    return False if is_ours and not any(map(is_reference, texts(parts))) else None
-
-
-def texts(value: Any) -> Iterator[str]:
-    """Every text in nested tables and lists."""
-    if isinstance(value, str):
-        yield value
-    elif isinstance(value, dict | list):
-        for entry in value.values() if isinstance(value, dict) else value:
-            yield from texts(entry)
-
-
-def is_reference(text: str) -> bool:
-    """True for a text that may name an object of a module that is not this program's own."""
-    match = REFERENCE.fullmatch(text)
-    return match is not None and match[1].partition(".")[0] not in OURS
 
 
 @dataclass(frozen=True, repr=False)
@@ -206,55 +140,3 @@ def result_of(setup: Setup, seed: int, fleet: Fleet, wall_s: float, settled: Set
         settled,
         is_drawn(seed, setup.scenario, setup.strategy),
     )
-
-
-def identity(scenario: Scenario, seed: int) -> dict[str, Any]:
-    """The fields of a summary that are known before the run."""
-    return {
-        "scenario": scenario.scenario.name,
-        "strategy": scenario.strategy.name,
-        "policy": scenario.communication.policy,
-        "channel": scenario.channel.name,
-        "per": scenario.channel.mean_per(deployment_of(scenario)),
-        "seed": seed,
-        "n_vehicles": len(scenario.vehicle),
-    }
-
-
-def summary(run: Run) -> dict[str, Any]:
-    """The figures of a run, with the names of the contract: a field for every metric of its setup.
-
-    Metrics that the scenario names read the run as its results keep it, see ``KeptRun``; those of the mission read the
-    run itself.
-
-    ``per`` is the mean packet error rate of the loss model as it is set, without blackouts and range. A value that a
-    run does not have, such as a latency without packets, is None; one that it cannot have is left out.
-
-    Raises:
-        PluginError: a metric raises, or gives something else than a number, a truth value or None.
-    """
-    of, own = run.scenario.scenario.mission, run.setup.own_metrics
-    names = {metric.name for metric in own.values()}
-    shipped = [metric for metric in run.setup.metrics.values() if metric.name not in names]
-    values = {metric.name: value_of(metric, run, of) for metric in shipped}
-    fields = {
-        **identity(run.scenario, run.seed),
-        "completed": values.pop("completed"),
-        "reason": run.reason,
-        **_applicable(values),
-    }
-    milestones = [
-        {"name": m.name, "vehicle": m.vehicle, "group": m.group, "time_s": round(m.time_s, 4)} for m in run.milestones
-    ]
-    kept = KeptRun({**fields, "milestones": milestones}, partial(_table, run.recorder), lambda: run.scenario)
-    measured = {metric.name: value_of(metric, kept, reference) for reference, metric in own.items()}
-    return {**fields, **_applicable(measured), "drawn": run.drawn, "milestones": milestones}
-
-
-def _applicable(values: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in values.items() if value is not NOT_APPLICABLE}
-
-
-def _table(recorder: Recorder, name: str) -> pa.Table | None:
-    """A table as results will keep it."""
-    return arrow_table(recorder.tables[name], recorder.rows(name)) if name in recorder.tables else None

@@ -11,8 +11,10 @@ import pyarrow as pa
 import tomli_w
 
 from missions.runs.assembly import assemble
-from missions.runs.run import Root, Run, identity, result_of, settled_of
+from missions.runs.root import Root
+from missions.runs.run import Run, result_of, settled_of
 from missions.runs.setup import Setup
+from missions.runs.summary import identity
 from missions.runs.tables import arrow_table
 from remoras.mission import FleetView, Milestone
 from remoras.recorder import PACKETS, Row

@@ -16,7 +16,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from missions.runs.run import is_reference, texts
+from missions.runs.root import is_reference, texts
 from remoras.plugins import asked_for
 
 MAKE_RUNS = ("worldmodel", "exchange", "remoras", "missions")

@@ -4,56 +4,41 @@
 ``ledger.jsonl`` has a line per finished run. The rest is made from these: ``runs.parquet`` (one row per run, sorted by
 key), ``tables/`` (tables of a sample of runs) and ``parts/`` (while the sweep is on). What reads and writes tables is
 loaded with the first of them, so that ``remoras sweep --status`` answers at once.
-
-Table of runs: one row for every finished run of a sweep.
-
-Metrics of a user's own in the runs of a sweep whose tables were kept, each as if the run had measured it.
-
-A run without its tables has no value; how many have is the n of a comparison.
 """
 
 from __future__ import annotations
 
 import errno
-import hashlib
 import json
 import shutil
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property, partial
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import pyarrow as pa
-import pyarrow.compute as pc
-
 from missions.disk import not_as_noted, synced, write_synced
-from missions.errors import DiskFullError, MissionsError, OutputError, StudyChangedError
-from missions.files import is_named, toml_value
-from missions.metric import NOT_APPLICABLE, TAKEN, Better, Metric, MetricRecord
-from missions.runs.measured import KeptRun, value_of
-from missions.scenarios import Scenario, load
+from missions.errors import DiskFullError, OutputError, StudyChangedError
+from missions.files import is_named
+from missions.metric import TAKEN, Better, Metric, MetricRecord
 from missions.sweeps.ledger import (
     DONE,
     FAILED,
     LEDGER,
-    MACHINE_COLUMNS,
     FinishedRun,
     FolderLock,
     Line,
     RunLedger,
     read_ledger,
 )
-from missions.sweeps.plan import ConfigurationLabel, Demand, RunSchedule, run_content
+from missions.sweeps.plan import Demand, RunSchedule
 from missions.sweeps.record import ASSUMED, DECLARATIONS, IDENTITY, LABELS, OWN, differences, read_label, record_of
-from remoras.recorder import KEY
 
 if TYPE_CHECKING:
     from missions.sweeps.factorial import FactorialDesign
     from missions.sweeps.plan import SweepPlan
     from missions.sweeps.study_file import StudyFile
-
 
 MOST_TABLE_BYTES = 500_000_000
 """Most that a study keeps of tables (bytes), unless it says of which repeats."""
@@ -298,12 +283,15 @@ class SweepResults:
         with suppress(OutputError):  # it cannot be said what they were for; the runs are there
             lines = self.schedule.labelled(lines)
         if self.measured:
+            from missions.sweeps.measuring import with_values
+
             whole = lambda name: self.arrow_table(name) if self.has_table(name) else None  # noqa: E731
             return with_values(lines, self.measured, self.schedule, whole)
         return lines
 
     def runs(self) -> Any:
         """A pandas data frame with one row per finished run."""
+        from missions.sweeps.run_table import run_table
 
         return run_table(self.lines).to_pandas()
 
@@ -489,6 +477,7 @@ class SweepFolder:
         import pyarrow.parquet as pq
 
         from missions.runs import tables
+        from missions.sweeps.run_table import run_table
 
         try:
             draft = self.folder / f".{RUNS}"
@@ -517,98 +506,3 @@ def _set_aside(folder: Path) -> None:
     for name in (LEDGER, RUNS, PARTS, TABLES, STUDY_TEXT, STUDY):
         if (folder / name).exists():
             (folder / name).rename(aside / name)
-
-
-def run_table(lines: Mapping[str, Line]) -> pa.Table:
-    """One row per run, sorted by key: key, configuration, summary, what went wrong, which code made it, machine."""
-    rows = [lines[key] for key in sorted(lines)]
-    columns: dict[str, list[Any]] = {"key": [row["key"] for row in rows], "repeat": [row["repeat"] for row in rows]}
-    for name in sorted({name for row in rows for name in row["settings"]}):
-        columns[name] = [row["settings"].get(name) for row in rows]
-    for name in _merged([list(row["summary"]) for row in rows]):
-        columns[name] = [row["summary"].get(name) for row in rows]
-    for name in ("status", "error", "replay"):
-        columns[name] = [row[name] for row in rows]
-    columns["code"] = [row.get("code", "") for row in rows]
-    for name in MACHINE_COLUMNS:
-        columns[name] = [row["machine"][name] for row in rows]
-    return pa.table({name: _array(values) for name, values in columns.items()})
-
-
-def _merged(fields: Sequence[Sequence[str]]) -> list[str]:
-    """Fields of all summaries, those of the longest first: missions differ in them, and failed runs have few."""
-    longest = sorted(set(map(tuple, fields)), key=lambda names: (-len(names), names))
-    return list(dict.fromkeys(name for names in longest for name in names))
-
-
-def _array(values: list[Any]) -> pa.Array:
-    """A column; text where its values are of several kinds."""
-    try:
-        array = pa.array(values)
-    except (pa.ArrowInvalid, pa.ArrowTypeError):
-        return pa.array([None if value is None else toml_value(value) for value in values])
-    return array.cast(pa.float64()) if pa.types.is_null(array.type) else array
-
-
-def with_values(
-    lines: Mapping[str, Line],
-    metrics: Mapping[str, Metric],
-    schedule: RunSchedule,
-    whole: Callable[[str], pa.Table | None],
-) -> dict[str, Line]:
-    """Lines of the ledger whose summaries have the values of further metrics, where tables were kept.
-
-    Args:
-        lines: of the ledger, by key.
-        metrics: by what the user calls them.
-        schedule: says of which configuration each run is.
-        whole: gives a table of all kept runs; None if there is none of that name.
-
-    Raises:
-        PluginError: a metric fails.
-    """
-    label_of = _labels(schedule, lines)
-    read = cache(whole)
-    changed = dict(lines)
-    for key, line in lines.items():
-        if line["status"] == DONE and line["tables"]:
-            run = KeptRun(line["summary"], partial(_own_rows, read, key), _scenario(key, label_of))
-            values = {metric.name: value_of(metric, run, f"{of}, run {key}") for of, metric in metrics.items()}
-            kept = {name: value for name, value in values.items() if value is not NOT_APPLICABLE}
-            changed[key] = {**line, "summary": {**line["summary"], **kept}}
-    return changed
-
-
-def _own_rows(whole: Callable[[str], pa.Table | None], key: str, name: str) -> pa.Table | None:
-    """A table of one run."""
-    table = whole(name)
-    return None if table is None else table.filter(pc.equal(table[KEY], key))
-
-
-def _labels(schedule: RunSchedule, lines: Mapping[str, Line]) -> dict[str, tuple[ConfigurationLabel, str]]:
-    """Label and digest of the configuration of every run, by key; none where the folder does not say."""
-    repeats = {line["repeat"] for line in lines.values()}
-    return {
-        schedule.key(number, repeat): (label, schedule.digests[number])
-        for number, label in enumerate(schedule.labels)
-        for repeat in repeats
-    }
-
-
-def _scenario(key: str, label_of: Mapping[str, tuple[ConfigurationLabel, str]]) -> Callable[[], Scenario]:
-    """Gives the scenario of a run, made as ``remoras run`` makes it, and only if a metric asks for it."""
-
-    def scenario_of() -> Scenario:
-        if key not in label_of:
-            raise OutputError(f"run {key}: the folder does not say of which scenario it is")
-        label, digest = label_of[key]
-        settings = [("study", f"{name}={toml_value(value)}") for name, value in label.settings]
-        try:
-            scenario = load(label.source, settings)
-        except MissionsError as error:
-            raise OutputError(f"run {key}: its scenario {label.source} cannot be had: {error}") from None
-        if hashlib.sha256(run_content(scenario).encode()).hexdigest() != digest:
-            raise OutputError(f"run {key}: its scenario {label.source} is another one now; rows of tables can be read")
-        return scenario
-
-    return scenario_of

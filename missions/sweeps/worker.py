@@ -21,8 +21,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from missions.errors import ClusterError, OutputError
-from missions.runs.run import identity, run_of, summary
+from missions.runs.run import run_of
 from missions.runs.setup import Setup, resolved
+from missions.runs.summary import identity, summary
 from missions.runs.tables import encoded
 from missions.scenarios import Scenario
 from missions.sweeps.code import code_with, references

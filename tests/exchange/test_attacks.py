@@ -146,7 +146,12 @@ LIVES: dict[str, tuple[int, int, dict[int, list[tuple[int, bool]]]]] = {
 
 @pytest.mark.parametrize(
     ("policy", "name"),
-    [(policy, name) for policy in sorted(POLICIES) for name in LIVES if "thirty" not in name or policy in SOME],
+    [
+        pytest.param(policy, name, marks=pytest.mark.slow if "thirty" in name else ())
+        for policy in sorted(POLICIES)
+        for name in LIVES
+        if "thirty" not in name or policy in SOME
+    ],
 )
 def test_no_belief_is_false_after_restarts(policy: str, name: str) -> None:
     n_nodes, n_slots, restarts = LIVES[name]

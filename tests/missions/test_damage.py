@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from exchange.acoustics.channel import Arrival
 from missions.features.damage import DamagingChannel
-from missions.runs.run import run, summary
+from missions.runs.run import run
+from missions.runs.summary import summary
 from missions.scenarios import load
 
 SHARE = "damage.share=0.3"

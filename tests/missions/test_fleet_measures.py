@@ -11,7 +11,7 @@ from small_mission import SMALL
 from exchange.acoustics.modems import modems
 from missions.runs.metrics import consistency
 from missions.runs.run import run as run_scenario
-from missions.runs.run import summary
+from missions.runs.summary import summary
 from missions.scenarios import load
 from remoras.recorder import Recorder
 

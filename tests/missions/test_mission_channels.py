@@ -14,8 +14,9 @@ from exchange.acoustics.link import GilbertElliott, Transmission
 from exchange.acoustics.shipped import CHANNELS
 from missions.errors import ConfigurationError
 from missions.runs.assembly import channel_of
-from missions.runs.run import Run, identity
+from missions.runs.run import Run
 from missions.runs.setup import resolved
+from missions.runs.summary import identity
 from missions.scenarios import load
 from missions.scenarios.deployment import deployment_of
 

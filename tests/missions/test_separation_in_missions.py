@@ -9,8 +9,9 @@ import pytest
 from cli.invoked import remoras
 from small_mission import SMALL, faults_of, line_of
 
-from missions.runs.run import Run, summary
+from missions.runs.run import Run
 from missions.runs.run import run as run_scenario
+from missions.runs.summary import summary
 from missions.scenarios import load
 from remoras.functional import guidance
 

@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from missions.runs.run import Run, run, summary
+from missions.runs.run import Run, run
+from missions.runs.summary import summary
 from missions.scenarios import load
 from remoras.strategies import strategies
 

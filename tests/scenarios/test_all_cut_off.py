@@ -5,7 +5,8 @@ from functools import cache
 
 import pytest
 
-from missions.runs.run import Run, run, summary
+from missions.runs.run import Run, run
+from missions.runs.summary import summary
 from missions.scenarios import load
 from remoras.social import layer
 from remoras.social.standing import Patience

@@ -1,0 +1,71 @@
+"""The summary of a run: what was run, how it ended, every metric, and its milestones."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import pyarrow as pa
+
+from missions.metric import NOT_APPLICABLE
+from missions.runs.measured import KeptRun, value_of
+from missions.runs.tables import arrow_table
+from missions.scenarios.deployment import deployment_of
+from missions.scenarios.scenario import Scenario
+from remoras.recorder import Recorder
+
+if TYPE_CHECKING:
+    from missions.runs.run import Run
+
+
+def identity(scenario: Scenario, seed: int) -> dict[str, Any]:
+    """The fields of a summary that are known before the run."""
+    return {
+        "scenario": scenario.scenario.name,
+        "strategy": scenario.strategy.name,
+        "policy": scenario.communication.policy,
+        "channel": scenario.channel.name,
+        "per": scenario.channel.mean_per(deployment_of(scenario)),
+        "seed": seed,
+        "n_vehicles": len(scenario.vehicle),
+    }
+
+
+def summary(run: Run) -> dict[str, Any]:
+    """The figures of a run, with the names of the contract: a field for every metric of its setup.
+
+    Metrics that the scenario names read the run as its results keep it, see ``KeptRun``; those of the mission read the
+    run itself.
+
+    ``per`` is the mean packet error rate of the loss model as it is set, without blackouts and range. A value that a
+    run does not have, such as a latency without packets, is None; one that it cannot have is left out.
+
+    Raises:
+        PluginError: a metric raises, or gives something else than a number, a truth value or None.
+    """
+    of, own = run.scenario.scenario.mission, run.setup.own_metrics
+    names = {metric.name for metric in own.values()}
+    shipped = [metric for metric in run.setup.metrics.values() if metric.name not in names]
+    values = {metric.name: value_of(metric, run, of) for metric in shipped}
+    fields = {
+        **identity(run.scenario, run.seed),
+        "completed": values.pop("completed"),
+        "reason": run.reason,
+        **_applicable(values),
+    }
+    milestones = [
+        {"name": m.name, "vehicle": m.vehicle, "group": m.group, "time_s": round(m.time_s, 4)} for m in run.milestones
+    ]
+    kept = KeptRun({**fields, "milestones": milestones}, partial(_table, run.recorder), lambda: run.scenario)
+    measured = {metric.name: value_of(metric, kept, reference) for reference, metric in own.items()}
+    return {**fields, **_applicable(measured), "drawn": run.drawn, "milestones": milestones}
+
+
+def _applicable(values: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in values.items() if value is not NOT_APPLICABLE}
+
+
+def _table(recorder: Recorder, name: str) -> pa.Table | None:
+    """A table as results will keep it."""
+    return arrow_table(recorder.tables[name], recorder.rows(name)) if name in recorder.tables else None

@@ -1,0 +1,86 @@
+"""Metrics of a user's own in the runs of a sweep whose tables were kept, each as if the run had measured it.
+
+A run without its tables has no value; how many have is the n of a comparison.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Mapping
+from functools import cache, partial
+
+import pyarrow as pa
+import pyarrow.compute as pc
+
+from missions.errors import MissionsError, OutputError
+from missions.files import toml_value
+from missions.metric import NOT_APPLICABLE, Metric
+from missions.runs.measured import KeptRun, value_of
+from missions.scenarios import Scenario, load
+from missions.sweeps.ledger import DONE, Line
+from missions.sweeps.plan import ConfigurationLabel, RunSchedule, run_content
+from remoras.recorder import KEY
+
+
+def with_values(
+    lines: Mapping[str, Line],
+    metrics: Mapping[str, Metric],
+    schedule: RunSchedule,
+    whole: Callable[[str], pa.Table | None],
+) -> dict[str, Line]:
+    """Lines of the ledger whose summaries have the values of further metrics, where tables were kept.
+
+    Args:
+        lines: of the ledger, by key.
+        metrics: by what the user calls them.
+        schedule: says of which configuration each run is.
+        whole: gives a table of all kept runs; None if there is none of that name.
+
+    Raises:
+        PluginError: a metric fails.
+    """
+    label_of = _labels(schedule, lines)
+    read = cache(whole)
+    changed = dict(lines)
+    for key, line in lines.items():
+        if line["status"] == DONE and line["tables"]:
+            run = KeptRun(line["summary"], partial(_own_rows, read, key), _scenario(key, label_of))
+            values = {metric.name: value_of(metric, run, f"{of}, run {key}") for of, metric in metrics.items()}
+            kept = {name: value for name, value in values.items() if value is not NOT_APPLICABLE}
+            changed[key] = {**line, "summary": {**line["summary"], **kept}}
+    return changed
+
+
+def _own_rows(whole: Callable[[str], pa.Table | None], key: str, name: str) -> pa.Table | None:
+    """A table of one run."""
+    table = whole(name)
+    return None if table is None else table.filter(pc.equal(table[KEY], key))
+
+
+def _labels(schedule: RunSchedule, lines: Mapping[str, Line]) -> dict[str, tuple[ConfigurationLabel, str]]:
+    """Label and digest of the configuration of every run, by key; none where the folder does not say."""
+    repeats = {line["repeat"] for line in lines.values()}
+    return {
+        schedule.key(number, repeat): (label, schedule.digests[number])
+        for number, label in enumerate(schedule.labels)
+        for repeat in repeats
+    }
+
+
+def _scenario(key: str, label_of: Mapping[str, tuple[ConfigurationLabel, str]]) -> Callable[[], Scenario]:
+    """Gives the scenario of a run, made as ``remoras run`` makes it, and only if a metric asks for it."""
+
+    def scenario_of() -> Scenario:
+        if key not in label_of:
+            raise OutputError(f"run {key}: the folder does not say of which scenario it is")
+        label, digest = label_of[key]
+        settings = [("study", f"{name}={toml_value(value)}") for name, value in label.settings]
+        try:
+            scenario = load(label.source, settings)
+        except MissionsError as error:
+            raise OutputError(f"run {key}: its scenario {label.source} cannot be had: {error}") from None
+        if hashlib.sha256(run_content(scenario).encode()).hexdigest() != digest:
+            raise OutputError(f"run {key}: its scenario {label.source} is another one now; rows of tables can be read")
+        return scenario
+
+    return scenario_of
