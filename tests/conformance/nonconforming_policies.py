@@ -35,6 +35,11 @@ SPARSE = AckPolicy(
 """A policy from outside that keeps to all rules."""
 
 
+def angry(n_nodes: int, frame: int, sender: int, row: int, column: int) -> bool:
+    """Raises."""
+    raise KeyError("frame")
+
+
 def claim_all(state: AckState, n_nodes: int, frame: int, me: int, rows_out: MutableWords) -> None:
     """Acknowledge what was never heard."""
     rows_out[me] = -1
@@ -98,4 +103,5 @@ GROWING = AckPolicy(ACK._replace(name="growing", carries=grown), False)
 DOUBLE = AckPolicy(M_ACK._replace(name="ack"), False)
 WRONG_SIGNATURE = AckPolicy(ACK._replace(name="short", carries=no_parameters), False)  # type: ignore[arg-type]
 NO_FUNCTION = AckPolicy(ACK._replace(name="hollow", learn=3), False)  # type: ignore[arg-type]
+ANGRY = AckPolicy(ACK._replace(name="angry", carries=angry), False)
 ONLY_A_KIND = ACK

@@ -1,18 +1,16 @@
 """A scenario of two vehicles and one area, as text, and the shipped one as tables to be varied."""
 
-import copy
-import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
-import tomli_w
+from varied import Varied
 
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.runs.run import Run
 from missions.runs.run import run as run_scenario
-from missions.scenarios import Scenario, load, shipped
+from missions.scenarios import Scenario, load
 
 Raw = dict[str, Any]
 
@@ -129,6 +127,13 @@ playable_roles = ["Hand", "Mapper", "Scout"]
 """
 
 
+CHANNEL = '[channel]\nname = "bernoulli"\nper = 0.2\n'
+
+
+def with_channel(channel: str) -> str:
+    return SMALL.replace(CHANNEL, channel)
+
+
 def line_of(text: str, wanted: str, occurrence: int = 1) -> int:
     """Number of the line that begins with ``wanted``, for the n-th time, as an editor counts."""
     numbers = [number for number, line in enumerate(text.splitlines(), 1) if line.strip().startswith(wanted)]
@@ -151,18 +156,14 @@ def faults_of(folder: Path, text: str, *settings: str) -> tuple[ConfigurationFau
     return caught.value.faults
 
 
-def shipped_tables() -> Raw:
-    return copy.deepcopy(tomllib.loads(shipped()["mapping-rendezvous"].read_text(encoding="utf-8")))
-
-
 def named(entries: list[Raw], name: str) -> Raw:
     return next(entry for entry in entries if entry["name"] == name)
 
 
 def run_varied(folder: Path, vary: Callable[[Raw], object], *settings: str, seed: int = 1) -> Run:
     """Run the shipped scenario after ``vary`` has changed its tables."""
-    raw = shipped_tables()
+    shipped = Varied("mapping-rendezvous", "varied.toml")
+    raw = shipped.raw()
     vary(raw)
-    file = folder / "varied.toml"
-    file.write_text(tomli_w.dumps(raw), encoding="utf-8")
+    file = shipped.written(folder, raw)
     return run_scenario(load(str(file), [("--set", setting) for setting in settings]), seed)

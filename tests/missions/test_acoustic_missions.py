@@ -1,10 +1,11 @@
-"""Missions on the channels ``acoustic`` and ``trace``: what scenarios say, what runs hear, what results repeat."""
+"""Missions on the channels ``acoustic``, ``trace`` and ``network``: what scenarios say, runs hear, results repeat."""
 
 import json
+from itertools import permutations
 from pathlib import Path
 
 import pytest
-from small_mission import SMALL, faults_of, line_of, pond
+from small_mission import SMALL, faults_of, line_of, pond, with_channel
 
 from missions.errors import ConfigurationError
 from missions.runs.assembly import channel_of
@@ -12,15 +13,13 @@ from missions.runs.results import Results, write_results
 from missions.runs.run import run
 from missions.runs.setup import resolved
 from missions.runs.summary import summary
-from missions.scenarios import load
-from missions.scenarios.deployment import deployment_of
+from missions.scenarios import Scenario, load
 
-OWN = '[channel]\nname = "bernoulli"\nper = 0.2\n'
 SHORT = ("--set", "scenario.duration_s=200")
 
 
 def text_of(channel: str) -> str:
-    return SMALL.replace(OWN, channel).replace("s2c-18-34", "seatrac-x150")
+    return with_channel(channel).replace("s2c-18-34", "seatrac-x150")
 
 
 # acoustic -----------------------------------------------------------------------------------------
@@ -56,9 +55,12 @@ def test_on_the_channel_acoustic_the_declared_range_cuts_nothing_off():
          "profile s2c-18-34 has no source_level_db; set channel.source_level_db"),
         ('"acoustic"\nsource_level_db = 170\nacoustic_power_w = 1.0', "", "acoustic_power_w", "leave one of them out"),
         ('"acoustic"\nspreading = 3', "", "spreading", "less than or equal to 2"),
-        ('"acoustic"\nfading = "slow"', "", "fading", "'none', 'bit', 'frame' or 'packet'"),
         ('"acoustic"\nper = 0.2', "", "per", "not used by the acoustic channel, only by bernoulli and matrix"),
-        ('"acoustic"\nwind = 3', "", "wind", "did you mean 'wind_mps'"),
+        ('"network"\nnetwork = "mission-2021"', "", "network", "did you mean 'mission-2012'?"),
+        ('"network"\nnetwork = "lake.csv"', "", "network", "cannot be read: No such file"),
+        ('"network"\nnetwork = "harbour.csv"\nnodes = { Boat = "quai" }', "", "nodes.Boat",
+         "allowed: quay, buoy; did you mean 'quay'?"),
+        ('"network"\nnetwork = "harbour.csv"\nnodes = { Boat = 3 }', "", "nodes.Boat", "allowed: quay, buoy"),
         ('"trace"', "", "file", "missing: a CSV or Parquet file of time_s, sender, receiver, and lost or per"),
         ('"trace"\nfile = "none.csv"', "", "file", "cannot be read: No such file"),
         ('"trace"\nfile = "others.csv"', "", "file", "is of vehicle Raft; those of the scenario are "),
@@ -66,6 +68,7 @@ def test_on_the_channel_acoustic_the_declared_range_cuts_nothing_off():
     ],
 )  # fmt: skip
 def test_a_fault_is_one_clear_message(tmp_path: Path, channel: str, setting: str, key: str, says: str):
+    (tmp_path / "harbour.csv").write_text(HARBOUR)
     for name, other in (("others", "Raft"), ("short", "Diver")):
         (tmp_path / f"{name}.csv").write_text(f"time_s,sender,receiver,lost\n0,Boat,{other},0\n0,{other},Boat,0\n")
     (fault,) = faults_of(tmp_path, text_of(f"[channel]\nname = {channel}\n"), *filter(None, [setting]))
@@ -100,18 +103,84 @@ def test_a_run_in_its_own_trace_is_the_run_again(recorded: tuple[Results, Path])
     names = table.column_names
     heard = [list(row[names.index("receivers")]) for row in again.recorder.packets]
     assert heard == table.column("receivers").to_pylist()
+    with pytest.raises(ConfigurationError, match=r"links\.csv.*is not the file that was used"):
+        run(load("mapping-rendezvous", [*on_trace, ("", f"channel.sha256={'0' * 64}")]), seed=6)
 
 
-def test_results_say_which_file_it_was(tmp_path: Path):
-    """Its path is taken from the scenario's folder; a file that was changed since is refused."""
-    channel = '[channel]\nname = "trace"\nfile = "rel.csv"\nrepeat = true\n'
-    (tmp_path / "rel.csv").write_text("time_s,sender,receiver,per\n0,Boat,Diver,0.1\n0,Diver,Boat,0.3\n")
-    scenario = pond(tmp_path, text_of(channel))
+NETWORK = '[channel]\nname = "network"\nnetwork = "harbour.csv"\n'
+
+
+HARBOUR = "sender,receiver,per\nquay,buoy,0.1\nbuoy,quay,0.5\n"
+
+
+STATIC = "static links on moving vehicles"
+
+
+def losses(scenario: Scenario, seed: int) -> list[tuple[int, int, float]]:
+    link = channel_of(resolved(scenario), seed).link
+    return sorted((a, b, p) for (a, b), p in link.per_of.items())  # type: ignore[attr-defined]  # it is a Matrix
+
+
+def test_nodes_are_drawn_by_the_seed_or_given_by_the_scenario(tmp_path: Path) -> None:
+    """Boat is the first vehicle of the file and owns slot 1."""
+    (tmp_path / "harbour.csv").write_text(HARBOUR)
+    drawn = pond(tmp_path, text_of(NETWORK))
+    assert {tuple(losses(drawn, seed)) for seed in range(20)} == {
+        ((0, 1, 0.1), (1, 0, 0.5)),
+        ((0, 1, 0.5), (1, 0, 0.1)),
+    }
+    fixed = pond(tmp_path, text_of(NETWORK + 'nodes = { Boat = "quay" }\n'))
+    assert {tuple(losses(fixed, seed)) for seed in range(20)} == {((0, 1, 0.5), (1, 0, 0.1))}
+    by_option = pond(tmp_path, text_of(NETWORK), "channel.nodes.Diver=quay")
+    assert losses(by_option, 1) == [(0, 1, 0.1), (1, 0, 0.5)]
+
+
+def test_a_node_may_be_a_whole_number(tmp_path: Path) -> None:
+    """In a file and on the command line; what is kept is its name."""
+    (tmp_path / "harbour.csv").write_text(HARBOUR.replace("quay", "21").replace("buoy", "27"))
+    in_file = pond(tmp_path, text_of(NETWORK + "nodes = { Boat = 21 }\n"))
+    by_option = pond(tmp_path, text_of(NETWORK), "channel.nodes.Boat=21")
+    for scenario in (in_file, by_option):
+        assert scenario.channel.nodes == {"Boat": "21"}
+        assert losses(scenario, 1) == [(0, 1, 0.5), (1, 0, 0.1)]
+    assert pond(tmp_path, text_of(NETWORK + 'nodes = { Boat = "21" }\n')) == in_file
+    allowed = {"type": "object", "additionalProperties": {"type": ["string", "integer"]}}
+    schema = type(in_file.channel).model_json_schema()["properties"]["nodes"]
+    assert {key: schema[key] for key in allowed} == allowed
+
+
+def test_results_say_which_file_it_was_and_are_read_when_it_is_gone(tmp_path: Path) -> None:
+    file = tmp_path / "harbour.csv"
+    file.write_text(HARBOUR)
+    scenario = pond(tmp_path, text_of(NETWORK), "scenario.duration_s=120")
     table = json.loads(scenario.model_dump_json())["channel"]
-    assert table["file"] == str(tmp_path / "rel.csv")
-    assert len(table["sha256"]) == 64
-    assert scenario.channel.mean_per(deployment_of(scenario)) == pytest.approx(0.2)
-    (tmp_path / "rel.csv").write_text("time_s,sender,receiver,per\n0,Boat,Diver,0.1\n0,Diver,Boat,0.4\n")
-    again = pond(tmp_path, text_of(channel + f'sha256 = "{table["sha256"]}"\n'))
-    with pytest.raises(ConfigurationError, match=r"channel\.file.*rel\.csv.*is not the file that was used"):
-        run(again, seed=1)
+    assert (table["network"], len(table["sha256"])) == (str(file), 64)
+    write_results(run(scenario, seed=1), tmp_path / "out")
+    file.write_text(HARBOUR.replace("0.5", "0.6"))
+    again = Results.read(tmp_path / "out")
+    assert again.scenario.channel.network == str(file)
+    assert again.manifest["assumed"] in (
+        f"harbour: {STATIC}, Diver = {one}, Boat = {other}" for one, other in permutations(("quay", "buoy"))
+    )
+    with pytest.raises(ConfigurationError, match=r"channel\.network.*harbour\.csv.*is not the file that was used"):
+        run(again.scenario, seed=1)
+    file.unlink()
+    with pytest.raises(ConfigurationError, match=r"channel\.network.*cannot be read: No such file"):
+        run(again.scenario, seed=1)
+
+
+def test_a_fault_in_a_file_of_its_own_has_its_line(tmp_path: Path) -> None:
+    file = tmp_path / "harbour.toml"
+    node = '[[network.node]]\nname = "{}"\nper = {{ {} = {} }}\n'
+    file.write_text('[[network]]\nname = "h"\n' + node.format("quay", "buoy", 1.5) + node.format("buoy", "quay", 0.5))
+    (fault,) = faults_of(tmp_path, text_of(NETWORK.replace("csv", "toml")))
+    assert (fault.file, fault.line, fault.key) == (str(file), 5, "network.h.node.quay.per.buoy")
+    file.write_text("[[network]\n")
+    (fault,) = faults_of(tmp_path, text_of(NETWORK.replace("csv", "toml")))
+    assert (fault.file, fault.key) == (str(file), "TOML")
+    assert "line 1" in fault.allowed
+    (tmp_path / "harbour.csv").write_text(HARBOUR.replace("0.5", "-0.5"))
+    (fault,) = faults_of(tmp_path, text_of(NETWORK))
+    assert (
+        fault.text("pond.toml") == f'{tmp_path / "harbour.csv"}:3: per = "-0.5": of buoy to quay: a number from 0 to 1'
+    )

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from recorded import flown
 
 from exchange.acoustics.channel import Arrival
 from missions.features.damage import DamagingChannel
-from missions.runs.run import run
 from missions.runs.summary import summary
 from missions.scenarios import load
 
@@ -32,7 +32,7 @@ def damaged(slot: int, data: bytes, share: float, bits: int = 1, seed: int = 5) 
 
 def recorded(*settings: str, seed: int = 1) -> tuple[str, dict[str, object]]:
     """All rows of a run as one text, and its summary."""
-    made = run(load("mapping-rendezvous", [("--set", one) for one in settings]), seed)
+    made = flown("mapping-rendezvous", *settings, seed=seed)
     rows = {name: list(made.recorder.rows(name)) for name in made.recorder.tables}
     return json.dumps(rows, default=str), summary(made)
 
@@ -57,7 +57,7 @@ def test_what_is_damaged_at_one_share_is_damaged_alike_at_every_higher_one(slot:
 
 def test_a_checksum_finds_all_of_it() -> None:
     """What is refused are the packets that were damaged; nobody believes what is false, and the mission is done."""
-    made = run(load("mapping-rendezvous", [("--set", SHARE), ("--set", "communication.crc_bits=32")]), 1)
+    made = flown("mapping-rendezvous", SHARE, "communication.crc_bits=32")
     found, arrivals = summary(made), sum(len(row[6]) for row in made.recorder.packets)
     refused = [row for row in made.recorder.rows("refused") if "damaged" in row[-1]]
     assert found["completed"]

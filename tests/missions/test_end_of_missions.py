@@ -63,3 +63,18 @@ def test_what_is_reached_is_the_share_of_all_jobs_that_are_done() -> None:
     for number, job in enumerate(("wreck", "pit", "wreck", "reef")):
         truth.note("A", job, 10.0 * number)
         assert truth.goal_fraction == pytest.approx((1 / 3, 2 / 3, 2 / 3, 1.0)[number])
+
+
+def test_the_wait_of_a_head_goes_on_while_others_push_it_out_of_the_radius() -> None:
+    """Two have no room within 3 m of the rally point: each is out for every other minute."""
+    meeting = Meeting({"Team": TEAM}, {"jetty": JETTY_M}, 3.0, 20.0, 60.0, 900.0, {})
+    truth, (x_m, y_m) = JobTruth(meeting, "Surveying", Recorder([JOBS])), JETTY_M
+
+    def observed(minute: int, has_met: bool) -> bool:
+        off_m = (1.0, 6.0) if minute % 2 else (6.0, 1.0)
+        vehicles = [seen(name, position_m=(x_m + m, y_m), met=has_met) for name, m in zip("AB", off_m, strict=True)]
+        return truth.observe(SimpleNamespace(vehicles=tuple(vehicles)), 60.0 * minute)
+
+    assert not any(observed(minute, False) for minute in range(1, 17))
+    assert observed(17, True)
+    assert [one.name for one in truth.milestones][-1] == "mission_complete"

@@ -141,14 +141,8 @@ def test_a_kind_is_named_by_its_file_from_the_folder_of_the_scenario(mine: Path)
         ("kind='own_kinds:Wrong', at_s=9", "kind", "leaves returned 0.5; expected: a Condition"),
         ("kind='own_kinds:Strict', at_s=9", "kind", "its checks must pass malformed values over, but raised Runtime"),
         ("kind='own_kinds:Leaves', at_s=9", "kind", "a subclass of remoras.DeclaredFault is needed, not the class"),
-        ("kind='own_kinds:Absent', at_s=9", "kind", "has no attribute 'Absent'"),
         ("kind='no_such:Kind', at_s=9, depth_m=3", "kind", "No module named 'no_such'"),
         ("kind='own_kinds:Fouled', at_s=9", "weed_w", "missing"),
-        ("kind='own_kinds:Fouled', at_s=9, weed_w=0", "weed_w", "greater than 0"),
-        ("kind='own_kinds:Fouled', at_s=9, weed_w=1, wed_w=1", "wed_w", "did you mean 'weed_w'?"),
-        ("kind='own_kinds:Fouled', at_s=9, weed_w=1, factor=0.5", "factor",
-         "not used by kind own_kinds:Fouled, only by slow"),
-        ("kind='own_kinds:Fouled', at_s=9, weed_w=1, until_s=5", "until_s", "must be above at_s = 9"),
     ],
 )  # fmt: skip
 def test_a_kind_from_outside_that_cannot_be_is_refused_in_a_line(table: str, key: str, says: str) -> None:

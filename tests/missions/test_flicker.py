@@ -2,9 +2,7 @@
 
 import pytest
 from flicker import undone
-
-from missions.runs.run import run
-from missions.scenarios import load
+from recorded import flown
 
 
 @pytest.mark.parametrize(
@@ -15,7 +13,7 @@ def test_leaders_followers_and_escorts_do_not_flicker(name: str, most: int) -> N
 
     Trident's vehicle under water passes the rally point twice while it works, and is at home for that long.
     """
-    n_undone, n_changes = undone(run(load(name), 1).recorder.rows("activities"))
+    n_undone, n_changes = undone(flown(name).recorder.rows("activities"))
     assert n_undone <= most
     assert n_changes >= 20
 
@@ -34,6 +32,6 @@ def test_who_gives_up_or_is_called_with_others_does_not_turn_back(name: str, key
     Whoever had given up a job turned to it once more before it had left it; and of several that heard the same call all
     set out, and all but the nearest turned back.
     """
-    n_undone, n_changes = undone(run(load(name, [("--set", key) for key in keys]), 1).recorder.rows("activities"))
+    n_undone, n_changes = undone(flown(name, *keys).recorder.rows("activities"))
     assert n_undone <= most
     assert n_changes >= 40

@@ -1,13 +1,13 @@
 """A vehicle that is lost, off or without energy floats: the current at the surface carries it, and nobody meets it."""
 
-from functools import cache
+from functools import partial
 from pathlib import Path
 
 import pytest
+from varied import Varied
 
 from missions.runs.results import write_results
-from missions.runs.run import Run, run
-from missions.scenarios import load
+from missions.runs.run import Run
 from missions.verification import verify
 
 CURRENT = ("current.east_mps=0.3", "current.north_mps=-0.2", "current.shear_depth_m=40.0", "scenario.duration_s=300.0")
@@ -16,9 +16,7 @@ OFF = 'fault=[{kind="restarts",vehicle="AUV02",at_s=100,until_s=200,memory="kept
 EMPTY = "vehicle.AUV02.energy_j=6000.0"
 
 
-@cache
-def flown(*keys: str) -> Run:
-    return run(load("mapping-patches", [("--set", key) for key in keys]), 1)
+flown = partial(Varied("mapping-patches", "own.toml").flown, 1)
 
 
 def at_m(of: Run, time_s: float) -> tuple[float, float]:
@@ -30,15 +28,11 @@ def way_m(of: Run, from_s: float, until_s: float) -> tuple[float, float]:
     return then_x_m - x_m, then_y_m - y_m
 
 
-def test_who_is_lost_drifts_with_the_water_at_the_surface() -> None:
+@pytest.mark.parametrize(("befalls", "kind"), [(LOST, "lost"), (EMPTY, "energy")])
+def test_who_is_lost_or_without_energy_drifts_with_the_water_at_the_surface(befalls: str, kind: str) -> None:
     """From the tick after on: 100 s of (0.3, -0.2) m/s, though at its own depth of 20 m the water runs half as fast."""
-    assert way_m(flown(*CURRENT, LOST), 150.0, 250.0) == pytest.approx((30.0, -20.0))
-
-
-def test_who_is_without_energy_drifts_too() -> None:
-    done = flown(*CURRENT, EMPTY)
-    (empty_s,) = (row[0] for row in done.recorder.faults if row[1:3] == ("AUV02", "energy"))
-    assert empty_s < 200.0
+    done = flown(*CURRENT, befalls)
+    assert [row[0] < 200.0 for row in done.recorder.faults if row[1:3] == ("AUV02", kind)] == [True]
     assert way_m(done, 200.0, 300.0) == pytest.approx((30.0, -20.0))
 
 

@@ -1,19 +1,25 @@
-"""Metrics of a sweep follow from their declarations: which a study may name, and which value is the better one."""
+"""Metrics of a sweep: of missions or of a user, which a study may name, and which value is the better one."""
 
+import itertools
+import json
 from pathlib import Path
 from typing import Any
 
 import pytest
-from sweeping import finished, study_text, written
+from sweeping import Serial, finished, study_text, written
 from sweeping import swept as swept_by
 
+import remoras
 from missions.comparison import compare, ranks
-from missions.errors import ConfigurationError, OutputError
+from missions.errors import ConfigurationError, OutputError, StudyChangedError
 from missions.metric import Better, Metric, collected
 from missions.runs.metrics import CORE_METRICS
-from missions.sweeps import SweepResults, load_study
+from missions.sweeps import load_study
+from missions.sweeps.driver import sweep
+from missions.sweeps.folder import SweepResults
 from missions.sweeps.ledger import FinishedRun
 from missions.sweeps.plan import RunTask
+from remoras.errors import PluginError
 
 WITHOUT_METRICS = study_text(repeats=3, per="[0.1]").replace('metrics = ["mission_time_s", "n_bytes"]\n', "")
 
@@ -87,11 +93,6 @@ def test_a_metric_that_no_mission_of_the_study_has_is_refused(tmp_path: Path, mo
     with pytest.raises(ConfigurationError, match=r"study.toml:9: study.metrics = \"depth_reached\": allowed: .*; did "
                        r"you mean 'depth_reached_m'"):  # fmt: skip
         load_study(str(written(tmp_path, text)))
-    with pytest.raises(ConfigurationError, match=r'stopping.metric = "coverage_fraction": allowed: .*depth_reached_m'):
-        load_study(
-            str(written(tmp_path, WITHOUT_METRICS + '[stopping]\nmetric = "coverage_fraction"\nhalf_width = 1\n'
-                        "maximum = 10\n"))
-        )  # fmt: skip
 
 
 def test_missions_that_mean_different_things_by_one_name_are_studied_apart(
@@ -126,3 +127,120 @@ def test_a_metric_of_which_no_value_is_better_is_compared_and_not_ranked(
         OutputError, match=r"'heading_rad': cannot be ranked, neither .*; allowed are .*mission_time_s, "
     ):
         ranks(results, "heading_rad")
+
+
+OWN = """
+from remoras import Better, Figure, Metric
+
+
+def n_assigned(run):
+    return sum(event == "assigned" for *_, event in run.recorder.rows("roles"))
+
+
+def last_s(run):
+    times = [row[0] for row in run.recorder.rows("trajectories")]
+    assert times == sorted(times)
+    return times[-1] + 1000.0 * len(run.scenario.vehicle)
+
+
+def draw(axes, results, style):
+    axes.plot(results.table("trajectories")["time_s"].to_numpy(), color=style.black)
+    return "Drawn by somebody else."
+
+
+HANDED = Metric("n_assigned", "", Better.LOWER, "roles taken", n_assigned)
+LAST = Metric("last_s", "s", Better.LOWER, "last row", last_s)
+TIMES = Figure("times", "Times", draw, needs=("trajectories",))
+TAKEN = Metric("n_bytes", "B", Better.LOWER, "mine", n_assigned)
+RAISES = Metric("raises", "", Better.LOWER, "raises", lambda run: 1 / 0)
+"""
+COUNTER = itertools.count()
+FACTS = {"scenario.duration_s": 20.0}
+
+
+@pytest.fixture
+def own(tmp_path: Path) -> Path:
+    """A file of a name that no other test has: a module is imported once."""
+    path = tmp_path / "elsewhere" / f"metrics_of_mine_{next(COUNTER)}.py"
+    path.parent.mkdir()
+    path.write_text(OWN, encoding="utf-8")
+    return path
+
+
+def study_of(folder: Path, *named: str, **others: Any) -> Path:
+    text = study_text(repeats=2, per="[0.1]", **others).replace('["ack", "mps-ack"]', '["ack"]')
+    return written(folder, text.replace('metrics = ["mission_time_s", "n_bytes"]', f"metrics = {json.dumps(named)}"))
+
+
+def made(study: Path, out: Path) -> SweepResults:
+    sweep(load_study(str(study)), out, executor=Serial())
+    return SweepResults.read(out)
+
+
+# The same wherever the run is ------------------------------------------------------------------
+
+
+def test_a_metric_gives_the_same_in_memory_of_a_folder_and_in_the_summary(own: Path, tmp_path: Path) -> None:
+    """The last tick is at 20 s; four vehicles. A group of the mission has its roles assigned at the beginning."""
+    named = f"{own}:LAST"
+    run = remoras.run("mapping-rendezvous", set={**FACTS, "scenario.metrics": [named]})
+    read = remoras.open(run.save(tmp_path / "run"))
+    assert isinstance(read, remoras.Run)
+    assert run.metric(named) == read.metric(named) == run.summary["last_s"] == read.summary["last_s"] == 4020.0
+
+
+# In a sweep --------------------------------------------------------------------------------------
+
+
+def test_a_finished_sweep_is_asked_of_its_kept_tables(own: Path, tmp_path: Path) -> None:
+    """Both repeats have kept theirs, so the new metrics have as many values as the others."""
+    made(study_of(tmp_path, "n_bytes"), tmp_path / "out")
+    found = remoras.compare(tmp_path / "out", f"{own}:HANDED", f"{own}:LAST", "n_bytes")
+    assert found.set_index("metric")["n"].to_dict() == {"n_assigned": 2, "last_s": 2, "n_bytes": 2}
+    assert found.set_index("metric")["mean"]["last_s"] == 4020.0
+
+
+def test_a_sweep_without_tables_says_what_to_do(own: Path, tmp_path: Path) -> None:
+    path = study_of(tmp_path, "n_bytes")
+    path.write_text(path.read_text(encoding="utf-8").replace("seed = 7", "seed = 7\nkeep_tables = 0"))
+    made(path, tmp_path / "out")
+    with pytest.raises(OutputError, match=r"kept no tables, of which n_assigned .* study.metrics, or set study.keep_t"):
+        remoras.compare(tmp_path / "out", f"{own}:HANDED")
+
+
+def test_a_study_may_lose_a_metric_and_gets_one_in_another_folder(own: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    made(study_of(tmp_path, f"{own}:HANDED", f"{own}:LAST"), out)
+    sweep(load_study(str(study_of(tmp_path, f"{own}:HANDED"))), out, executor=Serial())
+    made(study_of(tmp_path, f"{own}:HANDED"), tmp_path / "less")
+    more = load_study(str(study_of(tmp_path, f"{own}:HANDED", f"{own}:LAST")))
+    with pytest.raises(StudyChangedError, match=r"metrics: was .*HANDED.* now .*LAST.*; runs that were made lack it"):
+        sweep(more, tmp_path / "less", executor=Serial())
+
+
+# What cannot be --------------------------------------------------------------------------------
+
+WRONG = {
+    "NOWHERE": "has no attribute 'NOWHERE'",
+    "TIMES": "it is a Figure; expected a remoras.Metric",
+    "TAKEN": "metric n_bytes: declared twice",
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_a_study_refuses_what_is_no_metric_in_one_line(own: Path, tmp_path: Path, name: str) -> None:
+    with pytest.raises(ConfigurationError) as raised:
+        load_study(str(study_of(tmp_path, "n_bytes", f"{own}:{name}")))
+    (line,) = str(raised.value).splitlines()
+    assert "study.toml" in line
+    assert "study.metrics" in line
+    assert WRONG[name] in line
+
+
+def test_a_metric_that_fails_is_named_with_its_run(own: Path, tmp_path: Path) -> None:
+    name, said = "RAISES", "raised ZeroDivisionError"
+    made(study_of(tmp_path, "n_bytes"), tmp_path / "out")
+    with pytest.raises(PluginError, match=rf"metric \w+ of .*{name}, run \w+: .*{said}"):
+        remoras.compare(tmp_path / "out", f"{own}:{name}")
+    with pytest.raises(PluginError, match=said):
+        remoras.run("mapping-rendezvous", set={**FACTS, "scenario.metrics": [f"{own}:{name}"]}).summary  # noqa: B018

@@ -8,7 +8,7 @@ from typing import Any
 
 import outside_channels
 import pytest
-from small_mission import SMALL, faults_of, line_of, pond, run_varied
+from small_mission import CHANNEL, SMALL, faults_of, line_of, pond, run_varied, with_channel
 
 from exchange.acoustics.link import GilbertElliott, Transmission
 from exchange.acoustics.shipped import CHANNELS
@@ -21,7 +21,6 @@ from missions.scenarios import load
 from missions.scenarios.deployment import deployment_of
 
 SHIPPED = ["ASV00", "AUV00", "AUV01", "AUV02"]
-OWN = '[channel]\nname = "bernoulli"\nper = 0.2\n'
 LINKED = """\
 [channel]
 name = "matrix"
@@ -60,10 +59,6 @@ per_bad = 0.8
 """
 
 
-def text_of(channel: str) -> str:
-    return SMALL.replace(OWN, channel)
-
-
 def sent(slot: int, sender: int) -> Transmission:
     return Transmission(slot, sender, 0.0, 512)
 
@@ -80,13 +75,13 @@ def test_every_model_but_the_trace_which_needs_a_file_runs_as_soon_as_it_is_name
 
 def test_links_and_blackouts_are_of_the_nodes_that_own_the_slots(tmp_path: Path):
     """Boat is the first vehicle of the file and owns slot 1."""
-    channel = channel_of(resolved(pond(tmp_path, text_of(LINKED))), 1)
+    channel = channel_of(resolved(pond(tmp_path, with_channel(LINKED))), 1)
     assert (channel.link.p_loss(sent(0, 0), 1, 9.0), channel.link.p_loss(sent(1, 1), 0, 9.0)) == (0.5, 1.0)
     assert [(b.from_s, b.until_s, b.node) for b in channel.blackouts] == [(600.0, 900.0, 0)]
 
 
 def test_the_states_of_the_links_come_from_the_seed_of_the_run(tmp_path: Path):
-    link = channel_of(resolved(pond(tmp_path, text_of(BURSTS), "channel.per_bad=0.9")), 7).link
+    link = channel_of(resolved(pond(tmp_path, with_channel(BURSTS), "channel.per_bad=0.9")), 7).link
     assert link == GilbertElliott(0.1, 0.3, 0.05, 0.9, seed=7)
 
 
@@ -94,7 +89,7 @@ def test_the_states_of_the_links_come_from_the_seed_of_the_run(tmp_path: Path):
     ("channel", "per"),
     [
         ('[channel]\nname = "perfect"\n', 0.0),
-        (OWN, 0.2),
+        (CHANNEL, 0.2),
         (LINKED, 0.75),  # (0.5 + 1.0) / 2
         (LINKED.replace('[[channel.link]]\nsender = "Boat"\nreceiver = "Diver"\nper = 1.0\n', ""), 0.35),
         (BURSTS, 0.2375),  # 3/4 * 0.05 + 1/4 * 0.8
@@ -102,14 +97,14 @@ def test_the_states_of_the_links_come_from_the_seed_of_the_run(tmp_path: Path):
     ],
 )
 def test_the_summary_has_the_mean_packet_error_rate(tmp_path: Path, channel: str, per: float):
-    assert identity(pond(tmp_path, text_of(channel)), 1)["per"] == pytest.approx(per, rel=1e-12)
+    assert identity(pond(tmp_path, with_channel(channel)), 1)["per"] == pytest.approx(per, rel=1e-12)
 
 
-@pytest.mark.parametrize("channel", [OWN, LINKED, BURSTS])
+@pytest.mark.parametrize("channel", [CHANNEL, LINKED, BURSTS])
 @pytest.mark.parametrize("settings", [(), ("channel.name=perfect",), ("channel.name=gilbert-elliott",)])
 def test_what_is_written_is_read_again(tmp_path: Path, channel: str, settings: tuple[str, ...]):
     """As the manifest has it: settings of a model that was replaced are not in it."""
-    scenario = pond(tmp_path, text_of(channel), *settings)
+    scenario = pond(tmp_path, with_channel(channel), *settings)
     again = type(scenario).model_validate_json(scenario.model_dump_json(exclude_none=True))
     assert again == scenario
     table = scenario.channel.model_dump()
@@ -127,7 +122,6 @@ ONE_FAULT = [
      "the link from Diver to Boat is listed twice"),
     (LINKED, "per = 1.0", "per = 1.1", "link.2.per", "1.1", "less than or equal to 1"),
     (LINKED, "per = 0.5", "per = -0.1", "link.1.per", "-0.1", "greater than or equal to 0"),
-    (LINKED, "per = 0.5", "prr = 0.5", "link.1.prr", "0.5", "did you mean 'per'"),
     (LINKED, "until_s = 900.0", "until_s = 600.0", "blackout.1.until_s", "600.0", "above from_s = 600.0"),
     (LINKED, "from_s = 600.0", "from_s = -1.0", "blackout.1.from_s", "-1.0", "greater than or equal to 0"),
     (LINKED, 'vehicle = "Diver"', 'vehicle = "Drive"', "blackout.1.vehicle", '"Drive"', "did you mean 'Diver'"),
@@ -135,13 +129,10 @@ ONE_FAULT = [
     (APART, '["Diver"]', '["Boat", "Diver"]', "blackout.1.between", '"Boat"', "a vehicle is on one side"),
     (APART, '["Boat"], ["Diver"]', '["Boat"]', "blackout.1.between", '[["Boat"]]', "at least 2 items"),
     (APART, '["Diver"]', "[]", "blackout.1.between.2", "[]", "at least 1 item"),
-    (APART, '["Diver"]', '"Diver"', "blackout.1.between.2", '"Diver"', "valid array"),
     (APART, '["Diver"]]', '["Diver"]]\nvehicle = "Boat"', "blackout.1.between", '[["Boat"], ["Diver"]]', "leave one"),
     (BURSTS, "p_good_to_bad = 0.1", "p_good_to_bad = 0.8", "p_good_to_bad", "0.8", "at most 1, not 1.1"),
     (BURSTS, "p_bad_to_good = 0.3", "p_bad_to_good = 0.95", "p_bad_to_good", "0.95", "at most 1, not 1.05"),
     (BURSTS, "per_bad = 0.8", "per_bad = 1.01", "per_bad", "1.01", "less than or equal to 1"),
-    (BURSTS, "per_bad = 0.8", "per = 0.8", "per", "0.8", "not used by the gilbert-elliott channel, only by bernoulli"),
-    (OWN, "per = 0.2", "per_bad = 0.2", "per_bad", "0.2", "not used by the bernoulli channel, only by gilbert-elliott"),
 ]  # fmt: skip
 
 
@@ -151,7 +142,7 @@ def test_one_fault_is_one_clear_message(
 ):
     changed = channel.replace(old, new, 1)
     assert changed != channel
-    (fault,) = [fault for fault in faults_of(tmp_path, text_of(changed)) if fault.key == f"channel.{key}"]
+    (fault,) = [fault for fault in faults_of(tmp_path, with_channel(changed)) if fault.key == f"channel.{key}"]
     assert fault.given == given
     assert says in fault.allowed
     assert fault.line == line_of(SMALL, "[channel]") + channel[: channel.index(old)].count("\n")
@@ -160,14 +151,14 @@ def test_one_fault_is_one_clear_message(
 @pytest.mark.parametrize(
     ("channel", "settings", "key"),
     [
-        (OWN, ["channel.per_bad=0.9"], "channel.per_bad"),
-        (OWN, ["channel.name=gilbert-elliott", "channel.per=0.3"], "channel.per"),
+        (CHANNEL, ["channel.per_bad=0.9"], "channel.per_bad"),
+        (CHANNEL, ["channel.name=gilbert-elliott", "channel.per=0.3"], "channel.per"),
         (BURSTS, ["channel.name=bernoulli", "channel.per_bad=0.9"], "channel.per_bad"),
         (BURSTS + "per = 0.1\n", ["channel.name=gilbert-elliott"], "channel.per"),
     ],
 )
 def test_a_setting_without_effect_is_refused(tmp_path: Path, channel: str, settings: list[str], key: str):
-    faults = faults_of(tmp_path, text_of(channel), *settings)
+    faults = faults_of(tmp_path, with_channel(channel), *settings)
     assert [fault.key for fault in faults if key in fault.key] == [fault.key for fault in faults]
     assert "not used by" in faults[0].allowed
 
@@ -179,7 +170,7 @@ MUD = '[channel]\nname = "outside_channels:MODEL"\nclear_per = 0.2\nin_mud = "Di
 
 def test_a_model_from_outside_has_settings_of_its_own(tmp_path: Path):
     """Boat owns slot 1, Diver slot 0: 2 of 2 links are in the mud."""
-    scenario = pond(tmp_path, text_of(MUD))
+    scenario = pond(tmp_path, with_channel(MUD))
     assert scenario.channel.settings() == outside_channels.Mud(clear_per=0.2, in_mud="Diver", layers_m=(1.0, 2.0))
     three = replace(deployment_of(scenario), nodes={"Diver": 0, "Boat": 1, "Buoy": 2})
     links = scenario.channel.link_model(three, 1)
@@ -188,10 +179,10 @@ def test_a_model_from_outside_has_settings_of_its_own(tmp_path: Path):
     assert scenario.channel.mean_per(four) == pytest.approx(0.5 + 0.5 * 0.2)
 
 
-@pytest.mark.parametrize("own", [OWN, LINKED, BURSTS])
+@pytest.mark.parametrize("own", [CHANNEL, LINKED, BURSTS])
 def test_a_model_from_outside_replaces_that_of_the_file(tmp_path: Path, own: str):
     """Settings that the file has for its own model are left aside."""
-    channel = pond(tmp_path, text_of(own), "channel.name=outside_channels:MODEL", "channel.clear_per=0.3").channel
+    channel = pond(tmp_path, with_channel(own), "channel.name=outside_channels:MODEL", "channel.clear_per=0.3").channel
     assert channel.settings() == outside_channels.Mud(clear_per=0.3)
 
 
@@ -199,21 +190,18 @@ def test_a_model_from_outside_replaces_that_of_the_file(tmp_path: Path, own: str
     ("old", "new", "key", "says"),
     [
         ("clear_per = 0.2", "clear_per = 0.6", "channel.clear_per", "less than or equal to 0.5"),
-        ("clear_per = 0.2", 'clear_per = "much"', "channel.clear_per", "valid number"),
         ("clear_per = 0.2", "cleer_per = 0.2", "channel.cleer_per", "did you mean 'clear_per'"),
         ("clear_per = 0.2", "per = 0.2", "channel.per", "not used by the outside_channels:MODEL channel, only by bern"),
         ('in_mud = "Diver"', 'in_mud = "Driver"', "channel.in_mud", "allowed: Boat, Diver; did you mean 'Diver'?"),
         ("layers_m = [1.0, 2]", "layers_m = [3, 2]", "channel.layers_m", "must be in order"),
         ("layers_m = [1.0, 2]", 'layers_m = [1, "x"]', "channel.layers_m.2", "valid number"),
-        ("channels:MODEL", "channels:MODLE", "channel.name", "has no attribute 'MODLE'"),
-        ("outside_channels:MODEL", "no_such_file:MODEL", "channel.name", "No module named 'no_such_file'"),
         ("channels:MODEL", "channels:NO_CLASS", "channel.name", "a subclass of .*ChannelModel is needed, not the"),
     ],
 )
 def test_a_fault_with_a_model_from_outside_is_one_clear_message(
     tmp_path: Path, old: str, new: str, key: str, says: str
 ):
-    (fault,) = faults_of(tmp_path, text_of(MUD.replace(old, new)))
+    (fault,) = faults_of(tmp_path, with_channel(MUD.replace(old, new)))
     assert fault.key == key
     assert re.search(says, fault.allowed)
     assert fault.line is not None
@@ -233,7 +221,7 @@ def test_a_fault_with_a_model_from_outside_is_one_clear_message(
     ],
 )
 def test_a_model_that_does_not_keep_to_its_seam_is_found_before_the_run(tmp_path: Path, name: str, says: str):
-    (fault,) = faults_of(tmp_path, text_of(f'[channel]\nname = "outside_channels:{name}"\n'))
+    (fault,) = faults_of(tmp_path, with_channel(f'[channel]\nname = "outside_channels:{name}"\n'))
     assert fault.key == "channel.name"
     assert re.search(says, fault.allowed)
 

@@ -4,18 +4,20 @@ from pathlib import Path
 
 import pytest
 from cryptography.hazmat.primitives.ciphers import aead
+from diving import together
 
 from exchange.acoustics.channel import Arrival
-from exchange.drivers import AT_ONCE, Ether
 from exchange.errors import PeerFault
 from missions.errors import ConfigurationError
-from missions.nodes import NodeLog, NodePlan, VehicleNode, alone, read_log
+from missions.nodes import LoneVehicle, NodePlan, alone, read_log
+from missions.nodes.logs import LineKind, LogEntry, Logged, back
 from missions.runs.assembly import assemble, channel_of
 from missions.runs.results import manifest
 from missions.runs.run import run
 from missions.runs.setup import Setup, resolved
 from missions.scenarios import Scenario, load
 from remoras.fleet import Fleet
+from remoras.solo import Sent
 
 NAMES = ("ASV00", "AUV00")
 KEY = "00112233445566778899aabbccddeeff"
@@ -142,23 +144,11 @@ def plans(key_file: Path) -> list[NodePlan]:
     return [NodePlan.of(scenario(key_file), name, 1, 100.0, 50.0) for name in NAMES]
 
 
-def dive(given: list[NodePlan], out: Path) -> list[VehicleNode]:
-    """Vehicles that hear each other to their end."""
-    own = [alone(plan) for plan in given]
-    ether = Ether(own[0].setup.modem.packet_s)
-    nodes = [VehicleNode(one, ether.driver(), AT_ONCE, NodeLog(out, one.plan)) for one in own]
-    while (node := min(nodes, key=lambda one: one.next_s)).next_s < given[0].end_s:
-        node.step()
-    for node in nodes:
-        node.run()
-    return nodes
-
-
 def test_two_dives_share_no_nonce_and_nothing_of_the_first_is_taken_in_the_second(
     key_file: Path, tmp_path: Path, used: list[tuple[bytes, bytes]]
 ) -> None:
     """All of the first dive is played into the second at its time, before what is really said then."""
-    dive(plans(key_file), tmp_path / "one")
+    together(plans(key_file), tmp_path / "one")
     first = len(used)
     heard = {name: read_log(tmp_path / "one" / f"{name}.jsonl").entries for name in NAMES}
     own = [alone(plan) for plan in plans(key_file)]
@@ -183,3 +173,28 @@ def test_a_process_that_begins_anew_in_a_mission_uses_no_nonce_twice(
         alone(plan).solo.advance(60.0)
     assert len(used) > 15
     assert len(set(used)) == len(used)
+
+
+def said(sent: list[Sent]) -> list[LogEntry]:
+    return [LogEntry(LineKind.SENT, one.time_s, one.packet.data) for one in sent]
+
+
+def gone_on(log: Logged, now_s: float) -> tuple[LoneVehicle, Logged]:
+    """Back at a time, and half a minute later: the log repeats up to then, and its next packet tells the new salt."""
+    own, difference = back(log, now_s)
+    assert difference == ""
+    entries = said(own.solo.advance(now_s + 30.0))
+    assert own.salt in entries[0].data
+    return own, Logged(log.plan, (*log.entries, LogEntry(LineKind.BACK, now_s, own.salt), *entries), None)
+
+
+def test_two_that_go_on_from_one_copied_log_share_no_salt_and_each_may_go_on_again(key_file: Path) -> None:
+    plan = plans(key_file)[1]
+    own = alone(plan)
+    log = Logged(plan, (LogEntry(LineKind.SALT, 0.0, own.salt), *said(own.solo.advance(40.0))), None)
+    salts = [own.salt]
+    for _ in range(2):
+        first, longer = gone_on(log, 45.0)
+        second, _ = gone_on(longer, 90.0)
+        salts += first.salt, second.salt
+    assert len(set(salts)) == 5

@@ -4,24 +4,18 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from recorded import flown
 from sweeping import Serial, study_text, written
 from typer.testing import CliRunner
 
 from missions.comparison.baseline import compare
 from missions.comparison.ranking import ranks
-from missions.comparison.treatments import RunOutcome, is_one_run
-from missions.runs.run import run
-from missions.scenarios import load
+from missions.comparison.treatments import Measured, RunOutcome, is_one_run, paired_with
+from missions.statistics import NoInterval
 from missions.sweeps.driver import sweep
 from missions.sweeps.folder import SweepResults
 from missions.sweeps.study import load_study
 from remoras.cli import app
-
-SHORT = ("scenario.duration_s=60",)
-
-
-def drawn(*settings: str) -> bool | None:
-    return run(load("mapping-rendezvous", [("--set", one) for one in (*SHORT, *settings)])).drawn
 
 
 @pytest.mark.parametrize(
@@ -37,7 +31,7 @@ def drawn(*settings: str) -> bool | None:
     ],
 )
 def test_a_run_knows_whether_anything_was_drawn_in_it(settings: tuple[str, ...], expected: bool) -> None:
-    assert drawn(*settings) is expected
+    assert flown("mapping-rendezvous", "scenario.duration_s=60", *settings).drawn is expected
 
 
 def swept(tmp_path: Path, repeats: int = 9) -> SweepResults:
@@ -86,3 +80,40 @@ def outcome(seed: int, drawn: Any, **more: Any) -> RunOutcome:
 )
 def test_when_repeats_are_one_run(runs: list[RunOutcome], expected: bool) -> None:
     assert is_one_run(dict(enumerate(runs))) is expected
+
+
+def test_each_value_is_compared_with_that_of_its_own_repeat() -> None:
+    baseline = Measured({0: 5.0, 1: 1.0, 2: 3.0, 7: 100.0})
+    paired = paired_with(Measured({2: 4.0, 0: 6.0, 1: 2.0, 9: 50.0}), baseline)
+    assert paired is not None
+    assert (paired.difference, paired.n) == (1.0, 3)
+    assert paired.interval is NoInterval.TOO_FEW
+
+
+def test_a_run_in_which_nothing_was_drawn_is_the_same_in_all_repeats() -> None:
+    once = Measured({0: 10.0}, constant=True)
+    paired = paired_with(Measured({3: 11.0, 4: 12.0}), once)
+    assert paired is not None
+    assert (paired.difference, paired.n) == (1.5, 2)
+
+
+def test_two_runs_in_which_nothing_was_drawn_differ_without_chance() -> None:
+    paired = paired_with(Measured({0: 11.0}, constant=True), Measured({0: 10.0}, constant=True))
+    assert paired is not None
+    assert (paired.difference, paired.n, paired.effect) == (1.0, 1, None)
+    assert paired.interval is NoInterval.DETERMINISTIC
+
+
+def test_only_the_share_of_what_was_drawn_is_uncertain() -> None:
+    """None of 8 failed. Of the one side that may, the difference may be larger; of the other, proven, it may not."""
+    times = {repeat: 100.0 + repeat for repeat in range(8)}
+    ours = Measured(times, frozenset(times), 1000.0)
+    paired = paired_with(ours, Measured({0: 100.0}, frozenset({0}), 1000.0, constant=True))
+    assert paired is not None
+    assert isinstance(paired.interval, tuple)
+    low, high = paired.interval
+    assert 0.0 < low < 3.5
+    assert high > 300.0
+    assert paired.n_reached == 8
+    assert isinstance(paired.reached_interval, tuple)
+    assert paired.reached_interval[1] < 7.0

@@ -1,12 +1,12 @@
 """An exchange policy from outside in a scenario and in the policy study, and what is refused of such."""
 
-import outside_policies
 import pytest
+from conformance import nonconforming_policies as outside
 
 from exchange.study.study import ExchangeStudy
 from missions.scenarios.loading import load
 
-SPARSE = "outside_policies:SPARSE"
+SPARSE = "conformance.nonconforming_policies:SPARSE"
 
 
 def test_a_mission_runs_under_a_policy_from_outside() -> None:
@@ -21,6 +21,6 @@ def test_a_mission_runs_under_a_policy_from_outside() -> None:
 
 
 def test_two_policies_of_one_name_are_refused() -> None:
-    other = outside_policies.AckPolicy(outside_policies.M_ACK._replace(name="sparse"), True)
+    other = outside.AckPolicy(outside.M_ACK._replace(name="sparse"), True)
     with pytest.raises(Exception, match="two policies have the name sparse-repeat"):
-        ExchangeStudy(policies=(outside_policies.SPARSE, other))
+        ExchangeStudy(policies=(outside.SPARSE, other))

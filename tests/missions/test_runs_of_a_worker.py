@@ -42,7 +42,6 @@ def alone(of: RunTask) -> tuple[dict[str, object], dict[str, bytes]]:
         ("mapping-rendezvous", 250, [*LOSSY]),
         ("mapping-rendezvous", 250, [*LOSSY, ("--set", "communication.needs_follow=groups")]),
         ("mapping-patches", 120, [*LOSSY, ("--set", "strategy.name=cbba")]),
-        ("mapping-patches", 120, [*LOSSY, ("--set", "strategy.name=oracle")]),
         ("mapping-objects", 200, [*LOSSY]),
         ("mapping-three-teams", 100, [*LOSSY, ("--set", "navigation.drift=0.02")]),
         ("trident-intervention", 200, [*LOSSY]),

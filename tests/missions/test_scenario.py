@@ -25,18 +25,12 @@ ONE_FAULT = [
     ("cell_m = 10.0", "cell_m = -1.0", "world.cell_m", "-1.0", "greater than or equal to 0.1", "cell_m"),
     ("cell_m = 10.0", "cell_m = 10.0\norigin_deg = [89.5, 0.0]", "world.origin_deg", "[89.5, 0.0]",
      "allowed: latitude -89 to 89, longitude -180 to 180", "origin_deg"),
-    ("cell_m = 10.0", "cell_m = 10.0\norigin_deg = [55, 181]", "world.origin_deg", "[55.0, 181.0]",
-     "longitude -180 to 180", "origin_deg"),
     ("cell_m = 10.0", 'cell_m = "10 m"', "world.cell_m", '"10 m"', "valid number", "cell_m"),
     ("per = 0.2", "per = 1.0", "channel.per", "1.0", "less than 1", "per"),
-    ("per = 0.2", "per = nan", "channel.per", "nan", "finite", "per"),
     ("duration_s = 1200.0", "duration_s = 1e9", "scenario.duration_s", "1000000000.0", "604800", "duration_s"),
     ("playsRole = 50", "playsRole = 0", "communication.needs.playsRole", "0", "greater than or equal to 1",
      "playsRole"),
     ("playsRole = 50", "playRole = 50", "communication.needs.playRole", "", "no attribute.*'playsRole'", "playRole"),
-    ('modem = "s2c-18-34"', 'modem = "s2c"', "communication.modem", '"s2c"', "allowed: .*s2c-18-34", "modem"),
-    ('"mps-ack-repeat"', '"mps-ack-repat"', "communication.policy", '"mps-ack-repat"', "mean 'mps-ack-repeat'",
-     "policy"),
     ('name = "bernoulli"', 'name = "bernouli"', "channel.name", '"bernouli"', "mean 'bernoulli'", 'name = "bernouli"'),
     ('name = "remoras"', 'name = "remora"', "strategy.name", '"remora"', "mean 'remoras'", 'name = "remora"'),
     ('name = "remoras"', 'name = "os:nothing"', "strategy.name", '"os:nothing"', "package.module:object",
@@ -45,12 +39,9 @@ ONE_FAULT = [
     ("[200.0, 200.0]", "[200.0, 260.0]", "rally_point.jetty.position_m", "[200.0, 260.0]", "outside the world",
      "position_m"),
     ("[10.0, 0.0]", "[-60.0, 0.0]", "vehicle.Diver.start_m", "[-60.0, 0.0]", "outside the world", "start_m = [-60"),
-    ("[150.0, 100.0], ", "[350.0, 100.0], ", "area.north bank.corners_m", "", "outside the world", "corners_m"),
     ("x_m = [-50.0, 250.0]", "x_m = [250.0, -50.0]", "world.x_m", "", "west border must be below east", "x_m"),
-    ("cell_m = 10.0", "cell_m = 400.0", "area.north bank.corners_m", "0 cells", "1 to 4096", "corners_m"),
     ("slot = 1", "slot = 0", "vehicle.Diver.slot", "0", "owned by Boat and Diver; one owner per slot", "slot:2"),
     ("slot = 1", "slot = 2", "vehicle.Boat.slot", "2", "0 to 1", "slot"),
-    ("slot = 1", "slot = 99", "vehicle.Boat.slot", "99", "63|0 to 1", "slot"),
     ('vehicle_type = "ASV"', 'vehicle_type = "USV"', "vehicle.Boat.vehicle_type", '"USV"', "'AUV' or 'ASV'",
      "vehicle_type"),
     ('"Mapper", ', '"Maper", ', "vehicle.Diver.playable_roles", '"Maper"', "did you mean 'Mapper'",
@@ -59,10 +50,7 @@ ONE_FAULT = [
      'name = "Scout"'),
     ("  minimum = 1\n  founding", "  minimum = 2\n  founding", "group.Team.role.Hand.minimum", "2", "only 1 vehicle",
      "minimum = 2"),
-    ("head = true", "head = true\n  social = 1", "group.Team.role.Skipper.social", "1", "unknown key", "social"),
     ("head = true", "head = false", "group.Team.role", "0 heads", "one role must be head", "[[group.role]]"),
-    ('job = "north bank"', 'job = "nroth bank"', "group.Team.role.Scout.job", '"nroth bank"', "mean 'north bank'",
-     "job ="),
     ('rally_point = "jetty"', 'rally_point = "pier"', "group.Team.rally_point", '"pier"', "allowed: jetty",
      "rally_point"),
     ('mission = "AreaMapping"', 'mission = "Mapping"', "group.Team.mission", '"Mapping"', "mean 'AreaMapping'",
@@ -72,9 +60,6 @@ ONE_FAULT = [
     ("depth_m = 5.0", "depth_m = 50.0", "vehicle.Diver.depth_m", "50.0", "0 to depth_limit_m = 30.0", "depth_m"),
     ("survey_speed_mps = 1.5", "survey_speed_mps = 3.0", "vehicle.Boat.survey_speed_mps", "3.0",
      "up to transit_speed_mps = 2.0", "survey_speed_mps"),
-    ("swath_m = 10.0", "swath_m = 0.0", "vehicle.Diver.sensor.swath_m", "0.0", "greater than or equal to 0.1",
-     "swath_m"),
-    ("patience_s = 60.0", "patience = 60.0", "mission.patience", "60.0", "mean 'patience_s'", "patience ="),
     ("Exploring = 0.6", "Exploring = 1.6", "mission.importance.Exploring", "1.6", "less than or equal to 1",
      "Exploring = 1.6"),
 ]  # fmt: skip
@@ -95,11 +80,6 @@ def test_one_fault_is_one_clear_message(
     assert re.search(says, fault.allowed)
     begins, _, occurrence = where.partition(":")
     assert fault.line == line_of(text, begins, int(occurrence or 1))
-
-
-def test_no_such_scenario_names_the_nearest():
-    with pytest.raises(ConfigurationError, match=r"maping-rendezvous.*did you mean 'mapping-rendezvous'"):
-        load("maping-rendezvous")
 
 
 # Several faults -----------------------------------------------------------------------------------
@@ -144,17 +124,13 @@ def test_a_value_where_a_table_belongs_is_a_fault_and_no_crash(tmp_path: Path, t
     [
         ("channel.per=0.35", lambda s: s.channel.per == 0.35),
         ("channel.name=perfect", lambda s: s.channel.name == "perfect"),
-        ('channel.name="perfect"', lambda s: s.channel.name == "perfect"),
         ("communication.carrier_evidence=false", lambda s: s.communication.carrier_evidence is False),
         ("decision.weight_external = 0", lambda s: s.decision.weight_external == 0.0),
-        ("vehicle.AUV01.survey_speed_mps=1.7", lambda s: s.vehicle[2].survey_speed_mps == 1.7),
         ("vehicle.AUV01.sensor.swath_m=30", lambda s: s.vehicle[2].sensor[0]["swath_m"] == 30.0),
         ("group.Operational.role.Performer.minimum=2", lambda s: s.group[1].role[1].minimum == 2),
         ("rally_point.operational rally.position_m=[1, 2]", lambda s: s.rally_point[0].position_m == (1.0, 2.0)),
-        ("world.x_m=[-1000, 1000]", lambda s: s.world.x_m == (-1000.0, 1000.0)),
         ("world.origin_deg=[-33.9, 18]", lambda s: s.world.origin_deg == (-33.9, 18.0)),
         ('mission.importance."Performer.RendezVous"=1', lambda s: s.mission.importance["Performer.RendezVous"] == 1.0),
-        ("mission.importance.Mapping=0.25", lambda s: s.mission.importance["Mapping"] == 0.25),
     ],
 )
 def test_a_setting_reaches_its_key(setting: str, read: Callable[[Scenario], bool]):

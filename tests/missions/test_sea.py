@@ -1,22 +1,21 @@
 """The sea in missions: off by default, as keys and axes of studies, and what is refused."""
 
 import math
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from statistics import median
 
 import pytest
+from recorded import flown, point, said
 from small_mission import SMALL, faults_of, line_of
 
 from missions.mapping import MappingMission
 from missions.runs.run import Run
-from missions.runs.run import run as run_scenario
 from missions.runs.summary import summary
 from missions.scenarios import load
 
-
-def finished(*settings: str, seed: int = 1) -> Run:
-    return run_scenario(load("mapping-rendezvous", [("--set", one) for one in settings]), seed)
+finished = partial(flown, "mapping-rendezvous")
 
 
 # Current ------------------------------------------------------------------------------------------
@@ -78,13 +77,8 @@ def test_water_carries_vehicles_where_its_table_says() -> None:
 def errors_m(run: Run, vehicle: str) -> list[tuple[float, float]]:
     """(time, distance between where a vehicle said it was and where it was), slot by slot."""
     at_m = {row[0]: row[2:4] for row in run.recorder.trajectories if row[1] == vehicle}
-    told = [row for row in run.recorder.items if (row[1], row[5]) == (vehicle, "position")]
-    found = []
-    for row in told:
-        x_m, y_m = (float(part) for part in row[6].removeprefix("POINT (").removesuffix(")").split())
-        if (here_m := at_m.get(float(int(row[3])))) is not None:
-            found.append((row[3], math.dist(here_m, (x_m, y_m))))
-    return found
+    told = [(at_s, point(value)) for at_s, who, _, value in said(run, "position") if who == vehicle]
+    return [(at_s, math.dist(at_m[int(at_s)], told_m)) for at_s, told_m in told if int(at_s) in at_m]
 
 
 RALLY = 'beacon=[{name="buoy",position_m=[450.0,450.0],range_m=150.0}]'
@@ -175,11 +169,3 @@ def test_a_sea_that_does_nothing_changes_no_byte() -> None:
     plain, beacons = finished(short), finished(short, "navigation.fix_s=1.0", RALLY)
     for name in plain.recorder.tables:
         assert plain.recorder.rows(name) == beacons.recorder.rows(name)
-
-
-def test_draws_of_the_sea_are_those_of_the_seed_whatever_the_strategy() -> None:
-    """So configurations of a study meet the same sea."""
-    settings = ("scenario.duration_s=60", "navigation.drift=0.05", "uncertainty.p_miss=0.5")
-    one, same, other = finished(*settings), finished(*settings), finished(*settings, seed=2)
-    assert one.recorder.trajectories == same.recorder.trajectories
-    assert one.recorder.trajectories != other.recorder.trajectories

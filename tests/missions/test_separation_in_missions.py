@@ -7,17 +7,13 @@ from typing import Any
 
 import pytest
 from cli.invoked import remoras
+from recorded import flown
 from small_mission import SMALL, faults_of, line_of
 
 from missions.runs.run import Run
-from missions.runs.run import run as run_scenario
 from missions.runs.summary import summary
 from missions.scenarios import load
 from remoras.functional import guidance
-
-
-def finished(name: str, *settings: str, seed: int = 1) -> Run:
-    return run_scenario(load(name, [("--set", one) for one in settings]), seed)
 
 
 def conflicts_of(run: Run) -> list[tuple[Any, ...]]:
@@ -66,7 +62,7 @@ def test_conflicts_are_counted_written_and_warned_about(is_kept: bool, monkeypat
     """Without the rule they come too near; summary, table and warning then say the same."""
     if not is_kept:
         monkeypatch.setattr(guidance, "clear_velocity", lambda *_: None)
-    run = finished("mapping-rendezvous", *IN_THE_WAY)
+    run = flown("mapping-rendezvous", *IN_THE_WAY)
     found = summary(run)
     rows = conflicts_of(run)
     assert found["conflicts"] == len({(row[1], row[3]) for row in rows}) == (0 if is_kept else 1)
@@ -83,7 +79,7 @@ def test_conflicts_are_counted_written_and_warned_about(is_kept: bool, monkeypat
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["mapping-rendezvous", "mapping-patches", "mapping-corridor"])
 def test_the_shipped_missions_keep_clear(name: str) -> None:
-    run = finished(name, "channel.per=0.4", seed=7)
+    run = flown(name, "channel.per=0.4", seed=7)
     found = summary(run)
     assert found["completed"], found["reason"]
     assert (found["conflicts"], conflicts_of(run)) == (0, [])

@@ -1,12 +1,13 @@
-"""The folder of a sweep: nothing lost, nothing doubled, whatever the end of the file looks like."""
+"""The folder of a sweep: nothing lost, nothing doubled, whatever its file ends with and however the study grows."""
 
 import shutil
 from pathlib import Path
 
 import pytest
-from sweeping import study_text, written
+from sweeping import outcome, study_text, written
 
 from missions.errors import OutputError, StudyChangedError
+from missions.sweeps import sweep
 from missions.sweeps.folder import SweepFolder, SweepResults
 from missions.sweeps.ledger import LEDGER
 from missions.sweeps.plan import SweepPlan
@@ -58,26 +59,6 @@ def test_status_leaves_a_torn_tail_alone(folder: Path) -> None:
     assert (folder / LEDGER).read_bytes() == content
 
 
-def test_a_broken_line_in_the_middle_is_named(folder: Path, tmp_path: Path) -> None:
-    plan = plan_of(tmp_path)
-    lines = (folder / LEDGER).read_text().splitlines(keepends=True)
-    (folder / LEDGER).write_text(lines[0] + "oops\n" + lines[2])
-    with pytest.raises(OutputError, match=r"ledger.jsonl:2: not a line"):
-        SweepFolder(folder, plan)
-
-
-@pytest.mark.parametrize("line", ["42", "{}", '{"key": "x"}', "null"])
-def test_a_line_that_is_no_run_is_named_with_its_remedy(folder: Path, tmp_path: Path, line: str) -> None:
-    plan = plan_of(tmp_path)
-    whole = (folder / LEDGER).read_text()
-    (folder / LEDGER).write_text(whole + line + "\n")
-    with pytest.raises(OutputError, match=r"ledger.jsonl:4: not a line of a run.* Take the line out"):
-        SweepResults.read(folder).status()
-    (folder / LEDGER).write_text(whole)
-    assert SweepResults.read(folder).status().done == 3
-    SweepFolder(folder, plan).close()
-
-
 OF_ANOTHER_VERSION = '{"version": "1", "study": {"x": 1}, "digests": []}'
 
 
@@ -89,7 +70,9 @@ def test_a_folder_that_does_not_say_what_it_is_for_can_be_set_aside(folder: Path
         SweepResults.read(folder).status()
     with pytest.raises(StudyChangedError):
         SweepFolder(folder, plan)
-    SweepFolder(folder, plan, force_new=True).close()
+    log = SweepFolder(folder, plan, force_new=True)
+    log.close()
+    assert log.lines == {}
     assert len((folder / "before-1" / LEDGER).read_text().splitlines()) == 3
 
 
@@ -113,17 +96,76 @@ def test_the_folder_of_a_run_is_not_taken_for_a_sweep(tmp_path: Path) -> None:
         SweepFolder(tmp_path / "out", plan_of(tmp_path))
 
 
-def test_starting_anew_sets_the_old_runs_aside(folder: Path, tmp_path: Path) -> None:
-    old = (folder / LEDGER).read_bytes()
-    log = SweepFolder(folder, plan_of(tmp_path, study_text(repeats=1)), force_new=True)
-    assert log.lines == {}
-    log.close()
-    assert (folder / "before-1" / LEDGER).read_bytes() == old
-
-
 def test_two_sweeps_do_not_write_one_folder(tmp_path: Path) -> None:
     plan = plan_of(tmp_path)
     log = SweepFolder(tmp_path / "out", plan)
     with pytest.raises(OutputError, match="another sweep is writing"):
         SweepFolder(tmp_path / "out", plan)
     log.close()
+
+
+SMALL = study_text(repeats=2, per="[0.1]")
+
+
+UNFORESEEN = """
+[[unforeseen]]
+name = "nothing"
+[[unforeseen]]
+name = "spread"
+set = { uncertainty = { speed_spread = 0.3 } }
+"""
+
+
+def swept(tmp_path: Path, text: str, out: str) -> Path:
+    sweep(load_study(str(written(tmp_path, text))), tmp_path / out)
+    return tmp_path / out
+
+
+@pytest.mark.slow
+def test_a_grown_folder_is_that_of_the_large_study(tmp_path: Path) -> None:
+    """By strategies, by cases of what is unforeseen and by repeats."""
+    text = study_text(repeats=3, per="[0.1]", extra=UNFORESEEN).replace('["remoras"]', '["central", "remoras"]')
+    grown = swept(tmp_path, SMALL, "grown")
+    before = (grown / LEDGER).read_bytes()
+    swept(tmp_path, text, "grown")
+    assert (grown / LEDGER).read_bytes().startswith(before)  # runs that were made stay, and are not made again
+    assert outcome(grown) == outcome(swept(tmp_path, text, "large"))
+    assert SweepResults.read(grown).status() == SweepResults.read(tmp_path / "large").status()
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (study_text(repeats=1, per="[0.1]"), r"\n  repeats: was 2, now 1"),
+        (study_text(repeats=2, per="[0.4]"), r"\n  channel.bernoulli.per: was \[0.1\], now \[0.4\]"),
+        (SMALL.replace('"ack", ', ""), r'\n  study.policies: was \["ack", "mps-ack"\], now \["mps-ack"\]'),
+        (SMALL.replace("duration_s = 20", "duration_s = 21"), r"set.scenario.duration_s: was 20, now 21"),
+        (SMALL.replace("seed = 7", "seed = 7\nkeep_tables = 2"), r"study.keep_tables: was .*, now 2"),
+    ],
+)
+def test_what_loses_runs_or_changes_them_is_refused(tmp_path: Path, text: str, expected: str) -> None:
+    SweepFolder(tmp_path / "out", plan_of(tmp_path, SMALL)).close()
+    with pytest.raises(StudyChangedError, match=expected.replace(r"\n  repeats", r"\n  study.repeats")):
+        SweepFolder(tmp_path / "out", plan_of(tmp_path, text))
+
+
+def with_tables(at: Path, keep: str = "") -> tuple[int, int]:
+    """(runs made, runs whose tables are kept)."""
+    text = study_text(repeats=3, per="0.4").replace("\nseed", f"\n{keep}\nseed")
+    status = sweep(load_study(str(written(at, text))), at / "out", 1)
+    kept = SweepResults.read(at / "out").table("roles").iloc[:, 0].nunique() if status.with_tables else 0
+    assert kept == status.with_tables
+    return status.done, kept
+
+
+@pytest.mark.parametrize(("keep", "n"), [("", 6), ("keep_tables = 2", 4), ("keep_tables = 0", 0)])
+def test_all_or_what_is_asked_for(keep: str, n: int, tmp_path: Path) -> None:
+    assert with_tables(tmp_path, keep) == (6, n)
+
+
+def test_no_more_than_the_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("missions.sweeps.folder.MOST_TABLE_BYTES", 150_000)
+    done, kept = with_tables(tmp_path)
+    assert done == 6
+    assert 0 < kept < 6
+    assert with_tables(tmp_path) == (6, kept)  # the same command once more adds nothing

@@ -1,22 +1,27 @@
-"""A power cut takes what was not synced, and a disk may fail at any write: no run is lost, doubled or mixed."""
+"""Power cuts, kills and disks that fail at any write: no run is lost, doubled or mixed."""
 
 import json
 import os
+import random
 import shutil
+import subprocess
+import time
 from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import Future
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, ClassVar
 
+import psutil
 import pytest
 from failing_disk import FAULTS, OPERATIONS, FailingDisk, Killed
 from sampling import sampled
-from sweeping import Serial, outcome, study_text, written
+from sweeping import Serial, ledger_length, outcome, started, study_text, written
 
 from missions.errors import OutputError
 from missions.sweeps.driver import PartlyDoneError, sweep
-from missions.sweeps.ledger import LEDGER, FinishedRun
+from missions.sweeps.ledger import LEDGER, LINE_KEYS, FinishedRun, RunLedger
 from missions.sweeps.study import Study, load_study
 
 N_CUTS = 20
@@ -139,7 +144,7 @@ def test_a_power_cut_loses_nothing_that_was_finished(
 
 
 SOME = [(name, "error", 6) for name in ("write", "fsync", "replace", "rename", "mkdir")]
-SOME += [("parquet", "dead", 6)]
+SOME += [("parquet", "dead", 6), ("write", "short", 6), ("fsync", "dead", 6)]
 """Operation, how it fails, and at how many of its calls at most; continuous integration tries these."""
 ALL = [(name, fault, None) for name in OPERATIONS for fault in FAULTS if fault != "short" or name == "write"]
 
@@ -169,3 +174,56 @@ def test_an_error_at_each_write_in_turn_loses_nothing(
         keys = Counter(line["key"] for line in map(json.loads, (out / LEDGER).read_text().splitlines()))
         assert set(keys.values()) == {1}, number
         shutil.rmtree(out)
+
+
+def line(key: str) -> dict[str, Any]:
+    return {**dict.fromkeys(LINE_KEYS), "key": key, "summary": {}}
+
+
+def test_a_line_is_synced_after_it_was_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    ledger = RunLedger(tmp_path / "ledger.jsonl")
+    write, done = os.write, []
+    monkeypatch.setattr(os, "write", lambda file, content: done.append("written") or write(file, content[:7]))
+    monkeypatch.setattr(os, "fsync", lambda file: done.append("synced"))
+    ledger.append([line("one")])
+    assert done.count("synced") >= 1
+    assert done[-1] == "synced"
+    ledger.close()
+
+
+N_KILLS = 6
+
+
+def workers_of(process: "subprocess.Popen[str]") -> list[psutil.Process]:
+    """Children of its fork server; none once it has ended."""
+    with suppress(psutil.NoSuchProcess):
+        inner = psutil.Process(process.pid).children(recursive=True)
+        return [child for child in inner if child.ppid() != process.pid]
+    return []
+
+
+@pytest.mark.slow
+def test_a_sweep_that_is_killed_again_and_again_loses_nothing(tmp_path: Path) -> None:
+    """Half of the kills meet a worker, half the parent; the moments are random."""
+    text = study_text(repeats=N_KILLS * 2).replace("\nseed", "\nkeep_tables = 5\nseed")
+    study, out, draws = written(tmp_path, text), tmp_path / "out", random.Random(20)
+
+    def start() -> "subprocess.Popen[str]":
+        return started("sweep", study, "--out", out, "--jobs", "2")
+
+    process = start()
+    for number, length in enumerate(sorted(draws.randrange(N_KILLS * 5) for _ in range(N_KILLS))):
+        if number % 2:
+            process.kill()
+            process.wait()
+            process = start()
+        while ledger_length(out) < length and process.poll() is None:
+            time.sleep(0.01)
+        time.sleep(draws.uniform(0.0, 0.5))
+        if number % 2 == 0 and (workers := workers_of(process)):
+            draws.choice(workers).kill()
+    assert process.wait(120) == 0, process.communicate()
+    keys = Counter(json.loads(line)["key"] for line in (out / LEDGER).read_text().splitlines())
+    assert (len(keys), set(keys.values())) == (N_KILLS * 8, {1})
+    sweep(load_study(str(study)), tmp_path / "serial", executor=Serial())
+    assert outcome(out) == outcome(tmp_path / "serial")

@@ -1,21 +1,24 @@
 """What the runs of a sweep are worth: which code made them, whether lines are theirs, and that they can be repeated."""
 
 import json
+import shlex
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
-from sweeping import HERE, Serial, environment, study_text, written
+from sweeping import HERE, Serial, environment, outcome, study_text, written
 from typer.testing import CliRunner
 
 from missions.errors import OutputError, StudyChangedError
 from missions.sweeps import code
 from missions.sweeps.driver import Limits, sweep
-from missions.sweeps.folder import STUDY, SweepResults
+from missions.sweeps.folder import PARTS, STUDY, TABLES, SweepFolder, SweepResults
 from missions.sweeps.ledger import LEDGER
+from missions.sweeps.plan import SweepPlan
 from missions.sweeps.study import Study, load_study
-from missions.sweeps.worker import verify
+from missions.sweeps.worker import run_task, verify
 from remoras.cli import app
 
 OWN = """
@@ -103,8 +106,8 @@ def resealed(line: dict[str, Any], **change: Any) -> str:
         (altered, "altered since"),
         (lambda line: resealed(line, key="f" * 16, study="abc"), "of another study, abc"),
         (lambda line: resealed(line, summary={**line["summary"], "n_bytes": 1}), r"contradicts line \d"),
+        *((lambda line, text=text: text, "not a line of a run") for text in ("oops", "42", "{}", '{"key": "x"}')),
     ],
-    ids=["altered", "foreign", "contradicting"],
 )
 def test_a_line_that_is_not_of_a_run_of_the_study_is_told_and_not_counted(
     tmp_path: Path, folder: Path, another: Any, why: str
@@ -141,15 +144,31 @@ def plugged(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYTHONPATH", environment()["PYTHONPATH"])
 
 
+def test_a_run_that_raises_is_one_failed_row(tmp_path: Path, plugged: None) -> None:
+    status = sweep(tiny(tmp_path, "faulty_strategies:RAISING"), tmp_path / "out", executor=Serial())
+    assert (status.planned, status.done, status.failed, status.remaining) == (4, 2, 2, 0)
+    runs = SweepResults.read(tmp_path / "out").runs()
+    failed = runs[runs.status == "failed"]
+    assert all("ValueError: no fleet today" in error for error in failed.error)
+    words = ["sweep", str(tmp_path / "study.toml"), "--out", str(tmp_path / "out")]
+    assert CliRunner().invoke(app, words).exit_code == 1
+    assert "2 failed" in (shown := CliRunner().invoke(app, ["sweep", "--status", *words[2:]]).stdout)
+    assert f"replay: {failed.replay.iloc[0]}" in shown
+    command = shlex.split(failed.replay.iloc[0])
+    replayed = CliRunner().invoke(app, command[1:])
+    assert replayed.exit_code != 0
+    assert "no fleet today" in replayed.output
+
+
 @pytest.mark.parametrize(
     ("name", "limits", "error"),
     [
         pytest.param("ENDLESS", Limits(timeout_s=8.0), "took longer than timeout_s = 8", marks=pytest.mark.slow),
         ("GREEDY", Limits(memory_mb=2000), "MemoryError"),
+        pytest.param("KILLING", Limits(), "process died", marks=pytest.mark.slow),
     ],
-    ids=["time", "memory"],
 )
-def test_a_run_beyond_its_limits_costs_itself_alone(
+def test_a_run_beyond_its_limits_or_that_kills_its_process_costs_itself_alone(
     tmp_path: Path, plugged: None, name: str, limits: Limits, error: str
 ) -> None:
     study = tiny(tmp_path, f"faulty_strategies:{name}")
@@ -175,3 +194,55 @@ def test_runs_that_failed_are_made_again_if_asked_for(
     assert sweep(study, tmp_path / "out", executor=Serial()).failed == 2
     assert sweep(study, tmp_path / "out", executor=Serial(), retry_failed=True).failed == 0
     assert SweepResults.read(tmp_path / "out").status().done == 4
+
+
+def cut(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:-100])
+
+
+def flip(path: Path) -> None:
+    """A byte in the middle of the data: Parquet does not notice each."""
+    content = bytearray(path.read_bytes())
+    content[len(content) // 3] ^= 1
+    path.write_bytes(bytes(content))
+
+
+def replace_by_a_folder(path: Path) -> None:
+    path.unlink()
+    path.mkdir()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("damage", "name"),
+    [(Path.unlink, "packets"), (cut, "trajectories"), (flip, "packets"), (replace_by_a_folder, "trajectories")],
+)
+def test_the_same_sweep_makes_a_damaged_table_anew(
+    tmp_path: Path, made: Path, folder: Path, damage: Callable[[Path], None], name: str
+) -> None:
+    path = folder / TABLES / f"{name}.parquet"
+    damage(path)
+    results = SweepResults.read(folder)
+    assert results.damaged == [path.name]
+    with pytest.raises(OutputError, match=f"{name}.parquet: lost or changed since it was written; run the same sweep"):
+        results.table(name)
+    assert results.status().done == 2
+    assert [path.name] in [other for key, other in verify(tiny(tmp_path), folder, 4)]
+    status = sweep(tiny(tmp_path), folder, executor=Serial())
+    assert (status.done, status.remaining) == (2, 0)
+    assert outcome(folder) == outcome(made)
+    assert not SweepResults.read(folder).damaged
+
+
+def test_a_part_that_cannot_be_read_is_made_again(tmp_path: Path, made: Path) -> None:
+    """Between a kill and the end of the sweep tables lie in parts."""
+    study, folder = tiny(tmp_path), tmp_path / "out"
+    plan = SweepPlan(study)
+    opened = SweepFolder(folder, plan)
+    finished = [run_task(task) for task in plan.missing({})]
+    opened.append(finished)
+    opened.close()
+    part = next(path for path in sorted((folder / PARTS).iterdir()) if path.is_dir())
+    cut(part / "trajectories.parquet")
+    sweep(study, folder, executor=Serial())
+    assert outcome(folder)[1] == outcome(made)[1]

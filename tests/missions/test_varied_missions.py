@@ -36,23 +36,17 @@ def coverage(run: Run, n_cells: int) -> float:
 # Fleets -------------------------------------------------------------------------------------------
 
 
-def with_auvs(n: int) -> Callable[[Raw], None]:
-    """One surface vehicle and n AUVs; the later ones are like AUV01."""
-
-    def vary(raw: Raw) -> None:
-        surface, first, second, _ = raw["vehicle"]
-        more = [{**second, "name": f"AUV{number:02d}", "slot": number + 1} for number in range(1, n)]
-        if n == 1:
-            first["playable_roles"].append("Performer")
-        raw["vehicle"] = [surface, first, *more]
-
-    return vary
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("n_auvs", [1, 2, 7])
 def test_two_to_eight_vehicles_complete(tmp_path: Path, n_auvs: int):
-    run = run_varied(tmp_path, with_auvs(n_auvs))
+
+    def vary(raw: Raw) -> None:
+        raw["vehicle"][n_auvs + 1 :] = []
+        if n_auvs == 1:
+            raw["vehicle"][1]["playable_roles"].append("Performer")
+
+    more = ("fleet.size=8", "fleet.copies_of=AUV02") if n_auvs == 7 else ()
+    run = run_varied(tmp_path, vary, *more)
     is_sound(run)
     assert run.completed, run.reason
     assert names_at(run, "gathered")[-1] == "Coordination"
@@ -92,12 +86,8 @@ def ring(n_corners: int, x_m: float, y_m: float, radius_m: float) -> list[list[f
 
 SHAPES = {
     "none": [],
-    "one": [square(100, 100, 100)],
     "clockwise": [square(100, 100, 100)[::-1]],
-    "triangle": [[[100, 100], [400, 100], [100, 400]]],
     "hexagons": [ring(6, 225, 225, 100), ring(6, 475, 225, 100), ring(6, 225, 475, 100)],
-    "diamond": [[[300, 100], [500, 300], [300, 500], [100, 300]]],
-    "strip": [[[100, 100], [600, 100], [600, 130], [100, 130]]],
     "as many as a fleet cannot share": [square(100 + 100 * (n % 4), 100 + 100 * (n // 4), 100) for n in range(10)],
     "around the origin": [square(-90, -90, 150)],
 }

@@ -6,10 +6,10 @@ from itertools import product
 from typing import Any
 
 import pytest
+from recorded import flown, with_energy
 
-from missions.runs.run import Run, run
+from missions.runs.run import Run
 from missions.runs.summary import summary
-from missions.scenarios import load
 from remoras.strategies import strategies
 
 GROUNDS = ("mapping-rendezvous", "mapping-patches")
@@ -19,12 +19,8 @@ EACH = [(ground, name) for ground, name in product(GROUNDS, strategies()) if gro
 
 
 def made(scenario: str, *settings: str, seed: int = 1) -> tuple[Run, dict[str, Any]]:
-    finished = run(load(scenario, [("--set", one) for one in settings]), seed)
+    finished = flown(scenario, *settings, seed=seed)
     return finished, summary(finished)
-
-
-def with_energy(scenario: str, energy_j: float) -> list[str]:
-    return [f"vehicle.{one.name}.energy_j={energy_j}" for one in load(scenario).vehicle]
 
 
 def lost(at_s: float, *names: str) -> str:

@@ -1,17 +1,17 @@
 """Worlds of 100 km by 100 km: places have names on the wire, work that is far is not left for home, and all follows."""
 
-import tomllib
 from pathlib import Path
 
 import pytest
-import tomli_w
 from hypothesis import given
 from hypothesis import strategies as st
+from recorded import point, said
+from varied import Varied
 
 from missions.errors import ConfigurationError
 from missions.mapping import MappingMission
 from missions.runs.run import run
-from missions.scenarios import load, shipped
+from missions.scenarios import load
 from worldmodel import TBox, core_ontology_paths, reaching, read_tbox
 
 TBOX = read_tbox(*core_ontology_paths(), *MappingMission.vocabulary)
@@ -19,7 +19,8 @@ TBOX = read_tbox(*core_ontology_paths(), *MappingMission.vocabulary)
 
 def wide(folder: Path, half_m: float) -> Path:
     """Two vehicles, and a site near each corner of a square world; all hear each other."""
-    raw = tomllib.loads(shipped()["recovery-field"].read_text(encoding="utf-8"))
+    field = Varied("recovery-field", "wide.toml")
+    raw = field.raw()
     raw["world"] |= {"x_m": [-half_m, half_m], "y_m": [-half_m, half_m]}
     raw["scenario"]["duration_s"] = 100_000.0
     raw["communication"]["range_m"] = 100_000.0
@@ -30,9 +31,7 @@ def wide(folder: Path, half_m: float) -> Path:
     del raw["vehicle"][2:]
     for vehicle in raw["vehicle"]:
         vehicle |= {"transit_speed_mps": 10.0, "energy_j": 1e9}
-    path = folder / "wide.toml"
-    path.write_text(tomli_w.dumps(raw), encoding="utf-8")
-    return path
+    return field.written(folder, raw)
 
 
 def test_a_mission_50_km_from_the_origin_is_completed_and_its_positions_are_told(tmp_path: Path) -> None:
@@ -40,9 +39,7 @@ def test_a_mission_50_km_from_the_origin_is_completed_and_its_positions_are_told
     done = run(load(str(wide(tmp_path, 50_000.0))), 1)
     assert done.completed, done.reason
     assert 24_100.0 <= done.end_s <= 25_500.0
-    told = [row[6] for row in done.recorder.items if row[5] == "position"]
-    places = [tuple(map(float, text.removeprefix("POINT (").removesuffix(")").split())) for text in told]
-    assert max(abs(x_m) for x_m, _ in places) > 49_500.0
+    assert max(abs(point(value)[0]) for *_, value in said(done, "position")) > 49_500.0
 
 
 def test_a_world_is_100_km_from_the_origin_at_most(tmp_path: Path) -> None:

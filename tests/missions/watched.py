@@ -59,10 +59,12 @@ def seen(name: str, **given: Any) -> Any:
 class Facts:
     """What a vehicle knows: values by key; of cells all that were told."""
 
-    n_told = 0
-
     def __init__(self, known: dict[tuple[str, str], Any] | None = None, cells: dict[str, set[float]] | None = None):
         self.known, self.cells = known or {}, cells or {}
+
+    @property
+    def n_told(self) -> int:
+        return len(self.known) + sum(map(len, self.cells.values()))
 
     def get(self, key: tuple[str, str], default: Any = None, /) -> Any:
         return self.known.get(key, default)

@@ -27,7 +27,6 @@ from remoras.sensor import Pose
 
 RATES = np.array([[0.1, 0.5, 0.9], [0.02, 0.3, 0.6]])
 """Of two detectors: for nothing and two kinds."""
-PRIOR = np.array([[0.9], [0.07], [0.03]])
 SHARES = st.lists(st.floats(0.01, 1.0), min_size=3, max_size=3).map(lambda w: np.array([w]).T / sum(w))
 
 
@@ -48,14 +47,6 @@ def test_the_map_is_bayes_rule_look_by_look(prior: np.ndarray, looks: list[tuple
         expected *= RATES[detector] if answer else 1.0 - RATES[detector]
         expected /= expected.sum()
     assert posterior(prior, RATES, *counted(looks))[:, 0] == pytest.approx(expected, rel=1e-9)
-
-
-@given(LOOKS, st.randoms())
-def test_the_order_of_looks_changes_no_bit(looks: list[tuple[int, bool]], order: object) -> None:
-    shuffled = list(looks)
-    order.shuffle(shuffled)  # type: ignore[attr-defined]
-    one, other = (posterior(PRIOR, RATES, *counted(of)) for of in (looks, shuffled))
-    assert one.tobytes() == other.tobytes()
 
 
 @given(st.floats(1e-300, 1e300))

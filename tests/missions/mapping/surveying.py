@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from sample_vehicles import AUV
+from watched import Facts
 
 from missions.mapping.behaviours import ZigzagExploring
 from missions.mapping.ground import ground_of
@@ -29,21 +30,9 @@ def mapper(name: str = "AUV00", swath_m: float = 25.0, **changes: Any) -> Vehicl
     return replace(AUV, name=name, sensors=(sensor,), **changes)
 
 
-class Facts:
+def cells_known(known: Sequence[int] = ()) -> Facts:
     """Which cells of the area somebody knows to be mapped."""
-
-    def __init__(self, known: Sequence[int] = ()) -> None:
-        self.cells = {float(index) for index in known}  # as the world model has them
-
-    def get(self, key: tuple[str, str], default: Any = None, /) -> Any:
-        return default
-
-    def values(self, key: tuple[str, str]) -> set[float]:
-        return self.cells if key[0] == "mappedCell" else set()
-
-    @property
-    def n_told(self) -> int:
-        return len(self.cells)
+    return Facts(cells={"area": {float(index) for index in known}})  # as the world model has them
 
 
 @dataclass
@@ -82,7 +71,7 @@ class Surveyor:
             self.picture.body.last_yield_s = now_s
             for _, _, index in observation.facts:
                 self.covered.add(int(index))
-                self.facts.cells.add(float(index))
+                self.facts.cells["area"].add(float(index))
         if now_s % 2.0 == 0.0:
             self.last = self.exploring.perceive(motion, self.picture, True)
 

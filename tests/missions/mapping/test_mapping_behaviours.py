@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from surveying import CORNERS_M, JOB, Facts, Surveyor, mapper, survey
+from surveying import CORNERS_M, JOB, Surveyor, cells_known, mapper, survey
+from watched import Facts
 
 from missions.mapping.behaviours import WORTH_FINISHING, MappingAlong, WorkLeft, ZigzagExploring, due
 from missions.mapping.survey import zigzag
@@ -28,7 +29,7 @@ def at(x_m: float, y_m: float = 0.0) -> Motion:
 
 
 def exploring(facts: Facts | None = None) -> tuple[ZigzagExploring, Picture]:
-    picture = Picture(facts=facts or Facts())
+    picture = Picture(facts=facts or cells_known())
     picture.body.sensors_on = ("mapping",)
     return ZigzagExploring(JOB, mapper()), picture
 
@@ -38,7 +39,7 @@ def exploring(facts: Facts | None = None) -> tuple[ZigzagExploring, Picture]:
 
 def test_a_survey_of_an_untouched_area_runs_the_waypoints_of_the_paper() -> None:
     """Twenty of them; transit to the first, 159.1 m at 2 m/s, then 2475 m at 1.25 m/s: 2060 s, and turns."""
-    one = Surveyor(mapper(), Facts())
+    one = Surveyor(mapper(), cells_known())
     done_s = survey(one)
     assert one.rows == zigzag(CORNERS_M, 25.0, (0.0, 0.0), 12.5)
     assert one.last == DONE
@@ -72,12 +73,12 @@ def test_the_stimulus_falls_with_what_is_left(less: float, more: float, half: fl
 
 
 def test_work_left_is_that_of_the_area_of_which_most_is_left() -> None:
-    facts = Facts(range(80))
+    facts = cells_known(range(80))
     work = WorkLeft([JOB], 0.2)
     assert work.stimulus(facts) == due(0.2, 0.2) == pytest.approx(0.71)
     mapping = MappingAlong(60.0, WorkLeft([JOB], 0.2))
     assert mapping.perceive(at(0.0), Picture(facts=facts), False).stimulus == pytest.approx(0.71)
-    facts.cells |= set(map(float, ALL))
+    facts.cells["area"] |= set(map(float, ALL))
     assert work.stimulus(facts) == 0.0
     assert mapping.perceive(at(0.0), Picture(facts=facts), False).stimulus == 0.0
 
@@ -85,14 +86,14 @@ def test_work_left_is_that_of_the_area_of_which_most_is_left() -> None:
 def test_rows_that_others_map_meanwhile_are_skipped_and_a_row_ends_where_news_of_it_begin() -> None:
     """At 300 s the vehicle is in its first or second row; then the rows from the fourth to the ninth come in, and the
     far half of each of the others."""
-    one = Surveyor(mapper(), Facts())
+    one = Surveyor(mapper(), cells_known())
     known = {*range(30, 90), *(10 * row + column for row in (0, 1, 2, 9) for column in range(5, 10))}
     now_s = 0.0
     one.last = one.exploring.perceive(one.motion, one.picture, False)
     while not one.last.done:
         now_s += 1.0
         if now_s == 120.0:
-            one.facts.cells |= set(map(float, known))
+            one.facts.cells["area"] |= set(map(float, known))
             before = set(one.covered)
         one.step(now_s)
     again = (one.covered - before) & known
@@ -103,7 +104,7 @@ def test_rows_that_others_map_meanwhile_are_skipped_and_a_row_ends_where_news_of
 @settings(max_examples=25, deadline=None)
 @given(st.sets(st.integers(0, 99), max_size=99), st.sampled_from([25.0, 30.0, 50.0, 60.0]))
 def test_whatever_is_left_is_mapped(known: set[int], swath_m: float) -> None:
-    one = Surveyor(mapper(swath_m=swath_m), Facts(sorted(known)))
+    one = Surveyor(mapper(swath_m=swath_m), cells_known(sorted(known)))
     survey(one)
     assert one.last == DONE
     assert one.covered | known == set(ALL)
@@ -114,8 +115,8 @@ def test_whatever_is_left_is_mapped(known: set[int], swath_m: float) -> None:
 
 def test_two_at_one_area_meet_in_the_middle() -> None:
     """The second begins at the far end; each takes about half, and together they map next to nothing twice."""
-    facts = Facts()
-    alone_s = survey(Surveyor(mapper(), Facts()))
+    facts = cells_known()
+    alone_s = survey(Surveyor(mapper(), cells_known()))
     first = Surveyor(mapper("AUV00"), facts)
     second = Surveyor(mapper("AUV01"), facts, others=("AUV00",))
     both_s = survey(first, second)
@@ -148,7 +149,7 @@ def test_who_is_at_an_area_is_there_before_others_else_who_is_listed(
 
 def test_a_dead_sensor_is_noticed_within_two_rows() -> None:
     """Two rows of 225 m and a step of 25 m at 1.25 m/s are 380 s, after 80 s of transit."""
-    one = Surveyor(mapper(), Facts(), dead=True)
+    one = Surveyor(mapper(), cells_known(), dead=True)
     failed_s = survey(one)
     assert one.last.failed
     assert one.last.stimulus == 0.0
@@ -157,7 +158,7 @@ def test_a_dead_sensor_is_noticed_within_two_rows() -> None:
 
 def test_cells_that_stay_unknown_are_tried_once_more_and_then_given_up() -> None:
     """The sensor misses cells 5 and 47 whatever happens: all others are mapped, and the vehicle says that it failed."""
-    one = Surveyor(mapper(), Facts())
+    one = Surveyor(mapper(), cells_known())
     blind = {5.0, 47.0}
 
     class Blind(set[float]):
@@ -165,10 +166,10 @@ def test_cells_that_stay_unknown_are_tried_once_more_and_then_given_up() -> None
             if index not in blind:
                 super().add(index)
 
-    one.facts.cells = Blind()
+    one.facts.cells["area"] = Blind()
     survey(one)
     assert one.last.failed
-    assert one.facts.cells == set(map(float, ALL)) - blind
+    assert one.facts.cells["area"] == set(map(float, ALL)) - blind
     for centre_m in ((237.5, 112.5), (287.5, 212.5)):
         near = [math.dist(point, centre_m) <= 2.0 for point in one.track]
         assert sum(now and not before for before, now in pairwise(near)) == 2
@@ -177,7 +178,7 @@ def test_cells_that_stay_unknown_are_tried_once_more_and_then_given_up() -> None
 def test_who_is_not_sure_of_its_place_at_a_missed_cell_asks_for_it_before_it_tries_again() -> None:
     """Right over the cell a row of one point begins and ends at once, again and again: nothing would ever be sure."""
     centre_m, unsure_m = JOB.on.centre_m(37), 40.0
-    zigzagging, picture = exploring(Facts([index for index in ALL if index != 37]))
+    zigzagging, picture = exploring(cells_known([index for index in ALL if index != 37]))
     picture.body.uncertainty_m = unsure_m
     for now_s in range(4):
         picture.body.now_s = float(now_s)

@@ -192,7 +192,6 @@ COARSE = POND.replace("cell_m = 10.0", "cell_m = 100.0").replace("number = 2", "
     (POND.replace("number = 2", "number = 65"), "finds.number = 65"), (COARSE, "finds.number = 9: allowed: 0 to"),
     (f"{POND}close_radius_m = 10.5\n", "finds.close_radius_m = 10.5: allowed: 2 to world.cell_m = 10"),
     (f"{POND}longest_stay_s = 50.0\n", "finds.longest_stay_s = 50.0: allowed: shortest_stay_s = 60"),
-    (f"{POND}radius_m = 5.0\n", "finds.radius_m = 5.0: unknown key"),
 ])  # fmt: skip
 def test_tables_that_cannot_be_are_refused_with_their_line(tmp_path: Any, text: str, said: str) -> None:
     file = tmp_path / "pond.toml"

@@ -42,12 +42,6 @@ def test_cells_of_the_papers_areas() -> None:
         assert sorted(index for area, index in seabed.cells.values() if area == name) == list(range(100))
 
 
-def test_areas_that_overlap_share_no_cell() -> None:
-    seabed = Seabed.of_areas(25.0, {"one": SQUARE, "two": [(x + 50.0, y) for x, y in SQUARE]})
-    names = [area for area, _ in seabed.cells.values()]
-    assert (names.count("one"), names.count("two")) == (16, 8)  # 4 by 4, and the 2 columns that are left of the 4
-
-
 def test_what_lies_under_the_vehicle() -> None:
     # at a common corner of four cells, whose centres are 12.5 sqrt(2) = 17.7 m away
     assert sorted(FIELD.under(50.0, 50.0, 17.6)) == []
@@ -133,6 +127,8 @@ def test_a_bias_misleads_and_a_ban_corrects_until_it_is_taken_back() -> None:
     """The mean of an offset of 12 m and one of none is 6 m off; with the offset left out nothing is."""
     run = finished(biased=True, banned=True)
     sound = finished(biased=True)
+    end = sound.known("ASV00", sound.summary["mission_time_s"])
+    assert (end.doubted, sound.summary["n_doubted"]) == (("AUV02",), 1)
     for vehicle in VEHICLES:
         before, during, after = (run.known(vehicle, at_s) for at_s in (599.0, 1599.0, 1600.0 + SETTLED_S))
         assert (before.banned, during.banned, after.banned) == ({}, {"AUV02": 0.0}, {})

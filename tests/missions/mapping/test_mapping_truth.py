@@ -38,7 +38,7 @@ def truth(*groups: Group, seabed: Seabed = NOTHING, goal: float = 1.0, able: Seq
     named = {group.name: group for group in groups or (TEAM,)}
     swaths_m = {area: dict.fromkeys(able, 25.0) for area, _ in seabed.cells.values()}
     meeting = Meeting(named, {"jetty": JETTY_M}, 15.0, 20.0, 60.0, 900.0, {})
-    return MappingTruth(meeting, seabed, swaths_m, goal, Recorder([COVERAGE, GOAL]))
+    return MappingTruth(meeting, seabed, swaths_m, goal, Recorder([COVERAGE, GOAL]), 4.0)
 
 
 def names(watching: MappingTruth) -> list[str]:
@@ -181,29 +181,21 @@ def test_being_together_is_not_enough() -> None:
     assert "mission_complete" not in names(watching)
 
 
-def test_what_no_survivor_can_map_counts_and_is_out_of_reach() -> None:
-    """B alone is able: when it is lost, half of the goal is reached, and no more is within reach."""
-    watching, fleet = truth(seabed=BANK, able=("B",)), Fleet()
-    sweep(watching, fleet, 212.5, 237.5)
+FIND = SeabedFeature("find 1", (212.5, 12.5), 30.0, 10.0, 0.5)
+
+
+@pytest.mark.parametrize(("seabed", "xs_m"), [
+    (BANK, (212.5, 237.5)), (replace(BANK, features={(8, 0): FIND}), (212.5, 237.5, 262.5, 287.5)),
+])  # fmt: skip
+def test_what_no_survivor_can_do_counts_and_is_out_of_reach(seabed: Seabed, xs_m: tuple[float, ...]) -> None:
+    """B alone is able: when it is lost, half of the goal is reached. A find counts for as much as the four cells."""
+    watching, fleet = truth(seabed=seabed, able=("B",)), Fleet()
+    sweep(watching, fleet, *xs_m)
     assert (watching.goal_fraction, watching.reachable_fraction(fleet)) == (pytest.approx(0.5), pytest.approx(1.0))
     fleet.b.is_alive = False
     watching.observe(fleet, 9.0)
     assert (watching.goal_fraction, watching.reachable_fraction(fleet)) == (pytest.approx(0.5), pytest.approx(0.5))
     assert watching.close(fleet, 9.0).startswith("no vehicle left that is able to map: 50 % open; ")
-
-
-def test_finds_count_all_whoever_is_left() -> None:
-    """Four cells, and a find that counts for four: half of the work is done, and the rest is out of reach."""
-    feature = SeabedFeature("find 1", (212.5, 12.5), 30.0, 10.0, 0.5)
-    seabed = replace(BANK, features={(8, 0): feature})
-    meeting = Meeting({"Team": TEAM}, {"jetty": JETTY_M}, 15.0, 20.0, 60.0, 900.0, {})
-    watching = MappingTruth(meeting, seabed, {"bank": {"B": 25.0}}, 1.0, Recorder([COVERAGE, GOAL]), 4.0)
-    fleet = Fleet()
-    sweep(watching, fleet, 212.5, 237.5, 262.5, 287.5)
-    assert watching.goal_fraction == pytest.approx(0.5)
-    fleet.b.is_alive = False
-    watching.observe(fleet, 9.0)
-    assert (watching.goal_fraction, watching.reachable_fraction(fleet)) == (pytest.approx(0.5), pytest.approx(0.5))
 
 
 def test_it_is_over_once_nobody_left_can_do_more_and_who_lives_has_come_home() -> None:

@@ -6,6 +6,7 @@ Where the channel has room for all, the same change makes no difference.
 import math
 
 import pytest
+from recorded import point
 from varied import Varied
 
 from exchange.arithmetic import log
@@ -36,21 +37,16 @@ def test_nobody_classifies_what_it_was_not_told() -> None:
                 strips.append(facts)
         for facts in strips:
             references |= {
-                subject: _pair(value) for subject, attribute, value in facts if attribute == "referenceLevel"
+                subject: point(value) for subject, attribute, value in facts if attribute == "referenceLevel"
             }
         for facts in strips:
             for subject, attribute, value in facts:
                 if "Echo" in attribute:
                     mean_db = 1.8 if attribute.startswith("target") else 0.6
-                    ratio += 2.0 * mean_db / 36.0 * (sum(_pair(value)) - sum(references[subject]))
+                    ratio += 2.0 * mean_db / 36.0 * (sum(point(value)) - sum(references[subject]))
         assert (ratio > 0.0) == (claim[6] == "mine")
         n_sure += abs(ratio) >= decisive - 1e-6
     assert n_sure >= 10
-
-
-def _pair(text: str) -> tuple[float, float]:
-    x, y = text.removeprefix("POINT (").removesuffix(")").split()
-    return float(x), float(y)
 
 
 @pytest.mark.slow

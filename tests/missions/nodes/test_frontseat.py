@@ -10,6 +10,7 @@ from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import pytest
+from diving import step_until
 from typer.testing import CliRunner
 
 from exchange.drivers import AT_ONCE, Ether, Paced
@@ -77,8 +78,7 @@ class Pair:
         return min(math.dist(heard_m, fix[:2]) for fix in track)
 
     def go(self, until_s: float) -> None:
-        while (node := min(self.ship, self.boat, key=lambda one: one.next_s)).next_s < until_s:
-            node.step()
+        step_until(until_s, self.ship, self.boat)
 
 
 def test_the_vehicle_is_where_its_body_is_and_others_hear_of_it(tmp_path: Path) -> None:

@@ -1,22 +1,21 @@
 """A little structure for tests: the shipped scenario with one panel, its three valves and two vehicles."""
 
-import copy
-import tomllib
 from pathlib import Path
 from typing import Any
 
-import tomli_w
+from varied import Varied
 
 from missions.runs.run import Run, run
-from missions.scenarios import load, shipped
+from missions.scenarios import load
 from missions.scenarios.scenario import Scenario
 
-RAW = tomllib.loads(shipped()["pandora-inspection"].read_text(encoding="utf-8"))
+SHIPPED = Varied("pandora-inspection", "little.toml")
+written = SHIPPED.written
 
 
 def raw() -> dict[str, Any]:
     """The tables, without anything that befalls."""
-    tables = copy.deepcopy(RAW)
+    tables = SHIPPED.raw()
     for key in ("fault", "upset", "chain"):
         del tables[key]
     del tables["current"]["surge"]
@@ -25,13 +24,6 @@ def raw() -> dict[str, Any]:
     tables["anode"] = [one for one in tables["anode"] if one["name"] == "anode NW"]
     tables["vehicle"] = tables["vehicle"][:2]
     return tables
-
-
-def written(folder: Path, tables: dict[str, Any]) -> Path:
-    """The tables as a file."""
-    path = folder / "little.toml"
-    path.write_text(tomli_w.dumps(tables), encoding="utf-8")
-    return path
 
 
 def little(folder: Path, adaptation: str = "all", **more: Any) -> Scenario:

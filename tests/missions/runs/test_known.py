@@ -2,6 +2,7 @@
 
 import random
 import re
+import shutil
 from collections.abc import Sequence
 from itertools import cycle, product
 from pathlib import Path
@@ -161,24 +162,18 @@ def test_who_and_when_are_checked(folder: Path) -> None:
 
 def test_an_older_folder_is_read_and_says_that_it_cannot_tell(folder: Path, tmp_path: Path) -> None:
     """Without the newer tables, and with the tables and columns that it had."""
-    older = tmp_path / "older"
-    older.mkdir()
-    for path in folder.iterdir():
-        if path.stem in ("items", "decisions", "organisation"):
-            continue
-        if path.stem == "packets":
-            pq.write_table(pq.read_table(path).select(range(8)), older / path.name)
-        elif path.stem == "trajectories":
-            pq.write_table(pq.read_table(path).select(range(7)), older / path.name)
-        else:
-            (older / path.name).write_bytes(path.read_bytes())
+    older = Path(shutil.copytree(folder, tmp_path / "older"))
+    for name in ("items", "decisions", "organisation"):
+        (older / f"{name}.parquet").unlink()
+    for name, n_columns in (("packets", 8), ("trajectories", 7)):
+        pq.write_table(pq.read_table(folder / f"{name}.parquet").select(range(n_columns)), older / f"{name}.parquet")
     results = Results.read(older)
     assert results.table("packets").num_rows > 0
     assert results.table("trajectories").column_names[-1] == "energy_j"
     with pytest.raises(OutputError, match=r"older version wrote it \(lacking or older: items, organisation\)"):
         results.known("AUV01", 10.0)
     for name in ("items", "organisation"):
-        (older / f"{name}.parquet").write_bytes((folder / f"{name}.parquet").read_bytes())
+        shutil.copy(folder / f"{name}.parquet", older)
     with pytest.raises(OutputError, match=r"lacking or older: packets"):
         Results.read(older).known("AUV01", 10.0)
 
@@ -306,7 +301,6 @@ def test_what_cannot_be_written_or_asked_is_one_line(results: Results, tmp_path:
     for about, says in (
         ({"vehicle": "AUV1"}, "no vehicle 'AUV1'; there are .*; did you mean 'AUV01'"),
         ({"at_s": 1e6}, "at_s is 1000000.0; allowed: 0 to "),
-        ({"at_s": -1.0}, "at_s is -1.0; allowed: 0 to "),
         ({"items": True}, "--items: the canonical graph of items is written as nt, and the format is ttl"),
     ):
         with pytest.raises(OutputError, match=says) as caught:
@@ -318,8 +312,6 @@ def test_what_cannot_be_written_or_asked_is_one_line(results: Results, tmp_path:
     assert (tmp_path / "there.ttl").read_text(encoding="utf-8") == "mine"
     with pytest.raises(OutputError, match="is a folder; name a file"):
         write_knowledge(results, RdfFormat.TURTLE, tmp_path)
-    with pytest.raises(OutputError, match="no vehicle"):
-        query(results, "ASK {}", "nobody")
 
 
 LOSSES = ("--set", "channel.per=0.6")

@@ -1,10 +1,17 @@
 """Metrics of runs from rows written by hand, and estimates before a run."""
 
+from fractions import Fraction
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from recorded import flown, with_energy
+from small_mission import SMALL
 
+from exchange.acoustics.modems import modems
 from missions.files import shipped
 from missions.metric import NOT_APPLICABLE
 from missions.runs import metrics
@@ -15,6 +22,7 @@ from missions.runs.fleet_metrics import (
     idle_s,
     recovery_time_s,
 )
+from missions.runs.metrics import consistency
 from missions.runs.organisation_metrics import (
     holder_conflict_fraction,
     malformed_s,
@@ -22,8 +30,10 @@ from missions.runs.organisation_metrics import (
     n_refused_acts,
     view_divergence,
 )
-from missions.runs.run import Run, run
+from missions.runs.run import Run
+from missions.runs.run import run as run_scenario
 from missions.runs.setup import resolved
+from missions.runs.summary import summary
 from missions.scenarios import load
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 from remoras.recorder import Recorder
@@ -256,10 +266,6 @@ def warned(scenario: str, *settings: str) -> list[str]:
     return [str(one) for one in cautions(resolved(load(scenario, [("--set", one) for one in settings])))]
 
 
-def with_energy(scenario: str, energy_j: float) -> list[str]:
-    return [f"vehicle.{one.name}.energy_j={energy_j}" for one in load(scenario).vehicle]
-
-
 @pytest.mark.parametrize("scenario", shipped())
 def test_shipped_scenarios_give_no_warning(scenario: str) -> None:
     assert warned(scenario) == []
@@ -283,10 +289,89 @@ def test_a_job_or_all_jobs_that_take_too_long_are_named_with_figures() -> None:
 
 def test_what_is_estimated_is_near_to_what_is_used() -> None:
     """Where all goes as planned, who has a part of the work uses what it is said to need, within a fifth."""
-    settings = [("--set", one) for one in with_energy("mapping-rendezvous", 1.0)]
-    found = {one.key.split(".")[1]: one.text for one in cautions(resolved(load("mapping-rendezvous", settings)))}
-    finished = run(load("mapping-rendezvous", [("--set", "strategy.name=fixed-partition")]))
+    told = warned("mapping-rendezvous", *with_energy("mapping-rendezvous", 1.0))
+    finished = flown("mapping-rendezvous", "strategy.name=fixed-partition")
     used_j: dict[str, Any] = {row[1]: row[6] for row in finished.recorder.trajectories}
     for name in ("AUV00", "AUV01", "AUV02"):
-        needed_j = float(found[name].split("about ")[1].split(" J")[0])
+        (text,) = (one for one in told if one.startswith(f"vehicle.{name}.energy_j"))
+        needed_j = float(text.split("about ")[1].split(" J")[0])
         assert used_j[name] == pytest.approx(needed_j, rel=0.2), name
+
+
+def knowledge(*rows: tuple[float, str, str, str]) -> Recorder:
+    """Rows of (time, vehicle, item, event); the origin of item "A:0" is A."""
+    own = [(time_s, vehicle, item, item[0], event) for time_s, vehicle, item, event in rows]
+    return finished(knowledge=own).recorder
+
+
+# Consistency --------------------------------------------------------------------------------------
+
+
+def test_what_a_vehicle_receives_again_counts_once() -> None:
+    """B begins anew, A gives a block of its own up: C is still to hear it, at 9 s."""
+    again = knowledge(
+        (1.0, "A", "A:0", "observed"), (2.0, "B", "A:0", "received"), (4.0, "B", "A:0", "received"),
+        (5.0, "A", "A:0", "received"), (9.0, "C", "A:0", "received"),
+    )  # fmt: skip
+    assert consistency(again, 3) == (8.0, 1.0)
+
+
+@given(
+    st.integers(2, 5).flatmap(
+        lambda n: st.tuples(
+            st.just(n),
+            st.lists(
+                st.tuples(
+                    st.integers(0, n - 1), st.integers(0, 50), st.lists(st.none() | st.integers(0, 50), min_size=n)
+                ),
+                max_size=6,
+            ),
+        )
+    )
+)
+def test_consistency_is_the_mean_of_the_last_receptions(
+    case: tuple[int, list[tuple[int, int, list[int | None]]]],
+) -> None:
+    """By its definition: every item on its own, in exact arithmetic."""
+    n, items = case
+    rows: list[tuple[float, str, str, str]] = []
+    waits: list[int] = []
+    for number, (origin, observed_s, delays) in enumerate(items):
+        item = f"{origin}:{number}"
+        others = {v: delays[v] for v in range(n) if v != origin}
+        rows.append((observed_s, str(origin), item, "observed"))
+        rows += [(observed_s + d, str(v), item, "received") for v, d in others.items() if d is not None]
+        if all(delay is not None for delay in others.values()):
+            waits.append(max(delay for delay in others.values() if delay is not None))
+    rows.sort(key=lambda row: (row[0], row[3]))  # in time order, an observation before its reception
+    time_s, fraction = consistency(knowledge(*rows), n)
+    assert fraction == (len(waits) / len(items) if items else None)
+    assert time_s == (float(Fraction(sum(waits), len(waits))) if waits else None)
+
+
+# A run --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("modem", "settings", "listening_w", "head_s"),
+    [
+        ("s2c-18-34", ["communication.receive_power_w=3"], 3.0, 0.1576),
+        ("whoi-psk-1", ["communication.count_listening=true"], 2.0, 0.0),
+        ("whoi-psk-1", ["communication.count_listening=true", "communication.receive_power_w=0.5"], 0.5, 0.0),
+        ("whoi-psk-1", [], 0.0, 0.0),
+    ],
+)
+def test_a_modem_takes_energy_before_its_bits_and_while_it_listens(
+    tmp_path: Path, modem: str, settings: list[str], listening_w: float, head_s: float
+) -> None:
+    """Heads and receive powers are those of ``modems.toml``; 2 vehicles listen for 60 s."""
+    file = tmp_path / "pond.toml"
+    file.write_text(SMALL.replace("s2c-18-34", modem), encoding="utf-8")
+    deaf = ["scenario.duration_s=60", "communication.transmit_power_w=7"]
+    runs = [run_scenario(load(str(file), [("--set", one) for one in [*deaf, *more]]), 1) for more in (settings, [])]
+    found, without = map(summary, runs)
+    n_vehicles, rate_bps = len(runs[0].scenario.vehicle), modems()[modem].rate_bps
+    bits = sum(row[3] for row in runs[0].recorder.packets)
+    sent_j = 7.0 * (bits / rate_bps + found["n_packets"] * head_s)
+    assert found["modem_energy_j"] == pytest.approx(sent_j + n_vehicles * 60.0 * listening_w, abs=0.02)
+    assert found["energy_j"] - without["energy_j"] == pytest.approx(n_vehicles * 60.0 * listening_w, abs=0.02)

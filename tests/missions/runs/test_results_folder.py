@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
+from failing_disk import Killed
 from small_mission import SMALL, pond
 
 from missions.errors import OutputError
@@ -89,10 +90,6 @@ def test_what_was_made_of_the_older_run_goes_with_it_and_what_was_not_stays(
     assert set(precious.values()) == {b"precious"}
     assert found == everything_in(tmp_path / "fresh")
     assert {path.name for path in tmp_path.iterdir()} == {"out", "fresh"}
-
-
-class Killed(BaseException):
-    """A process that is killed does nothing any more: it does not clear up either."""
 
 
 _alive, _end = -1, Killed

@@ -50,12 +50,6 @@ class Lacking(Mission):
     group_missions = MappingMission.group_missions
 
 
-class Turning(MappingMission):
-    """Its vocabulary is a file that a test writes beside the scenario."""
-
-    vocabulary: ClassVar[tuple[Path, ...]] = ()
-
-
 class SwitchesAllOn(MappingMission):
     """Every activity set switches all sensors of the vehicle on."""
 
@@ -84,24 +78,21 @@ class Objectless(JobMission):
 DANCE = Domain.of([Operator("Dance")], {"AreaMapping": [Method("dance", lambda facts, group: [Task("Dance")])]})
 LOWER = Better.LOWER
 FAULTY: dict[str, dict[str, Any]] = {
-    "OtherScenario": {"Scenario": SimpleNamespace}, "ObjectAsScenario": {"Scenario": 5},
+    "OtherScenario": {"Scenario": SimpleNamespace},
     "WrongTruth": {"truth": lambda self: None}, "FromScenarioRaises": {"from_scenario": classmethod(raises)},
     "CheckRaises": {"check": classmethod(raises)}, "CheckOfText": {"check": classmethod(gives(["no buoys"]))},
     "NoDirection": with_metric("wear", "", None, gives(0.0)),
-    "SameMetricTwice": with_metric("energy_j", "J", LOWER, gives(0.0)),
-    "MetricNamedSeed": with_metric("seed", "", LOWER, gives(7)),
     "MetricRaises": with_metric("wear", "", LOWER, broken),
-    "MetricOfText": with_metric("wear", "", LOWER, gives("much")),
-    "MetricNotFinite": with_metric("wear", "", LOWER, gives(float("inf"))), "NoMetric": {"metrics": (len,)},
+    "NoMetric": {"metrics": (len,)},
     "OtherColumns": {"tables": (*MappingMission.tables, Table("coverage", (TIME, DEPTH)))},
-    "NoVocabulary": {"vocabulary": (Path("/nowhere/buoys.ttl"),)}, "TextAsVocabulary": {"vocabulary": "buoys.ttl"},
+    "NoVocabulary": {"vocabulary": (Path("/nowhere/buoys.ttl"),)},
     "NoSensorSettings": {"sensors": {"mapping": dict}}, "WorldRaises": {"world": raises},
     "DomainOfNumbers": {"social_domain": 5}, "Dancing": {"social_domain": DANCE},
     "NoTruth": {"truth": lambda self, recorder, world: None}, "Undecided": {"is_enough": gives("perhaps")},
     "FigureOfNumbers": {"figures": (3,)},
     "UnknownClass": {"instances": property(lambda self: [("Boy", name) for name in self.corners_m])},
     "InstancesOfNumbers": {"instances": [3]}, "JobsOfNumbers": {"jobs": {"north bank": 1}},
-    "PlacesRaise": {"places": property(raises)}, "PlacesOfNumbers": {"places": [3]},
+    "PlacesRaise": {"places": property(raises)},
     "CountOfText": {"instances_found_per_vehicle": "many"},
 }  # fmt: skip
 globals().update({name: type(name, (MappingMission,), {"__module__": __name__, **of}) for name, of in FAULTY.items()})

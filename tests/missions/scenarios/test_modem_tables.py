@@ -77,7 +77,6 @@ def test_a_file_gives_the_same_scenario_as_its_table(tmp_path: Path) -> None:
     [
         ("rate_bps = 300.0\n", "", r"mine\.toml:\d+: modem\.quay\.rate_bps: missing"),
         ("300.0", "0.0", r"modem\.quay\.rate_bps = 0\.0: input should be greater than 0"),
-        ("300.0", "inf", r"modem\.quay\.rate_bps = inf"),
         ("rate_bps", "rate_bs", r"modem\.quay\.rate_bs = 300\.0: unknown key, allowed here: .*did you mean 'rate_bps'"),
         ("= 48", "= 15", r"mine\.toml:\d+: modem\.quay\.payload_bytes = 15: .* 16"),
         ("= 48", "= 16", r"communication\.policy = \"ack\": its acknowledgements .*take ack or another modem"),
@@ -89,9 +88,7 @@ def test_a_file_gives_the_same_scenario_as_its_table(tmp_path: Path) -> None:
         ("= 48", '= 48\nmodulation = "table"', r"modem\.quay\.per_at_snr: 0 points; modulation = \"table\" needs 2"),
         ("= 48", "= 48\nper_at_snr = [[0.0, 0.5], [1.0, 0.1]]", r"per_at_snr = .*has an effect with modulation"),
         ("= 48", f"= 48\n{CURVE}[[0.0, 0.5], [1.0, 1.1]]", r"modem\.quay\.per_at_snr\.2\.2 = 1\.1: .* equal to 1"),
-        ("= 48", f"= 48\n{CURVE}[[0.0, -0.1], [1.0, 0.1]]", r"modem\.quay\.per_at_snr\.1\.2 = -0\.1: .*equal to 0"),
         ("= 48", f"= 48\n{CURVE}[[1.0, 0.5], [0.0, 0.7]]", r"mine\.toml:\d+: .*0 dB comes behind 1 dB; sort its"),
-        ("= 48", f"= 48\n{CURVE}[[1.0, 0.5], [1.0, 0.5]]", r"per_at_snr = .*1 dB comes behind 1 dB; sort its points"),
         ('"quay"', '"quai"', r"communication\.modem = \"quai\": allowed: quay, nanomodem-v3, .*did you mean 'quay'"),
         ('"quay"', '"no.toml"', r"communication\.modem = \"no\.toml\": there is no file no\.toml; allowed: a TOML"),
     ],
@@ -113,7 +110,6 @@ def test_the_name_of_a_shipped_profile_is_taken() -> None:
     (OWN.replace("300.0", "-1.0"), "quay.toml:4: modem.quay.rate_bps = -1.0: input should be greater than 0"),
     (OWN + "[modem.other]\n", "must hold one table [modem.NAME] and nothing else"),
     ("payload_bytes = 48\n", "must hold one table [modem.NAME] and nothing else"),
-    ("[modem.quay\n", "quay.toml:1: TOML"),
 ])  # fmt: skip
 def test_what_is_wrong_in_a_file_is_told_with_the_line_of_that_file(tmp_path: Path, content: str, says: str) -> None:
     (tmp_path / "quay.toml").write_text(content, encoding="utf-8")
@@ -222,11 +218,8 @@ def test_several_sensors_of_one_vehicle_are_had_by_their_names(tmp_path: Path) -
 @pytest.mark.parametrize("text", [SMALL, LISTED], ids=["table", "list"])
 @pytest.mark.parametrize(("old", "new", "key", "given", "says"), [
     ("swath_m = 10.0", "swath_m = 0.0", "swath_m", "0.0", "greater than or equal to 0.1"),
-    ("swath_m = 10.0", 'swath_m = "ten"', "swath_m", '"ten"', "valid number"),
-    ("swath_m = 10.0", "swath_m = 10.0\n  swathe_m = 1", "swathe_m", "1", "did you mean 'swath_m'"),
     ("  swath_m = 10.0\n", "", "swath_m", "", "missing"),
     ("swath_m = 10.0", 'type = "maping"\n  swath_m = 10.0', "type", '"maping"', "mean 'mapping'"),
-    ("swath_m = 10.0", 'type = "os:nothing"\n  swath_m = 10.0', "type", '"os:nothing"', "can be imported"),
     ("swath_m = 10.0", 'type = "os:getcwd"\n  swath_m = 10.0', "type", '"os:getcwd"', "a subclass of remoras.Sensor"),
     ("swath_m = 10.0", 'type = "faulty_missions:Bare"\n  swath_m = 1', "type", '"faulty_missions:Bare"', "make"),
 ])  # fmt: skip

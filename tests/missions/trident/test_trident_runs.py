@@ -3,7 +3,8 @@
 import math
 
 import pytest
-from intervening import Run, metric, run, said
+from intervening import Run, run
+from recorded import faults, metric, said
 from sampling import sampled
 
 from missions.trident.behaviours import Escorting
@@ -170,10 +171,6 @@ def recovered_by(of: Run) -> str:
     return next((stone.vehicle for stone in of.milestones if stone.name == "recovered"), "")
 
 
-def rows(of: Run, kind: str) -> list[tuple[str, str]]:
-    return [(row[1], row[3]) for row in of.recorder.rows("faults") if row[2] == kind]
-
-
 def two(*failing: str, at_s: float, seed: int = SOUND, until_s: float = 3600.0) -> Run:
     return run("fleet.size=3", failing=failing, at_s=at_s, seed=seed, until_s=until_s)
 
@@ -186,22 +183,6 @@ def test_who_lacks_all_ways_of_one_step_is_not_given_the_recovery(dead: str, fai
     done = two(*services, at_s=100.0)
     assert done.completed, done.reason
     assert recovered_by(done) != dead
-
-
-def test_who_has_it_already_leaves_it_with_the_reason() -> None:
-    """Both fail while it is on its way: the head gives it to the other vehicle in the next round."""
-    done = two("IAUV00 arm", "IAUV00 gripper", at_s=1400.0)
-    assert rows(done, "cannot") == [("IAUV00", "recovery: IAUV00 arm has failed; IAUV00 gripper has failed")]
-    assert recovered_by(done) == "IAUV01"
-
-
-def test_what_nobody_is_able_to_do_is_said_and_all_come_home() -> None:
-    done = run(failing=("IAUV00 arm", "IAUV00 gripper"), at_s=100.0, until_s=7200.0)
-    assert rows(done, "impossible") == [("ASV00", "recovery: IAUV00 arm has failed; IAUV00 gripper has failed")]
-    assert not done.completed
-    assert done.recorder.rows("trajectories")[-1][0] < 1800.0
-    assert metric(done, "charted_fraction") == 1.0  # what could be done was
-    assert "recovery impossible, as vehicles say since" in done.reason
 
 
 def test_a_module_that_fails_for_a_while_makes_it_possible_again() -> None:
@@ -223,6 +204,7 @@ def test_who_takes_over_finds_it_again_and_holds_on_itself() -> None:
     done = run(*ALONE, failing=("IAUV00 arm", "IAUV00 gripper"), at_s=1600.0, seed=SHIFTED)
     assert [stone.vehicle for stone in done.milestones if stone.name == "held"] == ["IAUV00", "IAUV01"]
     assert [(vehicle, by) for _, vehicle, _, by in said(done, "reacquiredBy")] == [(name, name) for name in BOTH]
+    assert faults(done, "cannot") == [("IAUV00", "recovery: IAUV00 arm has failed; IAUV00 gripper has failed")]
     assert recovered_by(done) == "IAUV01"
     assert done.completed, done.reason
 
@@ -239,7 +221,7 @@ def test_without_another_survey_nothing_is_left_and_that_is_said() -> None:
     assert not done.completed
     assert recovered_by(done) == ""
     assert [value for _, _, _, value in said(done, "isExhausted")] == ["true"]
-    assert {what for _, what in rows(done, "impossible")} == {
+    assert {what for _, what in faults(done, "impossible")} == {
         "recovery: no candidate is left that may be the target, or nobody to choose it"
     }
     assert done.recorder.rows("trajectories")[-1][0] < 4200.0
@@ -250,33 +232,31 @@ VAGUE = ("vehicle.ASV00.sensor.multibeam.sigma_m=32", "vehicle.IAUV00.sensor.ste
 """What surveys find lies far from where they say, and nobody searches far around."""
 
 
-def test_what_is_not_there_is_absent_and_says_nothing_of_who_searched() -> None:
+def test_what_is_not_there_is_absent_and_says_nothing_of_who_searched_unless_its_finders_may_be_dead() -> None:
     done = run(*VAGUE, seed=3)
     assert "absent" in [value for _, _, _, value in said(done, "verdict")]
     assert said(done, "unableTo") == []
     assert metric(done, "target_recovered_s") < math.inf
-
-
-def test_who_does_not_know_whether_its_finders_work_says_that_it_is_unable() -> None:
     silent = [f"vehicle.IAUV00.sensor.{one}.self_test=false" for one in ("camera", "forward sonar")]
-    done = run(*VAGUE, *silent, seed=3)
-    assert [(vehicle, job) for _, vehicle, _, job in said(done, "unableTo")] == [("IAUV00", "recovery")]
+    assert [row[1::2] for row in said(run(*VAGUE, *silent, seed=3), "unableTo")] == [("IAUV00", "recovery")]
 
 
 # What nobody is left to do
 
 
 @pytest.mark.parametrize(("failing", "why", "latest_s"), [
+    (("IAUV00 arm", "IAUV00 gripper"), "recovery: IAUV00 arm has failed; IAUV00 gripper has failed", 1800.0),
     (("ASV00 console", "IAUV00 recogniser"), "nobody to choose it", 1500.0),
     (("ASV00 multibeam", "IAUV00 stereo", "IAUV00 sidescan"), "IAUV00 stereo has failed", 1000.0),
 ])  # fmt: skip
-def test_what_nobody_is_left_to_choose_or_survey_is_said_to_be_impossible(
+def test_what_nobody_is_left_to_do_is_said_to_be_impossible(
     failing: tuple[str, ...], why: str, latest_s: float
 ) -> None:
     """All come home. A diver whose survey on request failed left the role by which it is called home."""
     done = run(failing=failing, at_s=200.0, until_s=7200.0)
     assert not done.completed
-    assert any(why in what for _, what in rows(done, "impossible"))
+    assert any(why in what for _, what in faults(done, "impossible"))
+    assert "impossible, as vehicles say since" in done.reason
     tracks = done.recorder.rows("trajectories")
     assert tracks[-1][0] < latest_s
     last = {row[1]: row for row in tracks}
@@ -289,7 +269,7 @@ def test_without_asking_what_has_failed_it_is_given_to_who_has_no_way(monkeypatc
     monkeypatch.setattr(RecoveryJob, "rests_on", ())
     monkeypatch.setattr(RecoveryJob, "left", lambda self, facts: self)
     done = two("IAUV00 arm", "IAUV00 gripper", at_s=101.0)
-    assert rows(done, "cannot")[0] == ("IAUV00", "recovery: no way left")
+    assert faults(done, "cannot")[0] == ("IAUV00", "recovery: no way left")
     assert [(vehicle, job) for _, vehicle, _, job in said(done, "unableTo")] == [("IAUV00", "recovery")]
     assert recovered_by(done) == "IAUV01"
 

@@ -96,16 +96,12 @@ def test_without_inference_only_what_is_called_alike_fits() -> None:
     assert known.ways(HANDLE) == ()
 
 
-def test_a_service_that_says_it_failed_is_not_available_and_is_again_when_it_says_so() -> None:
+def test_a_service_that_says_it_failed_is_not_available_and_the_choice_and_the_fix_go_over_to_the_other() -> None:
     known = Known()
     known.say("IAUV00 arm", "serviceStatus", "failed")
     assert known.ways(HANDLE) == ("IAUV00 gripper",)
     known.say("IAUV00 arm", "serviceStatus", "available")
     assert known.ways(HANDLE) == ("IAUV00 arm", "IAUV00 gripper")
-
-
-def test_the_choice_and_the_fix_go_over_to_the_other_vehicle() -> None:
-    known = Known()
     assert known.ways(CHOOSE)[0] == known.ways(CHOOSE, "ASV00")[0] == "ASV00 console"
     known.say("ASV00 console", "serviceStatus", "failed")
     assert known.ways(CHOOSE) == known.ways(CHOOSE, "ASV00") == ("IAUV00 recogniser",)

@@ -1,0 +1,27 @@
+"""Vehicles of one process, each by itself, that hear each other: each step is that of the one whose turn it is."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from exchange.drivers import AT_ONCE, Ether
+from missions.nodes import NodeLog, NodePlan, VehicleNode, alone
+from missions.nodes.node import Mishaps, NodeOutcome
+
+NONE = Mishaps()
+
+
+def step_until(until_s: float, *nodes: VehicleNode) -> None:
+    while (node := min(nodes, key=lambda one: one.next_s)).next_s < until_s:
+        node.step()
+
+
+def together(
+    plans: Sequence[NodePlan], out: Path | None = None, mishaps: Mishaps = NONE
+) -> tuple[list[VehicleNode], list[NodeOutcome]]:
+    """Vehicles at their end, and what each came to; their logs are in a folder."""
+    own = [alone(plan) for plan in plans]
+    ether = Ether(own[0].setup.modem.packet_s)
+    logs = [None if out is None else NodeLog(out, plan) for plan in plans]
+    nodes = [VehicleNode(one, ether.driver(), AT_ONCE, log, mishaps) for one, log in zip(own, logs, strict=True)]
+    step_until(plans[0].end_s, *nodes)
+    return nodes, [node.run() for node in nodes]
