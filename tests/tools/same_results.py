@@ -1,10 +1,10 @@
 """Compare the results of two source trees: tables, summaries, figures and the text of ``compare``.
 
-    python tests/tools/same_results.py TREE_A TREE_B [--python PYTHON_A [PYTHON_B]] [--many] [--out DIR]
+    python tests/tools/same_results.py TREE_A TREE_B [--python PYTHON_A [PYTHON_B]] [--out DIR]
 
-For each tree, run the main job (validate, run, plot, sweep, compare, plots); with ``--many`` also the run of each of 40
-configurations. Tables are equal if their columns and rows are; metadata does not count, and an empty table counts as
-absent. Figures are equal if their pixels are. Print one line per difference; exit with 1 if there is one.
+For each tree, run the main job (validate, run, plot, sweep, compare, plots). Tables are equal if their columns and rows
+are; metadata does not count, and an empty table counts as absent. Figures are equal if their pixels are. Print one line
+per difference; exit with 1 if there is one.
 """
 
 from __future__ import annotations
@@ -53,46 +53,12 @@ VARIABLE = {"wall_s", "cpu_s", "host", "worker", "finished_at", "run_id", "key",
 """Fields that differ between machines or versions of the code."""
 
 
-def configurations() -> dict[str, str]:
-    """Arguments of ``remoras run`` by name: two scenarios, strategies, policies, channels, seeds and settings."""
-    mapping, patches = "mapping-rendezvous", "mapping-patches"
-    found = {}
-    strategies = "remoras", "fixed-partition", "central", "contract-net", "status-broadcast", "cbba", "rendezvous-sync"
-    for strategy in strategies:
-        for scenario in (mapping, patches):
-            found[f"{scenario}-{strategy}"] = f"{scenario} --strategy {strategy} --per 0.4 --seed 7"
-    for policy in ("ack", "ack-repeat", "m-ack", "m-ack-repeat", "mps-ack", "mps-ack-repeat"):
-        found[f"policy-{policy}"] = f"{mapping} --policy {policy} --per 0.6 --seed 3"
-        found[f"patches-{policy}"] = f"{patches} --policy {policy} --per 0.2 --seed 5"
-    for strategy in ("remoras", "central", "cbba"):
-        bursts = "--channel gilbert-elliott --set channel.per_bad=0.9"
-        found[f"bursts-{strategy}"] = f"{mapping} {bursts} --strategy {strategy} --seed 11"
-    link = "channel.link=[{sender='AUV01',receiver='AUV00',per=0.9}]"
-    blackout = "channel.blackout=[{from_s=400.0,until_s=900.0,vehicle='AUV02'}]"
-    return found | {
-        "perfect": f"{mapping} --channel perfect",
-        "patches-perfect": f"{patches} --channel perfect",
-        "matrix": f"{mapping} --channel matrix --per 0.3 --set {link} --seed 2",
-        "blackout": f"{mapping} --per 0.2 --set {blackout}",
-        "heavy-loss": f"{mapping} --per 0.8 --seed 9",
-        "patches-heavy-loss": f"{patches} --per 0.9 --seed 4 --strategy contract-net",
-        "spread": f"{patches} --per 0.5 --set uncertainty.speed_spread=0.3 --seed 6",
-        "eight": f"{mapping} --per 0.5 --set fleet.size=8 --seed 8",
-        "low-battery": f"{patches} --per 0.1 --set vehicle.AUV02.energy_j=200000 --seed 1",
-        "ten-copies": f"{patches} --per 0.3 --set fleet.size=10 --strategy central",
-        "no-influence": f"{mapping} --per 0.1 --set decision.weight_external=0",
-    }
-
-
-def make(tree: Path, python: str, out: Path, many: bool) -> None:
+def make(tree: Path, python: str, out: Path) -> None:
     """Write the results of ``tree`` into the folder ``out``, with each command's output and exit code."""
     out.mkdir(parents=True, exist_ok=True)
     (out / "study.toml").write_text(STUDY, encoding="utf-8")
-    commands = dict(MAIN_JOB)
-    if many:
-        commands |= {name: f"run {arguments} --out {name}" for name, arguments in configurations().items()}
     environment = {**os.environ, "PYTHONPATH": str(tree)}
-    for name, arguments in commands.items():
+    for name, arguments in MAIN_JOB.items():
         command = [python, "-m", "remoras", *arguments.split()]
         done = subprocess.run(command, cwd=out, env=environment, capture_output=True, text=True, check=False)
         if done.returncode not in (0, 1):
@@ -150,7 +116,6 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("trees", nargs=2, type=Path, metavar="TREE")
     parser.add_argument("--python", nargs="+", default=[sys.executable], help="interpreter of both or of each tree")
-    parser.add_argument("--many", action="store_true", help="also run 40 configurations")
     parser.add_argument("--out", type=Path, help="keep the results in this folder")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
@@ -159,7 +124,7 @@ def main() -> int:
         pythons = [str(Path(python).absolute()) for python in (given.python * 2)[:2]]
         with ThreadPoolExecutor() as pool:
             trees = [tree.resolve() for tree in given.trees]
-            list(pool.map(make, trees, pythons, folders, [given.many] * 2))
+            list(pool.map(make, trees, pythons, folders))
         found = list(differences(*folders))
         n_files = len(_files(folders[0]) | _files(folders[1]))
     print(*found, f"{n_files} tables, figures, texts and summaries compared, {len(found)} differences", sep="\n")

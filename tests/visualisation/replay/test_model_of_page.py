@@ -418,16 +418,6 @@ def test_the_newest_links_are_whole_and_older_losses_stay(tmp_path: Path, n_vehi
     assert all(own) == (n_vehicles == 16)  # in a large fleet those of the selected vehicle
 
 
-@pytest.mark.parametrize("n_packets", [0, 1])
-def test_without_two_packets_nobody_knows_how_long_a_slot_is(tmp_path: Path, n_packets: int) -> None:
-    results = recorded(tmp_path / "run", "scenario.duration_s=1")
-    path = results.folder / "packets.parquet"
-    pq.write_table(pq.read_table(path).slice(0, n_packets), path)
-    at_start, at_end = links(results, tmp_path, [0.0, 1.0])
-    assert at_start == []
-    assert [(slot, heard) for slot, _, heard, _, _ in at_end] == [(0, True)] * 3 * n_packets
-
-
 # Where two runs part
 
 
