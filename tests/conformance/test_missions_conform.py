@@ -40,9 +40,9 @@ def test_the_mapping_mission_conforms(tmp_path: Path) -> None:
         (MappingMission, "mapping-rendezvous", SHORT),
         (PandoraMission, "pandora-inspection", SERVICE),
         (ArrowsMission, "arrows-archaeology", ("mission.search_s=200.0", "scenario.duration_s=500.0")),
-        (RecoveryMission, "recovery-field", SHORT),
-        (FerryMission, "ferry-passage", SHORT),
-        (EscortMission, "escort-lines", SHORT),
+        pytest.param(RecoveryMission, "recovery-field", SHORT, marks=pytest.mark.thorough),  # they share code with the
+        pytest.param(FerryMission, "ferry-passage", SHORT, marks=pytest.mark.thorough),  # one that brings energy
+        pytest.param(EscortMission, "escort-lines", SHORT, marks=pytest.mark.thorough),
         (ResupplyMission, "resupply-field", SHORT),
         (MinehuntingMission, "minehunting-contacts", SHORT),
     ],
