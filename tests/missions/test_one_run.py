@@ -12,7 +12,7 @@ from missions.comparison.baseline import compare
 from missions.comparison.ranking import ranks
 from missions.comparison.treatments import Measured, RunOutcome, is_one_run, paired_with
 from missions.statistics import NoInterval
-from missions.sweeps.driver import sweep
+from missions.sweeps.driver import estimate, sweep
 from missions.sweeps.folder import SweepResults
 from missions.sweeps.study import load_study
 from remoras.cli import app
@@ -117,3 +117,9 @@ def test_only_the_share_of_what_was_drawn_is_uncertain() -> None:
     assert paired.n_reached == 8
     assert isinstance(paired.reached_interval, tuple)
     assert paired.reached_interval[1] < 7.0
+
+
+def test_a_dry_run_says_what_is_made_once(tmp_path: Path) -> None:
+    study = load_study(str(written(tmp_path, study_text(repeats=9, per="[0.0, 0.4]"))))
+    guess = estimate(study, 1)
+    assert (guess.planned, guess.deterministic) == (20, 2)

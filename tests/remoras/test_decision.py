@@ -124,3 +124,9 @@ def test_twelve_sets_of_any_types_are_searched_exactly() -> None:
         sets = [one(*((f"A{n}", t) for t in draw.sample(TYPES, draw.randint(1, 3)))) for n in range(12)]
         motivations = [draw.randint(0, 64) / 64 for _ in sets]
         assert Choice(sets).best(motivations) == by_definition(sets, motivations)
+
+
+def test_of_equals_the_first_is_chosen() -> None:
+    homing, zigzag = one(("Homing", G)), one(("ZigzagExploring", G))
+    assert best([homing, zigzag], 0.5, 0.5) == (0,)
+    assert best([homing, one(("Listening", P)), one(("Towing", G), ("Pulling", P))], 0.5, 0.5, 0.5) == (0, 1)

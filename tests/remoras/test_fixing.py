@@ -171,3 +171,17 @@ def test_sonars_look_into_the_column_of_who_goes_up() -> None:
     voyage.layer.depth_m = 6.0
     separation.look()
     assert len(separation.conflicts(1.0)) == 1
+
+
+def test_a_beacon_is_passed_where_that_is_sooner() -> None:
+    """From (500, 0) the rim of one at (560, 0) is 30 m off, 12 s; 40 s up. It is under water all the time."""
+    voyage = Voyage(Beacon((560.0, 0.0), 30.0))
+    voyage.go_on(lambda: voyage.is_fixing)
+    took_s = voyage.go_on(lambda: not voyage.is_fixing)
+    assert voyage.layer.depth_m == 20.0
+    assert took_s < 60.0
+    assert voyage.navigation.uncertainty_m < 3.0
+    far = Voyage(Beacon((500.0, 400.0), 30.0))
+    far.go_on(lambda: far.is_fixing)
+    far.go_on(lambda: far.layer.depth_m < 1.0, 60.0)
+    assert far.layer.depth_m < 1.0
