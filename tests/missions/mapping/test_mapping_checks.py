@@ -136,3 +136,8 @@ def test_who_may_explore_may_map_too(limits: tuple[int | None, ...], n: int) -> 
     found = [fault for fault in faults(raw) if ".Mapper" in fault.key]
     assert len(found) == n
     assert all("allowed: 1 or more, or none; 1 vehicles may explore" in fault.allowed for fault in found)
+
+
+def test_an_area_is_not_called_as_a_mission() -> None:
+    (fault,) = faults(with_areas({"name": "AreaMapping", "corners_m": SQUARE}))
+    assert (fault.key, fault.allowed) == ("area.AreaMapping.name", "is the name of a mission")
