@@ -1,4 +1,4 @@
-"""What the blocks that one vehicle holds come to: the values of an attribute, the members of a class, what is new.
+"""Queries of a world model: the values of an attribute, the members of a class, their history, and what is new.
 
 The observations of one slot from one time to another, read where they stand.
 

@@ -1,4 +1,4 @@
-"""The missions: jobs that the strategy gives out, each with what it takes beside the vehicle that has it.
+"""Missions of field work: jobs that the strategy gives out, each with what it takes beside the vehicle that has it.
 
 Whoever is given a job that takes help waits for it. What moves others to come is help, as
 ``missions.fieldwork.helping`` has it. In a passage the holders of loads address each other, so they are equals: a call

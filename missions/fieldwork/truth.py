@@ -1,4 +1,4 @@
-"""Truth, metrics and figures of these missions: what was really done, whatever vehicles believe, and how soon."""
+"""Truth, metrics and figures of field work: what was really done, whatever vehicles believe, and how soon."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The triples of instances that stand without time: types, names, and the current state.
+"""A world model as triples: instances and their current state, conclusions, estimates, and receptions.
 
 Conclusions of a world model as triples: types and links that follow, and the links that all know from the start.
 
