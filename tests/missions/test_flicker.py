@@ -24,6 +24,7 @@ def test_leaders_followers_and_escorts_do_not_flicker(name: str, most: int) -> N
         ("escort-lines", ("strategy.name=cbba", "mission.wait_s=200", "scenario.duration_s=1500"), 0),
         ("recovery-field", ("strategy.name=cbba", "mission.wait_s=200", "scenario.duration_s=2500"), 2),
         ("resupply-field", (), 0),
+        ("resupply-field", ("channel.per=0.3",), 0),  # 1 without the turns of free helpers
     ],
 )
 def test_who_gives_up_or_is_called_with_others_does_not_turn_back(name: str, keys: tuple[str, ...], most: int) -> None:
