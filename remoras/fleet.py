@@ -126,7 +126,6 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
         self._record(now_s)
         self.recorder.faults.extend(self.separation.conflicts(now_s))
         self._observe(now_s)
-        self.recorder.pack()
         over = now_s + self.tick_s > self.duration_s or self.is_nobody_left or self.truth.is_over
         if self.completed or over:
             self.running = False

@@ -111,15 +111,15 @@ class ArrowsTruth(JobTruth):
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
         """Note what was found and identified since the last look."""
-        n_contacts = self._contacts.n_packed + len(self._contacts.new)
-        new = self._contacts[self._n_contacts :] if n_contacts > self._n_contacts else ()
+        n_contacts = len(self._contacts)
+        new = self._contacts[self._n_contacts :]
         for time_s, vehicle, _, cell, kind, _, _ in new:
             if kind in SITES and cell not in self._found:
                 self._found.add(cell)
                 self.milestones.append(Milestone(time_s, "site_found", vehicle))
         self._n_contacts = n_contacts
-        n_items = self._items.n_packed + len(self._items.new)
-        for item in self._items[self._n_items :] if n_items > self._n_items else ():
+        n_items = len(self._items)
+        for item in self._items[self._n_items :]:
             if item[5] == "location":
                 x_m, y_m = (float(part) for part in item[6].removeprefix("POINT (").removesuffix(")").split())
                 self._places_m[item[4]] = x_m, y_m

@@ -23,7 +23,7 @@ from missions.feature import Feature, Joining
 from missions.scenarios.deployment import scenario_sound_speed_mps
 from missions.scenarios.tables import Section
 from remoras.events import Joined, Part
-from remoras.recorder import TIME, VEHICLE, Column, Recorder, Row, Rows, Table
+from remoras.recorder import TIME, VEHICLE, Column, Recorder, Row, Table
 
 if TYPE_CHECKING:
     from exchange.packets import Reception
@@ -127,22 +127,23 @@ class OwnClock:
         return self.offset_s == self.drift_ppm == self.correction_s == 0.0
 
 
-class _AtTrueTime(Rows):
+class _AtTrueTime(list[Row]):
     """Takes the rows of a table and hands them on with the true time in place of what the own clock shows."""
 
-    def __init__(self, rows: Rows, column: int, clock: OwnClock) -> None:
+    def __init__(self, rows: list[Row], column: int, clock: OwnClock) -> None:
         super().__init__()
         self._handed_on = rows
         self._column = column
         self._clock = clock
-        self.append, self.extend = self._hand_on, self._hand_on_all
 
-    def _hand_on(self, row: Row) -> None:
+    def append(self, row: Row) -> None:
+        """Hand on a row."""
         self._handed_on.append((*row[: self._column], self._clock.true_s, *row[self._column + 1 :]))
 
-    def _hand_on_all(self, rows: Iterable[Row]) -> None:
+    def extend(self, rows: Iterable[Row]) -> None:
+        """Hand on rows."""
         for row in rows:
-            self._hand_on(row)
+            self.append(row)
 
 
 NOW: Mapping[str, str] = {"items": "recorded_s"}

@@ -353,8 +353,8 @@ class JobTruth(MeetingTruth):
                     self.note(vehicle.name, objective.argument, now_s)
 
     def _note_impossible(self, now_s: float) -> None:
-        since, self._n_read = self._n_read, self._items.n_packed + len(self._items.new)
-        for row in self._items[since:] if self._n_read > since else ():
+        since, self._n_read = self._n_read, len(self._items)
+        for row in self._items[since:]:
             if row[ATTRIBUTE] != IS_IMPOSSIBLE:
                 continue
             job = row[SUBJECT]

@@ -175,15 +175,15 @@ class PandoraTruth(JobTruth):
         """Note what was done since the last look."""
         claimed = len(self._done)
         super().watch(fleet, now_s)
-        n_looks = self._looks.n_packed + len(self._looks.new)
-        n_turns = self._turns.n_packed + len(self._turns.new)
-        for time_s, vehicle, name, point in self._looks[self._n_looks :] if n_looks > self._n_looks else ():
+        n_looks = len(self._looks)
+        n_turns = len(self._turns)
+        for time_s, vehicle, name, point in self._looks[self._n_looks :]:
             left = self._left.get(name)
             if left is not None and point in left:
                 left.remove(point)
                 if not left:
                     self._note(time_s, vehicle, name)
-        for time_s, vehicle, name, state in self._turns[self._n_turns :] if n_turns > self._n_turns else ():
+        for time_s, vehicle, name, state in self._turns[self._n_turns :]:
             if name in self._states:
                 self._states[name] = state
                 if state == "open" and name in self._serviced:

@@ -82,10 +82,9 @@ def sensors_of(data: VehicleData) -> dict[str, Sensor]:
 
 
 def recorder_of_mission(mission: Mission, sensors: Sequence[Mapping[str, Sensor]]) -> Recorder:
-    """A recorder with the tables of the mission and of the sensors of each vehicle, which may have two packets on their
-    way."""
+    """Make a recorder with the tables of the mission and of the sensors of each vehicle."""
     tables = [sensor.table for of_one in sensors for sensor in of_one.values() if sensor.table is not None]
-    return Recorder([*mission.tables, *tables, DELIVERIES, UNSAID], 2 * len(sensors))
+    return Recorder([*mission.tables, *tables, DELIVERIES, UNSAID])
 
 
 def refuse_malformed(scenario: Scenario, agreement: Agreement) -> None:

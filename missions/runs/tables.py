@@ -19,7 +19,6 @@ import heapq
 import io
 import os
 import shutil
-from array import array
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import chain
@@ -35,7 +34,7 @@ import pyarrow.parquet as pq
 
 from missions.disk import DIGESTS, not_as_noted, note_digests, synced
 from missions.errors import OutputError
-from remoras.recorder import BLOCK, KEY, Floats, Packed, Recorder, Row, Rows, Table, Texts
+from remoras.recorder import KEY, TRAJECTORIES, Recorder, Row, Table
 
 TYPES = {
     "float": pa.float64(), "int": pa.int64(), "str": pa.string(), "bool": pa.bool_(), "list": pa.list_(pa.string()),
@@ -59,29 +58,17 @@ Keep = Callable[[Array, Array | None], pa.Array]
 """Makes an Arrow array of floats and of which are missing, None if none is; 0 stands where one is."""
 
 
-def column_array(values: Packed | Sequence[Any], kind: str, keep: Keep, order: Array | None = None) -> pa.Array:
+def column_array(values: Sequence[Any], kind: str, keep: Keep) -> pa.Array:
     """A column as an Arrow array.
 
     Args:
         values: of all rows.
         kind: one of those of columns.
         keep: takes the floats of the column.
-        order: numbers of the rows as they are to be; as they are if None.
 
     Raises:
         pa.ArrowException, TypeError, ValueError, OverflowError: a value is not of that kind.
     """
-    if isinstance(values, Texts) and kind == "str":
-        numbers = np.array(values.numbers)
-        return _texts(values.names, numbers if order is None else numbers[order])
-    if isinstance(values, array) and kind == ("float" if values.typecode == "d" else "int"):
-        numbers = np.array(values, np.float64 if kind == "float" else np.int64)
-        numbers = numbers if order is None else numbers[order]
-        return keep(numbers, None) if kind == "float" else numbers_array(numbers, TYPES[kind])
-    if isinstance(values, Floats) and kind == "float":
-        numbers = _together(values)
-        return keep(numbers if order is None else numbers[order], None)
-    values = list(values) if order is None else [values[number] for number in order]
     if not set(map(type, values)) <= {*_VALUES[kind]}:
         return _otherwise(values, kind, keep)
     if kind in _ENTRIES:
@@ -93,18 +80,7 @@ def column_array(values: Packed | Sequence[Any], kind: str, keep: Keep, order: A
     return _plain(values, kind, keep)
 
 
-def _together(column: Floats) -> Array:
-    """The floats of all rows."""
-    numbers, values = np.empty(len(column)), np.array(column.values)
-    number_of = np.frombuffer(bytes(column.numbers), np.uint8)
-    for block, start in enumerate(column.starts):
-        rows = slice(block * BLOCK, (block + 1) * BLOCK)
-        numbers[rows] = values[start : start + BLOCK][number_of[rows]]
-    numbers[len(column.numbers) :] = column.newest
-    return numbers
-
-
-def _otherwise(values: list[Any], kind: str, keep: Keep) -> pa.Array:
+def _otherwise(values: Sequence[Any], kind: str, keep: Keep) -> pa.Array:
     """What pyarrow makes of values that it has to look at one by one."""
     made = pa.array(values, TYPES[kind])
     if kind == "float":
@@ -120,12 +96,12 @@ def _floats(made: pa.Array) -> tuple[Array, Array | None]:
     return numbers, missing
 
 
-def _plain(values: list[Any], kind: str, keep: Keep) -> pa.Array:
+def _plain(values: Sequence[Any], kind: str, keep: Keep) -> pa.Array:
     """Values of one kind, or None."""
     absent = np.fromiter((value is None for value in values), bool, len(values))
     missing = absent if absent.any() else None
     if kind == "str":
-        return _texts([value or "" for value in values], None, missing)
+        return _texts([value or "" for value in values], missing)
     if kind == "bool":
         bits = np.packbits(np.fromiter(map(bool, values), bool, len(values)), bitorder="little")
         return pa.Array.from_buffers(pa.bool_(), len(values), [_bitmap(missing), pa.py_buffer(bits)])
@@ -152,24 +128,15 @@ def _bitmap(missing: Array | None) -> pa.Buffer | None:
     return None if missing is None else pa.py_buffer(np.packbits(~missing, bitorder="little"))
 
 
-def _texts(names: Sequence[str], numbers: Array | None = None, missing: Array | None = None) -> pa.Array:
-    """Texts, or those of these numbers."""
+def _texts(names: Sequence[str], missing: Array | None = None) -> pa.Array:
     encoded = [name.encode() for name in names]
     lengths = np.fromiter(map(len, encoded), np.int64, len(encoded))
-    if numbers is not None:
-        lengths = lengths[numbers] if encoded else np.zeros(0, np.int64)
-        encoded = list(map(encoded.__getitem__, numbers.tolist()))
     offsets = np.zeros(len(lengths) + 1, np.int64)
     np.cumsum(lengths, out=offsets[1:])
     if offsets[-1] > _MOST_BYTES:
         raise ValueError(f"its texts have {offsets[-1]} bytes; allowed: up to {_MOST_BYTES}")
     buffers = [_bitmap(missing), pa.py_buffer(offsets.astype(np.int32)), pa.py_buffer(b"".join(encoded))]
     return pa.Array.from_buffers(pa.string(), len(lengths), buffers)
-
-
-def constant_array(text: str, n: int) -> pa.Array:
-    """The same text so many times."""
-    return _texts([text], np.zeros(n, np.uint16))
 
 
 STEPS = {"s": 2.0**-12, "m": 2.0**-7, "rad": 2.0**-10, "m/s": 2.0**-10}
@@ -213,34 +180,19 @@ def arrow_table(table: Table, rows: Sequence[Row], key: str = "") -> pa.Table:
     """
     fields, arrays = [], []
     if key:
-        fields, arrays = [pa.field(KEY, pa.string())], [constant_array(key, len(rows))]
+        fields, arrays = [pa.field(KEY, pa.string())], [_texts([key] * len(rows))]
     try:
-        columns = _columns(table, rows)
-        order = _by_vehicle(columns[1]) if table.name == "trajectories" and rows else None
+        if table.name == TRAJECTORIES.name:
+            rows = sorted(rows, key=itemgetter(1))  # by vehicle, and by time within it
+        columns = list(zip(*rows, strict=True)) if rows else [()] * len(table.columns)
         for column, values in zip(table.columns, columns, strict=True):
-            array = column_array(values, column.kind, partial(_kept, column.unit), order)
+            array = column_array(values, column.kind, partial(_kept, column.unit))
             fields.append(pa.field(column.name, array.type, metadata={"unit": column.unit} if column.unit else None))
             arrays.append(array)
     except (pa.ArrowException, TypeError, ValueError) as error:
         declared = ", ".join(f"{column.name} ({column.kind})" for column in table.columns)
         raise OutputError(f"table {table.name}: a row does not fit its columns {declared}: {error}") from None
     return pa.Table.from_arrays(arrays, schema=pa.schema(fields))
-
-
-def _columns(table: Table, rows: Sequence[Row]) -> Sequence[Packed | Sequence[Any]]:
-    """The columns of the rows; raises ValueError if rows are not equally wide."""
-    if not len(rows):
-        return [()] * len(table.columns)
-    packed = (rows if isinstance(rows, Rows) else Rows(rows)).columns()
-    return list(zip(*rows, strict=True)) if packed is None else packed
-
-
-def _by_vehicle(names: Packed | Sequence[Any]) -> npt.NDArray[np.int64]:
-    """Numbers of the rows by vehicle, within it as they are: by time."""
-    if isinstance(names, Texts):
-        rank = np.argsort(np.argsort(np.array(names.names, dtype=object)))
-        return np.argsort(rank[np.array(names.numbers)], kind="stable")
-    return np.array(sorted(range(len(names)), key=list(names).__getitem__))
 
 
 def table_writer(target: Any, schema: pa.Schema) -> pq.ParquetWriter:

@@ -106,14 +106,14 @@ class Monitor:
         """Take in what was said since the last look."""
         if not self.state:
             return
-        n_items = self._items.n_packed + len(self._items.new)
-        for row in self._items[self._n_items :] if n_items > self._n_items else ():
+        n_items = len(self._items)
+        for row in self._items[self._n_items :]:
             if row[ATTRIBUTE] in self._alphabet and row[KIND] == "told":
                 self._unsaid.setdefault(row[UID].partition(".")[0], []).append(row)
         if self._is_by_role:
             self._note_roles()
-        n_packets = self._packets.n_packed + len(self._packets.new)
-        for packet in self._packets[self._n_packets :] if n_packets > self._n_packets else ():
+        n_packets = len(self._packets)
+        for packet in self._packets[self._n_packets :]:
             if self._unsaid:
                 for said in self._said(packet):
                     self._check_time(said.time_s)
@@ -132,8 +132,8 @@ class Monitor:
 
     def _note_roles(self) -> None:
         """Who has begun or ceased to play which role since the last look, as vehicles see themselves."""
-        since, self._n_roles = self._n_roles, self._roles.n_packed + len(self._roles.new)
-        for time_s, vehicle, _, role, event in self._roles[since:] if self._n_roles > since else ():
+        since, self._n_roles = self._n_roles, len(self._roles)
+        for time_s, vehicle, _, role, event in self._roles[since:]:
             if event in PLAYING:
                 self._plays[vehicle, role].append((time_s, PLAYING[event]))
 

@@ -51,16 +51,14 @@ class TridentTruth(JobTruth):
     def _take_note(self, now_s: float) -> None:
         """Tiles, attempts, choices, and what was said since the last look."""
         charted, attempts, items = self._charted_rows, self._attempt_rows, self._items
-        n_charted, n_attempts = charted.n_packed + len(charted.new), attempts.n_packed + len(attempts.new)
-        n_items = items.n_packed + len(items.new)
-        for _, _, column, row in charted[self._n_charted :] if n_charted > self._n_charted else ():
+        n_charted, n_attempts = len(charted), len(attempts)
+        n_items = len(items)
+        for _, _, column, row in charted[self._n_charted :]:
             self._charted.add((column, row))
-        for time_s, vehicle, _, does, of, _, succeeded in (
-            attempts[self._n_attempts :] if n_attempts > self._n_attempts else ()
-        ):
+        for time_s, vehicle, _, does, of, _, succeeded in attempts[self._n_attempts :]:
             if succeeded:
                 self._note_success(time_s, vehicle, does == "handle", of == TARGET)
-        for item in items[self._n_items :] if n_items > self._n_items else ():
+        for item in items[self._n_items :]:
             if item[5] == "chosen":
                 self.milestones.append(Milestone(item[3], "chosen", item[1]))
             elif item[5] == "surveyedBy":  # on request, perhaps: then it was nobody's objective
