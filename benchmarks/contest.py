@@ -39,7 +39,7 @@ def read(paths: Sequence[Path]) -> Contest:
 
 def ranked(contest: Contest) -> list[str]:
     """The nine that are shipped: neither a bound nor one of others."""
-    shipped = {name for name, one in strategies().items() if one.declaration.part is None}
+    shipped = {name for name, one in strategies().items() if one.declaration.sharing is None}
     return [name for name in contest if name in shipped]
 
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario
     from missions.scenarios.tables import Raw
     from remoras.database import AUVDatabase, VehicleData
-    from remoras.events import Part
+    from remoras.events import Observer
     from remoras.mission import Mission
     from remoras.recorder import Recorder
     from remoras.strategy import Strategy
@@ -65,7 +65,7 @@ class Feature:
         keys: type and field of each key that it brings, by the table that has the key: "" is the scenario itself,
             "vehicle" or "communication" a table of it. A key is left out of what is written while it has its default,
             unless that is to be on.
-        part: called once for each run; what the feature does in it, if anything.
+        observer: called once for each run; takes part in it, if the feature does anything.
         checks: called when a scenario is checked, with the raw tables and the class of its mission, None if that is not
             to be had; yields what is wrong, and passes malformed values over.
         words: called with each checked scenario; Turtle files whose words its items use, read only where it uses them.
@@ -91,7 +91,7 @@ class Feature:
     """
 
     keys: Mapping[str, Mapping[str, tuple[Any, Any]]]
-    part: Callable[[Joining], Part | None] = lambda joining: None
+    observer: Callable[[Joining], Observer | None] = lambda joining: None
     checks: Callable[[Raw, type[Mission] | None], Iterable[ConfigurationFault]] = lambda raw, mission: ()
     words: Callable[[Scenario], Sequence[Path]] = lambda scenario: ()
     states: Sequence[str] = ()
@@ -112,12 +112,12 @@ class Feature:
     strategy: Callable[[Scenario, Strategy], Strategy] = lambda scenario, strategy: strategy
 
 
-def on_unless_off(key: str, description: str, part: Callable[[Joining], Part]) -> Feature:
+def on_unless_off(key: str, description: str, without: Callable[[], Observer]) -> Feature:
     """What vehicles have unless a scenario says ``communication.KEY = false``.
 
     Args:
         key: of the table ``communication``.
         description: of the key.
-        part: takes it out of the vehicles of a run that does without.
+        without: takes it out of the vehicles of a run that does without.
     """
-    return Feature({"communication": {key: (bool, Field(True, description=description))}}, part)
+    return Feature({"communication": {key: (bool, Field(True, description=description))}}, lambda joining: without())

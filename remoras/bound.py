@@ -1,6 +1,6 @@
-"""What a strategy that is an upper bound brings: all know at once what one has told, and how fast each vehicle is.
+"""Instant sharing, of an upper bound: all know at once what one has told, and how fast each vehicle is.
 
-The strategy declares it as its part, see ``remoras.strategies.oracle``; nothing else knows of it.
+A strategy declares it, see ``remoras.strategies.oracle``; nothing else knows of it.
 """
 
 from __future__ import annotations
@@ -10,15 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 from exchange.packets import Transmission, name_of
 from remoras.beliefs import Fact
-from remoras.events import Joined, Part
+from remoras.events import Host, Observer
 from remoras.radio import Radio
 from worldmodel import STATUS, Block, Change
 
 if TYPE_CHECKING:
     from remoras.vehicle import Vehicle
-
-LEASE_FRAMES = 2.0
-"""Who has told nothing for so many TDMA frames has left: all that is told is known."""
 
 
 class RadioAtOnce(Radio):
@@ -56,35 +53,44 @@ class RadioAtOnce(Radio):
         return self._merged(blocks, now_s)
 
 
-class AtOnce:
-    """Shares what vehicles know without a packet.
+class InstantSharing(Observer):
+    """Shares what vehicles know without a packet; what each vehicle really is like all know, too.
 
     A block from the future of a clock that is behind does not count there yet: it is shared again until it does.
 
-    Args:
-        fleet: of the vehicles.
+    Attributes:
+        radio: class of the radios of the vehicles.
+        lease_frames: TDMA frames after which a vehicle that has told nothing has left: all that is told is known.
     """
 
-    def __init__(self, fleet: Joined) -> None:
-        self._fleet = fleet
+    radio = RadioAtOnce
+    lease_frames = 2.0
+
+    def __init__(self) -> None:
         self._early: dict[str, list[tuple[str, Block]]] = {}
 
-    def share(self, sender: Vehicle) -> None:
-        """Let all vehicles know what one has told since the last time."""
-        told = _radio(sender).told()
-        for vehicle in self._fleet.vehicles if told or self._early else ():
-            for name, block in self._early.pop(vehicle.name, ()):
-                self._learn(vehicle, name, [block])
-            if told and vehicle is not sender:
-                self._learn(vehicle, sender.name, told)
+    def on_start(self, host: Host) -> None:
+        """Take note of who shares."""
+        self._fleet = host
 
-    def share_all(self, anew: Vehicle) -> None:
+    def on_tick(self, vehicle: Vehicle) -> None:
+        """Let all vehicles know what one has told since the last time."""
+        told = _radio(vehicle).told()
+        for other in self._fleet.vehicles if told or self._early else ():
+            for name, block in self._early.pop(other.name, ()):
+                self._learn(other, name, [block])
+            if told and other is not vehicle:
+                self._learn(other, vehicle.name, told)
+
+    on_slot = on_frame_end = on_statement = on_tick
+
+    def on_restart(self, vehicle: Vehicle) -> None:
         """Let a vehicle that begins anew know all that the others were told."""
-        for vehicle in self._fleet.vehicles:
-            if vehicle is not anew:
-                model = vehicle.beliefs.model
+        for other in self._fleet.vehicles:
+            if other is not vehicle:
+                model = other.beliefs.model
                 blocks = [block for _, block in model.items() if block is not None]
-                self._learn(anew, vehicle.name, [*blocks, *model.statuses()])
+                self._learn(vehicle, other.name, [*blocks, *model.statuses()])
 
     def _learn(self, vehicle: Vehicle, emitter: str, blocks: Sequence[Block]) -> None:
         if vehicle.functional.exhausted:
@@ -101,18 +107,3 @@ def _radio(vehicle: Vehicle) -> RadioAtOnce:
     radio = vehicle.radio
     assert isinstance(radio, RadioAtOnce)  # the same part made it
     return radio
-
-
-def share_at_once(fleet: Joined) -> None:
-    """Let all vehicles of a fleet know at once what any of them tells.
-
-    Args:
-        fleet: of the vehicles.
-    """
-    shared = AtOnce(fleet)
-    fleet.acted.append(shared.share)
-    fleet.restarted.append(shared.share_all)
-
-
-AT_ONCE = Part(join=share_at_once, radio=RadioAtOnce, lease_frames=LEASE_FRAMES, knows_vehicles=True)
-"""Of a strategy under which every vehicle knows at once what any vehicle knows."""

@@ -9,7 +9,10 @@ from __future__ import annotations
 import heapq
 import math
 from enum import IntEnum
-from typing import Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
+
+if TYPE_CHECKING:
+    from remoras.recorder import Recorder
 
 Event = TypeVar("Event")
 
@@ -45,6 +48,10 @@ class ShownTime(Protocol):
 
     def set_by(self, by_s: float) -> None:
         """Put it forward by that much (s); back if it is negative."""
+        ...
+
+    def recording(self, recorder: Recorder) -> Recorder:
+        """What takes the rows of its vehicle and hands them to a recorder in true time."""
         ...
 
 

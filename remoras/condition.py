@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from remoras.sensor import Observation
+    from worldmodel import TBox
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,6 +21,9 @@ class Condition:
         is_mute: nobody hears it; is_deaf: it hears nobody.
         speed_factor: what its speeds are multiplied by.
         dead_sensors: names of the sensors that yield nothing.
+        drain_w: power that the battery loses beside what the vehicle uses; the reserve does not know of it.
+        readings: each is given the name of a sensor, what it has read, and the words of the mission, and returns what
+            is recorded of it.
         lost_for_good: it will not come back; will_return: it is out of contact, but not for good.
         dead_for_good: those of the dead sensors that never will yield anything again.
     """
@@ -25,6 +34,8 @@ class Condition:
     is_deaf: bool = False
     speed_factor: float = 1.0
     dead_sensors: frozenset[str] = frozenset()
+    drain_w: float = 0.0
+    readings: tuple[Callable[[str, Observation, TBox], Observation], ...] = ()
     lost_for_good: bool = False
     will_return: bool = False
     dead_for_good: frozenset[str] = frozenset()

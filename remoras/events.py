@@ -1,23 +1,25 @@
-"""Events: what happens at a time, and does it itself; and parts, by which features take part in a run.
+"""Events of a run, and observers that take part in it.
 
-The core takes the next event off its queue and lets it act, as that of SimPy does: a new kind of event costs the core
-nothing.
-A feature that is on gives a run a ``Part``. Whatever is off gives none, so nothing of it is made, entered or asked.
+The simulation takes the next event off its queue and lets it act, as SimPy does: a new kind of event needs no change of
+the core. A feature that is on, and the faults of a run, are each an ``Observer``: a method for each event, which does
+nothing unless a subclass defines it. A simulation keeps one list for each event, of the methods that are defined (see
+``listening``), so an event without a listener costs nothing.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol, TypeVar
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from remoras.clock import Priority, ShownTime
 
 if TYPE_CHECKING:
     from exchange.acoustics.channel import Channel
+    from exchange.packets import Reception
     from remoras.beliefs import Beliefs, Fact
-    from remoras.functional.layer import FunctionalLayer
-    from remoras.radio import Radio, RenewedNeeds
+    from remoras.radio import RenewedNeeds
     from remoras.recorder import Recorder
     from remoras.separation import Separation
     from remoras.social.needs import GroupNeeds
@@ -36,9 +38,18 @@ class Event(Protocol[H_contra]):
 
 
 class Host(Protocol):
-    """What any event may ask of a simulation: of a fleet, or of a vehicle by itself."""
+    """What events and observers may ask of a simulation: of a fleet, or of a vehicle by itself.
+
+    Attributes:
+        recorder: takes the rows.
+    """
 
     recorder: Recorder
+
+    @property
+    def vehicles(self) -> Sequence[Vehicle]:
+        """Vehicles that are simulated here, in the order of the nodes."""
+        ...
 
     @property
     def now_s(self) -> float:
@@ -62,6 +73,10 @@ class Host(Protocol):
         """What the clock of a vehicle shows now (s)."""
         ...
 
+    def await_slot(self, node: int) -> None:
+        """Schedule the next own slot of a vehicle by its clock as set now."""
+        ...
+
     def let_say(self, vehicle: str, facts: Callable[[Beliefs], Sequence[Fact]]) -> bool:
         """Let a vehicle conclude and tell facts now; False, and nothing is said, if it is not alive.
 
@@ -76,41 +91,67 @@ class Host(Protocol):
         ...
 
 
-class Slots(Protocol):
-    """What opens the slots of a fleet."""
+class Observer:
+    """Takes part in one run. Subclass it and define the events that matter; those that are not defined cost nothing.
 
-    def await_slot(self, node: int) -> None:
-        """Schedule the next own slot of a vehicle by its clock as set now."""
-        ...
+    A vehicle by itself has the events ``on_start`` and ``on_vehicle`` alone.
+
+    Attributes:
+        clocks: of the vehicles whose clocks may be off, by node.
+    """
+
+    clocks: Mapping[int, ShownTime] = MappingProxyType({})
+
+    # In place of the usual, when a run is set up -----------------------------------------------------
+
+    def channel(self, channel: Channel) -> Channel:
+        """What carries the packets of a fleet, given what would."""
+        return channel
+
+    def separation(self, separation: Separation) -> Separation:
+        """What watches the distances between the vehicles of a fleet, given what would."""
+        return separation
+
+    def needs(self, model: WorldModel, common: NeedsIndex | GroupNeeds) -> RenewedNeeds | None:
+        """Who needs what for a vehicle with this world model; None for the needs that nobody states."""
+        return None
+
+    # Events of a run ---------------------------------------------------------------------------------
+
+    def on_start(self, host: Host) -> None:
+        """All vehicles are made: schedule events."""
+
+    def on_vehicle(self, vehicle: Vehicle) -> None:
+        """A vehicle is made, at the start or to begin anew; its activities are not chosen yet."""
+
+    def on_tick(self, vehicle: Vehicle) -> None:
+        """A vehicle has moved, sensed and decided for a motion tick."""
+
+    def on_slot(self, vehicle: Vehicle) -> None:
+        """The slot of a vehicle has opened, and it has sent its packet, if any."""
+
+    def on_received(self, vehicle: Vehicle, reception: Reception, size_bits: int, shown_s: float) -> None:
+        """A vehicle has taken in a packet of this size, when its clock showed ``shown_s``."""
+
+    def on_frame_end(self, vehicle: Vehicle) -> None:
+        """A vehicle has consulted at the end of a TDMA frame."""
+
+    def on_statement(self, vehicle: Vehicle) -> None:
+        """A vehicle has stated facts at a time that the scenario gives, see ``Says``."""
+
+    def on_restart(self, vehicle: Vehicle) -> None:
+        """A vehicle has begun anew and taken the place of what it was."""
 
 
-class Joined(Protocol):
-    """What a part may ask of a fleet, and the hooks to which it may add: each is called with the vehicle concerned."""
+def listening(observers: Iterable[Observer], event: str) -> tuple[Callable[..., Any], ...]:
+    """The methods of those observers that define an event, in their order.
 
-    acted: list[Callable[[Vehicle], None]]
-    restarted: list[Callable[[Vehicle], None]]
-    consulted: list[Callable[[Vehicle], None]]
-    sent: list[Callable[[Vehicle], None]]
-    separation: Separation
-
-    @property
-    def now_s(self) -> float:
-        """The true time (s)."""
-        ...
-
-    @property
-    def vehicles(self) -> Sequence[Vehicle]:
-        """Every vehicle, in the order of the nodes."""
-        ...
-
-    @property
-    def traffic(self) -> Slots:
-        """What opens its slots."""
-        ...
-
-    def shown_s(self, vehicle: Vehicle) -> float:
-        """What the clock of a vehicle shows now (s)."""
-        ...
+    Args:
+        observers: of the run.
+        event: name of the method.
+    """
+    usual = getattr(Observer, event)
+    return tuple(getattr(one, event) for one in observers if getattr(type(one), event) is not usual)
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,72 +184,3 @@ def say_at(host: Host, time_s: float, said: Says) -> None:
     """
     if said.vehicle in host.names:
         host.at(time_s, Priority.FAULT, said)
-
-
-@dataclass(frozen=True, slots=True)
-class Part:
-    """What a feature that is on does in one run.
-
-    Attributes:
-        begin: called once, when the fleet, or the vehicle by itself, is made: schedules events.
-        equip: called with each vehicle when it is made, and again with what takes its place after a restart: adds to
-            its hooks.
-        body: called with the functional layer of a vehicle when it is made, before the vehicle is, and so again when it
-            begins anew: adds to its hooks and needs, or puts something else in the place of its guidance.
-        join: called once with a fleet when it is made, never with a vehicle by itself: adds to the hooks of the fleet.
-        clocks: of vehicles whose clocks may be off, by node.
-        carries: called with the channel of a fleet when that is made, never of a vehicle by itself; what carries its
-            packets instead.
-        recorder: called when a vehicle is made, with its node and what takes the rows of all; what takes its rows.
-        radio: makes the radios of the vehicles, of what ``remoras.radio.Radio`` takes. At most one part has it.
-        lease_frames: TDMA frames after which a silent vehicle is taken to have left; as the scenario says if None.
-        knows_vehicles: True if all know how each vehicle really is, not only what the fleet takes it to be.
-        needs: called when a vehicle is made, with its world model and the needs that nobody states; who needs what
-            instead. At most one part of a run has it.
-        vehicle: makes the vehicles, of what ``remoras.vehicle.Vehicle`` takes. At most one part has it.
-    """
-
-    begin: Callable[[Host], None] | None = None
-    equip: Callable[[Vehicle], None] | None = None
-    body: Callable[[FunctionalLayer], None] | None = None
-    join: Callable[[Joined], None] | None = None
-    clocks: Mapping[int, ShownTime] = field(default_factory=dict)
-    carries: Callable[[Channel], Channel] | None = None
-    recorder: Callable[[int, Recorder], Recorder] | None = None
-    radio: Callable[..., Radio] | None = None
-    lease_frames: float | None = None
-    knows_vehicles: bool = False
-    needs: Callable[[WorldModel, NeedsIndex | GroupNeeds], RenewedNeeds] | None = None
-    vehicle: Callable[..., Vehicle] | None = None
-
-
-def clocks_of(parts: Iterable[Part]) -> dict[int, ShownTime]:
-    """Clocks that may be off, by the node of their vehicle."""
-    return {node: clock for part in parts for node, clock in part.clocks.items()}
-
-
-def carrier_for(parts: Iterable[Part], channel: Channel) -> Channel:
-    """What carries the packets of a fleet.
-
-    Args:
-        parts: of the run.
-        channel: that it has.
-    """
-    for part in parts:
-        if part.carries is not None:
-            channel = part.carries(channel)
-    return channel
-
-
-def recorder_for(parts: Iterable[Part], node: int, recorder: Recorder) -> Recorder:
-    """What takes the rows of one vehicle.
-
-    Args:
-        parts: of the run.
-        node: of the vehicle.
-        recorder: takes the rows of all.
-    """
-    for part in parts:
-        if part.recorder is not None:
-            recorder = part.recorder(node, recorder)
-    return recorder

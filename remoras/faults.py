@@ -1,6 +1,6 @@
 """Faults of vehicles: when they hold, and their effect on a vehicle.
 
-What kinds there are nobody here knows: a kind says what it leaves, and does what else it does when it begins and ends.
+What kinds there are nobody here knows: a kind says what condition it leaves a vehicle in.
 
 The schedule of a run is a pure function of (declared faults, seed, agreement). Each draw is keyed by the kind, whom it
 is about, and how many faults of that description stand before it. So no draw is shifted by loss rate or strategy, by a
@@ -14,18 +14,15 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from exchange.acoustics import loss
 from exchange.arithmetic import log1p
+from remoras.clock import Priority
 from remoras.condition import SOUND, Condition
 from remoras.database import AUVDatabase, VehicleData
-from remoras.events import Host
+from remoras.events import Host, Observer
 from remoras.organisation import Group, Organisation
-
-if TYPE_CHECKING:
-    from remoras.vehicle import Vehicle
-
 
 ANY = "any"
 """Stands for a vehicle that is drawn among those that a fault may befall."""
@@ -38,18 +35,6 @@ _SELECTORS = 1 << 16
 """Numbers of whom a fault is about: 0 for any, then the nodes, and from half of this on the heads of groups."""
 
 
-class Acting(Protocol):
-    """What a fault does beside what it leaves of a vehicle."""
-
-    def begin(self, vehicle: Vehicle) -> None:
-        """Begin to hold, for a vehicle as it is now: add to its hooks. Called again for what begins anew meanwhile."""
-        ...
-
-    def end(self, vehicle: Vehicle, host: Host) -> None:
-        """Hold no longer: take away from its hooks what ``begin`` has added."""
-        ...
-
-
 @dataclass(frozen=True, slots=True)
 class Fault:
     """A fault of one vehicle in one run.
@@ -59,7 +44,7 @@ class Fault:
         from_s: when it begins to hold; until_s: when it is over, infinite for good.
         leaves: what it leaves of the vehicle meanwhile.
         detail: what the table of faults says when it begins.
-        acts: what else it does.
+        remembers: the vehicle begins anew when it is over, and then still knows what it knew; None if it goes on.
     """
 
     kind: str
@@ -68,7 +53,7 @@ class Fault:
     until_s: float = math.inf
     leaves: Condition = SOUND
     detail: str = ""
-    acts: Acting | None = None
+    remembers: bool | None = None
 
 
 class Declared(Protocol):
@@ -129,10 +114,57 @@ def condition_under(faults: Iterable[Fault]) -> Condition:
         is_deaf=any(condition.is_deaf for condition in left),
         speed_factor=math.prod(condition.speed_factor for condition in left),
         dead_sensors=frozenset(name for condition in left for name in condition.dead_sensors),
+        drain_w=math.fsum(condition.drain_w for condition in left),
+        readings=tuple(change for condition in left for change in condition.readings),
         lost_for_good=not all(condition.is_alive for condition in for_good),
         will_return=bool(out_of_contact) and all(math.isfinite(fault.until_s) for fault in out_of_contact),
         dead_for_good=frozenset(name for condition in for_good for name in condition.dead_sensors),
     )
+
+
+@dataclass(frozen=True, slots=True)
+class FaultChanges:
+    """A fault begins to hold, or is over; others of the vehicle hold as they did.
+
+    Attributes:
+        holding: faults of the run that hold now, by the name of the vehicle.
+    """
+
+    fault: Fault
+    begins: bool
+    holding: dict[str, list[Fault]]
+
+    def act(self, host: Host) -> None:
+        """Let it hold from now on, or no longer."""
+        fault, vehicle = self.fault, host.named(self.fault.vehicle)
+        holding = self.holding.setdefault(fault.vehicle, [])
+        if self.begins:
+            holding.append(fault)
+        else:
+            holding.remove(fault)
+            if fault.remembers is not None and not vehicle.functional.exhausted:
+                vehicle = host.restart(vehicle, fault.remembers)
+        vehicle.suffer(condition_under(holding))
+        detail = fault.detail if self.begins else OVER
+        host.recorder.faults.append((host.now_s, fault.vehicle, fault.kind, detail))
+
+
+class Faults(Observer):
+    """Lets faults befall the vehicles of a run.
+
+    Args:
+        faults: of the run.
+    """
+
+    def __init__(self, faults: Iterable[Fault]) -> None:
+        self._faults = tuple(faults)
+
+    def on_start(self, host: Host) -> None:
+        """Schedule when each begins and when it is over."""
+        holding: dict[str, list[Fault]] = {}
+        for fault in self._faults:
+            host.at(fault.from_s, Priority.FAULT, FaultChanges(fault, True, holding))
+            host.at(fault.until_s, Priority.FAULT, FaultChanges(fault, False, holding))
 
 
 def hears_throughout(faults: Iterable[Fault], vehicle: str, from_s: float, until_s: float) -> bool:

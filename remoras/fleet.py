@@ -16,7 +16,7 @@ from remoras.avoidance import SEPARATION_M
 from remoras.beliefs import Beliefs, Fact
 from remoras.clock import Clock, Priority
 from remoras.collecting import rare_collections
-from remoras.events import Event, Host, Part
+from remoras.events import Event, Host, Observer, listening
 from remoras.mission import FleetView, Truth
 from remoras.plugins import broken_promise
 from remoras.recorder import Recorder
@@ -49,15 +49,11 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
         tick_s: length of a step (s).
         duration_s: end of the run if the mission does not complete before (s).
         separation_m: distance that vehicles in one depth layer are to keep.
-        parts: of the features that are on.
+        observers: of the features that are on, and of the faults.
         nature: changes the world of the run, see ``remoras.mission.Mission.nature``.
 
     Attributes:
         n_ticks: steps taken.
-        acted: called with a vehicle after it has done something by which it may have told something.
-        restarted: called with a vehicle that began anew.
-        consulted: called with a vehicle after it has consulted.
-        sent: called with a vehicle after its slot.
         separation: who is near whom; a feature by which vehicles change their depths puts another in its place.
     """
 
@@ -70,7 +66,7 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
         tick_s: float,
         duration_s: float,
         separation_m: float = SEPARATION_M,
-        parts: Sequence[Part] = (),
+        observers: Sequence[Observer] = (),
         nature: Callable[[FleetView, float], None] | None = None,
     ) -> None:
         super().__init__(rng=0)  # Mesa's generators are not used: every draw is keyed by its purpose
@@ -88,22 +84,22 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
         self.reason = ""
         self.n_false_beliefs = 0
         self.holders = HolderCount()
-        self.consulted: list[Callable[[Vehicle], None]] = []
-        self.sent: list[Callable[[Vehicle], None]] = []
-        self.acted: list[Callable[[Vehicle], None]] = []
-        self.restarted: list[Callable[[Vehicle], None]] = []
-        self.parts = parts
         self._nature = nature
         self.separation = Separation(self.vehicles, separation_m)
+        for observer in observers:
+            self.separation = observer.separation(self.separation)
         self.medium, self.clocks = medium, medium.clocks
         self.channel, self.schedule = medium.channel, medium.schedule
         self._astray = {node for node, clock in self.clocks.items() if not clock.is_exact}
         self.traffic = Traffic(medium, self.clock)
-        for part in parts:
-            if part.begin is not None:
-                part.begin(self)
-            if part.join is not None:
-                part.join(self)
+        for start in listening(observers, "on_start"):
+            start(self)
+        self._on_tick = listening(observers, "on_tick")
+        self._on_slot = listening(observers, "on_slot")
+        self._on_received = listening(observers, "on_received")
+        self._on_frame_end = listening(observers, "on_frame_end")
+        self._on_statement = listening(observers, "on_statement")
+        self._on_restart = listening(observers, "on_restart")
 
     @property
     def now_s(self) -> float:
@@ -139,7 +135,7 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
         for vehicle in self.vehicles:
             shown_s = self.shown_s(vehicle) if self.clocks else now_s
             vehicle.step(shown_s, dt_s, neighbours.get(vehicle.data.node, ()) if neighbours else (), since_s)
-            for tell in self.acted:
+            for tell in self._on_tick:
                 tell(vehicle)
 
     @property
@@ -170,8 +166,7 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
             ids.pop(self, None)
         self.vehicles = ()
         self.view = ReadOnlyFleet(())
-        for hooks in (self.acted, self.restarted, self.consulted, self.sent):
-            hooks.clear()
+        self._on_tick = self._on_slot = self._on_received = self._on_frame_end = self._on_restart = ()
         del self.recorder
 
     def _observe(self, now_s: float) -> None:
@@ -190,6 +185,10 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
         if time_s <= self.duration_s:
             self.clock.schedule(time_s, priority, event)
 
+    def await_slot(self, node: int) -> None:
+        """Schedule the next own slot of a vehicle by its clock as set now."""
+        self.traffic.await_slot(node)
+
     def named(self, vehicle: str) -> Vehicle:
         """The vehicle of that name, as it is now."""
         return next(candidate for candidate in self.vehicles if candidate.name == vehicle)
@@ -203,7 +202,7 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
         speaker = self.named(vehicle)
         if speaker.is_alive:
             speaker.conclude(facts(speaker.beliefs), self.shown_s(speaker))
-            for tell in self.acted:
+            for tell in self._on_statement:
                 tell(speaker)
         return speaker.is_alive
 
@@ -214,7 +213,7 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
         self.separation.vehicles = self.vehicles
         self.view = ReadOnlyFleet.of(self.vehicles)
         before.remove()
-        for tell in self.restarted:
+        for tell in self._on_restart:
             tell(anew)
         return anew
 
@@ -225,18 +224,19 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
         if shown_s is None:
             return
         sent = sender.speak(shown_s)
-        for tell in self.acted:
-            tell(sender)
         if sent is not None:
             self.traffic.carry(slot, sender, sent, self.vehicles, self.recorder)
-        for tell in self.sent:
+        for tell in self._on_slot:
             tell(sender)
 
     def deliver(self, arrival: Arrival) -> None:
         """Let a vehicle hear a packet that arrives now."""
         hearer = self.vehicles[arrival.receiver]
-        reception = hearer.hear(arrival.data, self.shown_s(hearer) if self.clocks else self.clock.now_s)
+        shown_s = self.shown_s(hearer) if self.clocks else self.clock.now_s
+        reception = hearer.hear(arrival.data, shown_s)
         if reception is not None:
+            for tell in self._on_received if reception.fault is None else ():
+                tell(hearer, reception, 8 * len(arrival.data), shown_s)
             for peer, uid in reception.beliefs:
                 if not self.vehicles[peer].radio.manager.holds(uid):
                     self.n_false_beliefs += 1
@@ -257,7 +257,7 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
 
     def _consult(self, vehicle: Vehicle) -> None:
         vehicle.consult(self.shown_s(vehicle) if self.clocks else self.clock.now_s)
-        for tell in (*self.consulted, *self.acted):
+        for tell in self._on_frame_end:
             tell(vehicle)
 
     # What is so ----------------------------------------------------------------------------------

@@ -102,10 +102,6 @@ class Radio:
         needs: by which the manager judges, where they may change.
         top_speeds_mps: of the vehicles by node, by which positions that cannot be are told.
 
-    Attributes:
-        limits: each tells, of the time by its own clock (s), the priority above which things may be sent: 0 for all,
-            infinite for nothing. Asked when a slot opens; features that are on add to them.
-        noted: each is told of what has changed in the world model; features that are on add to them.
     """
 
     def __init__(
@@ -123,10 +119,9 @@ class Radio:
         self.manager = manager
         self._contacts = Contacts(names, beliefs.model.owner, manager)
         self.needs = needs
-        self.noted: list[Callable[[Sequence[Change]], None]] = []
         self.communicates = declaration.communicates
         self.influences = declaration.influences
-        self.is_heard = declaration.communicates or declaration.part is not None  # others know what it tells
+        self.is_heard = declaration.tells  # others know what it tells
         self._lacking: set[int] = set()  # instances that blocks are known to wait for
         self._names = names
         self._beliefs = beliefs
@@ -324,8 +319,6 @@ class Radio:
 
     def note(self, changes: Sequence[Change]) -> None:
         """Keep the newest positions, whoever said them."""
-        for note in self.noted:
-            note(changes)
         for _, latest in changes:
             for subject, attribute, value, _ in latest:
                 if attribute == self._position:

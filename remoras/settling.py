@@ -10,7 +10,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from exchange.packets import name_of
-from remoras.events import recorder_for
 from remoras.fleet import Fleet
 from remoras.recorder import SETTLING, Recorder
 from remoras.traffic import Arrives, SlotOpens
@@ -37,7 +36,7 @@ def settle(fleet: Fleet, settle_s: float) -> Settled:
     began_s, record = fleet.now_s, Recorder()
     fleet.recorder.declare(SETTLING)
     for vehicle in fleet.vehicles:
-        vehicle.radio.record_into(recorder_for(fleet.parts, vehicle.data.node, record))
+        vehicle.radio.record_into(fleet.medium.recorder_of(vehicle.data.node, record))
     resting = _Resting(fleet, record)
     while not _is_settled(fleet):
         event = fleet.clock.next_before(began_s + settle_s)

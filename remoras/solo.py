@@ -20,7 +20,7 @@ from exchange.packets import Reception, Transmission
 from exchange.schedule import TdmaSchedule
 from remoras.beliefs import Beliefs, Fact
 from remoras.clock import Clock, Priority
-from remoras.events import Event, Part
+from remoras.events import Event, Observer, listening
 from remoras.recorder import Recorder
 from remoras.vehicle import Vehicle
 
@@ -92,7 +92,7 @@ class Solo(Model):  # type: ignore[misc]  # Mesa is untyped
         recorder: takes the rows of this vehicle.
         times: when it acts.
         introductions: of the vehicle, where packets are encrypted.
-        parts: of the features that are on, and of the faults that befall it.
+        observers: of the features that are on, and of the faults that befall it.
 
     Attributes:
         n_refused: packets that were heard and not taken.
@@ -106,7 +106,7 @@ class Solo(Model):  # type: ignore[misc]  # Mesa is untyped
         recorder: Recorder,
         times: Times,
         introductions: Introductions | None = None,
-        parts: Sequence[Part] = (),
+        observers: Sequence[Observer] = (),
     ) -> None:
         super().__init__(rng=0)  # Mesa's generators are not used: every draw is keyed by its purpose
         self._clock: Clock[Event[Solo]] = Clock()
@@ -119,12 +119,11 @@ class Solo(Model):  # type: ignore[misc]  # Mesa is untyped
         self.recorder = recorder
         self.vehicle = make_vehicle(self)
         self.n_refused = 0
-        for part in parts:
-            if part.begin is not None:
-                part.begin(self)
+        for start in listening(observers, "on_start"):
+            start(self)
         self.at(0.0, Priority.MOTION, _Tick(0))
         self.at(schedule.frame_s, Priority.CONSULTATION, _FrameEnds(1))
-        self._await_slot(self.vehicle.data.node)
+        self.await_slot(self.vehicle.data.node)
 
     @property
     def now_s(self) -> float:
@@ -159,10 +158,16 @@ class Solo(Model):  # type: ignore[misc]  # Mesa is untyped
         self._horizon_s = max(self._horizon_s, until_s)
         return self._said
 
-    def _await_slot(self, slot: int) -> None:
-        self._clock.schedule(self._schedule.start_s(slot), Priority.SLOT, _SlotOpens(slot))
+    def await_slot(self, node: int) -> None:
+        """Schedule the own slot with that number."""
+        self._clock.schedule(self._schedule.start_s(node), Priority.SLOT, _SlotOpens(node))
 
     # What events ask for -------------------------------------------------------------------------
+
+    @property
+    def vehicles(self) -> tuple[Vehicle, ...]:
+        """The vehicle."""
+        return (self.vehicle,)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -217,7 +222,7 @@ class Solo(Model):  # type: ignore[misc]  # Mesa is untyped
 
     def speak(self, slot: int) -> None:
         """Let the vehicle speak in an own slot that opens now."""
-        self._await_slot(slot + self._schedule.n_nodes)
+        self.await_slot(slot + self._schedule.n_nodes)
         sent = self._introduction(slot, self.now_s) or self._packet(self.now_s)
         if sent is not None and not self.vehicle.condition.is_mute:
             self._said.append(Sent(self.now_s, sent))

@@ -57,8 +57,8 @@ class Declaration:
         influences: vehicles send influence signals.
         meets: vehicles speak at meetings only; who has no part in them takes nobody's silence for absence.
         blocks_per_round: most blocks that a vehicle states in a round of consultation, for each job.
-        part: of no strategy that is ranked: the ``remoras.events.Part`` by which the vehicles of an upper bound know
-            what no packet told them, such as ``remoras.bound.AT_ONCE``, or those of an environment wait for actions.
+        sharing: of no strategy that is ranked: the class, ``remoras.bound.InstantSharing``, by which the vehicles of an
+            upper bound know what no packet told them.
         authorities: what members may change that do not lead their group; without any the head alone gives out roles.
         private_jobs: whoever takes a job notes it for itself alone; what others believe of that is nobody's error.
     """
@@ -70,14 +70,14 @@ class Declaration:
     influences: bool = False
     meets: bool = False
     blocks_per_round: int = 0
-    part: Any = None  # parts know vehicles, and vehicles their strategy
+    sharing: Any = None  # it knows vehicles, and vehicles their strategy
     authorities: frozenset[Authority] = frozenset()
     private_jobs: bool = False
 
     @property
     def tells(self) -> bool:
-        """True if others come to know what a vehicle tells: by packets, or by the part of its strategy."""
-        return self.communicates or self.part is not None
+        """True if others come to know what a vehicle tells: by packets, or at once."""
+        return self.communicates or self.sharing is not None
 
 
 @dataclass(frozen=True, slots=True)
@@ -212,11 +212,11 @@ def faults_of_strategy(found: Any) -> Iterator[str]:
         if given is not None and not isinstance(given, expected):
             yield f"{part} is {type(given).__name__}, expected {expected.__name__}"
     declaration = getattr(found, "declaration", None)
-    if isinstance(declaration, Declaration) and declaration.part is not None:
-        if not hasattr(declaration.part, "equip"):
-            yield f"declaration.part is {type(declaration.part).__name__}, expected Part"
+    if isinstance(declaration, Declaration) and declaration.sharing is not None:
+        if not hasattr(declaration.sharing, "lease_frames"):
+            yield f"declaration.sharing is {type(declaration.sharing).__name__}, expected the class InstantSharing"
         if declaration.communicates:
-            yield "declaration.communicates is True: with a part of its own, a strategy sends no packets"
+            yield "declaration.communicates is True: where all is known at once, a strategy sends no packets"
 
 
 def form_groups(strategy: Strategy, database: AUVDatabase, groups: Sequence[Group]) -> Organisation:

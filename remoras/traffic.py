@@ -88,6 +88,11 @@ class Medium:
     clocks: Mapping[int, ShownTime]
     faults: Sequence[Fault] = ()
 
+    def recorder_of(self, node: int, recorder: Recorder) -> Recorder:
+        """What takes the rows of a vehicle and hands them to a recorder in true time."""
+        clock = self.clocks.get(node)
+        return recorder if clock is None else clock.recording(recorder)
+
     def shown_s(self, node: int, true_s: float) -> float:
         """What the clock of a vehicle shows at a true time (s)."""
         clock = self.clocks.get(node)

@@ -12,7 +12,7 @@ and the executive layer. Every step returns a value; nothing calls back up.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 from mesa import Agent, Model
@@ -26,13 +26,13 @@ from remoras.beliefs import Beliefs, Fact
 from remoras.condition import SOUND, Condition
 from remoras.database import VehicleData
 from remoras.errors import PluginError
+from remoras.events import Observer
 from remoras.executive.layer import ExecutiveLayer
 from remoras.functional.layer import FunctionalLayer, embody
 from remoras.functional.sensing import Sensed
 from remoras.radio import Radio
 from remoras.recorder import Recorder
 from remoras.run_log import RunLog
-from remoras.sensor import Observation
 from remoras.social.layer import NOTHING_CONSIDERED, Considered, Review, SocialLayer
 from worldmodel import Change, WorldModelError
 from worldmodel.world_model import remember
@@ -58,10 +58,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         beliefs: its world model, by names.
         recorder: takes the rows.
         began_s: when it began; later than 0 if it begins anew, see ``go_on``.
-
-    Attributes:
-        heard: each is told of a packet that was taken in: what came of it, its bits, and the time by the own clock (s).
-        readings: each is given what a sensor has read, with its name, and returns what is recorded of it.
+        observers: of the run.
     """
 
     def __init__(
@@ -73,10 +70,9 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         beliefs: Beliefs,
         recorder: Recorder,
         began_s: float = 0.0,
+        observers: Iterable[Observer] = (),
     ) -> None:
         super().__init__(model)
-        self.heard: list[Callable[[Reception, int, float], None]] = []
-        self.readings: list[Callable[[str, Observation], Observation]] = []
         self.data = data
         self.name = data.name
         self.social, self.executive, self.functional = layers.social, layers.executive, layers.functional
@@ -96,6 +92,8 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         self._uneventful: Sequence[Perception] = ()  # perceived last, if nothing was to be made known of it
         self._organisation = self.social.organisation
         self._shared: dict[str, tuple[str, ...]] = {}  # by peer: groups that both are members of
+        for observer in observers:
+            observer.on_vehicle(self)
         self._run_log.founded(self.social.organisation, self.social.objectives.values(), began_s)
         self._adopt()
 
@@ -113,7 +111,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         """Be in another condition from now on; called by the fleet when a fault begins or is over."""
         self.condition = condition
         self.functional.is_on = condition.is_alive and not self.functional.exhausted
-        self.functional.impair(condition.speed_factor, condition.dead_sensors)
+        self.functional.impair(condition)
         if not condition.is_alive:
             self.functional.stop()
 
@@ -315,8 +313,6 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         if reception.fault is not None:
             return reception
         self._consider(changes, now_s)
-        for tell in self.heard:
-            tell(reception, 8 * len(data), now_s)
         shared = self._shared_with(emitter) if signals else ()
         for (group, role, addressed), value in signals:
             if group in shared:
@@ -371,8 +367,8 @@ def _recorded(sensed: Sensed, vehicle: Vehicle, now_s: float) -> Change:
     """What an observation changes in a vehicle's world model; raises PluginError if it cannot be recorded."""
     beliefs = vehicle.beliefs
     observation = sensed.observation
-    for changed in vehicle.readings:
-        observation = changed(sensed.sensor, observation)
+    for change in vehicle.condition.readings:
+        observation = change(sensed.sensor, observation, beliefs.model.tbox)
     try:
         facts = beliefs.facts_of(observation)
         return beliefs.model.record(facts, now_s, private=not vehicle.radio.tells(facts))

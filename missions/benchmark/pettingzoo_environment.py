@@ -30,7 +30,6 @@ from missions.runs.assembly import assemble
 from missions.runs.setup import resolved
 from missions.scenarios.parts import database_of, groups_of, mission_class
 from remoras.authority import Authority
-from remoras.events import Part
 from remoras.fleet import Fleet
 from remoras.organisation import Group, RoleSpecification
 from remoras.plugins import named_object
@@ -137,7 +136,7 @@ class FleetEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's classes have 
         scenario, run_seed = self._configurations[number].scenario, suite.seed(case["repeat"])
         self.bound_s, self._now_s = self._bounds.bound_s((study, number), scenario, run_seed), 0.0
         self.dividing, self._rounds = set[str](), dict[str, tuple[greenlet, Any]]()
-        self.fleet = assemble(resolved(scenario, _Strategy(self)), run_seed)
+        self.fleet = assemble(resolved(scenario, _Strategy(self)), run_seed, vehicle=partial(_Vehicle, self))
         self._run = greenlet(self.fleet.run)
         if self.fleet.clocks:
             raise OutputError(f"{case['cell']}: vehicles do not consult together; allowed: no clocks")
@@ -231,8 +230,7 @@ class _Strategy:
 
     def __init__(self, env: FleetEnv) -> None:
         messages = {"playsRole": "a job is taken", "leftRole": "a job is left", JOB_DONE: "a job is done"}
-        part = Part(vehicle=partial(_Vehicle, env))
-        self.declaration = Declaration("PettingZoo", messages, authorities=frozenset({Authority.TAKE}), part=part)
+        self.declaration = Declaration("PettingZoo", messages, authorities=frozenset({Authority.TAKE}))
         self._env = env
 
     def negotiator(self, me: str, group: Group) -> _Negotiator:

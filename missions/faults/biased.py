@@ -6,7 +6,7 @@ Beyond the range of the attribute a reading stays.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator, Field
@@ -17,14 +17,13 @@ from missions.files import shown
 from missions.scenarios.faults import FaultOfSensors
 from missions.scenarios.knowledge import words_of
 from missions.scenarios.tables import PointM, Raw, is_number, one_of
+from remoras.condition import Condition
 from remoras.sensor import Observation
 from worldmodel import OntologyError, TBox
 
 if TYPE_CHECKING:
     from remoras.database import VehicleData
-    from remoras.events import Host
     from remoras.mission import Mission
-    from remoras.vehicle import Vehicle
 
 AN_OFFSET = "a number, or [east, north] for a point"
 
@@ -39,21 +38,19 @@ def _off(value: Any) -> Any:
 
 @dataclass(frozen=True, slots=True)
 class Bias:
-    """By how much the readings of sensors are off.
+    """By how much the readings of sensors are off; beyond the range of the attribute a reading stays.
 
     Attributes:
         attribute: of the facts that are off.
         offset: what is added to its values: one number, or (east, north) for points.
         sensors: names of the sensors that it is about.
-        tbox: with the ranges of attributes.
     """
 
     attribute: str
     offset: tuple[float, ...]
     sensors: tuple[str, ...]
-    tbox: TBox = field(compare=False)
 
-    def __call__(self, sensor: str, observation: Observation) -> Observation:
+    def __call__(self, sensor: str, observation: Observation, tbox: TBox) -> Observation:
         """The observation of a sensor as it comes out of it."""
         if sensor not in self.sensors or not observation.facts:
             return observation
@@ -61,7 +58,7 @@ class Bias:
         for position, (subject, attribute, value, *rest) in enumerate(facts):
             if attribute != self.attribute:
                 continue
-            fields = self.tbox.attribute_named(attribute).fields
+            fields = tbox.attribute_named(attribute).fields
             numbers: Any = value if isinstance(value, tuple) else (value,)
             pairs = zip(numbers, self.offset, fields, strict=True)
             off = [min(max(n + by, of.minimum), of.maximum) for n, by, of in pairs]
@@ -95,16 +92,9 @@ class Biased(FaultOfSensors):
         off = ", ".join(f"{offset:g}" for offset in self.by)
         return f"{', '.join(self.of(data))}: {self.attribute} off by {off}, {how_long}"
 
-    def begin(self, vehicle: Vehicle) -> None:
-        """Let what its sensors read be off."""
-        vehicle.readings.append(self._bias(vehicle))
-
-    def end(self, vehicle: Vehicle, host: Host) -> None:
-        """Let it be right again."""
-        vehicle.readings.remove(self._bias(vehicle))
-
-    def _bias(self, vehicle: Vehicle) -> Bias:
-        return Bias(self.attribute or "", self.by, self.of(vehicle.data), vehicle.beliefs.model.tbox)
+    def leaves(self, data: VehicleData) -> Condition:
+        """One whose sensors read something else."""
+        return Condition(readings=(Bias(self.attribute or "", self.by, self.of(data)),))
 
     @classmethod
     def checks(

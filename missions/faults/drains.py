@@ -9,11 +9,10 @@ from pydantic import Field
 
 from missions.scenarios.faults import DeclaredFault
 from missions.scenarios.tables import Positive
+from remoras.condition import Condition
 
 if TYPE_CHECKING:
     from remoras.database import VehicleData
-    from remoras.events import Host
-    from remoras.vehicle import Vehicle
 
 
 class Drains(DeclaredFault):
@@ -29,13 +28,9 @@ class Drains(DeclaredFault):
         """How much power."""
         return f"{self.drain_w:g} W, {how_long}"
 
-    def begin(self, vehicle: Vehicle) -> None:
-        """Take the power from its battery."""
-        vehicle.functional.loads_w.append(self.drain_w or 0.0)
-
-    def end(self, vehicle: Vehicle, host: Host) -> None:
-        """Take it no more."""
-        vehicle.functional.loads_w.remove(self.drain_w or 0.0)
+    def leaves(self, data: VehicleData) -> Condition:
+        """One that loses power."""
+        return Condition(drain_w=self.drain_w or 0.0)
 
 
 KIND = Drains

@@ -15,9 +15,7 @@ from remoras.condition import Condition
 
 if TYPE_CHECKING:
     from remoras.database import VehicleData
-    from remoras.events import Host
     from remoras.mission import Mission
-    from remoras.vehicle import Vehicle
 
 MOST = 3
 """A vehicle may begin anew so often in a run: packets have names for four of its lives."""
@@ -49,10 +47,10 @@ class Restarts(DeclaredFault):
         """Until when it is off, and whether it knows then what it knew."""
         return f"off {how_long}, {KEPT if self.memory == 'kept' else FORGOTTEN}"
 
-    def end(self, vehicle: Vehicle, host: Host) -> None:
-        """Begin anew, unless there is no energy left to do so."""
-        if not vehicle.functional.exhausted:
-            host.restart(vehicle, self.memory == "kept")
+    @property
+    def remembers(self) -> bool:
+        """It begins anew, and knows what it knew if its memory is kept."""
+        return self.memory == "kept"
 
     @classmethod
     def began_anew(cls, detail: str) -> bool | None:

@@ -16,7 +16,7 @@ from missions.errors import ConfigurationFault
 from missions.feature import Feature, Joining
 from missions.files import shown
 from missions.scenarios.tables import NotNegative, Positive, Raw, Section, entries, names_of, one_of, table_of
-from remoras.events import Host, Part, Says, say_at
+from remoras.events import Host, Observer, Says, say_at
 from worldmodel import ontology_path
 from worldmodel.bans import BANNED_FROM
 
@@ -81,17 +81,18 @@ def stated(vehicle: str, from_s: float | None) -> Callable[[Beliefs], list[Fact]
     return facts
 
 
-def part_of(joining: Joining) -> Part | None:
-    """Let the issuers state their bans, and take them back, at their times."""
-    tables: tuple[BanTable, ...] = joining.scenario.of_feature(KEY)
+class Bans(Observer):
+    """Lets the issuers state their bans, and take them back, at their times."""
 
-    def begin(host: Host) -> None:
-        for table in tables:
+    def __init__(self, joining: Joining) -> None:
+        self._tables: tuple[BanTable, ...] = joining.scenario.of_feature(KEY)
+
+    def on_start(self, host: Host) -> None:
+        """Schedule the statements."""
+        for table in self._tables:
             until_s, unsaid = math.inf if table.until_s is None else table.until_s, ("ban not said", table.vehicle)
             say_at(host, table.at_s, Says(table.issuer, stated(table.vehicle, table.from_s), unsaid))
             say_at(host, until_s, Says(table.issuer, stated(table.vehicle, None), unsaid))
-
-    return Part(begin) if tables else None
 
 
 def words(scenario: Scenario) -> Sequence[Path]:
@@ -101,7 +102,7 @@ def words(scenario: Scenario) -> Sequence[Path]:
 
 FEATURE = Feature(
     {"": {KEY: (tuple[BanTable, ...], ())}},
-    part_of,
+    Bans,
     ban_faults,
     words,
     (BANNED_FROM,),

@@ -22,7 +22,7 @@ from exchange.peering.offsets import Offsets
 from missions.feature import Feature, Joining
 from missions.scenarios.deployment import scenario_sound_speed_mps
 from missions.scenarios.tables import Section
-from remoras.events import Joined, Part
+from remoras.events import Host, Observer
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Row, Table
 
 if TYPE_CHECKING:
@@ -92,6 +92,7 @@ class OwnClock:
         offset_s: by how much it is ahead at the true time 0.
         drift_ppm: by how much it gains, in millionths.
         correction_s: by which its vehicle has set it since.
+        disciplined: its vehicle may set it.
         true_s: true time at which it was read last; only the fleet and its records look at it.
 
     >>> clock = OwnClock(offset_s=0.5, drift_ppm=100.0)
@@ -102,6 +103,7 @@ class OwnClock:
     offset_s: float = 0.0
     drift_ppm: float = 0.0
     correction_s: float = 0.0
+    disciplined: bool = False
     true_s: float = 0.0
 
     def reads(self, true_s: float) -> float:
@@ -120,6 +122,10 @@ class OwnClock:
     def set_by(self, by_s: float) -> None:
         """Put it forward by that much (s); back if it is negative."""
         self.correction_s += by_s
+
+    def recording(self, recorder: Recorder) -> Recorder:
+        """What takes the rows of its vehicle and hands them to a recorder in true time."""
+        return recorder if self.is_exact and not self.disciplined else RecorderByClock(recorder, self)
 
     @property
     def is_exact(self) -> bool:
@@ -192,7 +198,6 @@ class Timekeeper:
         packet_s: time that the modem takes to send so many bits (s).
         sound_speed_mps: in the sea.
         clock: own.
-        disciplines: set the clock by what the peers' show.
         recorder: of the fleet, in true time.
     """
 
@@ -203,7 +208,6 @@ class Timekeeper:
     packet_s: Callable[[int], float]
     sound_speed_mps: float
     clock: OwnClock
-    disciplines: bool
     recorder: Recorder
     offsets: Offsets = field(init=False)
 
@@ -229,7 +233,7 @@ class Timekeeper:
 
     def set_clock(self) -> bool:
         """Set the clock, if it is to be and is off by something that counts. True if it was set."""
-        if not self.disciplines:
+        if not self.clock.disciplined:
             return False
         most_s = LARGEST_STEP * self.schedule.slot_s
         by_s = max(-most_s, min(most_s, self.offsets.correction_s()))
@@ -292,6 +296,7 @@ def clocks_of(scenario: Scenario, seed: int) -> dict[int, OwnClock]:
         clocks[table.slot] = OwnClock(
             _drawn(seed, table.slot, OFFSET, spread.offset_s) if given.offset_s is None else given.offset_s,
             _drawn(seed, table.slot, DRIFT, spread.drift_ppm) if given.drift_ppm is None else given.drift_ppm,
+            disciplined=spread.discipline,
         )
     return clocks
 
@@ -304,56 +309,54 @@ def _drawn(seed: int, node: int, what: int, spread: float) -> float:
 # What becomes of them in a run ---------------------------------------------------------------------
 
 
-def part_of(joining: Joining) -> Part | None:
-    """Let the vehicles of a fleet go by clocks of their own, and compare these with their peers'."""
-    if joining.is_alone:
-        return None
-    joining.recorder.declare(CLOCKS)
-    clocks, disciplines = clocks_of(joining.scenario, joining.seed), _spread(joining.scenario).discipline
-    keepers: dict[int, Timekeeper] = {}
+class Clocks(Observer):
+    """Lets the vehicles of a fleet go by clocks of their own, and compare these with their peers'."""
 
-    def equip(vehicle: Vehicle) -> None:
-        keeper = keepers[vehicle.data.node] = _keeper(joining, vehicle.data.node, clocks, disciplines)
+    def __init__(self, joining: Joining) -> None:
+        joining.recorder.declare(CLOCKS)
+        self._joining = joining
+        self._keepers: dict[int, Timekeeper] = {}
+        self.clocks: Mapping[int, OwnClock] = clocks_of(joining.scenario, joining.seed)
 
-        def heard(reception: Reception, size_bits: int, now_s: float) -> None:
-            functional, sender = vehicle.functional, joining.database.names[reception.sender]
-            known_m = functional.picture.peers.positions_m.get(sender)
-            keeper.heard(reception, size_bits, now_s, functional.believed.position_m, known_m)
+    def on_start(self, host: Host) -> None:
+        """Take note of whose slots they are."""
+        self._host = host
 
-        vehicle.heard.append(heard)
+    def on_vehicle(self, vehicle: Vehicle) -> None:
+        """Compare its clock with its peers'."""
+        joining, database, node = self._joining, self._joining.database, vehicle.data.node
+        self._keepers[node] = Timekeeper(
+            database.names,
+            [data.depth_m for data in database.values()],
+            node,
+            joining.schedule,
+            joining.packet_s,
+            scenario_sound_speed_mps(joining.scenario),
+            self.clocks[node],
+            joining.recorder,
+        )
 
-    def join(fleet: Joined) -> None:
-        def consulted(vehicle: Vehicle) -> None:
-            if vehicle.is_alive:
-                keepers[vehicle.data.node].record()
+    def on_received(self, vehicle: Vehicle, reception: Reception, size_bits: int, shown_s: float) -> None:
+        """Learn from when the packet arrived."""
+        functional, sender = vehicle.functional, self._joining.database.names[reception.sender]
+        known_m = functional.picture.peers.positions_m.get(sender)
+        keeper = self._keepers[vehicle.data.node]
+        keeper.heard(reception, size_bits, shown_s, functional.believed.position_m, known_m)
 
-        def sent(vehicle: Vehicle) -> None:
-            if keepers[vehicle.data.node].set_clock():
-                fleet.traffic.await_slot(vehicle.data.node)
+    def on_frame_end(self, vehicle: Vehicle) -> None:
+        """Record how far its clock is off."""
+        if vehicle.is_alive:
+            self._keepers[vehicle.data.node].record()
 
-        fleet.consulted.append(consulted)
-        fleet.sent.append(sent)
-
-    def recorder(node: int, of_fleet: Recorder) -> Recorder:
-        clock = clocks[node]
-        return of_fleet if clock.is_exact and not disciplines else RecorderByClock(of_fleet, clock)
-
-    return Part(equip=equip, join=join, clocks=clocks, recorder=recorder)
+    def on_slot(self, vehicle: Vehicle) -> None:
+        """Set its clock, if it is to be."""
+        if self._keepers[vehicle.data.node].set_clock():
+            self._host.await_slot(vehicle.data.node)
 
 
-def _keeper(joining: Joining, node: int, clocks: Mapping[int, OwnClock], disciplines: bool) -> Timekeeper:
-    database = joining.database
-    return Timekeeper(
-        database.names,
-        [data.depth_m for data in database.values()],
-        node,
-        joining.schedule,
-        joining.packet_s,
-        scenario_sound_speed_mps(joining.scenario),
-        clocks[node],
-        disciplines,
-        joining.recorder,
-    )
+def observer_of(joining: Joining) -> Clocks | None:
+    """What lets the vehicles of a fleet go by clocks of their own; None for a vehicle by itself."""
+    return None if joining.is_alone else Clocks(joining)
 
 
 FEATURE = Feature(
@@ -371,7 +374,7 @@ FEATURE = Feature(
             )
         },
     },
-    part_of,
+    observer_of,
     apart_s=apart_s,
     ahead_s=most_ahead_s,
 )

@@ -32,7 +32,7 @@ from missions.scenarios.tables import (
     table_of,
 )
 from remoras.current import Current, Surge, Velocity, through_water
-from remoras.events import Joined, Part
+from remoras.events import Host, Observer
 from remoras.functional.guidance import Guidance
 from remoras.motion import NEAREST_M, turned
 
@@ -41,7 +41,6 @@ if TYPE_CHECKING:
     from remoras.behaviours import Reference
     from remoras.functional.layer import FunctionalLayer
     from remoras.mission import Mission
-    from remoras.sensor import Pose
     from remoras.vehicle import Vehicle
     from remoras.work import Point
 
@@ -131,9 +130,7 @@ class GuidanceInCurrent(Guidance):
 
     def __init__(self, still: Guidance, current: Current, depth_m: Callable[[], float]) -> None:
         super().__init__(still.motion, still.data, still.bounds_m, still.constants)
-        self.flow_mps: Velocity = STILL
         self._is_over_ground = False
-        self.aimed.append(self._upstream)
         self._current = current
         self._depth_m = depth_m
 
@@ -152,7 +149,7 @@ class GuidanceInCurrent(Guidance):
         self.motion.x_m += self.flow_mps[0] * dt_s
         self.motion.y_m += self.flow_mps[1] * dt_s
 
-    def _upstream(self, target_m: Point, speed_mps: float, dt_s: float) -> tuple[Point, float]:
+    def _aim(self, target_m: Point, speed_mps: float, dt_s: float) -> tuple[Point, float]:
         """Where to head for in moving water, and how fast, to come straight over ground to a target, or to stay."""
         motion, flow = self.motion, self.flow_mps
         if speed_mps <= 0.0:
@@ -204,10 +201,6 @@ class GuidanceInCurrent(Guidance):
         east_mps, north_mps = self.flow_mps
         return [wall._replace(x=wall.x - east_mps, y=wall.y - north_mps) for wall in super().walls(position_m)]
 
-    def posed(self, pose: Pose) -> Pose:
-        """A pose with the velocity of the water."""
-        return pose._replace(flow_mps=self.flow_mps)
-
 
 def in_current(layer: FunctionalLayer, current: Current) -> None:
     """Let a vehicle move in water that moves.
@@ -216,24 +209,35 @@ def in_current(layer: FunctionalLayer, current: Current) -> None:
         layer: of the vehicle, as it is made.
         current: of the water.
     """
-    layer.guidance = guidance = GuidanceInCurrent(layer.guidance, current, lambda: layer.depth_m)
-    layer.posed.append(guidance.posed)
+    layer.guidance = GuidanceInCurrent(layer.guidance, current, lambda: layer.depth_m)
 
 
-class Floating:
-    """Carries off vehicles that are lost, off or without energy, from the tick after that in which it befell them.
+class MovingWater(Observer):
+    """Lets all vehicles move in the water of a run, and carries off those that are lost, off or without energy.
+
+    They float from the tick after that in which it befell them.
 
     Args:
-        fleet: of the vehicles; current: of the water; tick_s: length of a tick.
+        current: of the water; tick_s: length of a tick; lost_stay: nobody is carried off.
     """
 
-    def __init__(self, fleet: Joined, current: Current, tick_s: float) -> None:
-        self._fleet, self._current, self._tick_s = fleet, current, tick_s
+    def __init__(self, current: Current, tick_s: float, lost_stay: bool) -> None:
+        self._current, self._tick_s, self._lost_stay = current, tick_s, lost_stay
         self._since_s: dict[str, float] = {}
 
-    def carry(self, vehicle: Vehicle) -> None:
+    def on_start(self, host: Host) -> None:
+        """Take note of whose time it is."""
+        self._host = host
+
+    def on_vehicle(self, vehicle: Vehicle) -> None:
+        """Let it move in the water."""
+        in_current(vehicle.functional, self._current)
+
+    def on_tick(self, vehicle: Vehicle) -> None:
         """Carry a vehicle for the tick that ends now, if it floats and has not been carried for it."""
-        now_s = self._fleet.now_s
+        now_s = self._host.now_s
+        if self._lost_stay:
+            return
         if vehicle.is_alive or not vehicle.condition.is_there:
             self._since_s.pop(vehicle.name, None)
         elif now_s - self._since_s.setdefault(vehicle.name, now_s) > self._tick_s - SAME_TIME_S:
@@ -243,18 +247,11 @@ class Floating:
             vehicle.functional.motion.y_m += north_mps * self._tick_s
 
 
-def part_of(joining: Joining) -> Part | None:
-    """Let all vehicles move in the water of the run, if that moves."""
+def observer_of(joining: Joining) -> MovingWater | None:
+    """What lets all vehicles move in the water of the run, if that moves."""
     table: CurrentTable = joining.scenario.of_feature(KEY)
-    current, tick_s = table.water(joining.seed), joining.scenario.scenario.tick_s
-    if current is None:
-        return None
-
-    def join(fleet: Joined) -> None:
-        if not table.lost_stay:
-            fleet.acted.append(Floating(fleet, current, tick_s).carry)
-
-    return Part(body=lambda layer: in_current(layer, current), join=join)
+    current = table.water(joining.seed)
+    return None if current is None else MovingWater(current, joining.scenario.scenario.tick_s, table.lost_stay)
 
 
 def current_faults(raw: Raw, mission: type[Mission] | None) -> Iterator[ConfigurationFault]:
@@ -312,7 +309,7 @@ def _surges(table: Raw) -> tuple[Surge, ...]:
 
 FEATURE = Feature(
     {"": {KEY: (CurrentTable, CurrentTable.usual())}},
-    part_of,
+    observer_of,
     current_faults,
     water=lambda scenario: scenario.of_feature(KEY),
 )

@@ -19,7 +19,7 @@ from missions.errors import ConfigurationFault
 from missions.feature import Feature, Joining
 from missions.files import shown
 from missions.scenarios.tables import Probability, Raw, Section, is_number, table_of
-from remoras.events import Part
+from remoras.events import Observer
 
 if TYPE_CHECKING:
     from remoras.mission import Mission
@@ -92,16 +92,21 @@ def damage_faults(raw: Raw, mission: type[Mission] | None) -> Iterator[Configura
         yield ConfigurationFault(f"{KEY}.share", shown(share), allowed)
 
 
-def part_of(joining: Joining) -> Part | None:
-    """Let the channel of the fleet damage packets."""
-    table: DamageTable = joining.scenario.of_feature(KEY)
-    if not table.share:
-        return None
-    return Part(carries=lambda calm: DamagingChannel(calm, joining.seed, table.share, table.bits))
+class Damage(Observer):
+    """Lets the channel of the fleet damage packets."""
+
+    def __init__(self, joining: Joining) -> None:
+        self._table: DamageTable = joining.scenario.of_feature(KEY)
+        self._seed = joining.seed
+
+    def channel(self, channel: Channel) -> Channel:
+        """The channel, which turns bits of some packets."""
+        table = self._table
+        return DamagingChannel(channel, self._seed, table.share, table.bits) if table.share else channel
 
 
 FEATURE = Feature(
     {"": {KEY: (DamageTable | None, None)}},
-    part_of,
+    Damage,
     damage_faults,
 )

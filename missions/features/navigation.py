@@ -49,7 +49,7 @@ from missions.scenarios.tables import (
 )
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType
 from remoras.behaviours import CAPTURE_M, DUE, IDLE, Behaviour, Perception, Reference, distance_m
-from remoras.events import Host, Joined, Part
+from remoras.events import Host, Observer
 from remoras.separation import SAME_DEPTH_M, Separation
 
 if TYPE_CHECKING:
@@ -62,6 +62,7 @@ if TYPE_CHECKING:
     from remoras.navigation import Beacon, Navigation
     from remoras.picture import Picture
     from remoras.sensor import Pose
+    from remoras.vehicle import Vehicle
     from remoras.work import Point
 
 KEY, BEACON = "navigation", "beacon"
@@ -261,41 +262,39 @@ class Adrift:
 
     Attributes:
         navigation: of the vehicle.
-        fixing: carries out the vital need.
+        need, behaviour: the vital need, and what carries it out.
     """
+
+    need = FIXING
 
     def __init__(self, layer: FunctionalLayer, navigation: Navigation, before: Adrift | None = None) -> None:
         self.navigation = navigation
-        self.fixing = FixingPosition(navigation, layer.data)
+        self.behaviour = FixingPosition(navigation, layer.data)
         self._layer = layer
         self._before = before
         layer.believed = copy(layer.motion)
-        layer.needs[FIXING] = self.fixing
-        layer.asked.append(self.ask)
-        layer.moved.append(self.went)
-        layer.placed.append(self._go_on)
-        layer.posed.append(self.posed)
+        layer.positioning = self
 
-    def _go_on(self) -> None:
+    def restart(self) -> None:
         """Go on with the error and the depth that the vehicle had before it began anew."""
         if self._before is not None:
-            self.navigation = self.fixing.navigation = self._before.navigation
+            self.navigation = self.behaviour.navigation = self._before.navigation
             self._before = None
             self._reckon()
 
-    def ask(self, guides: Behaviour | None) -> None:
+    def before_decision(self, guiding: Behaviour | None) -> None:
         """Ask what guides how exactly the vehicle has to know its place; while it learns that, what was asked holds."""
         motion, picture = self._layer.believed, self._layer.picture
-        picture.body.n_fixes = self.fixing.n_fixes
-        if guides is not self.fixing:
-            asked = getattr(guides, "accuracy_m", None)  # a behaviour of others' making may lack it
-            self.fixing.needed_m = math.inf if asked is None else asked(motion, picture)
+        picture.body.n_fixes = self.behaviour.n_fixes
+        if guiding is not self.behaviour:
+            asked = getattr(guiding, "accuracy_m", None)  # a behaviour of others' making may lack it
+            self.behaviour.needed_m = math.inf if asked is None else asked(motion, picture)
 
-    def went(self, neighbours: Sequence[Neighbour], dt_s: float) -> None:
+    def after_motion(self, neighbours: Sequence[Neighbour], dt_s: float) -> None:
         """Account for a tick; the depth changes only while nobody is too near, of those above and below either."""
         motion, separation_m = self._layer.motion, self._layer.guidance.constants.separation_m
         if all(length(neighbour.dx_m, neighbour.dy_m) >= separation_m for neighbour in neighbours):
-            self.navigation.go_to_depth(self.fixing.depth_m, dt_s)
+            self.navigation.go_to_depth(self.behaviour.depth_m, dt_s)
         self.navigation.go(motion.position_m, motion.speed_mps * dt_s, dt_s)
         self._reckon()
 
@@ -309,7 +308,7 @@ class Adrift:
         layer.believed.y_m += navigation.error_m[1]
         layer.picture.body.uncertainty_m = navigation.uncertainty_m
 
-    def posed(self, pose: Pose) -> Pose:
+    def pose(self, pose: Pose) -> Pose:
         """A pose with the error, and the greatest and the usual one as the vehicle knows."""
         known = self.navigation
         return pose._replace(error_m=known.error_m, uncertainty_m=known.uncertainty_m, sigma_m=known.sigma_m)
@@ -318,7 +317,7 @@ class Adrift:
     def column_m(self) -> tuple[float, float]:
         """Depths, from above, that the vehicle claims: all up to the surface while it goes there or comes from it."""
         depth_m = self._layer.data.depth_m
-        is_away = self.fixing.depth_m != depth_m or self.navigation.depth_m != depth_m
+        is_away = self.behaviour.depth_m != depth_m or self.navigation.depth_m != depth_m
         return (0.0, depth_m) if is_away else (depth_m, depth_m)
 
 
@@ -349,17 +348,53 @@ class SeparationAcrossLayers(Separation):
 # What becomes of it in a run -----------------------------------------------------------------------
 
 
-class Carriers:
-    """Where the vehicles are that carry beacons, as the simulation knows; nowhere before it has begun."""
+class Drift(Observer):
+    """Lets all vehicles err, and learn where they are in time; draws are keyed by seed and node."""
 
-    def __init__(self) -> None:
+    def __init__(self, joining: Joining) -> None:
+        self._table: NavigationTable = joining.scenario.of_feature(KEY)
+        self._beacons: tuple[BeaconTable, ...] = joining.scenario.of_feature(BEACON)
+        self._seed = joining.seed
+        self._adrift: dict[int, Adrift] = {}
         self._host: Host | None = None
 
-    def begin(self, host: Host) -> None:
-        """Ask this simulation from now on."""
+    def on_start(self, host: Host) -> None:
+        """Ask this simulation from now on where the vehicles are that carry beacons."""
         self._host = host
 
-    def position_m(self, vehicle: str, sensor: str | None) -> Point | None:
+    def on_vehicle(self, vehicle: Vehicle) -> None:
+        """Let it err; one that begins anew goes on with its error."""
+        from remoras.navigation import Navigation, NavigationConstants
+
+        layer, table = vehicle.functional, self._table
+        node = layer.data.node
+        beacons = self._heard_by(vehicle.name)
+        constants = NavigationConstants(table.drift, table.fix_s, beacons, table.vertical_speed_mps)
+
+        def direction_rad(n_way: int) -> float:
+            return TAU * loss.uniform(self._seed, loss.DRIFTS, n_way, node, 0)
+
+        navigation = Navigation(constants, layer.data.depth_m, direction_rad)
+        self._adrift[node] = Adrift(layer, navigation, self._adrift.get(node))
+
+    def separation(self, separation: Separation) -> Separation:
+        """Vehicles leave their depths."""
+        return SeparationAcrossLayers(separation, lambda node: self._adrift[node].column_m)
+
+    def _heard_by(self, vehicle: str) -> tuple[Beacon, ...]:
+        from remoras.navigation import Beacon
+
+        return tuple(
+            Beacon(
+                beacon.position_m or partial(self.carrier_m, beacon.vehicle or "", beacon.sensor),
+                beacon.range_m,
+                beacon.vehicle or "",
+            )
+            for beacon in self._beacons
+            if beacon.vehicle != vehicle
+        )
+
+    def carrier_m(self, vehicle: str, sensor: str | None) -> Point | None:
         """Where a vehicle is; None while it, or the sensor by which it is a beacon, is silent.
 
         Where others really are no vehicle by itself can tell, so beacons that they carry give it no fix.
@@ -372,41 +407,9 @@ class Carriers:
         return None if is_silent else carrier.functional.motion.position_m
 
 
-def part_of(joining: Joining) -> Part | None:
-    """Let all vehicles err, and learn where they are in time; draws are keyed by seed and node."""
-    scenario, seed = joining.scenario, joining.seed
-    if not errs(scenario):
-        return None
-    from remoras.navigation import Beacon, Navigation, NavigationConstants
-
-    table: NavigationTable = scenario.of_feature(KEY)
-    beacons: tuple[BeaconTable, ...] = scenario.of_feature(BEACON)
-    carriers, adrift = Carriers(), dict[int, Adrift]()
-
-    def heard_by(vehicle: str) -> tuple[Beacon, ...]:
-        return tuple(
-            Beacon(
-                beacon.position_m or partial(carriers.position_m, beacon.vehicle or "", beacon.sensor),
-                beacon.range_m,
-                beacon.vehicle or "",
-            )
-            for beacon in beacons
-            if beacon.vehicle != vehicle
-        )
-
-    def body(layer: FunctionalLayer) -> None:
-        node = layer.data.node
-        constants = NavigationConstants(table.drift, table.fix_s, heard_by(layer.data.name), table.vertical_speed_mps)
-
-        def direction_rad(n_way: int) -> float:
-            return TAU * loss.uniform(seed, loss.DRIFTS, n_way, node, 0)
-
-        adrift[node] = Adrift(layer, Navigation(constants, layer.data.depth_m, direction_rad), adrift.get(node))
-
-    def join(fleet: Joined) -> None:
-        fleet.separation = SeparationAcrossLayers(fleet.separation, lambda node: adrift[node].column_m)
-
-    return Part(carriers.begin, body=body, join=join)
+def observer_of(joining: Joining) -> Drift | None:
+    """What lets vehicles err about their place, if they do."""
+    return Drift(joining) if errs(joining.scenario) else None
 
 
 # Figures -------------------------------------------------------------------------------------------
@@ -442,7 +445,7 @@ def _spells_s(run: MeasuredRun) -> list[float]:
 
 FEATURE = Feature(
     {"": {KEY: (NavigationTable, NavigationTable.usual()), BEACON: (tuple[BeaconTable, ...], ())}},
-    part_of,
+    observer_of,
     beacon_faults,
     last_metrics=(
         Metric("n_fixes", "", Better.LOWER, "fixes", n_fixes, note=KNOWN),

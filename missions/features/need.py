@@ -31,13 +31,12 @@ from missions.scenarios.tables import (
     span_faults,
     table_of,
 )
-from remoras.events import Host, Part, Says, say_at
+from remoras.events import Host, Observer, Says, say_at
 from remoras.run_log import DELIVERIES
 from remoras.social.needs import GroupNeeds
 from worldmodel import (
     NOBODY,
     PLAIN,
-    Change,
     InformationNeed,
     Instance,
     NeedError,
@@ -60,7 +59,6 @@ if TYPE_CHECKING:
     from remoras.mission import Mission
     from remoras.organisation import Organisation
     from remoras.sensor import Fact
-    from remoras.vehicle import Vehicle
 
 KEY, ON_DEMAND, PER_VEHICLE = "need", "on_demand", "needs_per_vehicle"
 NEED = "InformationNeed"
@@ -184,27 +182,17 @@ class NeedsInForce:
         self._agreed = dict(agreed)
         self._on_demand = frozenset(on_demand)
         self._uid = {name: tbox.attribute_named(name).uid for name in NEED_ATTRIBUTES}
-        self._said_of_needs = frozenset(self._uid.values())
         of_class = tbox.class_named(NEED).uid
         self._instances = [uid for uid in model.instance_uids() if _class_of(model, uid) == of_class]
-        self._is_due = True
         self._in_force: dict[int, tuple[int, InformationNeed]] = {}
         self._stated = NeedsIndex(tbox, {})
         self.renew(None)
-
-    def note(self, changes: Iterable[Change]) -> None:
-        """See whether anybody has stated a need, or taken one back."""
-        if any(fact.attribute in self._said_of_needs for change in changes for fact in change.block.facts):
-            self._is_due = True
 
     def renew(self, organisation: Organisation | None) -> bool:
         """Answer by what has been heard so far, and another view of the organisation; True if needs have changed."""
         has_changed = False
         if organisation is not None and isinstance(self._common, GroupNeeds):
             has_changed = self._common.renew(organisation)
-        if not self._is_due:
-            return has_changed
-        self._is_due = False
         found = {uid: one for uid in self._instances if (one := self._read(uid)) is not None}
         if found == self._in_force:
             return has_changed
@@ -408,34 +396,34 @@ def n_expired(run: MeasuredRun) -> int | Absent:
     return sum(1 for row in run.recorder.rows(DELIVERIES.name) if row[3] == "expired" and row[4] in lost)
 
 
-def part_of(joining: Joining) -> Part | None:
-    """Let vehicles state needs, and take them back, at their times, and serve those that they have heard of."""
-    scenario = joining.scenario
-    if not states_needs(scenario):
-        return None
-    stated = stated_needs(scenario, joining.tbox, joining.instances)
-    uids, database = {instance.name: instance.uid for instance in joining.instances}, joining.database
-    agreed = {
-        uids[need_name(need.vehicle, need.number)]: (database[need.vehicle].node, need.need)
-        for need in stated
-        if need.from_s == 0.0
-    }
-    kept = [joining.tbox.attribute_named(name).uid for name in on_demand(scenario)]
+class StatedNeeds(Observer):
+    """Lets vehicles state needs, and take them back, at their times, and serve those that they have heard of."""
 
-    def begin(host: Host) -> None:
-        for need in stated:
+    def __init__(self, joining: Joining) -> None:
+        self._stated = stated_needs(joining.scenario, joining.tbox, joining.instances)
+        uids, database = {instance.name: instance.uid for instance in joining.instances}, joining.database
+        self._agreed = {
+            uids[need_name(need.vehicle, need.number)]: (database[need.vehicle].node, need.need)
+            for need in self._stated
+            if need.from_s == 0.0
+        }
+        self._kept = [joining.tbox.attribute_named(name).uid for name in on_demand(joining.scenario)]
+
+    def on_start(self, host: Host) -> None:
+        """Schedule the statements."""
+        for need in self._stated:
             if need.from_s > 0.0:
                 say_at(host, need.from_s, Says(need.vehicle, _named(need.facts())))
             say_at(host, need.until_s, Says(need.vehicle, _named(need.taken_back())))
 
-    def equip(vehicle: Vehicle) -> None:
-        if isinstance(needs := vehicle.radio.needs, NeedsInForce):
-            vehicle.radio.noted.append(needs.note)
+    def needs(self, model: WorldModel, common: NeedsIndex | GroupNeeds) -> NeedsInForce:
+        """The needs in force, as a vehicle with this world model has heard of them."""
+        return NeedsInForce(model, common, self._agreed, self._kept)
 
-    def needs(model: WorldModel, common: NeedsIndex | GroupNeeds) -> NeedsInForce:
-        return NeedsInForce(model, common, agreed, kept)
 
-    return Part(begin, equip, needs=needs)
+def observer_of(joining: Joining) -> StatedNeeds | None:
+    """What takes part in a run in which vehicles may state needs."""
+    return StatedNeeds(joining) if states_needs(joining.scenario) else None
 
 
 def _named(facts: Iterable[Fact]) -> Callable[[Beliefs], list[Named]]:
@@ -465,7 +453,7 @@ FEATURE = Feature(
             ),
         },
     },
-    part_of,
+    observer_of,
     need_faults,
     words,
     NEED_ATTRIBUTES,

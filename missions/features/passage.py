@@ -22,11 +22,11 @@ from missions.feature import Feature, Joining
 from missions.files import shown
 from missions.scenarios.tables import Positive, Raw, Section, bounds_of, entries, is_number, point_of, table_of
 from remoras.avoidance import RECOVERY_S, SEPARATION_M, HalfPlane
-from remoras.events import Part
+from remoras.events import Observer
 
 if TYPE_CHECKING:
-    from remoras.functional.layer import FunctionalLayer
     from remoras.mission import Mission
+    from remoras.vehicle import Vehicle
     from remoras.work import Point
 
 KEY = "passage"
@@ -122,30 +122,16 @@ class ReefPassage:
         return [HalfPlane((border_m - x_m) / RECOVERY_S, 0.0, 0.0, float(-side))]
 
 
-def in_passage(layer: FunctionalLayer, passage: ReefPassage) -> None:
-    """Let a vehicle keep clear of the reef, and go through the passage to what lies beyond.
+class Reef(Observer):
+    """Lets all vehicles keep clear of the reef, and go through the passage to what lies beyond."""
 
-    Args:
-        layer: of the vehicle, as it is made; passage: through the reef.
-    """
-    guidance = layer.guidance
+    def __init__(self, joining: Joining) -> None:
+        table: PassageTable = joining.scenario.of_feature(KEY)
+        self._passage = table.passage(joining.scenario.guidance.separation_m)
 
-    def through(target_m: Point, speed_mps: float, dt_s: float) -> tuple[Point, float]:
-        off_x_m, off_y_m = guidance.error_m
-        x_m, y_m = passage.way_m(layer.believed.position_m, (target_m[0] + off_x_m, target_m[1] + off_y_m))[0]
-        return (x_m - off_x_m, y_m - off_y_m), speed_mps
-
-    guidance.aimed.insert(0, through)
-    guidance.walled.append(passage.walls)
-
-
-def part_of(joining: Joining) -> Part | None:
-    """Let all vehicles heed the reef, if there is one."""
-    table: PassageTable | None = joining.scenario.of_feature(KEY)
-    if table is None:
-        return None
-    passage = table.passage(joining.scenario.guidance.separation_m)
-    return Part(body=lambda layer: in_passage(layer, passage))
+    def on_vehicle(self, vehicle: Vehicle) -> None:
+        """Let its guidance heed the passage."""
+        vehicle.functional.guidance.passage = self._passage
 
 
 def passage_faults(raw: Raw, mission: type[Mission] | None) -> Iterator[ConfigurationFault]:
@@ -178,4 +164,4 @@ def passage_faults(raw: Raw, mission: type[Mission] | None) -> Iterator[Configur
                     yield ConfigurationFault(f"{kind}.{entry.get('name')}.{key}", shown([*at_m]), allowed)
 
 
-FEATURE = Feature({"": {KEY: (PassageTable | None, None)}}, part_of, passage_faults)
+FEATURE = Feature({"": {KEY: (PassageTable | None, None)}}, Reef, passage_faults)

@@ -12,12 +12,12 @@ from pydantic import Field
 from exchange.acoustics import loss
 from missions.feature import Feature, Joining
 from missions.scenarios.tables import Raw, Section, table_of
-from remoras.events import Part
+from remoras.events import Observer
 
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario
     from remoras.database import VehicleData
-    from remoras.functional.layer import FunctionalLayer
+    from remoras.vehicle import Vehicle
 
 KEY, SPREAD = "uncertainty", "speed_spread"
 
@@ -55,29 +55,29 @@ def real(scenario: Scenario, data: VehicleData, seed: int) -> VehicleData:
     return data.faster(1.0 + spread * (2.0 * loss.uniform(seed, loss.SPEEDS, data.node, 0, 0) - 1.0))
 
 
-def part_of(joining: Joining) -> Part | None:
-    """Let the sensors of all vehicles miss."""
-    scenario, seed = joining.scenario, joining.seed
-    p_miss: float = scenario.of_feature(KEY).p_miss
-    tick_s = scenario.scenario.tick_s
-    if p_miss == 0.0:
-        return None
+class Misses(Observer):
+    """Lets the sensors of all vehicles miss."""
 
-    def body(layer: FunctionalLayer) -> None:
-        node = layer.data.node
-        numbers = {settings.name: number for number, settings in enumerate(layer.data.sensors)}
+    def __init__(self, joining: Joining) -> None:
+        self._p_miss: float = joining.scenario.of_feature(KEY).p_miss
+        self._seed, self._tick_s = joining.seed, joining.scenario.scenario.tick_s
+
+    def on_vehicle(self, vehicle: Vehicle) -> None:
+        """Let its sensors miss."""
+        node = vehicle.data.node
+        numbers = {settings.name: number for number, settings in enumerate(vehicle.real.sensors)}
 
         def misses(sensor: str, now_s: float) -> bool:
-            return loss.uniform(seed, loss.MISSES, round(now_s / tick_s), node, numbers[sensor]) < p_miss
+            tick = round(now_s / self._tick_s)
+            return loss.uniform(self._seed, loss.MISSES, tick, node, numbers[sensor]) < self._p_miss
 
-        layer.sensors.misses.append(misses)
-
-    return Part(body=body)
+        if self._p_miss:
+            vehicle.functional.sensors.misses = misses
 
 
 FEATURE = Feature(
     {"": {KEY: (UncertaintyTable, UncertaintyTable.usual())}},
-    part_of,
+    Misses,
     real=real,
     slower=slower,
 )

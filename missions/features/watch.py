@@ -14,7 +14,7 @@ from pydantic import Field
 from missions.feature import Feature, Joining
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 from missions.scenarios.tables import Section
-from remoras.events import Host, Part
+from remoras.events import Host, Observer
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
 
 if TYPE_CHECKING:
@@ -43,19 +43,19 @@ def watched(scenario: Scenario, strategy: Strategy) -> Strategy:
     return strategy if isinstance(strategy, InTime) else InTime(strategy, scenario.of_feature(KEY).cpu_s)
 
 
-def part_of(joining: Joining) -> Part:
-    """Let this run note who falls silent."""
-    from remoras.deciding import InTime
+class Watch(Observer):
+    """Lets a run note who falls silent."""
 
-    recorder = joining.recorder
-    recorder.declare(SILENCED)
+    def __init__(self, joining: Joining) -> None:
+        joining.recorder.declare(SILENCED)
 
-    def begin(host: Host) -> None:
-        strategy = host.named(host.names[0]).social.strategy
+    def on_start(self, host: Host) -> None:
+        """Note from now on which parts of the strategy fall silent."""
+        from remoras.deciding import InTime
+
+        strategy = host.vehicles[0].social.strategy
         assert isinstance(strategy, InTime)  # the feature made it
-        watched_by(strategy, recorder)
-
-    return Part(begin)
+        watched_by(strategy, host.recorder)
 
 
 def watched_by(strategy: InTime, recorder: Recorder) -> None:
@@ -72,7 +72,7 @@ def n_silenced(run: MeasuredRun) -> int | Absent:
 
 FEATURE = Feature(
     {"": {KEY: (WatchTable, WatchTable.usual())}},
-    part_of,
+    Watch,
     metrics=(Metric("n_silenced", "", Better.LOWER, "decisions that took too long", n_silenced),),
     strategy=watched,
 )

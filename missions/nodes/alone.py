@@ -19,7 +19,7 @@ from missions.runs.assembly import (
     VehicleLife,
     actual,
     faults_in,
-    feature_parts,
+    feature_observers,
     vehicle_anew,
     vehicle_of,
 )
@@ -29,8 +29,7 @@ from missions.scenarios.communication import key_of
 from missions.scenarios.faults import kind_named
 from missions.scenarios.loading import scenario_from
 from missions.scenarios.scenario import Scenario
-from remoras.fault_events import faults_part
-from remoras.faults import Fault
+from remoras.faults import Fault, Faults
 from remoras.solo import Solo, Times
 from remoras.vehicle import Vehicle
 from worldmodel import EPOCHS, suggestion
@@ -98,7 +97,7 @@ class NodePlan:
         scenario = scenario_from(Document.of_text(self.scenario, "scenario"))
         name = scenario.scenario.name
         setup = setup_of(scenario)
-        if setup.strategy.declaration.part is not None:
+        if setup.strategy.declaration.sharing is not None:
             given = ConfigurationFault("strategy.name", setup.strategy.name, "a strategy that tells by packets")
             raise ConfigurationError(name, [given])
         if setup.mission.nature(setup.mission.world(self.seed)) is not None:
@@ -164,8 +163,10 @@ def alone(plan: NodePlan, salts: Sequence[bytes] = (), pauses: Sequence[Pause] =
     real = actual(setup, setup.database[plan.vehicle], plan.seed)
     recorder = recorder_of_mission(mission, [sensors_of(data) for data in setup.database.values()])
     steered = Steered() if plan.is_steered else None
-    parts = [*feature_parts(setup, recorder, plan.seed, is_alone=True), *([] if steered is None else [steered.part])]
-    shared = Shared(setup, plan.seed, mission.world(plan.seed), recorder, parts)
+    observers = feature_observers(setup, recorder, plan.seed, is_alone=True)
+    if steered is not None:
+        observers.append(steered)
+    shared = Shared(setup, plan.seed, mission.world(plan.seed), recorder, observers)
 
     def make(model: Solo) -> Vehicle:
         return vehicle_of(model, shared, VehicleLife(real, plan.begins_s, plan.epoch))
@@ -179,8 +180,7 @@ def alone(plan: NodePlan, salts: Sequence[bytes] = (), pauses: Sequence[Pause] =
         faults.insert(0, _away(setup, plan, Absence.BEFORE, at_s=plan.begins_s))
     for from_s, until_s in pauses:
         faults.append(_away(setup, plan, Absence.PAUSE, at_s=from_s, until_s=until_s, memory="kept"))
-    everything = (faults_part(faults), *parts)
-    solo = Solo(make, make_anew, setup.schedule, recorder, times, introductions, everything)
+    solo = Solo(make, make_anew, setup.schedule, recorder, times, introductions, [Faults(faults), *observers])
     if introductions is not None:
         for (_, until_s), salt in zip(pauses, by_life[1:], strict=True):
             solo.note(_Introduced(introductions, salt), until_s)

@@ -25,10 +25,11 @@ from exchange.arithmetic import distance
 from exchange.drivers import Driver, Paced
 from missions.errors import ConfigurationError, ConfigurationFault
 from remoras.database import VehicleData
-from remoras.events import Part
+from remoras.events import Observer
 from remoras.functional.guidance import Guidance
 from remoras.functional.layer import FunctionalLayer
 from remoras.motion import Motion
+from remoras.vehicle import Vehicle
 from remoras.work import Point
 
 PATIENCE_S = 10.0
@@ -165,7 +166,7 @@ class Disciplined(Paced):
         return self._last.uncertainty_s + CRYSTAL * (time.monotonic() - self._last.at_s)
 
 
-class Steered:
+class Steered(Observer):
     """The body of a vehicle, as its functional layer has it: where it is by the last fix, and where it is to go.
 
     Attributes:
@@ -179,12 +180,9 @@ class Steered:
         self._silent_s = math.inf
         self._layer: FunctionalLayer | None = None
 
-    @property
-    def part(self) -> Part:
-        """Puts the body in the place of the simulated one."""
-        return Part(body=self._embody)
-
-    def _embody(self, layer: FunctionalLayer) -> None:
+    def on_vehicle(self, vehicle: Vehicle) -> None:
+        """Put the body in the place of the simulated one."""
+        layer = vehicle.functional
         if type(layer.guidance) is not Guidance or layer.believed is not layer.motion:
             given = ConfigurationFault(
                 "--frontseat",
@@ -194,12 +192,14 @@ class Steered:
             )
             raise ConfigurationError(layer.data.name, [given])
         layer.guidance.go = self._go
-        layer.posed.append(lambda pose: pose._replace(sigma_m=0.0 if self._fix is None else self._fix.sigma_m))
+        layer.sigma_m = 0.0 if self._fix is None else self._fix.sigma_m
         self._layer = layer
 
     def take(self, fix: Fix) -> None:
         """Be where the body says from the next tick on."""
         self._fix, self._silent_s = fix, 0.0
+        if self._layer is not None:
+            self._layer.sigma_m = fix.sigma_m
 
     def _go(self, motion: Motion, data: VehicleData, target_m: Point, speed_mps: float, dt_s: float) -> None:
         """Be where the body is, and note where it is to go; see ``remoras.motion.advance``."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -15,11 +15,11 @@ from missions.runs.setup import Setup, recorder_of_mission, sensors_of, world_mo
 from missions.scenarios.communication import value_rule_of
 from missions.scenarios.parts import groups_of
 from remoras.beliefs import Beliefs
+from remoras.clock import ShownTime
 from remoras.database import AUVDatabase, VehicleData
-from remoras.events import Part, carrier_for, clocks_of, recorder_for
+from remoras.events import Observer
 from remoras.executive.layer import ExecutiveLayer
-from remoras.fault_events import faults_part
-from remoras.faults import Fault, drawn
+from remoras.faults import Fault, Faults, drawn
 from remoras.fleet import Fleet, Makers
 from remoras.functional.layer import FunctionalLayer
 from remoras.picture import Picture
@@ -67,14 +67,21 @@ class Shared:
         seed: root of all draws.
         world: of the mission, as its sensors perceive it.
         recorder: takes the rows.
-        parts: of the features that are on.
+        observers: of the features that are on.
+        vehicle: class of the vehicles.
     """
 
     setup: Setup
     seed: int
     world: Any
     recorder: Recorder
-    parts: Sequence[Part]
+    observers: Sequence[Observer]
+    vehicle: Callable[..., Vehicle] = Vehicle
+
+    @property
+    def clocks(self) -> dict[int, ShownTime]:
+        """Clocks that may be off, by the node of their vehicle."""
+        return {node: clock for observer in self.observers for node, clock in observer.clocks.items()}
 
 
 class VehicleLife(NamedTuple):
@@ -109,6 +116,7 @@ def assemble(
     seed: int,
     channel: Channel | None = None,
     salt: bytes | None = None,
+    vehicle: Callable[..., Vehicle] = Vehicle,
 ) -> Fleet:
     """A fleet ready to run.
 
@@ -118,39 +126,40 @@ def assemble(
         channel: replaces the scenario's, for tests and experiments.
         salt: of the packets of a scenario with a key, a fresh one if None. Never take one twice but to open what was
             sent under it.
+        vehicle: makes the vehicles, of what ``Vehicle`` takes.
     """
     if setup.scenario.communication.key_file:
         setup = replace(setup, codec=renewed(setup.codec, None if salt is None else lambda sender: salt))
     scenario, mission = setup.scenario, setup.mission
     fleet = [actual(setup, data, seed) for data in setup.database.values()]
     recorder = recorder_of_mission(mission, [sensors_of(real) for real in fleet])
-    own: Part | None = setup.strategy.declaration.part
-    if own is not None and own.knows_vehicles:
+    if setup.strategy.declaration.sharing is not None:
         setup = _known_as_it_is(setup, fleet)
-    parts = feature_parts(setup, recorder, seed)
     world = mission.world(seed)
-    shared = Shared(setup, seed, world, recorder, parts)
+    shared = Shared(setup, seed, world, recorder, feature_observers(setup, recorder, seed), vehicle)
 
     def anew(model: Fleet, before: Vehicle, remembers: bool) -> Vehicle:
         return vehicle_anew(model, shared, before, remembers)
 
     faults, times = faults_in(setup, seed), scenario.scenario
-    carrier = carrier_for(shared.parts, channel if channel is not None else channel_of(setup, seed))
+    carrier: Channel = channel if channel is not None else channel_of(setup, seed)
+    for observer in shared.observers:
+        carrier = observer.channel(carrier)
     return Fleet(
         Makers(lambda model: [vehicle_of(model, shared, VehicleLife(real)) for real in fleet], anew),
-        Medium(carrier, setup.modem, setup.schedule, clocks_of(shared.parts), faults),
+        Medium(carrier, setup.modem, setup.schedule, shared.clocks, faults),
         mission.truth(recorder, shared.world),
         recorder,
         times.tick_s,
         times.duration_s,
         scenario.guidance.separation_m,
-        (faults_part(faults), *shared.parts),
+        (Faults(faults), *shared.observers),
         mission.nature(world),
     )
 
 
-def feature_parts(setup: Setup, recorder: Recorder, seed: int, is_alone: bool = False) -> list[Part]:
-    """What features that are on do in a run.
+def feature_observers(setup: Setup, recorder: Recorder, seed: int, is_alone: bool = False) -> list[Observer]:
+    """What takes part in a run of the features that are on, and of a strategy that shares at once.
 
     Args:
         setup: the scenario resolved.
@@ -169,18 +178,19 @@ def feature_parts(setup: Setup, recorder: Recorder, seed: int, is_alone: bool = 
         seed,
         is_alone,
     )
-    parts = [part for feature in setup.features if (part := feature.part(joining)) is not None]
-    own: Part | None = setup.strategy.declaration.part
-    return parts if own is None else [*parts, own]
+    observers = [of for feature in setup.features if (of := feature.observer(joining)) is not None]
+    sharing = setup.strategy.declaration.sharing
+    return observers if sharing is None else [*observers, sharing()]
 
 
 def _lease(shared: Shared) -> Lease:
     """How long a silent vehicle counts as present: for ever where nobody speaks."""
     setup = shared.setup
     communication, frame_s = setup.scenario.communication, setup.schedule.frame_s
-    frames = communication.lease_frames if setup.strategy.declaration.communicates else math.inf
-    for of_part in (part.lease_frames for part in shared.parts if part.lease_frames is not None):
-        return Lease(of_part * frame_s, frame_s)
+    declaration = setup.strategy.declaration
+    if declaration.sharing is not None:
+        return Lease(declaration.sharing.lease_frames * frame_s, frame_s)
+    frames = communication.lease_frames if declaration.communicates else math.inf
     return Lease(frames * frame_s, frame_s, communication.false_absence if frames < math.inf else 0.0)
 
 
@@ -216,12 +226,13 @@ def vehicle_of(host: Fleet | Solo, shared: Shared, life: VehicleLife) -> Vehicle
     """
     setup = shared.setup
     data, names = setup.database[life.real.name], setup.database.names
-    recorder = recorder_for(shared.parts, data.node, shared.recorder)
+    clock = shared.clocks.get(data.node)
+    recorder = shared.recorder if clock is None else clock.recording(shared.recorder)
     picture = Picture(frame_s=setup.schedule.frame_s)
     beliefs = Beliefs(world_model(setup, data.node, life.epoch))
     manager, needs = _manager(shared, beliefs.model)
-    make = next((part.radio for part in shared.parts if part.radio is not None), Radio)
-    radio = make(
+    sharing = setup.strategy.declaration.sharing
+    radio = (Radio if sharing is None else sharing.radio)(
         names,
         setup.agreement.groups,
         setup.strategy.declaration,
@@ -240,12 +251,7 @@ def vehicle_of(host: Fleet | Solo, shared: Shared, life: VehicleLife) -> Vehicle
         _executive(setup, data.name),
         _functional(shared, life.real, picture),
     )
-    made = next((part.vehicle for part in shared.parts if part.vehicle is not None), Vehicle)
-    vehicle = made(host, data, layers, radio, beliefs, recorder, life.began_s)
-    for part in shared.parts:
-        if part.equip is not None:
-            part.equip(vehicle)
-    return vehicle
+    return shared.vehicle(host, data, layers, radio, beliefs, recorder, life.began_s, shared.observers)
 
 
 def _executive(setup: Setup, vehicle: str) -> ExecutiveLayer:
@@ -272,7 +278,7 @@ def _manager(shared: Shared, model: WorldModel) -> tuple[ExchangeManager, Renewe
     subjects, organisation = setup.subjects, setup.agreement.organisation
     by_groups = None if subjects is None else GroupNeeds(setup.tbox, setup.urgency, subjects, organisation)
     common = by_groups or setup.common_needs
-    stated = next((part.needs(model, common) for part in shared.parts if part.needs is not None), None)
+    stated = next((needs for of in shared.observers if (needs := of.needs(model, common)) is not None), None)
     manager = ExchangeManager(
         model.owner,
         model,
@@ -310,8 +316,4 @@ def _social(shared: Shared, name: str, beliefs: Beliefs, picture: Picture) -> So
 def _functional(shared: Shared, real: VehicleData, picture: Picture) -> FunctionalLayer:
     setup = shared.setup
     guidance, sensors = setup.scenario.guidance.constants(), sensors_of(real)
-    layer = FunctionalLayer(real, setup.mission, shared.world, sensors, setup.bounds_m, picture, guidance)
-    for part in shared.parts:
-        if part.body is not None:
-            part.body(layer)
-    return layer
+    return FunctionalLayer(real, setup.mission, shared.world, sensors, setup.bounds_m, picture, guidance)

@@ -10,7 +10,7 @@ import math
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from pydantic import (
     AfterValidator,
@@ -32,21 +32,17 @@ from missions.scenarios.tables import PointM, Positive, Raw, Section, entries, i
 from remoras.condition import SOUND, Condition
 from remoras.database import AUVDatabase, VehicleData
 from remoras.errors import PluginError
-from remoras.events import Host
 from remoras.faults import ANY, HEAD_OF, Fault
 from remoras.mission import Mission
 from remoras.organisation import Group
 from remoras.plugins import answer, faults_of, named_object
 from worldmodel import suggestion
 
-if TYPE_CHECKING:
-    from remoras.vehicle import Vehicle
-
 KEY = "fault"
 A_TIME = "a number of seconds, 0 or more, or [earliest, latest]"
 MOST_SHIPPED = 1 << 8
 """Numbers of kinds that are shipped are below; those of others follow from their names, and are below 2^25."""
-COMPULSORY = ("leaves", "detail", "begin", "end", "able", "checks", "began_anew")
+COMPULSORY = ("leaves", "detail", "able", "checks", "began_anew")
 """Hooks of a kind; all have a default."""
 
 
@@ -148,11 +144,10 @@ class DeclaredFault(Section):
         """
         return how_long
 
-    def begin(self, vehicle: Vehicle) -> None:
-        """Begin to hold: add to the hooks of a vehicle; called again with what begins anew meanwhile."""
-
-    def end(self, vehicle: Vehicle, host: Host) -> None:
-        """Hold no longer: take away what ``begin`` has added."""
+    @property
+    def remembers(self) -> bool | None:
+        """Whether the vehicle begins anew when it is over, and then still knows what it knew; None if it goes on."""
+        return None
 
     def holds_s(self, at_s: float) -> tuple[float, float]:
         """From when on, and until before when, it holds that was to happen at a time (s)."""
@@ -213,10 +208,8 @@ class DeclaredFault(Section):
         """What a kind from outside lacks of the seam, in words."""
         if not isinstance(cls.TEXT, str) or not cls.TEXT:
             yield "lacks TEXT, a line that says what befalls"
-        if cls.leaves is DeclaredFault.leaves and cls.begin is DeclaredFault.begin:
-            yield "does nothing; define leaves(data), or begin(vehicle) and end(vehicle, host)"
-        elif (cls.begin is DeclaredFault.begin) < (cls.end is DeclaredFault.end):
-            yield "lacks end(vehicle, host), which takes away what begin has added"
+        if cls.leaves is DeclaredFault.leaves and cls.remembers is DeclaredFault.remembers:
+            yield "does nothing; define leaves(data)"
         yield from faults_of(cls, DeclaredFault, COMPULSORY)
         if cls.NUMBER is not None:
             yield "has a NUMBER, which is for kinds that are shipped: leave it out"
@@ -249,7 +242,7 @@ class DeclaredFault(Section):
             lambda found: how_long in found,
             lambda: self.detail(data, how_long),
         )
-        return Fault(self.kind, data.name, from_s, until_s, leaves, detail, self)
+        return Fault(self.kind, data.name, from_s, until_s, leaves, detail, self.remembers)
 
     @model_validator(mode="wrap")
     @classmethod

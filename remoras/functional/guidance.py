@@ -15,6 +15,7 @@ Where nobody is near, guidance is carried out as it is. Velocities are through t
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import Protocol
 
 from exchange.arithmetic import length
 from remoras.attraction import (
@@ -90,6 +91,18 @@ class Detour:
             self._stood_s, self._left_m = 0.0, self._aside_m
 
 
+class Passage(Protocol):
+    """A passage through a reef."""
+
+    def way_m(self, from_m: Point, to_m: Point) -> Sequence[Point]:
+        """Places by which a vehicle comes from one place to another, the last of them the other one."""
+        ...
+
+    def walls(self, at_m: Point) -> Sequence[HalfPlane]:
+        """Velocities (m/s) that do not take a vehicle at a place into the reef."""
+        ...
+
+
 class Guidance:
     """Moves one vehicle.
 
@@ -103,9 +116,8 @@ class Guidance:
         motion, data, bounds_m, constants: the same, for what takes its place.
         go: moves towards a target, as ``remoras.motion.advance`` does; a body that is not simulated takes its place.
         error_m: where the vehicle takes itself to be, from where it is; guidance goes by the former.
-        aimed: each gives where to go and how fast, 0 to slow down to a stop, of that by the others before it and of the
-            length of the tick (s); called by ``move``.
-        walled: each gives more walls at a place, as half-planes of velocities (m/s).
+        passage: through a reef that no vehicle crosses elsewhere; None without one.
+        flow_mps: velocity of the water, (x east, y north).
         withdraws: True while the vehicle gives way to a call that is stronger than its own.
         queues: True while who is ahead of it, and in its way, goes the same way.
         yields_to: strength of the call to which it gives way, 0..1; 0 if to none.
@@ -126,8 +138,8 @@ class Guidance:
         self.go: Callable[[Motion, VehicleData, Point, float, float], None] = advance
         self._detour = Detour(constants.separation_m)
         self.error_m: Point = (0.0, 0.0)
-        self.aimed: list[Callable[[Point, float, float], tuple[Point, float]]] = []
-        self.walled: list[Callable[[Point], Sequence[HalfPlane]]] = []
+        self.passage: Passage | None = None
+        self.flow_mps: Velocity = (0.0, 0.0)
         self._pulls = NO_PULLS
         self._courses = Courses()
         self.withdraws = self.queues = False
@@ -181,9 +193,13 @@ class Guidance:
             off_x_m, off_y_m = self.error_m
             target_m, most_mps = (x_m - off_x_m, y_m - off_y_m), self._greatest_speed_mps
             speed_mps = self._speed_factor * (speed_mps if speed_mps <= most_mps else most_mps)
-        for change in self.aimed:
-            target_m, speed_mps = change(target_m, speed_mps, dt_s)
         motion = self.motion
+        if self.passage is not None:
+            off_x_m, off_y_m = self.error_m
+            here_m = motion.x_m + off_x_m, motion.y_m + off_y_m
+            x_m, y_m = self.passage.way_m(here_m, (target_m[0] + off_x_m, target_m[1] + off_y_m))[0]
+            target_m = x_m - off_x_m, y_m - off_y_m
+        target_m, speed_mps = self._aim(target_m, speed_mps, dt_s)
         self.hindered_s -= dt_s
         if neighbours:
             goal = _velocity(motion, target_m, speed_mps, dt_s)
@@ -195,6 +211,10 @@ class Guidance:
                 follow(motion, self.data, velocity, dt_s)
                 return
         self.go(motion, self.data, target_m, speed_mps, dt_s)
+
+    def _aim(self, target_m: Point, speed_mps: float, dt_s: float) -> tuple[Point, float]:
+        """Where to head for through the water, and how fast, to come to a target; 0 to slow down to a stop."""
+        return target_m, speed_mps
 
     def _clear_of(self, neighbours: Sequence[Neighbour], goal: Velocity, positions_m: Mapping[str, Point]) -> Velocity:
         """The velocity (m/s) that signals and neighbours leave of a goal's; ``goal`` itself if they change nothing."""
@@ -246,9 +266,7 @@ class Guidance:
     def walls(self, position_m: Point) -> Sequence[HalfPlane]:
         """The velocities (m/s) that keep a vehicle at a place within its bounds."""
         walls: list[HalfPlane] = walls_of(self.bounds_m, *position_m)
-        for more in self.walled:
-            walls += more(position_m)
-        return walls
+        return walls if self.passage is None else [*walls, *self.passage.walls(position_m)]
 
     def _clear(
         self, preferred: Velocity, neighbours: Sequence[Neighbour], walls: Sequence[HalfPlane]

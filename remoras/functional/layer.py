@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence, Set
-from typing import Any
+from collections.abc import Collection, Mapping, Sequence, Set
+from typing import Any, Protocol
 
 from remoras.activities import ActivityKind, ActivitySet, ActivityType, Wait
 from remoras.attraction import USUAL, GuidanceConstants, Pulls
 from remoras.avoidance import Bounds, Neighbour
 from remoras.behaviours import STUCK, Behaviour, Homing, Perception, Reference
+from remoras.condition import Condition
 from remoras.database import VehicleData
 from remoras.errors import PluginError
 from remoras.functional.guidance import Guidance
@@ -24,6 +25,8 @@ from remoras.sensor import Pose, Sensor
 from remoras.separation import NEAR_M
 from remoras.work import HOME_MARGIN, Point
 
+KNOWN_M = (0.0, 0.0)
+"""Error of a vehicle that knows where it is."""
 PERCEPTION = "a Perception, stimulus 0..1"
 REFERENCE = "None, or a Reference with a finite target_m and a speed_mps and holds_m of 0 or more"
 
@@ -66,6 +69,31 @@ def _refuse_unfit(
                 )
 
 
+class Positioning(Protocol):
+    """How a vehicle learns where it is that may take itself to be elsewhere."""
+
+    need: ActivitySet
+    """Activity by which it learns that, behind all others."""
+
+    @property
+    def behaviour(self) -> Behaviour:
+        """Carries that out."""
+        ...
+
+    def before_decision(self, guiding: Behaviour | None) -> None:
+        """A decision is due; ``guiding`` is what guides the vehicle so far."""
+
+    def after_motion(self, neighbours: Sequence[Neighbour], dt_s: float) -> None:
+        """The vehicle has moved for ``dt_s``; ``neighbours`` is what its obstacle sonar saw."""
+
+    def restart(self) -> None:
+        """The vehicle has begun anew where it was."""
+
+    def pose(self, pose: Pose) -> Pose:
+        """The pose at which sensors look, with what the vehicle knows of its error."""
+        ...
+
+
 class FunctionalLayer:
     """Sensors, integrity monitoring, guidance and control of one vehicle.
 
@@ -84,16 +112,11 @@ class FunctionalLayer:
         depth_m: at which it is.
         guidance: moves it; what a feature adds to motion takes its place.
         sensors: which are on, which work, and what they yield.
-        needs: behaviours of what it needs to live by features that are on, by the set that stands behind all others.
-        asked: each is told what guides, if anything does, before a decision; called by ``perceive``.
-        moved: each is told what the obstacle sonar sees and the length of the tick (s), when it is over; called by
-            ``act``.
-        placed: each is called when a vehicle that begins anew is where it was; called by ``embody``.
-        posed: each gives the pose at which sensors look, of that by the others before it; called by ``sense``.
+        positioning: how it learns where it is; None if it knows.
+        sigma_m: standard deviation of its place on each axis (m), where a body that is not simulated says so.
         held: the last reference of the behaviour that guides, until the next decision.
         headway: how the vehicle gets on; stranded: name of what it makes none in, where that is not a job but the way
             to a meeting or what it needs to live, else empty.
-        loads_w: power that the battery loses beside what the vehicle uses; the reserve does not know of it.
     """
 
     def __init__(
@@ -120,11 +143,8 @@ class FunctionalLayer:
         self._mission = mission
         self.sensors = Sensing(data.name, sensors, world)
         self.guidance = Guidance(self.motion, data, bounds_m, constants)
-        self.needs: dict[ActivitySet, Behaviour] = {}
-        self.asked: list[Callable[[Behaviour | None], None]] = []
-        self.moved: list[Callable[[Sequence[Neighbour], float], None]] = []
-        self.placed: list[Callable[[], None]] = []
-        self.posed: list[Callable[[Pose], Pose]] = []
+        self.positioning: Positioning | None = None
+        self.sigma_m = 0.0
         self._bounds_m = bounds_m
         self._reserve_per_m = _reserve_per_m(data, data.survey_speed_mps)
         self._sets: tuple[ActivitySet, ...] = ()
@@ -135,7 +155,7 @@ class FunctionalLayer:
         self.headway, self.stranded = Headway(), ""
         self._perceived: list[Perception] = []
         picture.body.answering = _answering(data, ())
-        self.loads_w: list[float] = []
+        self._drain_w = 0.0
 
     @property
     def sensing(self) -> tuple[str, ...]:
@@ -144,16 +164,14 @@ class FunctionalLayer:
 
     # Faults --------------------------------------------------------------------------------------
 
-    def impair(self, speed_factor: float, dead_sensors: frozenset[str]) -> None:
-        """Let faults hold from now on, and no others.
+    def impair(self, condition: Condition) -> None:
+        """Let the faults hold from now on that leave this condition, and no others.
 
         Guidance asks for the speeds that it is used to and gets its share of them; the reserve for the way home is that
         of the speed which is left. A dead sensor stays switched on and yields nothing.
-
-        Args:
-            speed_factor: what every speed is multiplied by.
-            dead_sensors: names of the sensors that yield nothing.
         """
+        speed_factor, dead_sensors = condition.speed_factor, condition.dead_sensors
+        self._drain_w = condition.drain_w
         self.guidance.slow_down(speed_factor)
         self.picture.body.answering = _answering(self.data, dead_sensors)
         self._reserve_per_m = _reserve_per_m(self.data, speed_factor * self.data.survey_speed_mps)
@@ -202,10 +220,11 @@ class FunctionalLayer:
             PluginError: a set has a vital name, outweighs survival or asks for a sensor that the vehicle does not
                 have; or its behaviour cannot be made.
         """
-        vital = VITAL_NAMES | {need.name for need in self.needs}
+        own = () if self.positioning is None else (self.positioning.need,)
+        vital = VITAL_NAMES | {need.name for need in own}
         for activity_set in sets:
             _refuse_unfit(activity_set, self._where(activity_set), self.data.name, self.sensors.names, vital)
-        self._sets = (*VITAL_SETS, *sets, *self.needs)
+        self._sets = (*VITAL_SETS, *sets, *own)
         known = self._of_set
         self._of_set = {
             activities: known[activities] if activities in known else _behaviour(self, activities)
@@ -262,9 +281,10 @@ class FunctionalLayer:
             self.sensors.looking = ()
             return []
         at = self.motion
-        pose = Pose(at.x_m, at.y_m, self.depth_m, motion.heading_rad, motion.speed_mps)
-        for change in self.posed:
-            pose = change(pose)
+        how = motion.heading_rad, motion.speed_mps, KNOWN_M, self.guidance.flow_mps, 0.0, self.sigma_m
+        pose = Pose(at.x_m, at.y_m, self.depth_m, *how)
+        if self.positioning is not None:
+            pose = self.positioning.pose(pose)
         sensed = self.sensors.look(pose, now_s)
         if sensed:
             body.last_yield_s = now_s
@@ -281,8 +301,8 @@ class FunctionalLayer:
         """
         motion, picture, reference, self.held = self.believed, self.picture, self.held, None
         perceptions: list[Perception] = []
-        for ask in self.asked:
-            ask(self.guiding)
+        if self.positioning is not None:
+            self.positioning.before_decision(self.guiding)
         try:
             for index, behaviour in enumerate(self._behaviours):
                 perceptions.append(behaviour.perceive(motion, picture, index in performed))
@@ -331,13 +351,13 @@ class FunctionalLayer:
         if reference is None and self._guiding is not None:
             reference = self.held = self._reference(self._guiding)
         self.guidance.move(reference, neighbours, self.picture.peers.positions_m, since_s, dt_s)
-        if self.loads_w:
-            motion.energy_j += math.fsum(self.loads_w) * dt_s
+        if self._drain_w:
+            motion.energy_j += self._drain_w * dt_s
         if motion.energy_j >= self.data.energy_j:
             self._be_exhausted()
             motion.speed_mps = 0.0
-        for tell in self.moved:
-            tell(neighbours, dt_s)
+        if self.positioning is not None:
+            self.positioning.after_motion(neighbours, dt_s)
 
     def heed(self, pulls: Pulls) -> None:
         """Let signals of others pull at guidance like this until the next decision."""
@@ -367,8 +387,8 @@ def _contacts_m(x_m: float, y_m: float, neighbours: Sequence[Neighbour]) -> tupl
 def _behaviour(layer: FunctionalLayer, activity_set: ActivitySet) -> Behaviour:
     """A new behaviour for a set: the vehicle's own, or the mission's."""
     activity = activity_set.activities[0]
-    if activity_set in layer.needs:
-        return layer.needs[activity_set]
+    if layer.positioning is not None and activity_set is layer.positioning.need:
+        return layer.positioning.behaviour
     if activity.name in VITAL_NAMES:
         return vital_behaviour(activity, layer.data, layer._bounds_m)
     return answer(
@@ -399,5 +419,5 @@ def embody(layer: FunctionalLayer, before: FunctionalLayer) -> None:
         setattr(layer.motion, name, getattr(before.motion, name))
     layer.exhausted = before.exhausted
     layer.is_on = layer.is_on and not layer.exhausted
-    for tell in layer.placed:
-        tell()
+    if layer.positioning is not None:
+        layer.positioning.restart()

@@ -47,7 +47,7 @@ class Sensing:
 
     Attributes:
         looking: names of the sensors that were on, and worked, in the last motion tick.
-        misses: each is True where a sensor, by name, yields nothing in the tick of a time (s); called by ``look``.
+        misses: True where a sensor, by name, yields nothing in the tick of a time (s); None if they never do.
     """
 
     def __init__(self, vehicle: str, sensors: Mapping[str, Sensor], world: Any) -> None:
@@ -55,7 +55,7 @@ class Sensing:
         self._vehicle = vehicle
         self._sensors = sensors
         self._world = world
-        self.misses: list[Callable[[str, float], bool]] = []
+        self.misses: Callable[[str, float], bool] | None = None
         self._dead: frozenset[str] = frozenset()
         self._on: list[tuple[str, Sensor]] = []
         self._working: list[tuple[str, Sensor]] = []
@@ -85,7 +85,7 @@ class Sensing:
             PluginError: a sensor raises, or returns anything but observations.
         """
         working, self.looking = self._working, self._working_names
-        for misses in self.misses:
+        if (misses := self.misses) is not None:
             working = [named for named in working if not misses(named[0], now_s)]
             self.looking = tuple(name for name, _ in working)
         sensed: list[Sensed] = []

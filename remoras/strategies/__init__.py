@@ -58,7 +58,7 @@ def shipped(name: str) -> Strategy | None:
 
 def bounds() -> frozenset[str]:
     """Names of the shipped strategies that are bounds: they are shown beside the others, and never ranked."""
-    return frozenset(name for name, strategy in strategies().items() if strategy.declaration.part is not None)
+    return frozenset(name for name, strategy in strategies().items() if strategy.declaration.sharing is not None)
 
 
 def parameters(strategy: Strategy) -> tuple[Parameter, ...]:

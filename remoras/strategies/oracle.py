@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from remoras.bound import AT_ONCE
+from remoras.bound import InstantSharing
 from remoras.organisation import Group, RoleAssignment
 from remoras.strategies.allocation import all_jobs
 from remoras.strategies.dispatch import Dispatcher, Dispatching
@@ -29,7 +29,7 @@ class Oracle:
 
     name: ClassVar[str] = "oracle"
     declaration: ClassVar[Declaration] = Declaration(
-        source="a bound: nobody can know more, or know it earlier", messages={}, communicates=False, part=AT_ONCE
+        "a bound: nobody can know more, or know it earlier", {}, communicates=False, sharing=InstantSharing
     )
     form = staticmethod(founded)
 

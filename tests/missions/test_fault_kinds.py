@@ -31,10 +31,8 @@ from remoras import Condition, DeclaredFault
 class Fouled(DeclaredFault):
     TEXT = "weed is in its propeller"
     weed_w: float = Field(gt=0.0, description="power that the weed takes, W")
-    leaves = lambda self, data: Condition(speed_factor=0.5)
+    leaves = lambda self, data: Condition(speed_factor=0.5, drain_w=self.weed_w)
     detail = lambda self, data, how_long: f"{self.weed_w:g} W, {how_long}"
-    begin = lambda self, vehicle: vehicle.functional.loads_w.append(self.weed_w)
-    end = lambda self, vehicle, host: vehicle.functional.loads_w.remove(self.weed_w)
 
 class Mute(DeclaredFault):
     TEXT = "says nothing"
@@ -55,13 +53,6 @@ class Strict(Mute):
 
 class Silent(DeclaredFault):
     TEXT = "does nothing"
-
-class Endless(Silent):
-    begin = lambda self, vehicle: None
-
-class Raises(Silent):
-    def begin(self, vehicle): raise RuntimeError("not today")
-    def end(self, vehicle, host): pass
 
 class Nameless(DeclaredFault):
     leaves = lambda self, data: Condition(is_mute=True)
@@ -133,9 +124,8 @@ def test_a_kind_is_named_by_its_file_from_the_folder_of_the_scenario(mine: Path)
 @pytest.mark.parametrize(
     ("table", "key", "says"),
     [
-        ("kind='own_kinds:Silent', at_s=9", "kind", "does nothing; define leaves(data), or begin(vehicle)"),
+        ("kind='own_kinds:Silent', at_s=9", "kind", "does nothing; define leaves(data)"),
         ("kind='own_kinds:Nameless', at_s=9", "kind", "lacks TEXT, a line that says what befalls"),
-        ("kind='own_kinds:Endless', at_s=9", "kind", "lacks end(vehicle, host)"),
         ("kind='own_kinds:Odd', at_s=9", "kind", "leaves(self) cannot be called as leaves(data)"),
         ("kind='own_kinds:Numbered', at_s=9", "kind", "has a NUMBER, which is for kinds that are shipped"),
         ("kind='own_kinds:Wrong', at_s=9", "kind", "leaves returned 0.5; expected: a Condition"),
@@ -151,9 +141,3 @@ def test_a_kind_from_outside_that_cannot_be_is_refused_in_a_line(table: str, key
     (said,) = str(caught.value).splitlines()
     assert f"(fault.1.{key})" in said
     assert says in said
-
-
-@pytest.mark.usefixtures("mine")
-def test_a_kind_that_raises_in_a_run_is_named() -> None:
-    with pytest.raises(Exception, match="fault kind own_kinds:Raises: begin raised RuntimeError: not today"):
-        run(scenario("kind='own_kinds:Raises', at_s=9"), 1)

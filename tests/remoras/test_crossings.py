@@ -3,6 +3,7 @@
 import pytest
 from crossings import KINDS, Crossing, crossing, travel, traveller
 
+from remoras.condition import Condition
 from remoras.functional import guidance
 from remoras.motion import Motion
 
@@ -27,7 +28,7 @@ def test_they_keep_clear_and_arrive(kind: str, n_vehicles: int) -> None:
 def test_one_that_cannot_get_out_of_the_way_is_passed() -> None:
     """It hardly moves, as a vehicle with a fault does; so the other has to do both halves."""
     fleet = [traveller(0, (-200.0, 0.0), (200.0, 0.0)), traveller(1, (0.0, 0.0), (0.0, 0.0))]
-    fleet[1].functional.impair(0.001, frozenset())
+    fleet[1].functional.impair(Condition(speed_factor=0.001))
     assert_kept(travel(fleet), 2)
 
 

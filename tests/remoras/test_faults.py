@@ -234,7 +234,7 @@ def test_a_slow_vehicle_keeps_the_reserve_of_the_speed_that_is_left() -> None:
     functional.motion.x_m = functional.data.start_m[0] + 400.0
     reserves = []
     for factor in (1.0, 0.25):
-        functional.impair(factor, frozenset())
+        functional.impair(Condition(speed_factor=factor))
         functional.sense(0.0, ())
         reserves.append(functional.picture.body.reserve)
     fleet.close()

@@ -122,8 +122,7 @@ def test_a_vehicle_goes_up_once_it_may_be_too_far_off_and_goes_on_where_it_stopp
     assert voyage.navigation.uncertainty_m == pytest.approx(0.088 * 10.0, abs=0.2)
     assert voyage.layer.picture.body.uncertainty_m == voyage.navigation.uncertainty_m
     pose = Pose(0.0, 0.0, 20.0, 0.0, 1.0)
-    for change in voyage.layer.posed:
-        pose = change(pose)
+    pose = voyage.adrift.pose(pose)
     assert pose.sigma_m == pytest.approx(pose.uncertainty_m / math.sqrt(2.0)) != 0.0
 
 
@@ -162,7 +161,7 @@ def test_sonars_look_into_the_column_of_who_goes_up() -> None:
     )
     above.layer.motion.x_m = 20.0
     assert separation.look() == {}
-    voyage.adrift.fixing.depth_m = 0.0
+    voyage.adrift.behaviour.depth_m = 0.0
     assert set(separation.look()) == {0, 1}
     above.layer.motion.x_m = 3.0
     above.layer.depth_m = 5.0

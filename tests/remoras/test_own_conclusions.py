@@ -2,11 +2,12 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
-from missions.features.navigation import Carriers
+from missions.features.navigation import Drift
 from missions.runs.assembly import assemble
 from missions.runs.setup import resolved
 from missions.scenarios import load
@@ -27,21 +28,21 @@ def dead(vehicle: str, sensor: str) -> Condition:
 
 
 def test_a_beacon_is_where_its_carrier_is_and_silent_with_it() -> None:
-    whole, carriers = fleet(), Carriers()
+    whole, drift = fleet(), Drift(SimpleNamespace(scenario=load(NAME), seed=2))  # type: ignore[arg-type]
     asv = whole.vehicles[0]
-    assert carriers.position_m("ASV00", "usbl") is None  # nothing has begun
-    carriers.begin(whole)
-    assert carriers.position_m("ASV00", "usbl") == asv.functional.motion.position_m
+    assert drift.carrier_m("ASV00", "usbl") is None  # nothing has begun
+    drift.on_start(whole)
+    assert drift.carrier_m("ASV00", "usbl") == asv.functional.motion.position_m
     for condition in (
         dead("ASV00", "usbl"),
         condition_under([Fault("mute", "ASV00", 0.0, leaves=Condition(is_mute=True))]),
         condition_under([Fault("lost", "ASV00", 0.0, leaves=Condition(is_running=False))]),
     ):
         asv.suffer(condition)
-        assert carriers.position_m("ASV00", "usbl") is None
+        assert drift.carrier_m("ASV00", "usbl") is None
     asv.suffer(dead("ASV00", "console"))
-    assert carriers.position_m("ASV00", "usbl") is not None
-    assert carriers.position_m("ASV07", "usbl") is None  # it is simulated elsewhere
+    assert drift.carrier_m("ASV00", "usbl") is not None
+    assert drift.carrier_m("ASV07", "usbl") is None  # it is simulated elsewhere
 
 
 class Talkative(TridentMission):

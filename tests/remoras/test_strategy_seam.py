@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from samples import WORKER, auv, database
 
-from remoras.bound import AT_ONCE
+from remoras.bound import InstantSharing
 from remoras.errors import PluginError
 from remoras.strategies.central import Central
 from remoras.strategy import (
@@ -34,21 +34,21 @@ class Unnamed(Central):
 
 
 class Both(Central):
-    """Sends packets, and has a part by which all is known without."""
+    """Sends packets, and declares that all is known without."""
 
-    declaration = Declaration(source="a test", messages={}, part=AT_ONCE)
+    declaration = Declaration(source="a test", messages={}, sharing=InstantSharing)
 
 
-class WithNoPart(Central):
-    declaration = Declaration(source="a test", messages={}, communicates=False, part="at once")
+class WithNoClass(Central):
+    declaration = Declaration(source="a test", messages={}, communicates=False, sharing="at once")
 
 
 @pytest.mark.parametrize(
     ("found", "says"),
     [
         (Unnamed(), ["name is int, expected str", "declaration is str, expected Declaration"]),
-        (Both(), ["declaration.communicates is True: with a part of its own, a strategy sends no packets"]),
-        (WithNoPart(), ["declaration.part is str, expected Part"]),
+        (Both(), ["declaration.communicates is True: where all is known at once, a strategy sends no packets"]),
+        (WithNoClass(), ["declaration.sharing is str, expected the class InstantSharing"]),
     ],
     ids=lambda value: type(value).__name__,
 )

@@ -20,7 +20,7 @@ from remoras.strategies import strategies
 from remoras.vehicle import Vehicle
 from worldmodel import merge
 
-SHIPPED = tuple(name for name, one in strategies().items() if one.declaration.part is None)
+SHIPPED = tuple(name for name, one in strategies().items() if one.declaration.sharing is None)
 RECRUITING = [name for name, one in strategies().items() if Authority.RECRUIT in one.declaration.authorities]
 TAKING = [name for name, one in strategies().items() if Authority.TAKE in one.declaration.authorities]
 EVERYBODY = ("MissionAdministrator", "Tactician", "Coordinator", "Performer", "Cartographer", "LeftWinger")

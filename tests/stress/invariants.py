@@ -96,7 +96,7 @@ class Scene:
     @cached_property
     def is_selective(self) -> bool:
         """True if vehicles need not keep what all others know; features say so when vehicles are made."""
-        of_its_own = any(vehicle.radio.noted for vehicle in self.fleet.vehicles)
+        of_its_own = any(vehicle.radio.needs is not None for vehicle in self.fleet.vehicles)
         return of_its_own or self.setup.subjects is not None
 
     @property
