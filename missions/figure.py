@@ -66,11 +66,18 @@ class RunResults(Protocol):
     def tables(self) -> tuple[str, ...]:
         """Names of the tables that are there."""
 
+    @property
+    def scenario_tables(self) -> dict[str, Any]:
+        """The resolved scenario as TOML has it."""
+
     def has(self, name: str) -> bool:
         """True if there is a table of that name."""
 
     def table(self, name: str) -> Any:
         """An Arrow table."""
+
+    def rows(self, name: str) -> list[dict[str, Any]]:
+        """Rows of a table by the names of its columns; none of a table that is not there."""
 
 
 class VehicleLook(Protocol):

@@ -7,7 +7,6 @@ attributes end with their unit; ``graph.graph["units"]`` has them, too. Nodes ha
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
@@ -188,7 +187,7 @@ def organisation_graph(results: RunResults, at_s: float | None = None, viewer: s
             held.setdefault(key, row["time_s"])
         elif row["event"] == "left":
             held.pop(key, None)
-    groups = group_nodes(tomllib.loads(results.manifest["scenario"]), [(group, role) for _, group, role in held])
+    groups = group_nodes(results.scenario_tables, [(group, role) for _, group, role in held])
     graph.add_nodes_from((group.name, {"kind": GROUP}) for group in groups)
     graph.add_edges_from((group.name, group.above, {"kind": "within"}) for group in groups if group.above)
     for (vehicle, group, role), since_s in held.items():
@@ -201,7 +200,7 @@ def organisation_graph(results: RunResults, at_s: float | None = None, viewer: s
 
 
 def _mark_absent(graph: nx.DiGraph, results: RunResults, viewer: str, moment_s: float) -> None:
-    for row in results.table("membership").to_pylist() if results.has("membership") else ():
+    for row in results.rows("membership"):
         if row["vehicle"] == viewer and row["time_s"] <= moment_s:
             graph.nodes[row["peer"]]["is_absent"] = row["event"] == "absent"
 
@@ -268,7 +267,7 @@ def plan_graph(results: RunResults, at_s: float | None = None, viewer: str = "")
     nx = library()
     moment_s = _moment_s(results, at_s, viewer)
     graph = nx.DiGraph(name="plan", at_s=moment_s, viewer=viewer)
-    for row in results.table("plans").to_pylist() if results.has("plans") else ():
+    for row in results.rows("plans"):
         if row["time_s"] > moment_s or (viewer and row["vehicle"] != viewer):
             continue
         plan = (row["vehicle"], row["group"], row["role"], row["objective"], row["argument"])

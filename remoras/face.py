@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     import missions.runs.known
     from missions.figure import Declared
     from missions.metric import Metric
-    from remoras.mission import Mission
     from remoras.stepped import Stepping
     from remoras.strategy import Strategy
     from visualisation.page import CaptionedFigure
@@ -179,11 +178,10 @@ def stepping(
     [0.0, 1.0, 2.0, 3.0]
     """
     from missions.runs.setup import resolved
-    from missions.runs.underway import Underway
     from remoras.stepped import Stepping
 
     loaded, own = _loaded(scenario, strategy, policy, channel, network, per, seed, set)
-    return Stepping(Underway(resolved(loaded, own), seed))
+    return Stepping(resolved(loaded, own), seed)
 
 
 def _shows(progress: bool | None) -> bool:
@@ -408,12 +406,6 @@ class Run:
         """The whole input of the run."""
         return self._results.scenario
 
-    @property
-    def _mission(self) -> Mission:
-        from missions.scenarios.parts import mission_of
-
-        return mission_of(self.scenario)
-
     def plot(
         self,
         kind: str | Declared = "trajectories",
@@ -439,7 +431,7 @@ class Run:
         from visualisation.output import KINDS
         from visualisation.runs import ViewAt, run_picture
 
-        mission = self._mission
+        mission = self._results.mission
         (asked,), figures = with_figures([kind], mission.figures, KINDS)
         about = figures, mission.places, width_in, ViewAt(at_s, viewer)
         return run_picture(self._results, asked, *about).shown()
@@ -477,7 +469,7 @@ class Run:
             return graphs.plan_graph(self._results, at_s, viewer)
         from missions.scenarios.parts import database_of
 
-        mission = self._mission
+        mission = self._results.mission
         return graphs.jobs_graph(mission.jobs.values(), database_of(self.scenario, type(mission)))
 
     def metric(self, metric: str | Metric) -> float | None:
@@ -494,7 +486,7 @@ class Run:
             PluginError: a metric of your own cannot be had, or fails.
         """
         from missions.metric import Absent
-        from missions.runs.measured import KeptRun, value_of
+        from missions.runs.reader import value_of
         from missions.scenarios.named import metric_given
 
         if isinstance(metric, str) and not is_named(metric):
@@ -504,7 +496,7 @@ class Run:
             found = self.summary[metric]
         else:
             own = metric_given(metric, "metric")
-            found = value_of(own, KeptRun.of(self._results), metric if isinstance(metric, str) else "")
+            found = value_of(own, self._results, metric if isinstance(metric, str) else "")
         return None if isinstance(found, Absent) else found
 
     def replay(self) -> ReplayPage:
@@ -516,7 +508,7 @@ class Run:
         from missions.scenarios.parts import strategy_of
         from visualisation.replay import ReplayPage, page_text, run_data, title_of
 
-        mission, by_packets = self._mission, strategy_of(self.scenario).declaration.communicates
+        mission, by_packets = self._results.mission, strategy_of(self.scenario).declaration.communicates
         data = run_data(self._results, mission.places, mission.jobs.values(), by_packets)
         return ReplayPage(page_text(title_of([self.summary]), [data]))
 
@@ -527,7 +519,7 @@ class Run:
             vehicle, at_s: its name, and a time of the mission; all that happened until then, and then, counts.
 
         Raises:
-            OutputError: no such vehicle or time, or an older version recorded the run.
+            OutputError: no such vehicle or time, or a table is missing.
         """
         return self._results.known(vehicle, at_s)
 
@@ -558,7 +550,7 @@ class Run:
 
         about = vehicle, at_s, items
         if (form := knowledge.form_of(format, about)) is None:
-            return export(self._results, format, Path(out), force, self._mission.places).path
+            return export(self._results, format, Path(out), force, self._results.mission.places).path
         knowledge.write_knowledge(self._results, form, Path(out), force, *about)
         return Path(out)
 
@@ -570,7 +562,7 @@ class Run:
             vehicle, at_s: whom to ask, else all; as of which time, else as of the end of the run.
 
         Raises:
-            OutputError: no such vehicle or time, or an older version recorded the run.
+            OutputError: no such vehicle or time, or a table is missing.
             QueryError: the query cannot be read.
         """
         import pandas as pd
@@ -590,7 +582,7 @@ class Run:
         Raises:
             OutputError: the folder holds something, cannot be written, or the run was read from a folder.
         """
-        if not isinstance(self._results, MemoryResults):
+        if isinstance(self._results, Results):
             raise OutputError(f"the run is in {self._results.folder} already; copy that folder")
         from missions.runs.results import write_results
 

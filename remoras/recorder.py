@@ -174,16 +174,6 @@ TABLES = (
 )  # fmt: skip
 """Tables of every run."""
 
-ADDED = {
-    "trajectories": frozenset({"depth_m"}),
-    "organisation": frozenset({"issuer", "act", "objective", "argument", "outcome"}),
-    "packets": frozenset({
-        "end_s", "arrivals_s", "item_uids", "status_uids", "signal_roles", "signal_addressed", "signal_values",
-        "collided_at",
-    }),
-}  # fmt: skip
-"""Columns that older tables lack, by table."""
-
 
 class Recorder:
     """Rows of every table, and counts that need no rows.

@@ -5,22 +5,38 @@ from __future__ import annotations
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import tomli_w
 
 from missions.cards import card, number_text
 from missions.errors import OutputError
+from missions.runs.assembly import assemble
+from missions.runs.reader import RunReader
 from missions.runs.results import MemoryResults
-from missions.runs.underway import ResultsSoFar, Underway
+from missions.runs.root import Root
+from missions.runs.run import result_of, settled_of
+from missions.runs.summary import identity
+from missions.runs.tables import arrow_table
 from remoras.face import Run
 from remoras.mission import Milestone
+from remoras.recorder import PACKETS, Row
+from remoras.version import __version__
 
 if TYPE_CHECKING:
     from types import TracebackType
 
+    import pyarrow as pa
     from pandas import DataFrame
+
+    from missions.runs.setup import Setup
+    from missions.scenarios import Scenario
+    from remoras.fleet import Fleet
+
+END, ARRIVALS = (PACKETS.column_names.index(name) for name in ("end_s", "arrivals_s"))
 
 LEAST_GAP_S = 0.5
 """A page in a notebook is told no more often than this."""
@@ -92,6 +108,64 @@ class MissionState:
         return card(f"{self.time_s:g} s, {self.goal_fraction:.0%} of the goal", rows)
 
 
+class RunSoFar(RunReader):
+    """A run between its start and its end.
+
+    Args:
+        scenario: the whole input; seed: root of all draws; fleet: as it is now.
+        failure: why the run cannot go on; empty while it goes on.
+    """
+
+    def __init__(self, scenario: Scenario, seed: int, fleet: Fleet, failure: str = "") -> None:
+        self._scenario, self._seed, self._failure = scenario, seed, failure
+        self.fleet = fleet
+
+    @property
+    def scenario(self) -> Scenario:
+        """The whole input of the run."""
+        return self._scenario
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """The figures that a run has before its end."""
+        truth = self.fleet.truth
+        return {
+            **identity(self.scenario, self._seed),
+            "completed": False,
+            "reason": self._failure,
+            "is_underway": not self._failure,
+            "goal_fraction": truth.goal_fraction,
+            "mission_time_s": self.fleet.now_s,
+            "milestones": [
+                {"name": m.name, "vehicle": m.vehicle, "group": m.group, "time_s": m.time_s} for m in truth.milestones
+            ],
+        }
+
+    @property
+    def manifest(self) -> dict[str, Any]:
+        """Version, seed and resolved scenario."""
+        tables = self.scenario.model_dump(mode="json", exclude_none=True)
+        return {"version": __version__, "seed": self._seed, "scenario": tomli_w.dumps(tables)}
+
+    @property
+    def tables(self) -> tuple[str, ...]:
+        """Names of the tables."""
+        return tuple(sorted(self.fleet.recorder.tables))
+
+    def _read(self, name: str) -> pa.Table:
+        return arrow_table(self.fleet.recorder.tables[name], self._settled_rows(name))
+
+    def _settled_rows(self, name: str) -> Sequence[Row]:
+        """Rows of which nothing will change: a packet is one once it has been heard by all who hear it."""
+        rows = self.fleet.recorder.rows(name)
+        if name != PACKETS.name or not self.fleet.running:
+            return rows
+        n = len(rows)
+        while n and max([rows[n - 1][END], *rows[n - 1][ARRIVALS]]) >= self.fleet.now_s:
+            n -= 1
+        return rows[:n]
+
+
 class Stepping:
     """A run that goes on by one motion tick for each state that is taken of it.
 
@@ -99,28 +173,33 @@ class Stepping:
     a ``with`` statement.
 
     Args:
-        underway: the run.
+        setup: the scenario resolved.
+        seed: root of all draws.
     """
 
-    def __init__(self, underway: Underway) -> None:
-        self._underway = underway
+    def __init__(self, setup: Setup, seed: int) -> None:
+        self._setup = setup
+        self._seed = Root(seed)
+        self._fleet = assemble(setup, self._seed)
+        self._spent_s = 0.0
         self._n_milestones = 0
         self._final: MemoryResults | None = None
         self._is_whole = True
+        self._is_closed = False
 
     def __repr__(self) -> str:
         how = "ended" if self._final else "is underway"
-        return f"<Stepping of {self._underway.setup.scenario.scenario.name}: {how}, {self._underway.now_s:g} s>"
+        return f"<Stepping of {self._setup.scenario.scenario.name}: {how}, {self._fleet.now_s:g} s>"
 
     def __iter__(self) -> Iterator[MissionState]:
         return self
 
     def __next__(self) -> MissionState:
-        if self._final or not self._underway.is_running:
+        if self._final or not self._fleet.running:
             self.run()
             raise StopIteration
         self._step()
-        milestones = self._underway.milestones
+        milestones = self._fleet.truth.milestones
         new, self._n_milestones = milestones[self._n_milestones :], len(milestones)
         vehicles = {
             vehicle.name: VehicleNow(
@@ -130,33 +209,37 @@ class Stepping:
                 tuple(sorted(f"{of.group}.{of.role}" for of in vehicle.organisation.roles_of(vehicle.name))),
                 vehicle.performed if vehicle.is_alive else (),
             )
-            for vehicle in self._underway.view.vehicles
+            for vehicle in self._fleet.view.vehicles
         }
-        return MissionState(self._underway.now_s, self._underway.goal_fraction, vehicles, tuple(new))
+        return MissionState(self._fleet.now_s, self._fleet.truth.goal_fraction, vehicles, tuple(new))
 
     def _step(self) -> None:
         """One tick; what was interrupted within one is no run any more."""
         if not self._is_whole:
             raise OutputError("the run was interrupted within a step, so nothing follows from it; begin it anew")
         self._is_whole = False
-        self._underway.step()
+        began = time.perf_counter()
+        self._fleet.step()
+        self._spent_s += time.perf_counter() - began
         self._is_whole = True
 
     def table(self, name: str) -> DataFrame:
         """The rows of a table so far, as a pandas data frame.
 
         Raises:
-            KeyError: there is no such table.
+            OutputError: there is no such table.
         """
-        frame: DataFrame = self._underway.table(name).to_pandas()
+        frame: DataFrame = self._so_far().table(name).to_pandas()
         return frame
 
     def run(self) -> Run:
         """The finished run; what is left of it is run without a stop."""
         if self._final is None:
-            while self._underway.is_running:
+            while self._fleet.running:
                 self._step()
-            self._final = MemoryResults(self._underway.finish())
+            settled = settled_of(self._setup, self._fleet)
+            self._final = MemoryResults(result_of(self._setup, self._seed, self._fleet, self._spent_s, settled))
+            self.close()
         return Run(self._final)
 
     def watch(self, speed: float | None = None) -> Run:
@@ -179,8 +262,8 @@ class Stepping:
 
         if speed is not None and not speed > 0.0:
             raise ValueError(f"speed is {speed!r}; allowed: above 0 seconds of the mission in a second, or None")
-        page = NotebookPage(title_of([self._underway.summary()]))
-        began_s, from_s = time.monotonic(), self._underway.now_s
+        page = NotebookPage(title_of([self._so_far().summary]))
+        began_s, from_s = time.monotonic(), self._fleet.now_s
         due_s = began_s
         with _interrupted_between_steps() as check:
             try:
@@ -201,15 +284,17 @@ class Stepping:
         """All that a page shows of the run so far; ``reason`` says why it cannot go on."""
         from visualisation.replay import run_data
 
-        setup = self._underway.setup
-        results = self._final or ResultsSoFar(self._underway, reason)
-        return run_data(
-            results, setup.mission.places, setup.mission.jobs.values(), setup.strategy.declaration.communicates
-        )
+        mission, communicates = self._setup.mission, self._setup.strategy.declaration.communicates
+        return run_data(self._final or self._so_far(reason), mission.places, mission.jobs.values(), communicates)
+
+    def _so_far(self, failure: str = "") -> RunSoFar:
+        return RunSoFar(self._setup.scenario, int(self._seed), self._fleet, failure)
 
     def close(self) -> None:
         """Let go of the vehicles of a run that is not to end."""
-        self._underway.close()
+        if not self._is_closed:
+            self._is_closed = True
+            self._fleet.close()
 
     def __enter__(self) -> Stepping:
         return self

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Protocol, cast
+from typing import TYPE_CHECKING, Protocol, cast
 
 import numpy as np
 
@@ -14,7 +14,6 @@ from missions.arrows.scenario import NOTHING, SITES, UNKNOWN, ArrowsScenario
 from missions.arrows.seafloor import CellGrid, draw_seafloor, grid_of, prior_of, rates_of
 from missions.arrows.truth import FLEET_MAPS, IDENTIFIED, MAPS
 from missions.figure import Declared, Figure, Layer, Mark, RunResults, Style
-from missions.files import tables_of
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 
 if TYPE_CHECKING:
@@ -193,23 +192,18 @@ LEVELS = (0.005, 0.02, 0.1, 0.5)
 """Probabilities at which the shade of a map changes."""
 
 
-def _rows(results: RunResults, table: str) -> list[dict[str, Any]]:
-    rows: list[dict[str, Any]] = results.table(table).to_pylist() if results.has(table) else []
-    return rows
-
-
 def _until_s(results: RunResults) -> float:
-    return max((row["time_s"] for row in _rows(results, MAPS.name)), default=0.0)
+    return max((row["time_s"] for row in results.rows(MAPS.name)), default=0.0)
 
 
 def draw_sites(axes: Axes, results: RunResults, style: Style) -> str:
     """Sites found and identified over time, and anomalies that turned out to be none."""
     end_s = _until_s(results)
     found: dict[int, float] = {}
-    for row in _rows(results, CONTACTS.name):
+    for row in results.rows(CONTACTS.name):
         if row["kind"] in SITES:
             found.setdefault(row["cell"], row["time_s"])
-    right = [row for row in _rows(results, IDENTIFIED.name) if row["identity"] == row["kind"]]
+    right = [row for row in results.rows(IDENTIFIED.name) if row["identity"] == row["kind"]]
     sites, others = ([row["time_s"] for row in right if (row["kind"] in SITES) is is_site] for is_site in (True, False))
     lines = (
         ("sites found", sorted(found.values()), "-", style.black),
@@ -231,12 +225,12 @@ def draw_sites(axes: Axes, results: RunResults, style: Style) -> str:
 
 def draw_told(axes: Axes, results: RunResults, style: Style) -> str:
     """What the looks that each vehicle knew of had told, and what all looks had."""
-    rows = _rows(results, MAPS.name)
+    rows = results.rows(MAPS.name)
     for vehicle, look in style.looks.items():
         own = [row for row in rows if row["vehicle"] == vehicle]
         axes.plot([row["time_s"] for row in own], [row["told_bits"] for row in own], color=look.colour,
                   marker=look.marker, markevery=5, markersize=4, linewidth=1.0, label=vehicle)  # fmt: skip
-    whole = _rows(results, FLEET_MAPS.name)
+    whole = results.rows(FLEET_MAPS.name)
     axes.plot([row["time_s"] for row in whole], [row["told_bits"] for row in whole], color=style.black, linewidth=1.5,
               linestyle="--", label="all looks")  # fmt: skip
     axes.set_xlabel(style.axis("time", "s"))
@@ -250,10 +244,10 @@ def draw_maps(axes: Axes, results: RunResults, style: Style) -> str:
     """How likely each cell holds a site, by all looks; ways of all vehicles, contacts, and where sites really lie."""
     from matplotlib.colors import ListedColormap
 
-    scenario = ArrowsScenario.model_validate(tables_of(results.manifest["scenario"], "manifest.json"))
+    scenario = ArrowsScenario.model_validate(results.scenario_tables)
     grid, prior, rates = grid_of(scenario), prior_of(scenario), rates_of(scenario)
     chart = Chart(grid, prior, rates, scenario.names)
-    for row in _rows(results, "items"):
+    for row in results.rows("items"):
         if row["attribute"] in (SWEPT, CONTACT):
             chart.add(row["attribute"], (int(float(row["value"])),))
     of_site = [number for number, kind in enumerate(scenario.kinds, 1) if kind.name in SITES]
@@ -268,7 +262,7 @@ def draw_maps(axes: Axes, results: RunResults, style: Style) -> str:
         axes.plot([], [], marker="s", markersize=6, linestyle="none", color=colour, label=f"probability ≥ {level:g}")
     _draw_ways(axes, results, style)
     things = draw_seafloor(grid, prior, scenario, rates, int(results.summary["seed"])).things
-    contacts = _rows(results, CONTACTS.name)
+    contacts = results.rows(CONTACTS.name)
     found, sites = {row["cell"] for row in contacts}, {cell for cell, one in things.items() if one.name in SITES}
     for label, cells, fill in (
         ("site, detected", sites & found, style.black),
@@ -293,7 +287,7 @@ def _extent_m(grid: CellGrid) -> tuple[float, float, float, float]:
 
 def _draw_ways(axes: Axes, results: RunResults, style: Style) -> None:
     """Where vehicles went until the search ended."""
-    rows = _rows(results, "trajectories")
+    rows = results.rows("trajectories")
     for vehicle, look in style.looks.items():
         way_m = [(row["x_m"], row["y_m"]) for row in rows if row["vehicle"] == vehicle]
         if len(set(way_m)) > 1:
@@ -303,7 +297,7 @@ def _draw_ways(axes: Axes, results: RunResults, style: Style) -> None:
 
 def draw_apart(axes: Axes, results: RunResults, style: Style) -> str:
     """How far the map of each vehicle is from that of all looks."""
-    rows = _rows(results, MAPS.name)
+    rows = results.rows(MAPS.name)
     for vehicle, look in style.looks.items():
         own = [row for row in rows if row["vehicle"] == vehicle]
         axes.plot([row["time_s"] for row in own], [row["missing_bits"] for row in own], color=look.colour,
@@ -315,12 +309,12 @@ def draw_apart(axes: Axes, results: RunResults, style: Style) -> str:
 
 def draw_anomalies(axes: Axes, results: RunResults, style: Style) -> str:
     """Contacts, by what they really were, and historic finds."""
-    scenario = tables_of(results.manifest["scenario"], "manifest.json")
+    scenario = results.scenario_tables
     historic = [find["position_m"] for find in scenario.get("historic_find", [])]
     if historic:
         east_m, north_m = zip(*historic, strict=True)
         axes.scatter(east_m, north_m, marker="+", s=20, color=style.grey, linewidths=0.8, label="historic find")
-    rows = _rows(results, CONTACTS.name)
+    rows = results.rows(CONTACTS.name)
     kinds = (("site", "D", SITES), ("rock", "s", ("rock",)), ("false alarm", "x", (NOTHING,)))
     for label, marker, of in kinds:
         at = [(row["x_m"], row["y_m"]) for row in rows if row["kind"] in of]

@@ -13,7 +13,6 @@ from missions.fieldwork.energy import BORED, BROUGHT, CAME, HALTED, LEAST_SHARE,
 from missions.fieldwork.lifting import LYING_AT, Lift, SeaField
 from missions.fieldwork.lines import ON_LINE_M, SurveyLine
 from missions.figure import Declared, Figure, Layer, Mark, RunResults, Style
-from missions.files import tables_of
 from missions.meeting.meeting import Meeting
 from missions.meeting.staying import THERE_M
 from missions.meeting.truth import ATTRIBUTE, JOBS, SUBJECT, JobTruth
@@ -421,7 +420,7 @@ def draw_kinds(axes: Axes, results: RunResults, style: Style, table: Table, even
     """Sites surveyed, and jobs of another kind really done, over time."""
     column = table.columns[2].name
     done_s = {row[column]: row["time_s"] for row in results.table(table.name).to_pylist() if row["event"] == event}
-    sites = {site["name"] for site in tables_of(results.manifest["scenario"], "manifest.json")["site"]}
+    sites = {site["name"] for site in results.scenario_tables["site"]}
     sites_s = [time_s for job, time_s in first_s(results).items() if job in sites]
     draw_steps(axes, results, style, {"sites surveyed": sites_s, label: done_s.values()}, "done")
     return says
@@ -429,7 +428,7 @@ def draw_kinds(axes: Axes, results: RunResults, style: Style, table: Table, even
 
 def draw_reef(axes: Axes, results: RunResults, style: Style) -> str:
     """The reef with its passage."""
-    scenario = tables_of(results.manifest["scenario"], "manifest.json")
+    scenario = results.scenario_tables
     reef = scenario.get(PASSAGE)
     if reef is None:
         return "There is no reef."

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, cast
 
 from exchange.arithmetic import distance
 from missions.figure import Declared, Figure, Layer, Mark, Place, RunResults, Style, Tiles, axis_end_s, round_up
-from missions.files import tables_of
 from missions.mapping.ground import Ground, grounds_of
 from missions.mapping.sensors import COVERAGE, SIGHTINGS
 from missions.mapping.truth import GOAL
@@ -239,7 +238,7 @@ def draw_mapped_cells(axes: Axes, results: RunResults, style: Style) -> str:
     cells = first_mapped(results)
     if not cells:
         return ""
-    size_m = float(tables_of(results.manifest["scenario"], "manifest.json")["world"]["cell_m"])
+    size_m = float(results.scenario_tables["world"]["cell_m"])
     squares = [
         [((c + right) * size_m, (r + up) * size_m) for right, up in ((0, 0), (1, 0), (1, 1), (0, 1))] for c, r in cells
     ]
@@ -251,10 +250,10 @@ def draw_mapped_cells(axes: Axes, results: RunResults, style: Style) -> str:
 
 def draw_objects(axes: Axes, results: RunResults, style: Style) -> str:
     """Objects where they lie, with what they are, and a cross for each place at which a classifier saw one."""
-    objects = tables_of(results.manifest["scenario"], "manifest.json").get("object", [])
+    objects = results.scenario_tables.get("object", [])
     if not objects:
         return ""
-    seen = results.table(SIGHTINGS.name).to_pylist() if results.has(SIGHTINGS.name) else []  # no classifier on board
+    seen = results.rows(SIGHTINGS.name)  # no classifier on board
     seen_m = [row["x_m"] for row in seen], [row["y_m"] for row in seen]
     axes.scatter(*seen_m, s=5, color=style.black, marker="x", alpha=0.4, linewidths=0.5)
     axes.scatter([], [], s=12, color=style.black, marker="x", label="seen there")
@@ -270,7 +269,7 @@ def draw_objects(axes: Axes, results: RunResults, style: Style) -> str:
 
 def draw_places(axes: Axes, results: RunResults, style: Style) -> str:
     """How far off the fused place of each object is after each look, over the radius of the region that is stated."""
-    scenario = tables_of(results.manifest["scenario"], "manifest.json")
+    scenario = results.scenario_tables
     objects_m = [thing["position_m"] for thing in scenario.get("object", [])]
     rows = (tuple(row.values()) for row in results.table("items").to_pylist())
     courses = list(courses_m(rows, [one["name"] for one in scenario["vehicle"]], objects_m)) if objects_m else []

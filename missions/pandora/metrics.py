@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, cast
 
 from exchange.arithmetic import distance
 from missions.figure import Declared, Figure, Layer, Mark, RunResults, Style
-from missions.files import tables_of
 from missions.meeting.truth import JOBS
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 from missions.pandora.scenario import job_of
@@ -119,19 +118,14 @@ FOUND_BY = ("diagnosis", "anomaly")
 """Attributes of what vehicles find."""
 
 
-def _rows(results: RunResults, table: str) -> list[dict[str, Any]]:
-    rows: list[dict[str, Any]] = results.table(table).to_pylist() if results.has(table) else []
-    return rows
-
-
 def draw_serviced(axes: Axes, results: RunResults, style: Style) -> str:
     """Parts over time: taken for done by their vehicles, and really serviced."""
-    end_s = max((row["time_s"] for row in _rows(results, "trajectories")), default=0.0)
+    end_s = max((row["time_s"] for row in results.rows("trajectories")), default=0.0)
     for table, label, line, colour in (
         (JOBS.name, "taken for done", "--", style.grey), (SERVICED.name, "really serviced", "-", style.black),
     ):  # fmt: skip
         first: dict[str, float] = {}
-        for row in _rows(results, table):
+        for row in results.rows(table):
             first.setdefault(row["job" if table == JOBS.name else "part"], row["time_s"])
         times_s = sorted(first.values())
         axes.step([0.0, *times_s, end_s], [*range(len(times_s) + 1), len(times_s)], where="post", color=colour,
@@ -144,13 +138,11 @@ def draw_serviced(axes: Axes, results: RunResults, style: Style) -> str:
 def draw_findings(axes: Axes, results: RunResults, style: Style) -> str:
     """What vehicles found, a row for each finding, in the colour of the vehicle; above them what really befell."""
     findings = [
-        row
-        for row in _rows(results, "items")
-        if row["attribute"] in ("diagnosis", "anomaly") and row["value"] != "sound"
+        row for row in results.rows("items") if row["attribute"] in ("diagnosis", "anomaly") and row["value"] != "sound"
     ]
-    befell = [(row["time_s"], f"{row['kind']}: {row['vehicle']}") for row in _rows(results, "faults")
+    befell = [(row["time_s"], f"{row['kind']}: {row['vehicle']}") for row in results.rows("faults")
               if row["kind"] in FAULTS and row["detail"] != "over"]  # fmt: skip
-    befell += [(row["time_s"], f"{row['kind']}: {row['part']}") for row in _rows(results, MET.name)]
+    befell += [(row["time_s"], f"{row['kind']}: {row['part']}") for row in results.rows(MET.name)]
     names = list(dict.fromkeys([*(name for _, name in befell), *(row["value"] for row in findings)]))
     for time_s, name in befell:
         axes.plot(time_s, names.index(name), marker="|", markersize=14, color=style.black, linestyle="none")
@@ -167,10 +159,10 @@ def draw_findings(axes: Axes, results: RunResults, style: Style) -> str:
 
 def draw_upset(axes: Axes, results: RunResults, style: Style) -> str:
     """Chains as lines; parts that were not serviced, crossed out."""
-    scenario = tables_of(results.manifest["scenario"], "manifest.json")
+    scenario = results.scenario_tables
     for chain in scenario.get("chain", []):
         axes.plot(*zip(*chain["points_m"], strict=True), color=style.grey, linewidth=1.0, zorder=0)
-    serviced = {row["part"] for row in _rows(results, SERVICED.name)}
+    serviced = {row["part"] for row in results.rows(SERVICED.name)}
     left_m = [
         (part["points_m"][0] if kind == "chain" else part["position_m"])
         for kind in ("panel", "valve", "chain", "anode")

@@ -13,12 +13,10 @@ from worldmodel.rdf.sparql import query as ask
 from worldmodel.rdf.writing import RdfFormat, canonical_items, written
 
 if TYPE_CHECKING:
-    from missions.runs.results import MemoryResults, Results
+    from missions.runs.reader import RunReader
 
 
-def knowledge(
-    results: Results | MemoryResults, vehicle: str | None = None, at_s: float | None = None
-) -> dict[str, Knowledge]:
+def knowledge(results: RunReader, vehicle: str | None = None, at_s: float | None = None) -> dict[str, Knowledge]:
     """What vehicles knew, by their names.
 
     Args:
@@ -27,7 +25,7 @@ def knowledge(
         at_s: a time of the run; its end if None.
 
     Raises:
-        OutputError: there is no such vehicle or time, or an older version wrote the results.
+        OutputError: there is no such vehicle, time or table.
     """
     summary = results.summary
     moment = summary["mission_time_s"] + (summary.get("settling_s") or 0.0) if at_s is None else at_s
@@ -37,7 +35,7 @@ def knowledge(
 
 
 def query(
-    results: Results | MemoryResults,
+    results: RunReader,
     sparql: str,
     vehicle: str | None = None,
     at_s: float | None = None,
@@ -56,7 +54,7 @@ def query(
         Names of the columns, and the rows.
 
     Raises:
-        OutputError: there is no such vehicle or time, or an older version wrote the results.
+        OutputError: there is no such vehicle, time or table.
         QueryError: the query cannot be read.
     """
     known = knowledge(results, vehicle, at_s)
@@ -64,7 +62,7 @@ def query(
 
 
 def write_knowledge(
-    results: Results | MemoryResults,
+    results: RunReader,
     form: RdfFormat,
     out: Path,
     force: bool = False,
@@ -88,8 +86,8 @@ def write_knowledge(
         The number of facts that each vehicle knew, by its name.
 
     Raises:
-        OutputError: there is no such vehicle or time, an older version wrote the results, the format is not that of
-            the canonical graph, or the file is there or cannot be written.
+        OutputError: there is no such vehicle, time or table, the format is not that of the canonical graph, or the
+            file is there or cannot be written.
     """
     if items and form is not RdfFormat.N_TRIPLES:
         raise OutputError(f"--items: the canonical graph of items is written as nt, and the format is {form.value}")

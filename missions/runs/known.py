@@ -31,7 +31,7 @@ from remoras.beliefs import Beliefs, Fused
 from remoras.faults import OVER
 from remoras.organisation import Group, Organisation, RoleAssignment
 from remoras.radio import SUSPECTED
-from remoras.recorder import ADDED, ITEMS, KNOWLEDGE, MEMBERSHIP, ORGANISATION, PACKETS, SETTLING
+from remoras.recorder import ITEMS, KNOWLEDGE, MEMBERSHIP, ORGANISATION, PACKETS, SETTLING
 from remoras.social.agreement import Agreement
 from remoras.social.membership import acted_on
 from remoras.social.planning import missions_of
@@ -217,10 +217,6 @@ def formed(agreement: Agreement, changes: Iterable[Row]) -> tuple[dict[str, Grou
     return groups, given
 
 
-NEEDED = (ITEMS, KNOWLEDGE, PACKETS, ORGANISATION, MEMBERSHIP)
-"""Tables that knowledge is built of."""
-
-
 class Belief(NamedTuple):
     """The latest value of an attribute of an instance, by names; when and by whom it was observed.
 
@@ -379,25 +375,16 @@ class Memory:
         setup: of its scenario.
 
     Raises:
-        OutputError: the run was recorded by a version that did not write what is needed.
+        OutputError: a table is missing or damaged.
     """
 
     def __init__(self, results: RunResults, setup: Setup) -> None:
-        lacking = [table.name for table in NEEDED if not results.has(table.name)]
-        if not lacking:
-            older = [PACKETS.name, ORGANISATION.name]
-            lacking = [name for name in older if not ADDED[name] <= set(results.table(name).column_names)]
-        if lacking:
-            raise OutputError(
-                f"{results!r} does not say what was known: an older version wrote it (lacking or older: "
-                f"{', '.join(lacking)}); run the scenario in its manifest.json again with the same seed"
-            )
         self._setup = setup
         self._mission_s: float = results.summary["mission_time_s"]
         self._end_s = self._mission_s + (results.summary.get("settling_s") or 0.0)
         self._views = {table: _by_vehicle(results, table.name) for table in (ORGANISATION, MEMBERSHIP)}
         self._names = world_model(setup, 0)
-        self._faults = results.table("faults").to_pylist()
+        self._faults = results.rows("faults")
         self._results = results
         self._lives = {name: lives_of(self._faults, name) for name in setup.database}
         self._known_s: dict[str, list[_Held]] = {name: [] for name in setup.database}
@@ -479,10 +466,9 @@ class Memory:
         setup = self._setup
         exhausted_s = {row["vehicle"]: row["time_s"] for row in self._faults if row["kind"] == "energy"}
         received: dict[str, dict[str, list[float]]] = defaultdict(lambda: defaultdict(list))  # by item and vehicle
-        for table in (KNOWLEDGE.name, SETTLING.name):
-            for row in results.table(table).to_pylist() if results.has(table) else ():
-                if row["event"] == "received":
-                    received[row["item"]][row["vehicle"]].append(row["time_s"])
+        for row in (*results.table(KNOWLEDGE.name).to_pylist(), *results.rows(SETTLING.name)):
+            if row["event"] == "received":
+                received[row["item"]][row["vehicle"]].append(row["time_s"])
         told = [self._told(rows) for rows in blocks_of(results.table(ITEMS.name).to_pylist())]
         statuses = self._heard_statuses(results, told, exhausted_s)
         by_packets = setup.strategy.declaration.communicates  # else all know at once what is told

@@ -2,8 +2,7 @@
 
 A folder holds ``summary.json``, ``manifest.json`` and one Parquet file per table. Units are in the metadata of every
 column. A folder appears, and is replaced, whole or not at all, see ``folder``. Its files carry the id of their run, and
-a reader refuses a mixture of two. A reader takes folders that lack a table: an older version, or another mission, did
-not write it.
+a reader refuses a mixture of two.
 """
 
 from __future__ import annotations
@@ -26,18 +25,18 @@ import tomli_w
 from missions.document import Document
 from missions.errors import OutputError
 from missions.runs.folder import MANIFEST, SUMMARY, check_output, new_content
+from missions.runs.reader import RunReader
 from missions.runs.summary import summary
-from missions.runs.tables import arrow_table, write_table
+from missions.runs.tables import recorded_table, write_table
 from missions.scenarios.deployment import deployment_of
 from missions.scenarios.loading import scenario_from
 from missions.scenarios.scenario import Scenario
-from remoras.recorder import ADDED, TABLES
+from remoras.recorder import TABLES
 from remoras.version import __version__
-from worldmodel import suggestion
 
 if TYPE_CHECKING:
-    from missions.runs.known import KnownAt, Memory
     from missions.runs.run import Run
+    from missions.runs.setup import Setup
 
 LIBRARIES = ("mesa", "rdflib", "numpy", "matplotlib", "pyarrow", "pydantic")
 MODEM_KEYS = ("name", "payload_bytes", "rate_bps", "head_s", "receive_w")
@@ -125,21 +124,17 @@ def _json(value: Any) -> str:
 
 
 @dataclass(frozen=True, repr=False)
-class MemoryResults:
-    """Results of one run that has not been written: what ``Results`` answers, it answers alike."""
+class MemoryResults(RunReader):
+    """Results of one run that has not been written."""
 
     run: Run
 
     def __repr__(self) -> str:
         return f"<Results of {self.run!r}>"
 
-    def _made(self, name: str) -> pa.Table:
-        recorder = self.run.recorder
-        return arrow_table(recorder.tables[name], recorder.rows(name))
-
     @cached_property
     def _run_id(self) -> str:
-        return run_id(self.run, ((name, self._made(name)) for name in self.tables))
+        return run_id(self.run, ((name, recorded_table(self.run.recorder, name)) for name in self.tables))
 
     @cached_property
     def figures(self) -> dict[str, Any]:
@@ -162,37 +157,17 @@ class MemoryResults:
         return self.run.scenario
 
     @property
+    def setup(self) -> Setup:
+        """What was settled before the mission began."""
+        return self.run.setup
+
+    @property
     def tables(self) -> tuple[str, ...]:
         """Names of the tables."""
         return tuple(sorted(self.run.recorder.tables))
 
-    def has(self, name: str) -> bool:
-        """True if there is a table of that name."""
-        return name in self.run.recorder.tables
-
-    def table(self, name: str) -> pa.Table:
-        """An Arrow table, made of the rows anew; raises OutputError if there is none of that name."""
-        if not self.has(name):
-            raise OutputError(f"no table {name!r}; there are {', '.join(self.tables)}{suggestion(name, self.tables)}")
-        return self._made(name).replace_schema_metadata({RUN_ID: self._run_id})
-
-    def units(self, name: str) -> dict[str, str]:
-        """Units of a table's columns; columns without a unit are left out."""
-        return units_of(self.table(name))
-
-    @cached_property
-    def _memory(self) -> Memory:
-        from missions.runs.known import Memory  # who only reads tables need not load what runs
-
-        return Memory(self, self.run.setup)
-
-    def known(self, vehicle: str, at_s: float) -> KnownAt:
-        """What ``vehicle`` knew at ``at_s``: its world model, and the organisation in its view.
-
-        Raises:
-            OutputError: no such vehicle or time, or an older version wrote the results.
-        """
-        return self._memory.known(vehicle, at_s)
+    def _read(self, name: str) -> pa.Table:
+        return recorded_table(self.run.recorder, name).replace_schema_metadata({RUN_ID: self._run_id})
 
 
 def _is_milestone(value: Any) -> bool:
@@ -204,17 +179,8 @@ def _run_id_of(table: pa.Table) -> str | None:
     return None if run_id is None else run_id.decode()
 
 
-def _run(run_id: str | None) -> str:
-    return "a run of an older version, which has no id" if run_id is None else f"run {run_id}"
-
-
-def units_of(table: pa.Table) -> dict[str, str]:
-    """Units of the columns of an Arrow table; columns without a unit are left out."""
-    return {field.name: field.metadata[b"unit"].decode() for field in table.schema if field.metadata}
-
-
 @dataclass(frozen=True, repr=False)
-class Results:
+class Results(RunReader):
     """Results of one run, read from their folder."""
 
     folder: Path
@@ -263,7 +229,7 @@ class Results:
         own = self.summary.get(RUN_ID)
         if run_id != own:
             raise OutputError(
-                f"{self.folder}: holds files of two runs: {SUMMARY} is of {_run(own)}, {name} of {_run(run_id)}; "
+                f"{self.folder}: holds files of two runs: {SUMMARY} is of run {own}, {name} of run {run_id}; "
                 "run the scenario again, or restore the folder whole"
             )
 
@@ -295,53 +261,24 @@ class Results:
         return tuple(sorted(path.stem for path in self.folder.glob("*.parquet")))
 
     def has(self, name: str) -> bool:
-        """True if there is a table of that name: older results, or those of another mission, may lack one."""
+        """True if there is a table of that name: its mission or a feature may not have it."""
         return (self.folder / f"{name}.parquet").is_file()
 
-    def table(self, name: str) -> pa.Table:
-        """An Arrow table; ``.to_pandas()`` makes a data frame of it.
-
-        Raises:
-            OutputError: there is no such table, it is damaged, of another run than the summary, or it lacks a column
-                that its name promises.
-        """
+    def _read(self, name: str) -> pa.Table:
+        """A table; refuse one that is damaged, of another run than the summary, or lacks a column."""
         path = self.folder / f"{name}.parquet"
-        if not path.is_file():
-            known = ", ".join(self.tables)
-            raise OutputError(f"{self.folder}: no table {name!r}; there are {known}{suggestion(name, self.tables)}")
         try:
             with pq.ParquetFile(path) as file:  # pq.read_table loads pandas
                 stored = file.read()
             written_by = _run_id_of(stored)
         except (OSError, ValueError, pa.ArrowException) as error:  # of names that are no text Python says ValueError
             raise OutputError(f"{path}: damaged: {error}") from None
-        if written_by is not None or any(table.name == name for table in TABLES):
+        declared = next((table.column_names for table in TABLES if table.name == name), None)
+        if written_by is not None or declared is not None:
             self._check_run(path.name, written_by)
-        declared = next((table.column_names for table in TABLES if table.name == name), ())
-        present = {*stored.column_names, *ADDED.get(name, ())}
-        missing = [column for column in declared if column not in present]
-        if missing:
+        if missing := [column for column in declared or () if column not in stored.column_names]:
             raise OutputError(
                 f"{path}: a table of an unknown schema: it lacks {', '.join(missing)}, and has "
                 f"{', '.join(stored.column_names)}; run the scenario again to have it as this version writes it"
             )
         return stored
-
-    def units(self, name: str) -> dict[str, str]:
-        """Units of a table's columns; columns without a unit are left out."""
-        return units_of(self.table(name))
-
-    @cached_property
-    def _memory(self) -> Memory:
-        from missions.runs.known import Memory
-        from missions.runs.setup import resolved as resolved_setup
-
-        return Memory(self, resolved_setup(self.scenario))
-
-    def known(self, vehicle: str, at_s: float) -> KnownAt:
-        """What ``vehicle`` knew at ``at_s``: its world model, and the organisation in its view.
-
-        Raises:
-            OutputError: no such vehicle or time, or an older version wrote the results.
-        """
-        return self._memory.known(vehicle, at_s)

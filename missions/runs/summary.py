@@ -6,14 +6,11 @@ from collections.abc import Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-import pyarrow as pa
-
 from missions.metric import NOT_APPLICABLE
-from missions.runs.measured import KeptRun, value_of
-from missions.runs.tables import arrow_table
+from missions.runs.reader import KeptRun, value_of
+from missions.runs.tables import recorded_table
 from missions.scenarios.deployment import deployment_of
 from missions.scenarios.scenario import Scenario
-from remoras.recorder import Recorder
 
 if TYPE_CHECKING:
     from missions.runs.run import Run
@@ -57,15 +54,13 @@ def summary(run: Run) -> dict[str, Any]:
     milestones = [
         {"name": m.name, "vehicle": m.vehicle, "group": m.group, "time_s": round(m.time_s, 4)} for m in run.milestones
     ]
-    kept = KeptRun({**fields, "milestones": milestones}, partial(_table, run.recorder), lambda: run.scenario)
+    recorder = run.recorder
+    kept = KeptRun(
+        {**fields, "milestones": milestones}, recorder.tables, partial(recorded_table, recorder), lambda: run.scenario
+    )
     measured = {metric.name: value_of(metric, kept, reference) for reference, metric in own.items()}
     return {**fields, **_applicable(measured), "drawn": run.drawn, "milestones": milestones}
 
 
 def _applicable(values: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in values.items() if value is not NOT_APPLICABLE}
-
-
-def _table(recorder: Recorder, name: str) -> pa.Table | None:
-    """A table as results will keep it."""
-    return arrow_table(recorder.tables[name], recorder.rows(name)) if name in recorder.tables else None

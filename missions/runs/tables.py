@@ -195,6 +195,11 @@ def arrow_table(table: Table, rows: Sequence[Row], key: str = "") -> pa.Table:
     return pa.Table.from_arrays(arrays, schema=pa.schema(fields))
 
 
+def recorded_table(recorder: Recorder, name: str) -> pa.Table:
+    """A table of a run as its results keep it."""
+    return arrow_table(recorder.tables[name], recorder.rows(name))
+
+
 def table_writer(target: Any, schema: pa.Schema) -> pq.ParquetWriter:
     """A writer of tables of this schema."""
     encodings, texts = {}, []

@@ -285,8 +285,7 @@ class SweepResults:
         if self.measured:
             from missions.sweeps.measuring import with_values
 
-            whole = lambda name: self.arrow_table(name) if self.has_table(name) else None  # noqa: E731
-            return with_values(lines, self.measured, self.schedule, whole)
+            return with_values(lines, self.measured, self.schedule, self.kept_tables, self.arrow_table)
         return lines
 
     def runs(self) -> Any:
@@ -295,21 +294,22 @@ class SweepResults:
 
         return run_table(self.lines).to_pandas()
 
+    @property
+    def kept_tables(self) -> frozenset[str]:
+        """Names of the tables that were kept, damaged ones too."""
+        there = (path.stem for path in (self.folder / TABLES).glob("[!.]*.parquet"))
+        return frozenset({*there, *(Path(name).stem for name in self.damaged)})
+
     def table(self, name: str) -> Any:
         """A table of the runs in the sample as a pandas data frame, with the key of the run in front.
 
         Raises:
             OutputError: no such table has been kept.
         """
-        if not self.has_table(name):
+        if name not in self.kept_tables:
             path = self.folder / TABLES / f"{name}.parquet"
             raise OutputError(f"{path}: no such table; the study keeps tables of study.keep_tables repeats")
         return self.arrow_table(name).to_pandas()
-
-    def has_table(self, name: str) -> bool:
-        """True if a table of that name was kept."""
-        file = f"{name}.parquet"
-        return file in self.damaged or (self.folder / TABLES / file).is_file()
 
     def arrow_table(self, name: str) -> Any:
         """The same as an Arrow table.

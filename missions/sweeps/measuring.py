@@ -6,7 +6,7 @@ A run without its tables has no value; how many have is the n of a comparison.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from functools import cache, partial
 
 import pyarrow as pa
@@ -15,7 +15,7 @@ import pyarrow.compute as pc
 from missions.errors import MissionsError, OutputError
 from missions.files import toml_value
 from missions.metric import NOT_APPLICABLE, Metric
-from missions.runs.measured import KeptRun, value_of
+from missions.runs.reader import KeptRun, value_of
 from missions.scenarios import Scenario, load
 from missions.sweeps.ledger import DONE, Line
 from missions.sweeps.plan import ConfigurationLabel, RunSchedule, run_content
@@ -26,7 +26,8 @@ def with_values(
     lines: Mapping[str, Line],
     metrics: Mapping[str, Metric],
     schedule: RunSchedule,
-    whole: Callable[[str], pa.Table | None],
+    tables: Collection[str],
+    whole: Callable[[str], pa.Table],
 ) -> dict[str, Line]:
     """Lines of the ledger whose summaries have the values of further metrics, where tables were kept.
 
@@ -34,27 +35,28 @@ def with_values(
         lines: of the ledger, by key.
         metrics: by what the user calls them.
         schedule: says of which configuration each run is.
-        whole: gives a table of all kept runs; None if there is none of that name.
+        tables: names of the kept tables.
+        whole: gives such a table, of all kept runs.
 
     Raises:
         PluginError: a metric fails.
     """
     label_of = _labels(schedule, lines)
-    read = cache(whole)
+    read = cache(whole)  # one table for all runs
     changed = dict(lines)
     for key, line in lines.items():
         if line["status"] == DONE and line["tables"]:
-            run = KeptRun(line["summary"], partial(_own_rows, read, key), _scenario(key, label_of))
+            run = KeptRun(line["summary"], tables, partial(_own_rows, read, key), _scenario(key, label_of))
             values = {metric.name: value_of(metric, run, f"{of}, run {key}") for of, metric in metrics.items()}
             kept = {name: value for name, value in values.items() if value is not NOT_APPLICABLE}
             changed[key] = {**line, "summary": {**line["summary"], **kept}}
     return changed
 
 
-def _own_rows(whole: Callable[[str], pa.Table | None], key: str, name: str) -> pa.Table | None:
+def _own_rows(whole: Callable[[str], pa.Table], key: str, name: str) -> pa.Table:
     """A table of one run."""
     table = whole(name)
-    return None if table is None else table.filter(pc.equal(table[KEY], key))
+    return table.filter(pc.equal(table[KEY], key))
 
 
 def _labels(schedule: RunSchedule, lines: Mapping[str, Line]) -> dict[str, tuple[ConfigurationLabel, str]]:

@@ -7,7 +7,6 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any, cast
 
 from missions.figure import Figure, Layer, RunResults, Style, axis_end_s
-from missions.files import tables_of
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 from missions.trident.choreography import CHOREOGRAPHY
 from missions.trident.scenario import TridentScenario
@@ -165,7 +164,7 @@ def draw_services(axes: Axes, results: RunResults, style: Style) -> str:
 def draw_choreography(axes: Axes, results: RunResults, style: Style) -> str:
     """Steps from state to state over time, a mark for each message, another for each violation."""
     rows, end_s = results.table(CHOREOGRAPHY.name).to_pylist(), max(float(results.summary["mission_time_s"]), 1.0)
-    pattern = tables_of(results.manifest["scenario"], "manifest.json").get("choreography", {})
+    pattern = results.scenario_tables.get("choreography", {})
     states = [state["name"] for state in pattern.get("state", [])]
     moves = [row for row in rows if not row["violation"]]
     line = [(0.0, states[0])] if states else []
@@ -192,7 +191,7 @@ def draw_choreography(axes: Axes, results: RunResults, style: Style) -> str:
 
 def draw_site(axes: Axes, results: RunResults, style: Style) -> str:
     """Charted tiles in the colour of the vehicle that was first, and where attempts were made."""
-    raw = tables_of(results.manifest["scenario"], "manifest.json")
+    raw = results.scenario_tables
     size_m = float(raw["mission"]["tile_m"])
     first: dict[tuple[int, int], str] = {}
     for row in results.table(CHARTED.name).to_pylist():

@@ -223,7 +223,7 @@ def replay(
     for run in runs:
         if lacking := missing(run):
             what = "; ".join(lacking)
-            print(f"remoras: {run.folder}: an older version recorded it; not shown: {what}", file=sys.stderr)
+            print(f"remoras: {run.folder}: tables are missing; not shown: {what}", file=sys.stderr)
     print(target)
 
 

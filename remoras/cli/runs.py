@@ -203,7 +203,6 @@ def live(
     file_of(SCENARIO, scenario, shipped())  # a name that is mistyped is told before much is loaded
     from missions.runs.folder import check_output
     from missions.runs.setup import resolved
-    from missions.runs.underway import Underway
     from missions.scenarios import load
     from remoras.cli.live import LiveRun, LiveServer
     from remoras.stepped import Stepping
@@ -221,7 +220,7 @@ def live(
     if out is not None:
         check_output(out, force)
     about = setup.scenario.scenario
-    with Stepping(Underway(setup, seed)) as stepping:
+    with Stepping(setup, seed) as stepping:
         run = LiveRun(stepping, about.duration_s, keep)
         try:
             server = LiveServer(run, live_text(f"{about.name}, seed {seed} - live"), port)

@@ -12,45 +12,20 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-import pyarrow as pa
-import pyarrow.parquet as pq
 import tomli_w
 
 from missions.figure import Declared, Figure, Layer, Mark, Place, RunResults, Style
 from missions.runs.results import Results
+from missions.runs.tables import arrow_table, write_table
+from remoras.recorder import TABLES, TIME, VEHICLE, Column, Table
 
 LONG = "AnExtraordinarilyLongNameOfFortyLettersX"
 SQUARE = ((0.0, 0.0), (0.0, 100.0), (100.0, 100.0), (100.0, 0.0))
-COLUMNS = {
-    "trajectories": ("time_s", "vehicle", "x_m", "y_m", "heading_rad", "speed_mps", "energy_j"),
-    "roles": ("time_s", "vehicle", "group", "role", "event"),
-    "satisfaction": ("time_s", "vehicle", "group", "role", "value"),
-    "finds": ("time_s", "vehicle", "x_m", "y_m"),
-    "faults": ("time_s", "vehicle", "kind", "detail"),
-    "packets": ("slot", "time_s", "sender", "size_bits", "items", "acks", "receivers", "lost_by"),
-    "refused": ("time_s", "vehicle", "sender", "slot", "reason"),
-    "peers": ("time_s", "vehicle", "peer", "event"),
-    "links": ("time_s", "vehicle", "peer", "direction", "p_loss", "n"),
-    "knowledge": ("time_s", "vehicle", "item", "origin", "event"),
-    "decisions": (
-        "time_s", "vehicle", "group", "role", "objective", "argument", "activities", "stimulus", "own", "external",
-        "source", "slot", "chosen", "best_mean",
-    ),
-    "organisation": (
-        "time_s", "vehicle", "peer", "group", "role", "event", "issuer", "act", "objective", "argument", "outcome",
-    ),
-    "plans": (
-        "time_s", "vehicle", "group", "role", "objective", "argument", "node", "parent", "task", "method", "status",
-        "expected_time_s", "expected_energy_j",
-    ),
-}  # fmt: skip
-TEXTS = {
-    "vehicle", "group", "role", "event", "kind", "detail", "sender", "item", "origin", "objective", "argument",
-    "source", "task", "method", "status", "peer", "issuer", "act", "outcome", "reason", "direction",
-}  # fmt: skip
-LISTS = {"receivers", "lost_by", "collided_at", "activities"}
-FLAGS = {"chosen"}
+FINDS_TABLE = Table("finds", (TIME, VEHICLE, Column("x_m", "float", "m"), Column("y_m", "float", "m")))
+RECORDED = (*TABLES, FINDS_TABLE)
+ABSENT = ("membership", "activities", "items")
 SLOT_S = 10.0
+RUN = "0123456789abcdef0123"
 
 
 def draw_finds(axes: Any, results: RunResults, style: Style) -> str:
@@ -104,21 +79,17 @@ class Fiction:
         """The folder of the run, read back."""
         folder.mkdir(parents=True)
         rows = self._rows() if self.recorded else {}
-        columns_of = COLUMNS | ({"packets": (*COLUMNS["packets"], "collided_at")} if self.collides else {})
-        for name, columns in columns_of.items():
-            values = list(zip(*rows.get(name, []), strict=True)) or [()] * len(columns)
-            kinds = [
-                pa.string() if column in TEXTS else pa.list_(pa.string()) if column in LISTS
-                else pa.bool_() if column in FLAGS else pa.float64()
-                for column in columns
-            ]  # fmt: skip
-            arrays = [pa.array(value, kind) for value, kind in zip(values, kinds, strict=True)]
-            pq.write_table(pa.table(arrays, names=list(columns)), folder / f"{name}.parquet")
+        for table in RECORDED:
+            if table.name not in ABSENT:
+                made = arrow_table(table, rows.get(table.name, [])).replace_schema_metadata({"run_id": RUN})
+                write_table(folder / f"{table.name}.parquet", made)
         faults = [{"kind": kind} for _, _, kind, _ in self.faults if kind != "energy"]
         scenario = {"vehicle": [{"name": name} for name in self.vehicles], "fault": faults}
         scenario["group"] = list(self.groups)
         (folder / "summary.json").write_text(json.dumps(self._summary()))
-        (folder / "manifest.json").write_text(json.dumps({"scenario": tomli_w.dumps(scenario)}))
+        (folder / "manifest.json").write_text(
+            json.dumps({"version": "0", "run_id": RUN, "scenario": tomli_w.dumps(scenario)})
+        )
         return Results(folder)
 
     @property
@@ -181,7 +152,7 @@ class Fiction:
         names = ("name", "vehicle", "group", "time_s")
         return {
             "scenario": "fiction", "strategy": "remoras", "policy": "m-ack", "channel": "bernoulli", "per": 0.25,
-            "seed": 77, "n_vehicles": len(self.vehicles), "completed": self.completed,
+            "run_id": RUN, "seed": 77, "n_vehicles": len(self.vehicles), "completed": self.completed,
             "reason": "" if self.completed else "out of time", "mission_time_s": self.end_s,
             "milestones": [dict(zip(names, row, strict=True)) for row in self.milestones],
         }  # fmt: skip
@@ -190,7 +161,7 @@ class Fiction:
         times_s = [self.end_s * step / 60 for step in range(61)]
         r_m = self.radius_m
         tracks = [
-            (t, name, r_m * (1 + at / 9) * math.cos(t / 60 + at), r_m * math.sin(t / 60 + at), 0.0, 1.0, t)
+            (t, name, r_m * (1 + at / 9) * math.cos(t / 60 + at), r_m * math.sin(t / 60 + at), 0.0, 1.0, t, 0.0)
             for t in times_s
             for at, name in enumerate(self.vehicles)
         ]
@@ -240,8 +211,9 @@ class Fiction:
         others = [name for name in self.vehicles if name != sender]
         lost = [name for at, name in enumerate(others) if (at + slot // len(self.vehicles)) % 3 == 0]
         heard = [name for name in others if name not in lost]
-        packet = (slot, slot * SLOT_S, sender, 100, 1, 0, heard, lost)
-        return (*packet, lost[:1] if slot % 4 == 0 else []) if self.collides else packet
+        time_s, collided = slot * SLOT_S, lost[:1] if self.collides and slot % 4 == 0 else []
+        arrivals_s = [time_s + 1.0] * len(heard)
+        return slot, time_s, sender, 100, 1, 0, heard, lost, time_s, arrivals_s, [], [], [], [], [], collided
 
     def _refused(self, packets: Sequence[tuple[Any, ...]]) -> list[tuple[Any, ...]]:
         """Where packets collide, each fifth one is refused by the first who hears it; one more came from nowhere."""

@@ -1,27 +1,21 @@
-"""A voyage: what exports read of a run, with nothing of how the run keeps it.
-
-Older results lack tables and columns. What they lack is empty here, except the depth of a vehicle, which its scenario
-says.
-"""
+"""A voyage: what exports read of a run, with nothing of how the run keeps it."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from missions.errors import OutputError
 from missions.figure import Place
-from missions.files import tables_of
 from visualisation import output
-from visualisation.exports.geodesy import Datum, Floats
-from visualisation.spans import outages
+from visualisation.exports.geodesy import Datum
+from visualisation.run_records import Floats, outages, track_columns
 
 if TYPE_CHECKING:
-    from missions.runs.results import MemoryResults, Results
+    from missions.runs.reader import RunReader
 
 WAITING = "waiting"
 """State of a vehicle that no role drives."""
@@ -96,20 +90,8 @@ class Voyage:
         places: what its mission declares.
     """
 
-    results: Results | MemoryResults
+    results: RunReader
     places: Sequence[Place] = ()
-
-    @cached_property
-    def scenario(self) -> dict[str, Any]:
-        """The resolved scenario.
-
-        Raises:
-            OutputError: it cannot be read.
-        """
-        try:
-            return tables_of(self.results.manifest["scenario"], "manifest.json")
-        except (TypeError, ValueError) as error:
-            raise OutputError(f"manifest.json: damaged: its scenario is no TOML: {error}") from None
 
     @cached_property
     def about(self) -> dict[str, str]:
@@ -130,12 +112,14 @@ class Voyage:
     @cached_property
     def vehicles(self) -> dict[str, str]:
         """Type of every vehicle by its name, in the order of the scenario."""
-        return {table["name"]: table.get("vehicle_type", "AUV") for table in self.scenario.get("vehicle", ())}
+        return {
+            table["name"]: table.get("vehicle_type", "AUV") for table in self.results.scenario_tables.get("vehicle", ())
+        }
 
     @cached_property
     def datum(self) -> Datum | None:
         """Where x = 0, y = 0 is; None where the scenario does not say."""
-        found = self.scenario.get("world", {}).get("origin_deg")
+        found = self.results.scenario_tables.get("world", {}).get("origin_deg")
         return None if found is None else Datum(*map(float, found))
 
     @property
@@ -148,24 +132,13 @@ class Voyage:
         """Tracks of the vehicles that were recorded, in the order of the scenario."""
         if not self.results.has("trajectories"):
             return {}
-        table = self.results.table("trajectories")
-        names = np.asarray(table["vehicle"].to_pylist(), dtype=str)
-        depths_m = {table["name"]: float(table.get("depth_m", 0.0)) for table in self.scenario.get("vehicle", ())}
-        found = {}
-        for vehicle in self.vehicles:
-            rows = np.flatnonzero(names == vehicle)
-            if rows.size:
-                columns = {
-                    name: table[name].to_numpy()[rows] for name in VoyageTrack._fields if name in table.column_names
-                }
-                columns.setdefault("depth_m", np.full(rows.size, depths_m[vehicle]))
-                found[vehicle] = VoyageTrack(**columns)
-        return found
+        columns = track_columns(self.results, VoyageTrack._fields)
+        return {vehicle: VoyageTrack(*own) for vehicle, own in columns.items()}
 
     @cached_property
     def states(self) -> list[RoleState]:
         """What drives the vehicles, from 0 s on and at every change, in time order."""
-        rows: list[dict[str, Any]] = self._rows("roles")
+        rows = self.results.rows("roles")
         driving: dict[str, list[tuple[str, str]]] = {name: [] for name in self.vehicles}
         found = {(0.0, name): RoleState(0.0, name, ()) for name in self.vehicles} if rows else {}
         for row in rows:
@@ -192,14 +165,14 @@ class Voyage:
 
     @cached_property
     def packets(self) -> list[SentPacket]:
-        """All packets in the order of their slots; older results do not say when one ended."""
+        """All packets in the order of their slots."""
         return [
             SentPacket(
-                int(row["slot"]), row["time_s"], row.get("end_s", row["time_s"]), row["sender"],
+                int(row["slot"]), row["time_s"], row["end_s"], row["sender"],
                 int(row["size_bits"]), int(row["items"]), int(row["acks"]),
                 tuple(row["receivers"]), tuple(row["lost_by"]),
             )
-            for row in self._rows("packets")
+            for row in self.results.rows("packets")
         ]  # fmt: skip
 
     @cached_property
@@ -217,16 +190,11 @@ class Voyage:
             )
 
     def _events(self) -> Iterator[Entry]:
-        for row in self._rows("roles"):
+        for row in self.results.rows("roles"):
             if row["event"] in ("assigned", "left"):
                 verb = "takes" if row["event"] == "assigned" else "leaves"
                 yield Entry(row["time_s"], False, row["vehicle"], f"{verb} {row['role']} of {row['group']}")
-        for row in self._rows("faults"):
+        for row in self.results.rows("faults"):
             yield Entry(row["time_s"], True, row["vehicle"], f"{row['kind']}: {row['detail']}")
-        for row in self._rows("membership"):
+        for row in self.results.rows("membership"):
             yield Entry(row["time_s"], True, row["vehicle"], f"takes {row['peer']} for {row['event']}")
-
-    def _rows(self, table: str) -> list[dict[str, Any]]:
-        """Rows of a table; none where these results lack it."""
-        found: list[dict[str, Any]] = self.results.table(table).to_pylist() if self.results.has(table) else []
-        return found

@@ -11,13 +11,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from missions.errors import ConfigurationError
 from missions.figure import Place, RunResults, Tiles
-from missions.files import tables_of
 from missions.graphs import group_nodes
-from visualisation.output import DrawingError
 from visualisation.replay import tables as of_run
-from visualisation.replay.tables import EVENTS, PLACE_STEP_M, TIME_STEP_S, Columns, Floats, Ints, Names, Tables
+from visualisation.replay.tables import EVENTS, PLACE_STEP_M, TIME_STEP_S, Columns, Floats, Ints, Names
 
 PLACE = ("x_m", "y_m")
 SPARED_BITS = 8
@@ -85,7 +82,6 @@ def _said(value: Any) -> str:
 
 FORM = 1
 """Form of the data; the page says so where it cannot read it."""
-CONTENTS = ("arrivals_s", "item_uids", "status_uids", "signal_roles", "signal_addressed", "signal_values")
 SHOWS = {
     "trajectories": "where the vehicles were",
     "roles": "who played what",
@@ -95,7 +91,7 @@ SHOWS = {
     "decisions": "why a vehicle chose what it did",
     "plans": "how far plans were carried out",
 }
-"""What cannot be shown without a table, or without its newer columns."""
+"""What cannot be shown without a table."""
 OWN = frozenset({*EVENTS, *SHOWS, "satisfaction", "knowledge", "deliveries", "unsaid"})
 """Tables that every run may have; those beside them are its mission's."""
 MOST_ROWS = 20_000
@@ -120,23 +116,23 @@ def run_data(
     """All that a replay shows of a run, compressed; the same bytes for the same results.
 
     Args:
-        results: of the run; older ones may lack tables, and the page says what it cannot show for that.
+        results: of the run; the page says what it cannot show without a table.
         places: that its mission declares.
         jobs: of the mission; one that is called like a place is done there.
         by_packets: whether vehicles send packets; else all know at once what any of them tells.
 
     Raises:
-        DrawingError: the manifest of the run holds no scenario that can be read.
+        OutputError: the manifest of the run holds no scenario that can be read.
     """
-    scenario, columns, tables = _scenario(results), Columns(), Tables(results)
+    scenario, columns = results.scenario_tables, Columns()
     vehicles = list(scenario.get("vehicle", ()))
     names = Names({vehicle["name"]: number for number, vehicle in enumerate(vehicles)}, {"": 0})
     depths_m = {vehicle["name"]: float(vehicle.get("depth_m", 0.0)) for vehicle in vehicles}
-    about: dict[str, Any] = {"form": FORM, "missing": _missing(tables)}
-    if (track := tables.find("trajectories")) is not None:
+    about: dict[str, Any] = {"form": FORM, "missing": missing(results)}
+    if results.has("trajectories"):
+        track = results.table("trajectories")
         about["track_rows"] = of_run.add_tracks(columns, names, track)
-        if "depth_m" in track.column_names:  # as it was recorded last
-            depths_m |= zip(track["vehicle"].to_pylist(), track["depth_m"].to_pylist(), strict=True)
+        depths_m |= zip(track["vehicle"].to_pylist(), track["depth_m"].to_pylist(), strict=True)  # the last counts
     about["vehicles"] = [
         {
             "name": vehicle["name"], "node": vehicle.get("slot", number), "type": vehicle.get("vehicle_type", ""),
@@ -144,18 +140,15 @@ def run_data(
         }
         for number, vehicle in enumerate(vehicles)
     ]  # fmt: skip
-    about["events"] = []
-    for name, wanted in EVENTS.items():
-        kinds = tables.recorded(name, wanted)
-        if (table := tables.find(name, kinds)) is not None:
-            of_run.add_events(columns, names, table, name, kinds)
-            about["events"].append(name)
+    about["events"] = [name for name in EVENTS if results.has(name)]
+    for name in about["events"]:
+        of_run.add_events(columns, names, results.table(name), name, EVENTS[name])
     about["groups"] = [
         {"name": node.name, "above": node.above, "is_founded": node.is_founded, "roles": node.roles}
         for node in group_nodes(scenario)
     ]
-    about["header"] = _header(results, scenario, _add_said(columns, names, tables))
-    about["world"] = _world(columns, names, tables, scenario, places, {job.name: tuple(job.done) for job in jobs})
+    about["header"] = _header(results, scenario, _add_said(columns, names, results))
+    about["world"] = _world(columns, names, results, places, {job.name: tuple(job.done) for job in jobs})
     about["by_packets"] = by_packets
     about["milestones"] = [
         [milestone["name"], names.vehicle(milestone["vehicle"]), milestone["group"], milestone["time_s"]]
@@ -165,38 +158,34 @@ def run_data(
     return columns.block(about)
 
 
-def _add_said(columns: Columns, names: Names, tables: Tables) -> float | None:
+def _add_said(columns: Columns, names: Names, results: RunResults) -> float | None:
     """Packets, and the items that they carried; returns the length of a slot (s), if the packets tell it."""
     said = of_run.Said()
-    has_contents, knowledge = tables.find("packets", CONTENTS) is not None, tables.find("knowledge")
-    if has_contents and (recorded := tables.find("items")) is not None:
-        of_run.add_items(columns, names, recorded.to_pylist(), said)
-        if knowledge is not None:
-            of_run.add_aside(columns, names, knowledge.to_pylist(), said)
-    elif knowledge is not None:
-        of_run.add_heard(columns, names, knowledge.to_pylist(), said)
-    if (packets := tables.find("packets")) is None:
+    if results.has("packets") and results.has("items"):
+        of_run.add_items(columns, names, results.rows("items"), said)
+        of_run.add_aside(columns, names, results.rows("knowledge"), said)
+    if not results.has("packets"):
         return None
-    of_run.add_packets(columns, names, packets, tables.find("faults"), tables.find("refused"), said)
+    packets = results.table("packets")
+    of_run.add_packets(columns, names, packets, results.rows("faults"), results.rows("refused"), said)
     return of_run.slot_s_of(packets)
 
 
 def _world(
     columns: Columns,
     names: Names,
-    tables: Tables,
-    scenario: Mapping[str, Any],
+    results: RunResults,
     places: Sequence[Place],
     done: Mapping[str, tuple[str, ...]],
 ) -> dict[str, Any]:
     named = {place.name for place in places}
-    world = scenario.get("world", {})
+    world = results.scenario_tables.get("world", {})
     parts = [place.tiles for place in places if place.tiles is not None]
     columns.add("tiles.column", [column for tiles in parts for column, _ in tiles.squares], 1)
     columns.add("tiles.row", [row for tiles in parts for _, row in tiles.squares], 1)
-    _add_tiles(columns, tables, parts)
+    _add_tiles(columns, results, parts)
     known = OWN | {tiles.table for tiles in parts}
-    own = ((name, tables.find(name, ("time_s",))) for name in tables.names if name not in known)
+    own = {name: results.table(name) for name in results.tables if name not in known}
     return {
         "x_m": world.get("x_m"),
         "y_m": world.get("y_m"),
@@ -213,45 +202,34 @@ def _world(
             for place in places
         ],
         "jobs": [{"name": name, "done": key} for name, key in done.items() if name not in named],
-        "layers": [add_own(columns, names, table, name, MOST_ROWS) for name, table in own if table is not None],
+        "layers": [
+            add_own(columns, names, table, name, MOST_ROWS)
+            for name, table in own.items() if "time_s" in table.column_names
+        ],
     }  # fmt: skip
 
 
-def _add_tiles(columns: Columns, tables: Tables, parts: Sequence[Tiles]) -> None:
+def _add_tiles(columns: Columns, results: RunResults, parts: Sequence[Tiles]) -> None:
     """When squares of the places were done in truth."""
     found: list[tuple[float, int]] = []
     first = 0
     for tiles in parts:
         numbers = {square: first + number for number, square in enumerate(tiles.squares)}
         first += len(tiles.squares)
-        table = tables.find(tiles.table, ("time_s", *tiles.columns))
-        if table is None:
-            continue
-        squares = zip(*(table[column].to_pylist() for column in tiles.columns), strict=True)
-        rows = zip(table["time_s"].to_pylist(), squares, strict=True)
+        rows = ((row["time_s"], tuple(row[column] for column in tiles.columns)) for row in results.rows(tiles.table))
         found += [(time_s, numbers[square]) for time_s, square in rows if square in numbers]
     found.sort()
     columns.add("done.time", [time_s for time_s, _ in found], 1, TIME_STEP_S)
     columns.add("done.tile", [tile for _, tile in found], 1)
 
 
-def _scenario(results: RunResults) -> dict[str, Any]:
-    try:
-        return tables_of(results.manifest["scenario"], "manifest.json")
-    except (ConfigurationError, TypeError) as error:
-        raise DrawingError(f"{results!r}: the scenario in its manifest is damaged: {error}") from None
-
-
 def missing(results: RunResults) -> list[str]:
-    """What cannot be shown of a run, in words; empty for one that recorded all that this version records."""
-    return _missing(Tables(results))
-
-
-def _missing(tables: Tables) -> list[str]:
-    lacking = {name for name in SHOWS if tables.find(name) is None}
-    if tables.find("packets") is not None and tables.find("packets", CONTENTS) is None:
-        lacking.add("items")
-    return [what for name, what in SHOWS.items() if name in lacking]
+    """What cannot be shown of a run, in words; empty for one that has all tables."""
+    return [
+        what
+        for name, what in SHOWS.items()
+        if not results.has(name) or (name == "items" and not results.has("packets"))
+    ]
 
 
 def _header(results: RunResults, scenario: Mapping[str, Any], slot_s: float | None) -> dict[str, Any]:

@@ -12,16 +12,14 @@ import json
 import re
 import struct
 import zlib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from missions.figure import RunResults
-from visualisation.refusals import packets_refused
-from visualisation.replay.item_names import STATUS_FORM, by_item, read_name
+from visualisation.run_records import packets_refused
 
 Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -134,41 +132,12 @@ EVENTS: Mapping[str, Kinds] = {
 }  # fmt: skip
 """Tables of which every row is something that happened, with the kinds of their columns; a ``mean``, a ``span``
 or a ``rate`` may be missing."""
-LATER = frozenset({"issuer", "act", "objective", "argument", "outcome"})
-"""Columns of the organisation that older runs lack."""
 MISSING = -1000.0
 """Stands for a number that is missing; none that is kept so is as low."""
 ORDER = {"time": 1}
 """Order of the differences that are kept, by kind of column; 0 of others."""
 STEP = {"time": TIME_STEP_S, "share": SHARE_STEP, "mean": SHARE_STEP, "span": 0.125, "rate": 2.0**-7}
 """Step to which columns are kept, by kind; whole numbers else."""
-
-
-class Tables:
-    """Tables of a run, each read once."""
-
-    def __init__(self, results: RunResults) -> None:
-        self._results = results
-        self._read: dict[str, Any] = {}
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the tables that are there."""
-        return self._results.tables
-
-    def find(self, name: str, columns: Iterable[str] = ()) -> Any:
-        """An Arrow table; None if there is none of that name, or if it lacks one of these columns."""
-        if not self._results.has(name):
-            return None
-        if name not in self._read:
-            self._read[name] = self._results.table(name)
-        return self._read[name] if set(columns) <= set(self._read[name].column_names) else None
-
-    def recorded(self, name: str, kinds: Kinds) -> Kinds:
-        """Those kinds of columns that a table has to have, and of those that came later the ones that it has."""
-        table = self.find(name)
-        has = frozenset() if table is None else frozenset(table.column_names)
-        return {column: kind for column, kind in kinds.items() if column in has or column not in LATER}
 
 
 class Names(NamedTuple):
@@ -242,6 +211,45 @@ def add_tracks(columns: Columns, names: Names, table: Any) -> list[int]:
     energy_j = values("energy_j")
     columns.add("track.energy", energy_j, 1, max(1.0, float(np.max(energy_j, initial=0.0)) / ENERGY_STEPS))
     return [int(count) for count in counts]
+
+
+ITEM_NAME = re.compile(
+    r"\d+(?:\.e(?P<epoch>\d+))?(?:-(?P<kept>p?)(?P<sequence>\d+)(?:\.(?P<part>\d+))?"
+    r"|@[^:]+:(?P<subject>\d+)\.(?P<attribute>\d+))"
+)
+"""Names of items, of what is kept, and of statuses, see ``remoras.recorder.ITEMS``."""
+TOLD_FORM, KEPT_FORM, STATUS_FORM = range(3)
+
+
+def read_name(uid: str) -> tuple[int, dict[str, int]]:
+    """The form of a name, and the numbers in it; those that it lacks are 0.
+
+    >>> read_name("2@1.5:7.3")[0], read_name("2.e1-17.4")[1]["sequence"]
+    (2, 17)
+    """
+    found = ITEM_NAME.fullmatch(uid)
+    said = found.groupdict() if found is not None else dict.fromkeys(ITEM_NAME.groupindex)
+    form = STATUS_FORM if said["subject"] else KEPT_FORM if said.pop("kept") else TOLD_FORM
+    return form, {key: int(value or 0) for key, value in said.items() if key != "kept"}
+
+
+def by_item(rows: Iterable[Mapping[str, Any]]) -> Iterator[list[Mapping[str, Any]]]:
+    """Facts item by item; where two statuses have one name, the second begins as the first one did."""
+    item: list[Mapping[str, Any]] = []
+    for row in rows:
+        if item and (row["uid"] != item[0]["uid"] or ("@" in row["uid"] and _begins_alike(row, item[0]))):
+            yield item
+            item = []
+        item.append(row)
+    if item:
+        yield item
+
+
+def _begins_alike(row: Mapping[str, Any], first: Mapping[str, Any]) -> bool:
+    return row["recorded_s"] != first["recorded_s"] or (row["subject"], row["attribute"]) == (
+        first["subject"],
+        first["attribute"],
+    )
 
 
 @dataclass
@@ -334,20 +342,24 @@ UNREACHED, LOST, HEARD, COLLIDED, REFUSED = range(5)
 another packet, or to one that the vehicle was sending; arrived, and refused."""
 
 
-def add_packets(columns: Columns, names: Names, packets: Any, faults: Any, refused: Any, said: Said) -> None:
+def add_packets(
+    columns: Columns,
+    names: Names,
+    packets: Any,
+    faults: Iterable[Mapping[str, Any]],
+    refused: Iterable[Mapping[str, Any]],
+    said: Said,
+) -> None:
     """Columns of the packets. Delays are ordered by sender, receiver and time: so neighbours are alike.
 
     Args:
         columns: take them.
         names: of the vehicles.
-        packets: their table (Arrow); an older one has no ends, no contents and no times of arrival.
-        faults: table of what befell the vehicles, or None.
-        refused: table of what vehicles refused, or None.
+        packets: their table (Arrow).
+        faults: rows of what befell the vehicles; refused: of what they refused.
         said: the items.
     """
-    has_times = "arrivals_s" in packets.column_names
-    start_s = array(packets["time_s"])
-    end_s = array(packets["end_s"]) if has_times else start_s
+    start_s, end_s = array(packets["time_s"]), array(packets["end_s"])
     sender = numbered(packets["sender"], names.vehicle)
     columns.add("packets.slot", array(packets["slot"]), 1)
     columns.add("packets.start", start_s, 1, TIME_STEP_S)
@@ -358,31 +370,21 @@ def add_packets(columns: Columns, names: Names, packets: Any, faults: Any, refus
     arrival_s = np.repeat(end_s, len(names.vehicles)).reshape(outcome.shape)
     lost, by = _flat(packets["lost_by"])
     outcome[lost, numbered(by, names.vehicle)] = LOST
-    if "collided_at" in packets.column_names:
-        collided, by = _flat(packets["collided_at"])
-        outcome[collided, numbered(by, names.vehicle)] = COLLIDED
+    collided, by = _flat(packets["collided_at"])
+    outcome[collided, numbered(by, names.vehicle)] = COLLIDED
     heard, by = _flat(packets["receivers"])
     outcome[heard, numbered(by, names.vehicle)] = HEARD
-    if has_times:
-        arrival_s[heard, numbered(by, names.vehicle)] = array(_flat(packets["arrivals_s"])[1])
-        _leave_out(outcome, arrival_s, names, [] if faults is None else faults.to_pylist())
-    if refused is not None and refused.num_rows:
-        for row, vehicle in packets_refused(_arrivals(packets), refused.to_pylist()):
-            outcome[row, names.vehicle(vehicle)] = REFUSED
+    arrival_s[heard, numbered(by, names.vehicle)] = array(_flat(packets["arrivals_s"])[1])
+    _leave_out(outcome, arrival_s, names, faults)
+    arrivals = packets.select(["slot", "receivers", "arrivals_s"]).to_pylist()
+    for row, vehicle in packets_refused(arrivals, refused):
+        outcome[row, names.vehicle(vehicle)] = REFUSED
     columns.add("packets.outcome", outcome.ravel())
     packet, receiver = np.nonzero(outcome == HEARD)
     order = np.lexsort((packet, receiver, sender[packet]))
     packet, receiver = packet[order], receiver[order]
     columns.add("packets.delay", arrival_s[packet, receiver] - end_s[packet], 1, TIME_STEP_S)
-    if has_times:
-        _add_contents(columns, names, packets, start_s, said)
-
-
-def _arrivals(packets: Any) -> list[dict[str, Any]]:
-    """Slots, receivers and, unless the table is an older one, times of arrival of the packets."""
-    told = [name for name in ("slot", "receivers", "arrivals_s") if name in packets.column_names]
-    found: list[dict[str, Any]] = packets.select(told).to_pylist()
-    return found
+    _add_contents(columns, names, packets, start_s, said)
 
 
 def _leave_out(outcome: Ints, arrival_s: Floats, names: Names, faults: Iterable[Mapping[str, Any]]) -> None:
@@ -414,15 +416,6 @@ def _flat(column: Any) -> tuple[Ints, Any]:
     offsets = array(lists.offsets)
     lengths = np.diff(offsets)
     return np.repeat(np.arange(len(lengths)), lengths), lists.values.slice(offsets[0], offsets[-1] - offsets[0])
-
-
-def add_heard(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]], said: Said) -> None:
-    """Items without content, and when who heard them: what an older run has recorded of its knowledge."""
-    nothing = {"subject": "", "attribute": "", "value": "", "kind": "told"}
-    born = [row for row in rows if row["event"] == "observed"]
-    facts = [{"uid": row["item"], "recorded_s": row["time_s"], **row, **nothing} for row in born]
-    add_items(columns, names, facts, said)
-    _add_receptions(columns, names, [row for row in rows if row["event"] == "received"], said)
 
 
 def add_aside(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]], said: Said) -> None:

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from missions.figure import RunResults
-from visualisation import words
-from visualisation.runs import reading
+from visualisation import run_records, words
 
 
 def roles(results: RunResults, folded: Sequence[Sequence[str]] = ()) -> str:
@@ -35,7 +34,7 @@ def faults(results: RunResults) -> str:
     """What befell the vehicles of the run, in a sentence; empty without faults."""
     listed = [
         f"{fault.vehicle} {fault.kind} (from {words.time(fault.span.start_s)} on, {fault.detail})"
-        for fault in reading.vehicle_faults(results)
+        for fault in run_records.vehicle_faults(results)
     ]
     return f"Faults: {'; '.join(listed)}." if listed else ""
 
@@ -68,5 +67,5 @@ def run_conditions(results: RunResults) -> str:
 
 def time_notes(results: RunResults) -> str:
     """What the flags mean; empty without any."""
-    listed = "; ".join(f"{one.label}, {words.time(one.time_s)}" for one in reading.milestones(results))
+    listed = "; ".join(f"{one.label}, {words.time(one.time_s)}" for one in run_records.milestones(results))
     return f"Numbered flags: milestones ({listed})." if listed else ""

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from matplotlib.axes import Axes
 
 from missions.figure import Figure, Layer, RunResults
-from visualisation import page, style, words
+from visualisation import page, run_records, style, words
 from visualisation.output import DrawingError
 from visualisation.page import DrawnPage
-from visualisation.runs import captions, reading
+from visualisation.runs import captions
 
 BODY_IN = 1.9
 """Height of the panel."""
@@ -23,7 +23,7 @@ class Kit:
 
     def __init__(self, results: RunResults) -> None:
         self.looks: Mapping[str, style.Look] = {
-            name: style.vehicle_look(number) for number, name in enumerate(reading.vehicle_names(results))
+            name: style.vehicle_look(number) for number, name in enumerate(run_records.vehicle_names(results))
         }
 
     def tint(self, colour: str, strength: float) -> tuple[float, float, float]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from missions.figure import RunResults
 from visualisation import page, style
 from visualisation.page import DrawnPage
+from visualisation.run_records import Floats
 from visualisation.runs import captions, news, shades
-from visualisation.runs.reading import Floats
 
 LEAST_FOR_TWO_IN = 5.0
 """Width from which two matrices stand side by side."""

@@ -13,9 +13,9 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from missions.figure import RunResults
-from visualisation import style
+from visualisation import run_records, style
 from visualisation.page import DrawnPage
-from visualisation.runs import captions, reading
+from visualisation.runs import captions
 from visualisation.runs.declared import Kit
 from visualisation.runs.sheet import BESIDE_IN, WIDE_IN, Name, room_in, sheet
 
@@ -63,10 +63,10 @@ class Tree(NamedTuple):
 def trees(results: RunResults) -> list[Tree]:
     """Plans of the run: first those of missions, then by vehicle."""
     of_plan: dict[tuple[str, ...], dict[int, list[dict[str, Any]]]] = {}
-    for row in results.table("plans").to_pylist():
+    for row in results.rows("plans"):
         about = tuple(row[name] for name in ("vehicle", "group", "role", "objective", "argument"))
         of_plan.setdefault(about, defaultdict(list))[int(row["node"])].append(row)
-    order = {name: at for at, name in enumerate(reading.vehicle_names(results))}
+    order = {name: at for at, name in enumerate(run_records.vehicle_names(results))}
     found = [_tree(about, rows) for about, rows in of_plan.items()]
     return sorted(found, key=lambda tree: (not tree.is_of_group, order.get(tree.vehicle, len(order))))
 
@@ -109,7 +109,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     shown = [tree for tree, end_in in zip(found, _tops_in(found, depth)[1:], strict=True) if end_in <= most_in]
     tops_in = _tops_in(shown, depth)
     names_in = NAMES_IN if width_in >= WIDE_IN else NARROW_NAMES_IN
-    looks, end_s = Kit(results).looks, reading.end_s(results)
+    looks, end_s = Kit(results).looks, run_records.end_s(results)
     rows = [
         (tree, task, top_in + GAP_IN / 2 + (at + 0.5) * ROW_IN)
         for tree, top_in in zip(shown, tops_in, strict=False)

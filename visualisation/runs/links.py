@@ -8,12 +8,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from missions.figure import RunResults, axis_end_s
-from visualisation import page, style
+from visualisation import page, run_records, style
 from visualisation.page import DrawnPage
-from visualisation.runs import captions, reading, shades
-from visualisation.runs.reading import Floats
+from visualisation.run_records import Floats, Span, outages, spans
+from visualisation.runs import captions, shades
 from visualisation.runs.shades import Timespan
-from visualisation.spans import Span, outages, spans
 
 ROWS_IN = 0.055, 0.18, 1.8
 """A row at least and at most, and what all rows of a panel should take."""
@@ -47,11 +46,11 @@ class LinkEstimates(NamedTuple):
 
 def link_estimates(results: RunResults) -> LinkEstimates:
     """Estimates of a run at evenly spaced times; not a number where there is none yet."""
-    vehicles = tuple(reading.vehicle_names(results))
+    vehicles = tuple(run_records.vehicle_names(results))
     number = {name: at for at, name in enumerate(vehicles)}
-    n, end_s = len(vehicles), reading.end_s(results)
+    n, end_s = len(vehicles), run_records.end_s(results)
     at_s = (np.arange(POINTS) + 0.5) * end_s / POINTS
-    rows = [row for row in results.table("links").to_pylist() if {row["vehicle"], row["peer"]} <= number.keys()]
+    rows = [row for row in results.rows("links") if {row["vehicle"], row["peer"]} <= number.keys()]
     incoming, outgoing = np.full((n, n, POINTS), np.nan), np.full((n, n), np.nan)
     for row in rows:  # in time order
         vehicle, peer = number[row["vehicle"]], number[row["peer"]]
@@ -70,7 +69,7 @@ def link_estimates(results: RunResults) -> LinkEstimates:
 def spans_without(results: RunResults, end_s: float) -> dict[tuple[str, str], list[Span]]:
     """When a vehicle did without a peer, by vehicle and peer."""
     told: dict[tuple[str, str], list[tuple[float, bool]]] = defaultdict(list)
-    for row in results.table("peers").to_pylist() if results.has("peers") else ():
+    for row in results.rows("peers"):
         if row["event"] != SLOT_CONFLICT:
             told[row["vehicle"], row["peer"]].append((row["time_s"], row["event"] not in THERE))
     return {pair: spans(events, end_s) for pair, events in told.items()}
@@ -84,7 +83,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
         width_in: of the page; on a narrow one the matrices stand one above the other.
     """
     found = link_estimates(results)
-    names, n, end_s = found.vehicles, max(1, len(found.vehicles)), reading.end_s(results)
+    names, n, end_s = found.vehicles, max(1, len(found.vehicles)), run_records.end_s(results)
     row_in = shades.row_in(n, *ROWS_IN)
     columns = 2 if width_in >= LEAST_FOR_TWO_IN else 1
     side_in = width_in / columns - 0.7

@@ -76,7 +76,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
 def contested(results: RunResults) -> list[Weighed]:
     """Moments at which a vehicle left something aside that it was moved to, for want of room."""
     weighed: dict[tuple[float, str], list[dict[str, Any]]] = defaultdict(list)
-    for row in results.table("decisions").to_pylist():
+    for row in results.rows("decisions"):
         own = weighed[row["time_s"], row["vehicle"]]
         if any(all(row[name] == other[name] for name in CANDIDATE) for other in own):
             own.clear()  # it has decided anew at the same time

@@ -17,10 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from missions.figure import RunResults, round_up
-from visualisation.refusals import kind_of, packets_refused
-from visualisation.runs import reading
-from visualisation.runs.reading import Floats
-from visualisation.spans import Span, outages, outside
+from visualisation import run_records
+from visualisation.run_records import Floats, Span, kind_of, outages, outside, packets_refused
 
 Flags = NDArray[np.bool_]
 
@@ -160,14 +158,14 @@ def worst_age_s(found: RunPackets) -> float:
 
 def traffic(results: RunResults) -> RunPackets:
     """All packets of a run, those of vehicles that its scenario does not have left out."""
-    vehicles = tuple(reading.vehicle_names(results))
+    vehicles = tuple(run_records.vehicle_names(results))
     number = {name: at for at, name in enumerate(vehicles)}
-    rows = [row for row in results.table("packets").to_pylist() if row["sender"] in number]
+    rows = [row for row in results.rows("packets") if row["sender"] in number]
     heard, lost, collided, refused = (np.zeros((len(rows), len(vehicles)), dtype=bool) for _ in range(4))
     for at, row in enumerate(rows):
-        for flags, names in ((heard, row["receivers"]), (lost, row["lost_by"]), (collided, row.get("collided_at", ()))):
+        for flags, names in ((heard, row["receivers"]), (lost, row["lost_by"]), (collided, row["collided_at"])):
             flags[at, [number[name] for name in names if name in number]] = True
-    refusals = results.table("refused").to_pylist() if results.has("refused") else []
+    refusals = results.rows("refused")
     for at, receiver in packets_refused(rows, refusals):
         if receiver in number:
             refused[at, number[receiver]] = True
@@ -178,7 +176,7 @@ def traffic(results: RunResults) -> RunPackets:
         np.array([row["slot"] for row in rows], dtype=np.int64),
         np.array([number[row["sender"]] for row in rows], dtype=np.int64),
         PacketOutcome(heard & ~lost, lost, collided, refused),
-        reading.end_s(results),
+        run_records.end_s(results),
         outages(results),
         Counter(kind_of(row["reason"]) for row in refusals),
     )
@@ -187,10 +185,10 @@ def traffic(results: RunResults) -> RunPackets:
 def items_lacking(results: RunResults, at_s: Floats) -> Floats:
     """How many items of others each vehicle (row) lacks at each time (column); not a number while it is out."""
     out = outages(results)
-    vehicles = reading.vehicle_names(results)
+    vehicles = run_records.vehicle_names(results)
     observed: dict[str, tuple[float, str]] = {}
     received: dict[str, dict[str, float]] = {name: {} for name in vehicles}
-    for row in results.table("knowledge").to_pylist():
+    for row in results.rows("knowledge"):
         if row["event"] == "observed":
             observed.setdefault(row["item"], (row["time_s"], row["vehicle"]))
         elif row["event"] == "received" and row["vehicle"] in received:

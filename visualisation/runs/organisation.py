@@ -13,9 +13,10 @@ from matplotlib.patches import Patch
 
 from missions.figure import RunResults
 from missions.graphs import GroupNode
-from visualisation import style, words
+from visualisation import run_records, style, words
 from visualisation.page import DrawnPage
-from visualisation.runs import boxes, captions, reading
+from visualisation.run_records import Span
+from visualisation.runs import boxes, captions
 from visualisation.runs.boxes import HEAD, BoxChart, ink
 from visualisation.runs.declared import Kit
 from visualisation.runs.roles import shares
@@ -31,7 +32,6 @@ from visualisation.runs.views import (
     checked_time_s,
     view_of,
 )  # fmt: skip
-from visualisation.spans import Span
 
 NAMES_IN, NARROW_NAMES_IN = 1.6, 1.05
 HEAD_IN, GAP_IN, TITLE_IN = 0.14, 0.05, 0.2
@@ -113,7 +113,7 @@ def picture(
         DrawingError: the run has no such time, or no such vehicle.
     """
     view = view_of(results, viewer)
-    end_s = reading.end_s(results)
+    end_s = run_records.end_s(results)
     shown_s = checked_time_s(at_s, view, end_s)
     with style.paper():
         for detail in DETAILS:
@@ -143,7 +143,7 @@ class _Drawing:
     ) -> None:
         self.view, self.at_s, self.groups = view._replace(groups=list(groups)), at_s, groups
         self.looks = Kit(results).looks
-        self.end_s = reading.end_s(results)
+        self.end_s = run_records.end_s(results)
         self.chart = BoxChart(self.view, at_s, self.looks, width_in, detail.most_chips)
         self.width_in, self.detail = width_in, detail
         self.names_in = NAMES_IN if width_in >= WIDE_IN else NARROW_NAMES_IN

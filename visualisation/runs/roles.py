@@ -18,13 +18,12 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from missions.figure import RunResults
-from visualisation import style
+from visualisation import run_records, style
 from visualisation.page import DrawnPage
-from visualisation.runs import captions, reading
+from visualisation.run_records import RoleKey, Span, Tenure, VehicleFault
+from visualisation.runs import captions
 from visualisation.runs.declared import Kit
-from visualisation.runs.reading import RoleKey, Tenure, VehicleFault
 from visualisation.runs.sheet import BESIDE_IN, WIDE_IN, Name, room_in, sheet
-from visualisation.spans import Span
 
 Tenures = Mapping[str, Sequence[Tenure]]
 """Roles by vehicle."""
@@ -148,8 +147,8 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
         results: of the run.
         width_in: of the page.
     """
-    tenures = reading.tenures(results)
-    faults = reading.vehicle_faults(results)
+    tenures = run_records.tenures(results)
+    faults = run_records.vehicle_faults(results)
     groups = Counter(tenure.group for own in tenures.values() for tenure in own)
     hatches = {group: HATCHES[at % len(HATCHES)] for at, (group, _) in enumerate(groups.most_common())}
     for fold, row in product(FOLDS, ROWS):

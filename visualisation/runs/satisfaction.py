@@ -7,11 +7,11 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from missions.figure import RunResults
-from visualisation import style
+from visualisation import run_records, style
 from visualisation.page import DrawnPage
-from visualisation.runs import captions, reading
+from visualisation.run_records import Floats, RoleKey, Tenure
+from visualisation.runs import captions
 from visualisation.runs.declared import Kit
-from visualisation.runs.reading import Floats, RoleKey, Tenure
 from visualisation.runs.sheet import BESIDE_IN, Name, Sheet, sheet
 
 LOWEST, HIGHEST = -128, 127
@@ -35,10 +35,10 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
         results: of the run.
         width_in: of the page.
     """
-    series = reading.satisfaction(results)
+    series = run_records.satisfaction(results)
     tenures = {
         (vehicle, tenure.group, tenure.role): tenure
-        for vehicle, own in reading.tenures(results).items()
+        for vehicle, own in run_records.tenures(results).items()
         for tenure in own
     }
     keys = list(dict.fromkeys(key for of_role in series.values() for key in of_role))

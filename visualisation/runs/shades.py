@@ -16,8 +16,7 @@ from matplotlib.figure import Figure
 
 from visualisation import style, words
 from visualisation.page import panel_in
-from visualisation.runs.reading import Floats
-from visualisation.spans import Span, outages_until
+from visualisation.run_records import Floats, Span, outages_until
 
 SHADES = LinearSegmentedColormap.from_list("shades", ["#FFFFFF", "#000000"])
 NAME_ROOM_IN = 0.9

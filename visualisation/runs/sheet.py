@@ -18,9 +18,8 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from missions.figure import RunResults, axis_end_s
-from visualisation import page, style, words
-from visualisation.runs import reading
-from visualisation.runs.reading import MilestoneRow
+from visualisation import page, run_records, style, words
+from visualisation.run_records import MilestoneRow
 
 WIDE_IN = 5.0
 """Width from which a page has room for more than a column of text has."""
@@ -110,7 +109,7 @@ def sheet(
         above_in: height of a panel for something else above all this.
         has_key: whether the flags are listed below; else the caption alone says what they are.
     """
-    marks = grouped(reading.milestones(results))
+    marks = grouped(run_records.milestones(results))
     heights_in = [above_in, body_in] if above_in else [body_in]
     figure = page.opened(width_in, sum(heights_in) + LINE_IN * len(marks))
     *above, axes = page.panels(figure, len(heights_in), 1, framed=True)
@@ -131,14 +130,14 @@ def sheet(
     assert engine is not None
     engine.execute(figure)  # now the panel has its width
     room_in, _ = page.panel_in(axes)
-    _time_axis(axes, reading.end_s(results), room_in)
+    _time_axis(axes, run_records.end_s(results), room_in)
     _flags(axes, marks, room_in, _n_rows(len(marks), room_in))
-    return Sheet(figure, above[0] if above else None, axes, heights_in, reading.end_s(results))
+    return Sheet(figure, above[0] if above else None, axes, heights_in, run_records.end_s(results))
 
 
 def room_in(results: RunResults, width_in: float, has_key: bool = True) -> float:
     """About how high bodies may be on a page of a paper."""
-    marks = grouped(reading.milestones(results))
+    marks = grouped(run_records.milestones(results))
     columns = style.legend_columns([f"{mark.number}  {mark.label}" for mark in marks], width_in - 0.1)
     n_lines = -(-len(marks) // columns) if has_key else 0
     return TALLEST_IN - AROUND_IN - LINE_IN * n_lines - FLAG_IN * _n_rows(len(marks), 0.5 * width_in)

@@ -12,10 +12,9 @@ from matplotlib.patches import Patch
 from missions.figure import RunResults, axis_end_s
 from visualisation import page, style, words
 from visualisation.page import DrawnPage
+from visualisation.run_records import Floats, Span
 from visualisation.runs import captions, news, shades
 from visualisation.runs.news import Flags, RunPackets
-from visualisation.runs.reading import Floats
-from visualisation.spans import Span
 
 ROWS_IN, LANES_IN = (0.055, 0.18, 1.8), (0.075, 0.24, 2.4)
 """A row at least and at most, and what all rows of a panel should take; where slots are single, too."""

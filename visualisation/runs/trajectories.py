@@ -19,12 +19,11 @@ from matplotlib.patches import Patch, Polygon
 from matplotlib.ticker import MaxNLocator
 
 from missions.figure import Layer, Mark, Place, PointM, RunResults
-from visualisation import labels, page, style, words
+from visualisation import labels, page, run_records, style, words
 from visualisation.labels import Label
 from visualisation.page import DrawnPage
-from visualisation.runs import captions, declared, reading
-from visualisation.runs.reading import PlanTrack
-from visualisation.spans import Span, outages
+from visualisation.run_records import PlanTrack, Span, outages
+from visualisation.runs import captions, declared
 
 QUIET = 0.25
 LEAST_EVENTS = 5
@@ -202,7 +201,7 @@ def picture(
         if layer not in shown
     ]
     scene = _scene(results, places, shown, marks)
-    panels = _panels(scene, eventful(reading.eventful_times_s(results), scene.end_s))
+    panels = _panels(scene, eventful(run_records.eventful_times_s(results), scene.end_s))
     width_in = width_in or (style.PAGE_IN if len(panels) > 1 else style.COLUMN_IN)
     beside = len(panels) > 1 and width_in >= LEAST_FOR_TWO_IN
     numbers = range(len(panels))
@@ -245,8 +244,8 @@ def _scene(results: RunResults, places: Sequence[Place], layers: Sequence[Layer]
         mark.milestone: Symbol(marker, mark.label, size_pt, style.YELLOW)
         for mark, (marker, size_pt) in zip(marks, cycle(MARKS), strict=False)
     }
-    tracks, end_s = reading.tracks(results), reading.end_s(results)
-    faults = [TrackEvent(fault.vehicle, fault.span.start_s, FAULT) for fault in reading.vehicle_faults(results)]
+    tracks, end_s = run_records.tracks(results), run_records.end_s(results)
+    faults = [TrackEvent(fault.vehicle, fault.span.start_s, FAULT) for fault in run_records.vehicle_faults(results)]
     return MapContents(
         tracks=tracks,
         looks=_looks(declared.Kit(results).looks, tracks),
@@ -255,7 +254,7 @@ def _scene(results: RunResults, places: Sequence[Place], layers: Sequence[Layer]
         layers=list(layers),
         events=[
             TrackEvent(milestone.vehicle, milestone.time_s, symbols[milestone.name])
-            for milestone in reading.milestones(results)
+            for milestone in run_records.milestones(results)
             if milestone.name in symbols and milestone.vehicle in tracks
         ]
         + [event for event in faults if event.vehicle in tracks],
@@ -341,7 +340,7 @@ def _draw(axes: Axes, scene: MapContents, panel: Panel, lowest: bool) -> None:
         for place in of_kind:
             line = {"linestyle": lines[kind], "linewidth": 0.8, "zorder": 1}
             axes.add_patch(Polygon(place.outline_m, fill=False, edgecolor=style.GREY, **line))
-    step_s = reading.marker_step_s(panel.span.end_s - panel.span.start_s)
+    step_s = run_records.marker_step_s(panel.span.end_s - panel.span.start_s)
     for name, track in scene.tracks.items():
         look = scene.looks[name]
         if panel.span.start_s > 0:
@@ -409,7 +408,7 @@ def _legend(scene: MapContents) -> list[Artist]:
 
 
 def _caption(results: RunResults, scene: MapContents, said: str) -> str:
-    step_s = reading.marker_step_s(scene.end_s)
+    step_s = run_records.marker_step_s(scene.end_s)
     sentences = [
         "Trajectories of the vehicles, x east and y north.",
         f"Markers on a track are {step_s:g} s apart (closer where a panel shows less time).",

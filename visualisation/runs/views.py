@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 
 from missions.figure import RunResults
 from missions.graphs import GroupNode, RoleKey, group_nodes
+from visualisation import run_records
 from visualisation.output import DrawingError, unknown
-from visualisation.runs import reading
-from visualisation.spans import Span, outages, outside, spans
+from visualisation.run_records import Span, outages, outside, spans
 
 CREATED, DISSOLVED, MISSION, SUCCEEDED = "create", "dissolve", "mission", "succeed"
 """Acts that are marked."""
@@ -94,13 +94,13 @@ def view_of(results: RunResults, viewer: str = "") -> View:
     Raises:
         DrawingError: there is no such vehicle.
     """
-    names = reading.vehicle_names(results)
+    names = run_records.vehicle_names(results)
     if viewer and viewer not in names:
         raise unknown("vehicle", viewer, names)
-    rows = results.table("organisation").to_pylist()
+    rows = results.rows("organisation")
     of_roles = [row for row in rows if row["role"] and row["event"] in ("assigned", "left")]
     told = [row for row in of_roles if row["vehicle"] == (viewer or row["peer"])]
-    groups = group_nodes(reading.scenario(results), [(row["group"], row["role"]) for row in rows])
+    groups = group_nodes(results.scenario_tables, [(row["group"], row["role"]) for row in rows])
     away = _absences(results, viewer) if viewer else outages(results)
     marks = _marks(rows, viewer)
     return View(
@@ -135,7 +135,7 @@ def _holdings(rows: Iterable[dict[str, Any]], away: Mapping[str, list[Span]]) ->
 def _absences(results: RunResults, viewer: str) -> dict[str, list[Span]]:
     """When the viewer took its peers for absent."""
     told: dict[str, list[tuple[float, bool]]] = defaultdict(list)
-    for row in results.table("membership").to_pylist() if results.has("membership") else ():
+    for row in results.rows("membership"):
         if row["vehicle"] == viewer:
             told[row["peer"]].append((row["time_s"], row["event"] == "absent"))
     return {peer: spans(events) for peer, events in told.items()}

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyarrow.parquet as pq
 import pytest
 from sampling import sampled
 
@@ -160,22 +159,11 @@ def test_who_and_when_are_checked(folder: Path) -> None:
     assert repr(results.known("AUV01", np.int64(10))) == "<Known to AUV01 at 10 s>"
 
 
-def test_an_older_folder_is_read_and_says_that_it_cannot_tell(folder: Path, tmp_path: Path) -> None:
-    """Without the newer tables, and with the tables and columns that it had."""
-    older = Path(shutil.copytree(folder, tmp_path / "older"))
-    for name in ("items", "decisions", "organisation"):
-        (older / f"{name}.parquet").unlink()
-    for name, n_columns in (("packets", 8), ("trajectories", 7)):
-        pq.write_table(pq.read_table(folder / f"{name}.parquet").select(range(n_columns)), older / f"{name}.parquet")
-    results = Results.read(older)
-    assert results.table("packets").num_rows > 0
-    assert results.table("trajectories").column_names[-1] == "energy_j"
-    with pytest.raises(OutputError, match=r"older version wrote it \(lacking or older: items, organisation\)"):
-        results.known("AUV01", 10.0)
-    for name in ("items", "organisation"):
-        shutil.copy(folder / f"{name}.parquet", older)
-    with pytest.raises(OutputError, match=r"lacking or older: packets"):
-        Results.read(older).known("AUV01", 10.0)
+def test_of_a_folder_that_lacks_a_table_it_says_which(folder: Path, tmp_path: Path) -> None:
+    partly = Path(shutil.copytree(folder, tmp_path / "partly"))
+    (partly / "items.parquet").unlink()
+    with pytest.raises(OutputError, match=r"no table 'items'; there are"):
+        Results.read(partly).known("AUV01", 10.0)
 
 
 def test_what_a_vehicle_gave_up_waiting_for_is_not_known_any_more(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,9 +10,9 @@ from small_mission import pond as pond_of
 from missions.errors import ConfigurationError
 from missions.runs.assembly import actual, assemble
 from missions.runs.setup import Setup, resolved
-from missions.runs.underway import Underway
 from missions.scenarios import Scenario, load
 from remoras.fleet import Fleet
+from remoras.stepped import RunSoFar
 
 SECONDS_S = 200.0
 
@@ -93,23 +93,24 @@ def test_a_job_that_vehicles_without_the_social_layer_alone_are_able_to_do_needs
 SHORT = [("--set", "scenario.duration_s=120"), ("--per", "channel.per=0.6")]
 
 
-def started() -> Underway:
-    return Underway(resolved(load("mapping-rendezvous", SHORT)), 3)
+def started() -> RunSoFar:
+    setup = resolved(load("mapping-rendezvous", SHORT))
+    return RunSoFar(setup.scenario, 3, assemble(setup, 3))
 
 
 def test_a_packet_is_told_when_all_who_hear_it_have_heard_it() -> None:
-    underway = started()
+    run = started()
     n_held_back = 0
-    while underway.is_running:
-        underway.step()
-        if not underway.is_running:
+    while run.fleet.running:
+        run.fleet.step()
+        if not run.fleet.running:
             break
-        assert underway.summary()["is_underway"] is True
-        packets = underway.table("packets").to_pylist()
-        assert all(max([row["end_s"], *row["arrivals_s"]]) < underway.now_s for row in packets)
-        sent = underway.recorder.rows("packets")
+        assert run.summary["is_underway"] is True
+        packets = run.rows("packets")
+        assert all(max([row["end_s"], *row["arrivals_s"]]) < run.fleet.now_s for row in packets)
+        sent = run.fleet.recorder.rows("packets")
         assert 0 <= len(sent) - len(packets) <= 2  # a slot is 1.8 s, and the way to the farthest less than another
         n_held_back += len(sent) > len(packets)
     assert n_held_back > 0
-    crashed = underway.summary("crashed")
+    crashed = RunSoFar(run.scenario, 3, run.fleet, "crashed").summary
     assert (crashed["is_underway"], crashed["reason"]) == (False, "crashed")

@@ -1,12 +1,10 @@
 """Organisation, plans and motivations in the page are those of the tables at any time, in any vehicle's view."""
 
 import math
-import shutil
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-import pyarrow.parquet as pq
 import pytest
 from browsing import Window
 from chromium import opened, seek, written
@@ -14,8 +12,8 @@ from replayed import asked, data_of, moments_s, recorded
 from synthetic_runs import FICTIONS, FLEET, Fiction, nested
 
 from missions.runs.results import Results
+from visualisation import run_records
 from visualisation.replay import run_data
-from visualisation.runs import reading
 from visualisation.runs.views import View, view_of
 
 MOMENTS = 12
@@ -48,7 +46,7 @@ ORGANISATION = """([run], times) => times.map((t) => [-1, ...run.vehicles.keys()
 
 def check_organisation(results: Results, data: bytes, folder: Path) -> int:
     """Hold the page against the tables; returns how many groups were compared."""
-    names = reading.vehicle_names(results)
+    names = run_records.vehicle_names(results)
     times_s = [0.0, 210.0, *moments_s(results, MOMENTS)]
     n_groups = 0
     views = {viewer: view_of(results, viewer) for viewer in ("", *names)}
@@ -99,7 +97,7 @@ LABELS = """([run]) => run.vehicles.map((_, v) => [
 def test_a_role_is_named_with_its_group_where_several_groups_have_one_of_its_name(tmp_path: Path) -> None:
     """West, Middle and East have the same roles; those of Fleet are its own."""
     results = recorded(tmp_path / "run", "scenario.duration_s=90", scenario="mapping-nine-teams")
-    names = reading.vehicle_names(results)
+    names = run_records.vehicle_names(results)
     told = dict(zip(names, asked([data_of(results)], LABELS, tmp_path, more=["facts.js"]), strict=True))
     spells, choices, events = told["AUV00"]
     assert "West.Coordinator" in spells
@@ -227,15 +225,6 @@ def test_motivations_are_told_with_the_means_of_their_combinations(lost: Results
                 assert (mine, external) == pytest.approx((row["own"], row["external"]), abs=1e-5)
                 assert chosen == row["chosen"]
                 assert mean == (None if row["best_mean"] is None else pytest.approx(row["best_mean"], abs=1e-5))
-
-
-def test_an_older_organisation_without_acts_is_shown(lost: Results, tmp_path: Path) -> None:
-    shutil.copytree(lost.folder, tmp_path / "older")
-    path = tmp_path / "older" / "organisation.parquet"
-    pq.write_table(pq.read_table(path).select(range(6)), path)
-    results = Results.read(tmp_path / "older")
-    now, then = (asked([data_of(one)], ORGANISATION, tmp_path, [150.0, 900.0]) for one in (lost, results))
-    assert then == now
 
 
 GROUPS = """() => [...document.querySelectorAll('.body .group')].map((box) => [box.querySelector('.title b').innerText,

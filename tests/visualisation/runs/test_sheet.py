@@ -9,10 +9,9 @@ from hypothesis import strategies as st
 from synthetic_runs import CROWD, Fiction
 
 from visualisation import style
+from visualisation.run_records import MilestoneRow, Span, Tenure
 from visualisation.runs import htn, roles, run_picture, trajectories
-from visualisation.runs.reading import MilestoneRow, Tenure
 from visualisation.runs.sheet import TALLEST_IN, grouped, spread
-from visualisation.spans import Span
 
 
 def held(role: str, start_s: float = 0.0) -> Tenure:

@@ -9,11 +9,10 @@ import pytest
 from synthetic_runs import FICTIONS, Fiction
 
 from missions.figure import Place
-from visualisation import style
-from visualisation.runs import reading, run_picture
-from visualisation.runs.reading import PlanTrack, Tenure, VehicleFault
+from visualisation import run_records, style
+from visualisation.run_records import PlanTrack, Span, Tenure, VehicleFault
+from visualisation.runs import run_picture
 from visualisation.runs.trajectories import MOST_NAMED, MapContents, _panels
-from visualisation.spans import Span
 
 
 def test_kinds_of_places_have_their_symbols_and_their_words(tmp_path: Path) -> None:
@@ -99,7 +98,7 @@ def test_a_role_is_held_and_drives_from_event_to_event(
 ) -> None:
     rows = [(time_s, "A", "Team", "Diver", event) for time_s, event in events]
     run = Fiction(roles=(), extra_roles=rows).write(tmp_path / "run")  # type: ignore[arg-type]
-    assert reading.tenures(run) == {"A": [Tenure("Team", "Diver", tuple(held), tuple(active))], "B": []}
+    assert run_records.tenures(run) == {"A": [Tenure("Team", "Diver", tuple(held), tuple(active))], "B": []}
 
 
 def test_no_role_drives_a_vehicle_that_is_out_of_the_mission(tmp_path: Path) -> None:
@@ -111,7 +110,7 @@ def test_no_role_drives_a_vehicle_that_is_out_of_the_mission(tmp_path: Path) -> 
         [{"time_s": at_s, "vehicle": "A", "kind": kind, "detail": detail} for at_s, kind, detail in faults]
     )
     pq.write_table(table.replace_schema_metadata(run.table("roles").schema.metadata), run.folder / "faults.parquet")
-    (found,) = reading.tenures(run)["A"]
+    (found,) = run_records.tenures(run)["A"]
     assert found.held == (Span(10.0, 1000.0),)
     assert found.active == (Span(20.0, 30.0), Span(50.0, 70.0))
 
@@ -122,7 +121,11 @@ def test_roles_of_one_group_stay_together(tmp_path: Path) -> None:
         for at, (group, role) in enumerate([("One", "p"), ("Two", "q"), ("One", "r")])
     ]
     run = Fiction(roles=(), extra_roles=rows).write(tmp_path / "run")
-    assert [(own.group, own.role) for own in reading.tenures(run)["A"]] == [("One", "p"), ("One", "r"), ("Two", "q")]
+    assert [(own.group, own.role) for own in run_records.tenures(run)["A"]] == [
+        ("One", "p"),
+        ("One", "r"),
+        ("Two", "q"),
+    ]
 
 
 def test_a_position_between_two_records_is_between_them() -> None:
@@ -134,10 +137,10 @@ def test_a_position_between_two_records_is_between_them() -> None:
 def test_faults_of_vehicles_last_until_they_are_over(tmp_path: Path) -> None:
     """An empty battery is none that the scenario declares."""
     run = FICTIONS["faults"].write(tmp_path / "run")
-    assert reading.vehicle_faults(run) == [
+    assert run_records.vehicle_faults(run) == [
         VehicleFault("B", "joins", "away until 200 s", Span(0.0, 200.0)),
         VehicleFault("A", "mute", "until 600 s", Span(300.0, 600.0)),
         VehicleFault("B", "lost", "for good", Span(500.0, 1000.0)),
     ]
     (run.folder / "faults.parquet").unlink()  # as an older version wrote it
-    assert reading.vehicle_faults(run) == []
+    assert run_records.vehicle_faults(run) == []

@@ -1,17 +1,84 @@
-"""What the figures read out of the results of a run: vehicles, tracks, spans of roles, milestones."""
+"""Data of a run that figures, the replay and exports share: vehicles, tracks, outages, roles, milestones, refusals."""
 
 from __future__ import annotations
 
+import math
+import re
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from missions.fault import Absence, absence
 from missions.figure import PointM, RunResults
-from missions.files import tables_of
-from visualisation.spans import OVER, Span, outages, outside, spans
+
+OVER = "over"
+"""Detail in the table of faults when one is over."""
+
+
+class Span(NamedTuple):
+    """From when to when; to infinity for good."""
+
+    start_s: float
+    end_s: float
+
+
+def spans(events: Iterable[tuple[float, bool]], last_s: float = math.inf) -> list[Span]:
+    """From each time at which something begins to the next at which it is over; what is not over lasts to the end.
+
+    >>> spans([(1.0, True), (2.0, True), (5.0, False), (7.0, True)], 9.0)
+    [Span(start_s=1.0, end_s=5.0), Span(start_s=7.0, end_s=9.0)]
+    """
+    found: list[Span] = []
+    since_s: float | None = None
+    for time_s, begins in events:
+        if begins and since_s is None:
+            since_s = time_s
+        elif not begins and since_s is not None:
+            found.append(Span(since_s, time_s))
+            since_s = None
+    return found if since_s is None else [*found, Span(since_s, last_s)]
+
+
+def outages(results: RunResults) -> dict[str, list[Span]]:
+    """Outages of the vehicles that had any, in the order in which they began."""
+    found: defaultdict[str, list[Span]] = defaultdict(list)
+    open_at: dict[tuple[str, str], int] = {}
+    for row in results.rows("faults"):
+        own, key, time_s = found[row["vehicle"]], (row["vehicle"], row["kind"]), float(row["time_s"])
+        if absence(row["kind"]) not in (Absence.BEFORE, Absence.LOSS):
+            continue
+        if row["detail"] != OVER:
+            open_at[key] = len(own)
+            own.append(Span(time_s, math.inf))
+        elif key in open_at:
+            own[open_at[key]] = Span(own[open_at[key]].start_s, time_s)
+    return {vehicle: own for vehicle, own in found.items() if own}
+
+
+def outside(start_s: float, end_s: float, out: Iterable[Span]) -> list[Span]:
+    """The parts of a span that lie outside of outages.
+
+    >>> outside(0.0, 10.0, [Span(2.0, 4.0), Span(9.0, math.inf)])
+    [Span(start_s=0.0, end_s=2.0), Span(start_s=4.0, end_s=9.0)]
+    """
+    parts = [Span(start_s, end_s)]
+    for gap in out:
+        cut = [[(start, min(end, gap.start_s)), (max(start, gap.end_s), end)] for start, end in parts]
+        parts = [Span(start, end) for pair in cut for start, end in pair if start < end]
+    return parts
+
+
+def outages_until(out: Iterable[Span], end_s: float) -> list[tuple[float, float]]:
+    """Outages as far as a run that ended at ``end_s`` shows them.
+
+    >>> outages_until([Span(2.0, 4.0), Span(9.0, math.inf)], 10.0)
+    [(2.0, 4.0), (9.0, 10.0)]
+    """
+    return [(gap.start_s, min(gap.end_s, end_s)) for gap in out if gap.start_s < end_s]
+
 
 Floats = NDArray[np.float64]
 RoleKey = tuple[str, str]
@@ -68,23 +135,23 @@ class VehicleFault(NamedTuple):
     span: Span
 
 
-def scenario(results: RunResults) -> dict[str, Any]:
-    """The resolved scenario of the run."""
-    return tables_of(results.manifest["scenario"], "manifest.json")
-
-
 def vehicle_names(results: RunResults) -> list[str]:
     """Names of the vehicles in the order of the scenario."""
-    return [vehicle["name"] for vehicle in scenario(results).get("vehicle", ())]
+    return [vehicle["name"] for vehicle in results.scenario_tables.get("vehicle", ())]
 
 
 def tracks(results: RunResults) -> dict[str, PlanTrack]:
     """Tracks of the vehicles that were recorded, in the order of the scenario."""
+    return {name: PlanTrack(*own) for name, own in track_columns(results, PlanTrack._fields).items()}
+
+
+def track_columns(results: RunResults, columns: Sequence[str]) -> dict[str, list[Floats]]:
+    """Columns of the trajectories of each vehicle that was recorded, in the order of the scenario."""
     table = results.table("trajectories")
     names = np.asarray(table["vehicle"].to_pylist(), dtype=str)
-    columns = [table[name].to_numpy() for name in ("time_s", "x_m", "y_m")]
+    whole = [table[name].to_numpy() for name in columns]
     own = {name: names == name for name in vehicle_names(results)}
-    return {name: PlanTrack(*(column[rows] for column in columns)) for name, rows in own.items() if rows.any()}
+    return {name: [column[rows] for column in whole] for name, rows in own.items() if rows.any()}
 
 
 def milestones(results: RunResults) -> list[MilestoneRow]:
@@ -95,12 +162,10 @@ def milestones(results: RunResults) -> list[MilestoneRow]:
 
 def vehicle_faults(results: RunResults) -> list[VehicleFault]:
     """Faults that the scenario declares and the run had, in the order in which they began."""
-    kinds = {fault.get("kind") for fault in scenario(results).get("fault", ())}
-    if not kinds or not results.has("faults"):
-        return []
+    kinds = {fault.get("kind") for fault in results.scenario_tables.get("fault", ())}
     last_s = end_s(results)
     found: list[VehicleFault] = []
-    for row in results.table("faults").to_pylist():
+    for row in results.rows("faults"):
         vehicle, kind, time_s = row["vehicle"], row["kind"], float(row["time_s"])
         if kind not in kinds:
             continue  # such as an empty battery
@@ -126,7 +191,7 @@ def tenures(results: RunResults) -> dict[str, list[Tenure]]:
     """
     events: dict[str, dict[RoleKey, list[tuple[float, str]]]] = {name: {} for name in vehicle_names(results)}
     groups: dict[str, int] = {}
-    for row in results.table("roles").to_pylist():
+    for row in results.rows("roles"):
         groups.setdefault(row["group"], len(groups))
         of_role = events[row["vehicle"]].setdefault((row["group"], row["role"]), [])
         of_role.append((row["time_s"], row["event"]))
@@ -158,7 +223,7 @@ def satisfaction(results: RunResults) -> dict[str, dict[RoleKey, tuple[Floats, F
     series: dict[str, dict[RoleKey, list[tuple[float, float]]]] = {
         name: defaultdict(list) for name in vehicle_names(results)
     }
-    for row in results.table("satisfaction").to_pylist():
+    for row in results.rows("satisfaction"):
         series[row["vehicle"]][row["group"], row["role"]].append((row["time_s"], row["value"]))
     return {
         vehicle: {key: (np.array([p[0] for p in points]), np.array([p[1] for p in points]))
@@ -169,7 +234,7 @@ def satisfaction(results: RunResults) -> dict[str, dict[RoleKey, tuple[Floats, F
 
 def eventful_times_s(results: RunResults) -> list[float]:
     """Times at which a milestone was reached or a role began or ceased to drive a vehicle, where roles are recorded."""
-    roles = results.table("roles")["time_s"].to_pylist() if results.has("roles") else ()
+    roles = (row["time_s"] for row in results.rows("roles"))
     return sorted({*roles, *(milestone.time_s for milestone in milestones(results))})
 
 
@@ -181,3 +246,40 @@ def marker_step_s(length_s: float) -> float:
     """
     steps_s = (1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600, 7200, 14400, 43200, 86400)
     return float(next((step for step in steps_s if length_s / step <= 10), length_s))
+
+
+NUMBERS = re.compile(r"\d+(\.\d+)?")
+
+
+def kind_of(reason: str) -> str:
+    """A reason without its numbers, by which refusals are counted.
+
+    >>> kind_of("a packet of node 2 of slot 17 arrives in slot 19.5")
+    'a packet of node n of slot n arrives in slot n'
+    """
+    return NUMBERS.sub("n", reason)
+
+
+def packets_refused(
+    packets: Sequence[Mapping[str, Any]], refusals: Iterable[Mapping[str, Any]]
+) -> Iterator[tuple[int, str]]:
+    """Number of each packet that was refused, and the vehicle that refused it.
+
+    What a refused packet says of itself may be wrong, so a packet is found by the time at which it arrived, else by its
+    slot. A refusal of what no vehicle of the run sent belongs to none.
+
+    Args:
+        packets: rows of the table ``packets``.
+        refusals: rows of the table ``refused``.
+    """
+    arrived: dict[tuple[str, float], int] = {}
+    slots: dict[tuple[str, int], int] = {}
+    for at, row in enumerate(packets):
+        for receiver, time_s in zip(row["receivers"], row["arrivals_s"], strict=True):
+            slots[receiver, row["slot"]] = at
+            arrived[receiver, time_s] = at
+    for row in refusals:
+        vehicle = row["vehicle"]
+        found = arrived.get((vehicle, row["time_s"]), slots.get((vehicle, row["slot"])))
+        if found is not None:
+            yield found, vehicle

@@ -1,0 +1,290 @@
+"""Reader of one run, alike for a run in memory, in a folder, under way, and among the kept tables of a sweep.
+
+Metrics, figures, the replay, exports, queries and ``known`` read runs by it. It has numbers of the summary, and rows of
+tables to the step of their units: so the same run gives the same value, wherever it is.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections import Counter
+from collections.abc import Callable, Iterable
+from functools import cached_property
+from operator import itemgetter
+from typing import TYPE_CHECKING, Any
+
+import pyarrow as pa
+
+from missions.errors import ConfigurationError, OutputError
+from missions.files import tables_of
+from missions.metric import NOT_APPLICABLE, Absent, MeasuredRun, Metric
+from missions.runs.folder import MANIFEST
+from missions.scenarios.parts import mission_of
+from missions.scenarios.scenario import Scenario
+from remoras.contents import Content
+from remoras.errors import PluginError
+from remoras.mission import Milestone, Mission
+from remoras.recorder import KEY, TIME
+from worldmodel import suggestion
+
+if TYPE_CHECKING:
+    from missions.runs.known import KnownAt, Memory
+    from missions.runs.setup import Setup
+    from remoras.settling import Settled
+
+
+class RunReader(ABC):
+    """One run: a ``missions.figure.RunResults`` and a ``missions.metric.MeasuredRun``."""
+
+    @property
+    @abstractmethod
+    def summary(self) -> dict[str, Any]:
+        """The figures of the run."""
+
+    @property
+    @abstractmethod
+    def manifest(self) -> dict[str, Any]:
+        """What is needed to repeat the run."""
+
+    @property
+    @abstractmethod
+    def scenario(self) -> Scenario:
+        """The whole input of the run."""
+
+    @property
+    @abstractmethod
+    def tables(self) -> tuple[str, ...]:
+        """Names of the tables."""
+
+    @abstractmethod
+    def _read(self, name: str) -> pa.Table:
+        """A table that is there."""
+
+    def has(self, name: str) -> bool:
+        """True if there is a table of that name: its mission or a feature may not have it."""
+        return name in self.tables
+
+    def table(self, name: str) -> pa.Table:
+        """An Arrow table; ``.to_pandas()`` makes a data frame of it.
+
+        Raises:
+            OutputError: there is no such table, or it is damaged.
+        """
+        if not self.has(name):
+            raise OutputError(f"no table {name!r}; there are {', '.join(self.tables)}{suggestion(name, self.tables)}")
+        return self._read(name)
+
+    def rows(self, name: str) -> list[dict[str, Any]]:
+        """Rows of a table by the names of its columns; none of a table that is not there."""
+        rows: list[dict[str, Any]] = self.table(name).to_pylist() if self.has(name) else []
+        return rows
+
+    def units(self, name: str) -> dict[str, str]:
+        """Units of a table's columns; columns without a unit are left out."""
+        return {field.name: field.metadata[b"unit"].decode() for field in self.table(name).schema if field.metadata}
+
+    @cached_property
+    def scenario_tables(self) -> dict[str, Any]:
+        """The resolved scenario as TOML has it, which other versions can read too.
+
+        Raises:
+            OutputError: it is no TOML.
+        """
+        try:
+            return tables_of(self.manifest["scenario"], MANIFEST)
+        except (TypeError, ConfigurationError) as error:
+            raise OutputError(f"{self!r}: the scenario in its manifest is damaged: {error}") from None
+
+    # What metrics read ------------------------------------------------------------------------------
+
+    @cached_property
+    def recorder(self) -> KeptTables:
+        """The tables as rows in time order."""
+        return KeptTables(self)
+
+    @cached_property
+    def setup(self) -> Setup:
+        """What was settled before the mission began."""
+        from missions.runs.setup import resolved  # which asks for the metrics of a scenario, and few metrics for it
+
+        return resolved(self.scenario)
+
+    @cached_property
+    def mission(self) -> Mission:
+        """The mission of the scenario."""
+        return mission_of(self.scenario)
+
+    @property
+    def milestones(self) -> tuple[Milestone, ...]:
+        """What happened when, in time order."""
+        keys = ("time_s", "name", "vehicle", "group")
+        return tuple(Milestone(*(row[key] for key in keys)) for row in self.summary["milestones"])
+
+    @property
+    def seed(self) -> int:
+        """Root of all draws."""
+        return int(self.summary["seed"])
+
+    @property
+    def completed(self) -> bool:
+        """True if the mission is complete."""
+        return bool(self.summary["completed"])
+
+    @property
+    def reason(self) -> str:
+        """Why it is not complete; empty if it is."""
+        return str(self.summary["reason"])
+
+    @property
+    def end_s(self) -> float:
+        """Mission time (s)."""
+        return float(self.summary["mission_time_s"])
+
+    @property
+    def goal_fraction(self) -> float:
+        """Share of the mission's whole goal that was reached, 0..1."""
+        return float(self.summary["goal_fraction"])
+
+    @property
+    def reachable_fraction(self) -> float:
+        """Share that was reached, or was within reach at the end, 0..1."""
+        return float(self.summary["reachable_fraction"])
+
+    @property
+    def distance_m(self) -> float:
+        """Distance travelled by the whole fleet (m)."""
+        return float(self.summary["distance_m"])
+
+    @property
+    def n_false_beliefs(self) -> int:
+        """How often a vehicle came to believe that a peer held what that peer lacked."""
+        return int(self.summary["false_beliefs"])
+
+    @property
+    def wrong_belief_fraction(self) -> float | None:
+        """Share of the beliefs of who does a job that were wrong, 0..1; None if there were none."""
+        fraction = self.summary["wrong_belief_fraction"]
+        return None if fraction is None else float(fraction)
+
+    @property
+    def settled(self) -> Settled | None:
+        """How the exchange after the mission ended; None where there was none."""
+        if "settling_s" not in self.summary:
+            return None
+        from remoras.settling import Settled  # which loads the fleet; who reads tables need not
+
+        return Settled(float(self.summary["settling_s"]), bool(self.summary["settled"]))
+
+    # What vehicles knew -----------------------------------------------------------------------------
+
+    @cached_property
+    def _memory(self) -> Memory:
+        from missions.runs.known import Memory  # who only reads tables need not load what runs
+
+        return Memory(self, self.setup)
+
+    def known(self, vehicle: str, at_s: float) -> KnownAt:
+        """What ``vehicle`` knew at ``at_s``: its world model, and the organisation in its view.
+
+        Raises:
+            OutputError: no such vehicle, time or table.
+        """
+        return self._memory.known(vehicle, at_s)
+
+
+class KeptTables:
+    """Tables of a run as tuples in time order.
+
+    Attributes:
+        bits: sent by the whole fleet, by what they are for.
+
+    Args:
+        reader: of the run.
+    """
+
+    def __init__(self, reader: RunReader) -> None:
+        self.bits = Counter({content: int(reader.summary[f"bits_{content.value}"]) for content in Content})
+        self._reader = reader
+        self._rows: dict[str, list[tuple[Any, ...]]] = {}  # several metrics read one table
+
+    def rows(self, table: str) -> list[tuple[Any, ...]]:
+        """Rows of a table in time order; none of a table that is not there."""
+        if table not in self._rows:
+            self._rows[table] = _in_time_order(self._reader.table(table)) if self._reader.has(table) else []
+        return self._rows[table]
+
+
+def _in_time_order(table: pa.Table) -> list[tuple[Any, ...]]:
+    names = [name for name in table.column_names if name != KEY]
+    rows = list(zip(*(table[name].to_pylist() for name in names), strict=True))
+    if TIME.name in names:  # trajectories are kept vehicle by vehicle
+        rows.sort(key=itemgetter(names.index(TIME.name)))
+    return rows
+
+
+class KeptRun(RunReader):
+    """A run without a manifest: one of a sweep, or one whose summary is being made.
+
+    Args:
+        summary: its figures.
+        tables: names of its tables.
+        read: gives one of these.
+        scenario_of: gives its scenario; asked only if a metric asks.
+    """
+
+    def __init__(
+        self,
+        summary: dict[str, Any],
+        tables: Iterable[str],
+        read: Callable[[str], pa.Table],
+        scenario_of: Callable[[], Scenario],
+    ) -> None:
+        self._summary, self._tables = summary, tuple(tables)
+        self._read_table, self._scenario_of = read, scenario_of
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """The figures of the run."""
+        return self._summary
+
+    @property
+    def manifest(self) -> dict[str, Any]:
+        """Nothing."""
+        return {}
+
+    @property
+    def tables(self) -> tuple[str, ...]:
+        """Names of the tables."""
+        return self._tables
+
+    def _read(self, name: str) -> pa.Table:
+        return self._read_table(name)
+
+    @cached_property
+    def scenario(self) -> Scenario:
+        """The whole input of the run."""
+        return self._scenario_of()
+
+
+def value_of(metric: Metric, run: MeasuredRun, of: str) -> float | int | bool | Absent | None:
+    """The value of a metric in a run.
+
+    Args:
+        metric: a shipped one, one of a mission, or a user's own.
+        run: that has ended.
+        of: who declares the metric, for messages.
+
+    Raises:
+        PluginError: it raises, or gives something else than a finite number, a truth value or None.
+    """
+    where = f"metric {metric.name} of {of}" if of else f"metric {metric.name}"
+    try:
+        value = metric.of(run)
+    except Exception as error:  # it may be somebody else's function
+        raise PluginError(f"{where}: raised {type(error).__name__}: {error}") from error
+    if value is not None and value is not NOT_APPLICABLE and not isinstance(value, float | int):
+        raise PluginError(f"{where}: expected a number, a truth value or None; it gave {type(value).__name__}")
+    if isinstance(value, float) and not math.isfinite(value):
+        raise PluginError(f"{where}: expected a finite number, or None where a run has none; it gave {value}")
+    return value
