@@ -30,7 +30,7 @@ from missions.statistics import t_half_width
 from remoras.executive.satisfaction import motivation
 from remoras.functional.guidance import Guidance
 from remoras.htn import Execution, FactsLike
-from remoras.social.reports import Reports, scarce_energy_j
+from remoras.social.workload import Reports, scarce_energy_j
 from remoras.vehicle import Vehicle
 from worldmodel.arrivals import Arrivals
 

@@ -251,7 +251,7 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
             if vehicle.data.node not in self._astray:
                 self._consult(vehicle)
         alive = [vehicle for vehicle in self.vehicles if vehicle.functional.is_on]
-        self.holders.compare([(vehicle.name, vehicle.social.standing.organisation) for vehicle in alive])
+        self.holders.compare([(vehicle.name, vehicle.social.organisation) for vehicle in alive])
         self._observe(self.clock.now_s)
         self.traffic.await_frame(frame + 1)
 

@@ -33,7 +33,7 @@ from remoras.functional.sensing import Sensed
 from remoras.radio import Radio
 from remoras.recorder import Recorder
 from remoras.run_log import RunLog
-from remoras.social.layer import NOTHING_CONSIDERED, Considered, Review, SocialLayer
+from remoras.social.layer import NOTHING_CONSIDERED, Considered, SocialLayer
 from worldmodel import Change, WorldModelError
 from worldmodel.world_model import remember
 
@@ -148,7 +148,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         if observation.row:
             self._recorder.rows(sensed.table_of(self.name).name).append((now_s, self.name, *observation.row))
         if observation.facts or observation.found:
-            self._share(_recorded(sensed, self, now_s), now_s)
+            self._share(self._recorded(sensed, now_s), now_s)
 
     def think(self, now_s: float, dt_s: float) -> None:
         """Perceive, decide, and do at once what the decision asks of the social layer."""
@@ -175,11 +175,11 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
             self.has_resigned = True
             if not is_low:
                 self._run_log.fault(now_s, "cannot", f"{functional.stranded}: no headway")
-            self.conclude(self.social.standing.resign(), now_s)
+            self.conclude(self.social.resign(), now_s)
         if self.social.planner.due and decision.has(ActivityType.PLANNING):
-            _plan(self, now_s)
+            self._plan(now_s)
         if facts := self.social.findings(functional.believed):
-            self.conclude(facts, now_s, not self.social.standing.is_cut_off)
+            self.conclude(facts, now_s, not self.social.is_cut_off)
         if self.social.judged:
             judged, self.social.judged = self.social.judged, []
             for what, facts in judged:
@@ -195,7 +195,11 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
             self._uneventful = perceptions
             return perceptions
         functional, executive = self.functional, self.executive
-        if _note_what_was_found(self, perceptions, now_s):
+        sets = executive.sets
+        for of, perception in zip(sets, perceptions, strict=True):
+            for observation in perception.concludes:
+                self._share(self._recorded(Sensed(of.name, None, observation), now_s), now_s)
+        if executive.sets is not sets:
             perceptions = functional.perceive(executive.decision.chosen)
         if self._note_what_is_done(perceptions, now_s):
             perceptions = functional.perceive(executive.decision.chosen)
@@ -225,7 +229,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
                 self.conclude(facts, now_s)
             return bool(facts)  # it leaves the job at the end of the round
         blind = not perception.makes_no_way and any(activity.sensors for activity in failed.activities)
-        if facts := self.social.standing.give_up(objective, blind):
+        if facts := self.social.give_up(objective, blind):
             self._run_log.fault(now_s, "cannot", str(objective))
             self.conclude(facts, now_s)
         return bool(facts)
@@ -267,13 +271,13 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
 
     def _take_effect(self, now_s: float) -> bool:
         """Roles and objectives stated so far count from now on."""
-        if not self.social.standing.is_due:
+        if not self.social.is_due:
             return False
         self._may_have_replanned = True
         self._take_on(self.social.consult(), now_s)
         return True
 
-    def _take_on(self, result: Review | Considered, now_s: float) -> None:
+    def _take_on(self, result: Considered, now_s: float) -> None:
         """Play the roles that changed, by activities chosen anew where they have to be."""
         self._run_log.rulings(now_s, result.rulings)
         if result.activities_due:
@@ -324,7 +328,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
 
     def _shared_with(self, peer: str) -> Collection[str]:
         """Groups that this vehicle and a peer are members of; kept until the organisation is another."""
-        organisation = self.social.standing.organisation
+        organisation = self.social.organisation
         if organisation is not self._organisation:
             self._organisation = organisation
             self._shared.clear()
@@ -362,56 +366,42 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
             self._adopt()
         self._run_log.plans(now_s, self.social.planner.executions, self.social.pursuit.executions)
 
+    def _recorded(self, sensed: Sensed, now_s: float) -> Change:
+        """What an observation changes in the world model; raises PluginError if it cannot be recorded."""
+        beliefs, observation = self.beliefs, sensed.observation
+        for change in self.condition.readings:
+            observation = change(sensed.sensor, observation, beliefs.model.tbox)
+        try:
+            facts = beliefs.facts_of(observation)
+            return beliefs.model.record(facts, now_s, private=not self.radio.tells(facts))
+        except (WorldModelError, TypeError, ValueError) as error:
+            hint = "; the mission's instances_found_per_vehicle says how many" if observation.found else ""
+            raise PluginError(
+                f"sensor {sensed.sensor} of {self.name}: its observation cannot be recorded: {error}{hint}"
+            ) from error
 
-def _recorded(sensed: Sensed, vehicle: Vehicle, now_s: float) -> Change:
-    """What an observation changes in a vehicle's world model; raises PluginError if it cannot be recorded."""
-    beliefs = vehicle.beliefs
-    observation = sensed.observation
-    for change in vehicle.condition.readings:
-        observation = change(sensed.sensor, observation, beliefs.model.tbox)
-    try:
-        facts = beliefs.facts_of(observation)
-        return beliefs.model.record(facts, now_s, private=not vehicle.radio.tells(facts))
-    except (WorldModelError, TypeError, ValueError) as error:
-        hint = "; the mission's instances_found_per_vehicle says how many" if observation.found else ""
-        raise PluginError(
-            f"sensor {sensed.sensor} of {vehicle.name}: its observation cannot be recorded: {error}{hint}"
-        ) from error
+    def _plan(self, now_s: float) -> None:
+        """Plan the missions of the groups that it leads, and tell what comes of it."""
+        deliberation = self.social.plan_missions()
+        self._may_have_replanned = True
+        for no_plan in deliberation.impossible:
+            self._run_log.fault(now_s, "no plan", str(no_plan.task))
+        facts, told = deliberation.facts, not self.social.is_cut_off
+        for part in [facts] if self.radio.manager.fits(facts) else deliberation.parts:
+            self.conclude(part, now_s, told)
 
+    def go_on(self, before: Vehicle, now_s: float, remembers: bool) -> None:
+        """Begin anew where another one was; what is remembered counts as if it were heard now.
 
-def _note_what_was_found(vehicle: Vehicle, perceptions: Sequence[Perception], now_s: float) -> bool:
-    """Record what activities have found out; True if that had activities chosen anew."""
-    sets = vehicle.executive.sets
-    for of, perception in zip(sets, perceptions, strict=True):
-        for observation in perception.concludes:
-            vehicle._share(_recorded(Sensed(of.name, None, observation), vehicle, now_s), now_s)
-    return vehicle.executive.sets is not sets
-
-
-def _plan(vehicle: Vehicle, now_s: float) -> None:
-    """Plan the missions of a vehicle's groups, and tell what comes of it."""
-    deliberation = vehicle.social.plan_missions()
-    vehicle._may_have_replanned = True
-    for no_plan in deliberation.impossible:
-        vehicle._run_log.fault(now_s, "no plan", str(no_plan.task))
-    facts, told = deliberation.facts, not vehicle.social.standing.is_cut_off
-    for part in [facts] if vehicle.radio.manager.fits(facts) else deliberation.parts:
-        vehicle.conclude(part, now_s, told)
-
-
-def go_on(vehicle: Vehicle, before: Vehicle, now_s: float, remembers: bool) -> None:
-    """Let a vehicle that begins anew be where it was; what it remembers counts as if it were heard now.
-
-    Args:
-        vehicle: that knows nothing yet.
-        before: what it was.
-        now_s: the time now.
-        remembers: False if its memory is lost.
-    """
-    vehicle._next_decision_s = before._next_decision_s
-    embody(vehicle.functional, before.functional)
-    vehicle._adopt()
-    if remembers:
-        changes = remember(vehicle.beliefs.model, before.beliefs.model, now_s).changes
-        vehicle.radio.manager.resume(now_s)
-        vehicle._consider(changes, now_s)
+        Args:
+            before: what it was.
+            now_s: the time now.
+            remembers: False if its memory is lost.
+        """
+        self._next_decision_s = before._next_decision_s
+        embody(self.functional, before.functional)
+        self._adopt()
+        if remembers:
+            changes = remember(self.beliefs.model, before.beliefs.model, now_s).changes
+            self.radio.manager.resume(now_s)
+            self._consider(changes, now_s)

@@ -114,7 +114,7 @@ class ReadOnlyVehicle:
     @property
     def organisation(self) -> Organisation:
         """Groups and roles as the vehicle sees them."""
-        return self._social.standing.organisation
+        return self._social.organisation
 
     @property
     def performed(self) -> tuple[str, ...]:
@@ -163,7 +163,7 @@ class ReadOnlyVehicle:
     @property
     def is_patient(self) -> bool:
         """True while it is cut off and leaves to others what it will do itself if they do not come."""
-        return self._social.standing.is_patient
+        return self._social.is_patient
 
     def has_met(self, group: str) -> bool:
         """True if it takes ``group`` for gathered."""

@@ -55,4 +55,4 @@ def say(vehicle: Vehicle, *facts: Said, now_s: float = 1.0) -> Block:
 
 def miss(vehicle: Vehicle, *names: str) -> None:
     """Let a vehicle take these alone for absent."""
-    vehicle.social.standing._membership.absent = frozenset(names)
+    vehicle.social._membership.absent = frozenset(names)

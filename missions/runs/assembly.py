@@ -31,7 +31,7 @@ from remoras.social.membership import Lease
 from remoras.social.needs import GroupNeeds
 from remoras.solo import Solo
 from remoras.traffic import Medium
-from remoras.vehicle import Layers, Vehicle, go_on
+from remoras.vehicle import Layers, Vehicle
 from worldmodel import WorldModel
 
 
@@ -212,7 +212,7 @@ def vehicle_anew(host: Fleet | Solo, shared: Shared, before: Vehicle, remembers:
     """
     now_s = host.shown_s(before)
     anew = vehicle_of(host, shared, VehicleLife(before.real, now_s, before.beliefs.model.epoch + 1))
-    go_on(anew, before, now_s, remembers)
+    anew.go_on(before, now_s, remembers)
     return anew
 
 

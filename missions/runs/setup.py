@@ -40,8 +40,8 @@ from remoras.social.agreement import Agreement, agree
 from remoras.social.leadership import ROLE_ATTRIBUTES
 from remoras.social.needs import Path, Subjects
 from remoras.social.negotiation import negotiated_attributes
-from remoras.social.reports import SENSORS_WORK
-from remoras.social.requests import FORMATION_ATTRIBUTES
+from remoras.social.view import FORMATION_ATTRIBUTES
+from remoras.social.workload import SENSORS_WORK
 from remoras.strategy import Declaration, Strategy
 from remoras.work import Point
 from worldmodel import (

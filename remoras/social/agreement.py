@@ -19,7 +19,7 @@ from remoras.htn import NoPlan, Plan, Task, plan
 from remoras.mission import ALLOCATE_ROLES, ASSIGN_OBJECTIVE, GIVE_MISSION, SocialPart
 from remoras.nesting import meets_after, supervisors_of
 from remoras.organisation import Group, Organisation
-from remoras.social.reports import scarce_energy_j
+from remoras.social.workload import scarce_energy_j
 from remoras.strategy import Strategy, adapt_roles, form_groups
 from remoras.work import jobs_left, precedence, works
 

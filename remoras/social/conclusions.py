@@ -17,9 +17,8 @@ from remoras.organisation import Organisation
 from remoras.picture import Picture
 from remoras.plugins import answer, broken_promise
 from remoras.social.negotiation import Negotiation
-from remoras.social.reports import BATTERY
-from remoras.social.requests import OBJECTIVE_PREFIX
-from remoras.social.workload import Workload
+from remoras.social.view import OBJECTIVE_PREFIX
+from remoras.social.workload import BATTERY, Workload
 from worldmodel import Change
 
 GATHERED_AT = "gatheredAt"

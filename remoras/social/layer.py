@@ -10,38 +10,61 @@ Its eight modules, by the paper's names, and where they are:
 * individual objectives of a vehicle and collective objectives of a role: ``objectives_of``.
 
 Organisational data are facts of the world model and travel as such; ``consultation`` says from when they count, and
-``Standing`` who of the members is there.
+``membership`` who is there.
+
+What was agreed is one value, what the vehicle acts on another: the same without those who are absent. A vehicle that is
+cut off tells those who may still hear it that it takes no jobs and leads no longer; then it leads itself, and what it
+orders is for itself alone. When it hears somebody again, it lets go of what it took on alone and takes jobs again.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 from remoras.activities import ActivitySet, Objective
-from remoras.authority import Rules, Ruling
+from remoras.authority import NOBODY, Act, Request, Rules, Ruling, may_assign
 from remoras.beliefs import Beliefs, Fact, Key
 from remoras.database import AUVDatabase
 from remoras.mission import SocialPart
 from remoras.motion import Motion
-from remoras.organisation import Organisation
+from remoras.organisation import Outcome, RoleAssignment
 from remoras.picture import Picture
 from remoras.social.agreement import Agreement
 from remoras.social.conclusions import Conclusions, Gatherings
-from remoras.social.leadership import LEFT_ROLE, ROLE_ATTRIBUTES
-from remoras.social.membership import NO_CHANGES, Lease
+from remoras.social.consultation import claims, come_back, consult, give_missions
+from remoras.social.leadership import (
+    HEAD_TERM,
+    HEADED_BY,
+    LEFT_ROLE,
+    N_TERMS,
+    PLAYS_ROLE,
+    ROLE_ATTRIBUTES,
+    stepping_down,
+)  # fmt: skip
+from remoras.social.membership import (
+    AWAY_FRAMES,
+    DOUBT,
+    NO_CHANGES,
+    Changes,
+    Footing,
+    Lease,
+    Membership,
+    Patience,
+    acted_on,
+    patience_with,
+    with_work,
+)  # fmt: skip
 from remoras.social.negotiation import Negotiation
-from remoras.social.orders import aims
-from remoras.social.planning import Deliberation, MissionPlanner, OwnFacts, missions_of
-from remoras.social.pursuit import Pursuit
-from remoras.social.requests import HAS_MISSION
-from remoras.social.standing import Footing, Patience, Seen, Standing, patience_with
-from remoras.social.workload import Workload
+from remoras.social.orders import aims, by_receiver
+from remoras.social.planning import Deliberation, MissionPlanner, OwnFacts, Pursuit, missions_of
+from remoras.social.view import AVAILABLE, HAS_MISSION, DatedRequest, Now, Requests, View
+from remoras.social.workload import SENSORS_WORK, Reports, Workload, takes_sensors
 from remoras.strategy import Strategy
 from remoras.work import IS_IMPOSSIBLE, UNABLE_TO, Awaited, Point, Work, vehicles_taken
-from worldmodel import Change
+from worldmodel import Block, Change
 
 
 class Considered(NamedTuple):
@@ -50,41 +73,27 @@ class Considered(NamedTuple):
     Attributes:
         activities_due: True if its activities have to be chosen anew.
         rulings: what became of requests, in its view.
+        events: "absent" or "present", and the peer that has become so.
+        facts: what this vehicle tells the others about itself on falling out and on coming back.
+        passed_on: what those who are absent now have told, and cannot repeat; each fact by itself.
     """
 
     activities_due: bool
     rulings: Sequence[Ruling]
+    events: Sequence[tuple[str, str]] = ()
+    facts: Sequence[Fact] = ()
+    passed_on: Sequence[Fact] = ()
 
 
 NOTHING_CONSIDERED = Considered(False, ())
 NOBODY_THERE = "nobody who is there is able to do it"
 
 
-@dataclass(frozen=True, slots=True)
-class Review:
-    """What a look around at the end of a round has shown.
-
-    Attributes:
-        events: "absent" or "present", and the peer that has become so.
-        facts: what this vehicle tells the others about itself on falling out and on coming back.
-        rulings: what counts no longer, or again, now that it has come back.
-        activities_due: True if its activities have to be chosen anew.
-        passed_on: what those who are absent now have told, and cannot repeat; each fact by itself.
-    """
-
-    events: tuple[tuple[str, str], ...]
-    facts: list[Fact]
-    rulings: Sequence[Ruling]
-    activities_due: bool
-    passed_on: list[Fact]
-
-
 class SocialLayer:
     """Organisation, missions and objectives as one vehicle sees them.
 
-    ``organisation`` is what was agreed, ``present``, by which the vehicle acts, the same without the absent. ``facts``
-    are what its plans are made of; ``planner`` and ``pursuit`` carry out those of its groups and its own. It
-    ``says_impossible`` what it and others are not able to do, if its mission has the words.
+    ``planner`` and ``pursuit`` carry out the plans of its groups and its own. It ``says_impossible`` what it and others
+    are not able to do, if its mission has the words.
 
     Args:
         me: own name.
@@ -96,6 +105,14 @@ class SocialLayer:
         rally_points_m: by name.
         picture: what is known of the peers; its part ``groups`` is written here and nowhere else.
         lease: how long a peer counts as present of which there is no word; until_s: the mission's end.
+
+    Attributes:
+        view: what counts of the organisation; organisation: the same, groups and roles alone.
+        present: the organisation that the vehicle acts on: without the absent; where it is cut off, it leads itself.
+        reports: what is known of the energy and the sensors of all.
+        lease_s: how long a peer counts as present, in any case, of which there is no word.
+        is_cut_off: True while this vehicle has heard nobody at all for a lease: its orders are for itself alone.
+        is_in_doubt: True from when it has heard nobody for a part of the lease: what is another's it takes no more.
     """
 
     def __init__(
@@ -130,49 +147,53 @@ class SocialLayer:
         self.conclusions = Conclusions(me, mission, self._mission_name, beliefs)
         self._gatherings = Gatherings(beliefs, [group.name for group in agreement.groups], agreement.meets_after)
         rules = Rules(database, self._declaration.authorities, self._jobs, agreement.supervisors, agreement.at_sea)
-        self.standing = Standing(
-            me, rules, beliefs, agreement.organisation, lease or Lease(math.inf, picture.frame_s), until_s
-        )
-        self._workload = Workload(me, rules, mission, beliefs, self.standing.reports)
+        self._rules, lease = rules, lease or Lease(math.inf, picture.frame_s)
+        self._membership = Membership(me, database.names, lease)
+        self.is_cut_off = self.is_in_doubt = False
+        self._is_out_of_reach = False  # it has said that it takes no jobs, since it is cut off
+        self.lease_s, self._away_s = lease.longest_s, AWAY_FRAMES * lease.frame_s
+        self._looked_s = self._was_away_s = self._began_s = 0.0
+        self._missed = NOBODY
+        self._assents: list[list[Fact]] = []
+        self._given_up: set[Objective] = set()
+        self.reports = Reports(beliefs, database, until_s)
+        self._requests = Requests(beliefs, {**agreement.organisation.groups, **rules.at_sea})
+        self._stated: list[DatedRequest] = []  # in this round
+        self._stated_alone: list[DatedRequest] = []
+        self._is_asked_again = False  # claims are, that were refused since their heads were there
+        self._is_misjudged = False  # before this vehicle began anew it has said that it takes no jobs
+        uids = self._uids = {attribute.name: attribute.uid for attribute in beliefs.model.tbox.attributes}
+        self._patience = Patience()
+        self._take_over(View.founded(agreement.organisation, rules))
+        self._workload = Workload(me, rules, mission, beliefs, self.reports)
         self.pursuit = Pursuit(database[me], mission, self._mission_name, self._workload.has_words)
         self.says_impossible = self._workload.has_words
         self._impossible: dict[str, frozenset[str]] = {}  # by group that it leads, as it has seen last
         self.judged: list[tuple[str, list[Fact]]] = []
         """What it has to say of jobs being impossible or not: in words, and as facts."""
-        self._led = self.standing.led
+        self._led = self._leads_now()
         self._is_news = True  # since the last round, of what its groups rest on
         planned = {group: agreement.plans[group] for group in self._led if group in agreement.plans}
         self.planner = MissionPlanner(me, mission.social_domain, beliefs, strategy, planned, agreement.at_sea)
         self.planner.resume(self.facts)
         self.planner.take_on(group for group in self._led if group in self.missions)
         self._negotiation = Negotiation(me, strategy, self.organisation, beliefs, rally_points_m, rules)
-        noted = self.standing.attributes | self._negotiation.attributes
+        noted = self._requests.attributes | self._negotiation.attributes | {uids[AVAILABLE], uids[SENSORS_WORK]}
         self._attributes: set[int | None] = {self._gatherings.attribute, *noted}
-        self._attribute_uids = {attribute.name: attribute.uid for attribute in beliefs.model.tbox.attributes}
         self._await_facts([*self.planner.rests_on, *(job.done for job in self._jobs.values())])
         if self._declaration.meets and not self._negotiation.takes_part:
             self._negotiation.expect_away(self._work().values())
 
     @property
-    def organisation(self) -> Organisation:
-        """Groups and roles as agreed."""
-        return self.standing.organisation
-
-    @property
-    def present(self) -> Organisation:
-        """Groups and roles that the vehicle acts on: without the absent; where it is cut off, it leads itself."""
-        return self.standing.present
-
-    @property
     def facts(self) -> OwnFacts:
         """What its plans are made of, as it is now."""
-        at, own = self.standing, (self._gatherings, self.standing.is_cut_off, self.planner, self.objectives)
-        return OwnFacts(self._beliefs, self.database, at.present, at.view, *own)
+        own = self._gatherings, self.is_cut_off, self.planner, self.objectives
+        return OwnFacts(self._beliefs, self.database, self.present, self.view, *own)
 
     @property
     def missions(self) -> Mapping[str, tuple[str, ...]]:
         """What each group is to do, by its name, as far as it is known."""
-        return missions_of(self.organisation.groups.values(), self.standing.view.missions)
+        return missions_of(self.organisation.groups.values(), self.view.missions)
 
     def objectives_of(self, vehicle: str) -> tuple[Objective, ...]:
         """Objectives of all roles that ``vehicle`` plays."""
@@ -184,7 +205,66 @@ class SocialLayer:
         return group in self._led
 
     def _work(self, positions_m: Mapping[str, Point] | None = None, from_s: float = 0.0) -> Mapping[str, Work]:
-        return self._workload.of_groups(self.standing.footing, self._picture, positions_m, from_s)
+        return self._workload.of_groups(self.footing, self._picture, positions_m, from_s)
+
+    # What the vehicle acts on --------------------------------------------------------------------
+
+    @property
+    def absent(self) -> frozenset[str]:
+        """Peers that are absent."""
+        return self._membership.absent
+
+    @property
+    def takes_no_jobs(self) -> frozenset[str]:
+        """Vehicles that take no jobs; one that is cut off still takes those that it gives itself."""
+        unavailable = self.view.availability.unavailable
+        return unavailable - {self.me} if self._is_out_of_reach and self.is_cut_off else unavailable
+
+    @property
+    def footing(self) -> Footing:
+        """All that the work of its groups depends on."""
+        if not self.is_in_doubt:
+            return Footing(self.present, self.takes_no_jobs, False)
+        if not self.is_cut_off:
+            return Footing(self.present, self.takes_no_jobs, False, self._patience.barred)
+        if not self.is_patient:
+            return Footing(self.present, self.takes_no_jobs, True)
+        if self.meets_unheard:
+            return Footing(self.present, self.takes_no_jobs | {self.me}, True)
+        return Footing(self._with_all, self.takes_no_jobs, True, self._patience.barred)
+
+    @property
+    def is_patient(self) -> bool:
+        """True while it is cut off and leaves to others what it will do itself if they do not come."""
+        return self.is_cut_off and self._looked_s < self._patience.ends_s
+
+    @property
+    def meets_unheard(self) -> bool:
+        """True while it is patient and meets with whoever has come, heard or not."""
+        return self.is_patient and self._looked_s >= self._patience.theirs_until_s
+
+    def _leads_now(self) -> tuple[str, ...]:
+        """Groups that this vehicle leads, as it sees them now."""
+        if not self.database[self.me].social_layer:
+            return ()
+        return tuple(group for group in self.present.groups if self.me in self.present.heads(group))
+
+    @property
+    def is_due(self) -> bool:
+        """True if something was said that does not count yet."""
+        return bool(self._stated or self._stated_alone or self._is_asked_again)
+
+    @property
+    def _now(self) -> Now:
+        return Now(self.absent, self.takes_no_jobs, self._began_s, self._missed)
+
+    def _take_over(self, view: View) -> None:
+        """Act on a view from now on, and on who is there."""
+        self.view, self.organisation = view, view.organisation
+        leads_alone = self.database[self.me].social_layer
+        self.present = acted_on(self.organisation, self.me, self.absent, self.is_cut_off, leads_alone)
+        if self.is_cut_off:
+            self._with_all = with_work(self.present, self.organisation, self.absent)
 
     # Hearing -------------------------------------------------------------------------------------
 
@@ -206,8 +286,8 @@ class SocialLayer:
         if not self._is_concerned(changes):
             return NOTHING_CONSIDERED
         self._is_news = True
-        alone = self.standing.is_cut_off and not told
-        view = self.standing.hear(changes, alone)
+        alone = self.is_cut_off and not told
+        view = self._hear(changes, alone)
         for change in changes:
             self._negotiation.note(change)
         keys = {key for key in self._beliefs.keys_of(changes) if key[0] != HAS_MISSION}
@@ -215,17 +295,57 @@ class SocialLayer:
         if not self._gatherings.keys.isdisjoint(keys):
             if alone:
                 self._gatherings.note_alone(keys, changes[0].block.time_s)
-            self._picture.groups.gathered = self._gatherings.believed(self.standing.is_cut_off)
+            self._picture.groups.gathered = self._gatherings.believed(self.is_cut_off)
         self.planner.reconsider(keys, self._led, self.facts)
-        if self.standing.is_cut_off and any(job.done in keys for job in self._jobs.values()):
+        if self.is_cut_off and any(job.done in keys for job in self._jobs.values()):
             self.planner.plan_again(self._led)  # it is free for what others have left
         return Considered(self.pursuit.let_go(keys), view.rulings if view else ())
+
+    def _hear(self, changes: Iterable[Change], alone: bool) -> View | None:
+        """Take note of what blocks say of the organisation, and let missions that they give to groups count at once.
+
+        Args:
+            changes: that the blocks made to the world model.
+            alone: True if this vehicle states them for itself alone.
+
+        Returns:
+            The view with the missions; None if no group was given one.
+        """
+        missions: list[DatedRequest] = []
+        for change in changes:
+            self._note_availability(change.block)
+            for request in self._requests.of(change.block):
+                is_mission, group = request.asked.act is Act.MISSION, request.asked.group
+                if is_mission and (group in self.organisation.groups or group not in self._rules.at_sea):
+                    missions.append(request)
+                elif not alone:
+                    self._stated.append(request)
+                elif not is_mission:
+                    self._stated_alone.append(request)
+        if not missions:
+            return None
+        self.view = give_missions(self.view, missions, alone, self._now)
+        return self.view
+
+    def _note_availability(self, block: Block) -> None:
+        """Take note of what a vehicle says of itself; what this one said before it began anew is over."""
+        for position, fact in enumerate(block.facts):
+            if fact.subject != block.origin or fact.attribute not in (self._uids[AVAILABLE], self._uids[SENSORS_WORK]):
+                continue
+            availability, about = self.view.availability, (self._beliefs.name(block.origin), bool(fact.value))
+            if fact.attribute == self._uids[SENSORS_WORK]:
+                availability = availability.hear_of_sensors(*about, (*block.key, position))
+                self.reports.note(availability.blind_since.keys())
+            elif about[0] == self.me and block.epoch != self._beliefs.model.epoch:
+                self._is_misjudged |= not fact.value
+            else:
+                availability = availability.hear(*about, (*block.key, position))
+            self.view = replace(self.view, availability=availability)
 
     def _await_facts(self, rested_on: Iterable[Any]) -> None:
         """Let the facts with these keys be considered from now on: plans rest on them."""
         kinds = {key[0] if isinstance(key, tuple) else key for key in rested_on}
-        uids = self._attribute_uids
-        self._attributes.update(uids[kind] for kind in kinds if kind in uids)
+        self._attributes.update(self._uids[kind] for kind in kinds if kind in self._uids)
 
     def _is_concerned(self, changes: Sequence[Change]) -> bool:
         """True if any of the facts may matter here: most say where somebody is, and plans rest on them seldom."""
@@ -238,45 +358,79 @@ class SocialLayer:
 
     # Who is there --------------------------------------------------------------------------------
 
-    def look_around(self, now_s: float) -> Review | None:
+    def look_around(self, now_s: float) -> Considered | None:
         """End of a round: see who is there; None if nothing changed. Roles of the absent fall free, heads replan."""
-        before, standing = self.present, self.standing
-        footing = standing.footing if standing.is_in_doubt else None  # before that it leaves nothing to others
+        before = self.present
+        footing = self.footing if self.is_in_doubt else None  # before that it leaves nothing to others
         word_s, names = self._picture.peers.word_s, self.database.names
         heard_s = self._negotiation.heard_or_expected_s(word_s, names, now_s)
-        seen = self.standing.look_around(now_s, heard_s, max(word_s.values(), default=0.0))
-        if standing.is_in_doubt and footing is None:
-            standing.be_patient(lambda at: self._patience(at, now_s))
-        over = self._lose_patience(footing, now_s) if standing.is_cut_off else None
-        if standing.is_in_doubt != (footing is not None):
+        if now_s - self._looked_s > max(self._away_s, self.lease_s):
+            self._began_s, self._was_away_s = now_s, self._looked_s
+        self._looked_s = now_s
+        if self._began_s > 0.0:
+            missed = (name for name in names if heard_s.get(name, 0.0) <= self._was_away_s)
+            self._missed = frozenset({self.me, *missed})
+        changes = self._membership.look_around(now_s, heard_s, max(word_s.values(), default=0.0))
+        newest_s = max(self._began_s, max(heard_s.values(), default=0.0))
+        self.is_in_doubt = self._membership.cut_off or now_s - newest_s >= DOUBT * self.lease_s
+        undone, facts, orders = (None, [], []) if changes is NO_CHANGES else self._follow(changes)
+        if self.is_in_doubt and footing is None:
+            self._patience = self._patience_now(now_s)
+        over = self._lose_patience(footing, now_s) if self.is_cut_off else None
+        if self.is_in_doubt != (footing is not None):
             self.planner.plan_again(self._led)  # what it leaves to others, or no longer
-        if seen is None and over is None:
+        if changes is NO_CHANGES and over is None:
             return None
-        seen, self._is_news = seen or Seen(NO_CHANGES), True
-        self._picture.groups.gathered = self._gatherings.believed(self.standing.is_cut_off)
-        self._picture.groups.meets_unheard = self.standing.meets_unheard
-        self._picture.groups.returned_s |= dict.fromkeys(seen.changes.present, now_s)
-        events = tuple((event, peer) for event, peers in seen.changes._asdict().items() for peer in peers)
+        self._is_news = True
+        self._picture.groups.gathered = self._gatherings.believed(self.is_cut_off)
+        self._picture.groups.meets_unheard = self.meets_unheard
+        self._picture.groups.returned_s |= dict.fromkeys(changes.present, now_s)
+        events = tuple((event, peer) for event, peers in changes._asdict().items() for peer in peers)
         moved = {peer for _, peer in events}
         roles = sorted(assignment for assignment in self.organisation.assignments if assignment.vehicle in moved)
-        undone = [] if seen.undone is None else [*seen.undone.assigned, *seen.undone.left]
-        keys = {("members", f"{role.group}.{role.role}") for role in [*roles, *undone]}
+        undone_roles = [] if undone is None else [*undone.assigned, *undone.left]
+        keys = {("members", f"{role.group}.{role.role}") for role in [*roles, *undone_roles]}
         stale = self.pursuit.let_go(keys | self._gatherings.concluded_alone | (over or set()))
         self._renew_leads()
         led = [role for role in roles if role.group in self._led]
-        self.planner.lose((assignment for assignment in led if assignment.vehicle in seen.changes.absent), self.present)
-        self.planner.plan_again({assignment.group for assignment in led if assignment.vehicle in seen.changes.present})
-        passed_on = [] if self.standing.is_cut_off else self._workload.told_by(seen.changes.absent)
-        passed_on += seen.orders
+        self.planner.lose((assignment for assignment in led if assignment.vehicle in changes.absent), self.present)
+        self.planner.plan_again({assignment.group for assignment in led if assignment.vehicle in changes.present})
+        passed_on = [*([] if self.is_cut_off else self._workload.told_by(changes.absent)), *orders]
         is_due = stale or before.roles_of(self.me) != self.present.roles_of(self.me)
-        return Review(events, seen.facts, seen.undone.rulings if seen.undone else (), is_due, passed_on)
+        return Considered(is_due, undone.rulings if undone else (), events, facts, passed_on)
 
-    def _patience(self, at: Footing, now_s: float) -> Patience:
+    def _follow(self, changes: Changes) -> tuple[View | None, list[Fact], list[Fact]]:
+        """Act on who has come and gone.
+
+        Returns:
+            The view in which roles count no longer, or again, if this vehicle has come back; what it tells of itself;
+            what it gave while it was cut off.
+        """
+        if changes.absent:
+            self._is_asked_again = bool(self.view.leadership.claimed)
+        was_cut_off, self.is_cut_off = self.is_cut_off, self._membership.cut_off
+        facts: list[Fact] = []
+        undone: View | None = None
+        if self.is_cut_off and not was_cut_off:
+            facts = [self._beliefs.fact(*fact) for fact in stepping_down(self.me, self.organisation, self.database)]
+            if self.me not in self.view.availability.unavailable:
+                self._is_out_of_reach = True
+                facts.append(self._available(False))
+        elif was_cut_off and not self.is_cut_off:
+            undone = come_back(self.view, self.me)
+            if self._is_out_of_reach:
+                self._is_out_of_reach = False
+                facts = [self._available(True)]
+        self._take_over(undone or self.view)
+        return undone, facts, [] if self.is_cut_off else self._untold()
+
+    def _patience_now(self, now_s: float) -> Patience:
         """What it leaves to the others now that it hears nobody."""
+        at = Footing(self._with_all if self.is_cut_off else self.present, self.takes_no_jobs, False)
         peers, whole = self._picture.peers, self._workload.whole(at)
         work = self._workload.of_groups(at, self._picture, peers.positions_m, now_s)
         of_groups = [(whole[name], left, self._negotiation.division(name)) for name, left in work.items()]
-        return patience_with(of_groups, self.me, peers.known_s, self._rallies_m, now_s, self.standing.lease_s)
+        return patience_with(of_groups, self.me, peers.known_s, self._rallies_m, now_s, self.lease_s)
 
     def _lose_patience(self, before: Footing | None, now_s: float) -> set[Key] | None:
         """If it leaves something else to the others now: meetings that are over, since there is work for it after them.
@@ -285,7 +439,7 @@ class SocialLayer:
             before: what it acted on when it looked around last; None if it left nothing to others.
             now_s: end of the round.
         """
-        now, over = self.standing.footing, set[Key]()
+        now, over = self.footing, set[Key]()
         if before is not None and (now.barred, now.takes_no_jobs) == (before.barred, before.takes_no_jobs):
             return None
         self.planner.plan_again(self._led)
@@ -303,18 +457,30 @@ class SocialLayer:
 
     def _renew_leads(self) -> None:
         """The organisation or who is there has changed: missions of groups that this vehicle leads now are due."""
-        before, self._led = self._led, self.standing.led
+        before, self._led = self._led, self._leads_now()
         if before != self._led:
             self._negotiation.hold(set(self._led).difference(before))
             self.planner.lead(
                 self._led, [group for group in self._led if group not in before and group in self.missions]
             )
 
+    def _untold(self) -> list[Fact]:
+        """What the vehicle gave while it was cut off, of which nobody has heard: what it may still give."""
+        isolated = self.view.isolated
+        self.view = replace(self.view, isolated=isolated._replace(orders=()))
+        facts = {order.asked: (order.fact.subject, order.fact.attribute, order.fact.value) for order in isolated.orders}
+        return [fact for asked, fact in facts.items() if self._may_give(asked)]
+
+    def _may_give(self, asked: Request) -> bool:
+        """True if the others will let this vehicle give that, as far as it knows."""
+        outcome = may_assign(asked, self.present, self._rules, lambda name, group: name in self.present.heads(group))
+        return outcome is Outcome.SUCCESS
+
     # The end of a round --------------------------------------------------------------------------
 
     def consult(self) -> Considered:
         """End of a round: what was said in it of roles and objectives counts from now on."""
-        self._is_news, view = True, self.standing.agree()
+        self._is_news, view = True, self._agree()
         self._negotiation.disregard(view.unlawful)
         rulings = [ruling for ruling in view.rulings if not ruling.repeats(self.objectives)]
         left, objectives, renewed = view.left, view.objectives, view.renewed
@@ -325,7 +491,7 @@ class SocialLayer:
         kept = {at: aim for at, aim in self.objectives.items() if aim.group not in renewed or aim in self._founding}
         self.objectives = kept | objectives
         over = self.conclusions.taken_back(objectives.values(), self._gatherings, self._workload, self._negotiation)
-        self._picture.groups.gathered = self._gatherings.believed(self.standing.is_cut_off)
+        self._picture.groups.gathered = self._gatherings.believed(self.is_cut_off)
         self._renew_leads()
         self.planner.end_round(left, self.facts)
         self.planner.reconsider(view.keys | over, self._led, self.facts)
@@ -333,6 +499,18 @@ class SocialLayer:
         moved = [*view.assigned, *left]
         stale = self.pursuit.let_go({("members", f"{role.group}.{role.role}") for role in moved} | over)
         return Considered(bool(objectives or stale or any(role.vehicle == self.me for role in moved)), rulings)
+
+    def _agree(self) -> View:
+        """End of a round: what was said in it counts from now on."""
+        before = self.organisation
+        view = consult(self.view, self._stated, self._stated_alone, self._now)
+        self._stated, self._stated_alone, self._is_asked_again = [], [], False
+        for group, leading in view.leadership.leading.items():
+            led, leads = (self.me in at.heads(group) for at in (before, view.organisation))
+            if led and not leads and leading.vehicle != self.me:
+                self._assents.append(self._leads(group, leading.vehicle, leading.claim.term % N_TERMS))
+        self._take_over(view)
+        return view
 
     def negotiate(self, now_s: float, motion: Motion, calls: Mapping[str, float]) -> list[tuple[list[Fact], bool]]:
         """End of a round: facts that this vehicle states together to organise its groups, and whether it tells them.
@@ -342,10 +520,10 @@ class SocialLayer:
             calls: how dissatisfied the vehicles are that call on this one, by name.
         """
         peers = self._picture.peers
-        is_news, self._is_news = self._is_news or bool(peers.unheard or self.standing.absent), False
+        is_news, self._is_news = self._is_news or bool(peers.unheard or self.absent), False
         stated = []
         if is_news:
-            of_all = [*self.standing.claims(), self.standing.correction(), self._taken_back()]
+            of_all = [*self.claims(), self._correction(), self._taken_back()]
             stated = [(facts, True) for facts in of_all if facts]
         if not (self._negotiation.takes_part or self._declaration.influences):
             return stated
@@ -353,22 +531,22 @@ class SocialLayer:
         work = self._work({**peers.positions_m, self.me: motion.position_m}, told_s)
         if self._declaration.influences:
             self._picture.groups.awaited, self._picture.groups.works = Awaited(work, self.me, now_s), work
-        unheard = {name: roles for name, roles in peers.unheard.items() if name not in self.standing.absent}
+        unheard = {name: roles for name, roles in peers.unheard.items() if name not in self.absent}
         for statement in self._negotiation.negotiate(
             told_s, work, peers.known_s, unheard, calls, self.missions, peers.links, is_news
         ):
             is_order = any(attribute in ROLE_ATTRIBUTES for _, attribute, _ in statement.facts)
-            facts = self.standing.in_place_of_the_absent(own := [self._beliefs.fact(*fact) for fact in statement.facts])
+            facts = self._in_place_of_the_absent(own := [self._beliefs.fact(*fact) for fact in statement.facts])
             self._negotiation.note_added(now_s, [fact for fact in facts if fact not in own])
             facts += aims(statement.facts, self.objectives.values(), self._founding, self._beliefs, self._mission)
-            if not self.standing.is_said(facts):  # as its plan may have, before
-                stated.append((facts, statement.told and not (is_order and self.standing.is_cut_off)))
+            if not self._is_said(facts):  # as its plan may have, before
+                stated.append((facts, statement.told and not (is_order and self.is_cut_off)))
         return stated
 
     def _taken_back(self) -> list[Fact]:
         """That vehicles which say that they take no jobs leave those that they have not heard to be theirs."""
         unheard = self._picture.peers.unheard
-        names = [name for name in sorted(self.standing.takes_no_jobs) if name in unheard] if unheard else ()
+        names = [name for name in sorted(self.takes_no_jobs) if name in unheard] if unheard else ()
         return [
             self._beliefs.fact(name, LEFT_ROLE, f"{role.group}.{role.role}")
             for name in names
@@ -382,28 +560,152 @@ class SocialLayer:
         work = self._work(dict(self._picture.peers.positions_m))
         planned = self.planner.plan(self.facts, self.missions, work, self.objectives.values())
         self._await_facts(self.planner.rests_on)
-        facts = self.standing.in_place_of_the_absent(planned.facts)
-        return replace(planned, facts=facts, parts=self.standing.by_receiver(facts, self._mission.is_individual))
+        facts = self._in_place_of_the_absent(planned.facts)
+        named, is_individual = self._requests.role_named, self._mission.is_individual
+        return replace(planned, facts=facts, parts=by_receiver(facts, self._beliefs, named, is_individual))
 
     def findings(self, motion: Motion) -> list[Fact]:
         """What this vehicle concludes as the leader of its groups, as facts."""
         if not self._led:
             return []
         facts: list[Fact] = []
-        work, standing = self._work(), self.standing
-        present = standing.footing.present if standing.is_cut_off else standing.present
+        work = self._work()
+        present = self.footing.present if self.is_cut_off else self.present
         for name in self._led:
             self._picture.groups.note_work(name, work[name].has_something_left, self._picture.body.now_s)
-            if standing.is_patient:  # with its own work done it meets with whoever has come
+            if self.is_patient:  # with its own work done it meets with whoever has come
                 self._picture.groups.meets_unheard = not self._has_left(work[name])
-            if self.says_impossible and not standing.is_patient:
+            if self.says_impossible and not self.is_patient:
                 of = work[name]  # who is cut off may only not have come yet to what no other one does
-                impossible = of.short_handed if standing.is_cut_off else of.impossible
+                impossible = of.short_handed if self.is_cut_off else of.impossible
                 if impossible is not self._impossible.get(name):
                     self._see_what_is_impossible(of, impossible)
             if not self._holds(work[name]):
                 facts += self.conclusions.of_head(name, present, self._picture, motion)
         return facts
+
+    # What the vehicle states ---------------------------------------------------------------------
+
+    def claims(self) -> list[list[Fact]]:
+        """Claims to lead groups: without a head, where it is the first to succeed, or led by it in dispute.
+
+        Who has claimed a group within a lease was there by then, whoever hears it or not. Before claims come assents to
+        those of others for which this vehicle has stepped down.
+        """
+        assents, self._assents = self._assents, []
+        if self.is_cut_off:
+            return assents
+        since_s, away = self._looked_s - self.lease_s, self.absent
+        headed = {
+            group
+            for group, (_, age, name) in (self.view.leadership.leading.items() if away else ())
+            if age[0] > since_s and name in away and name in self.organisation.heads(group)
+        }
+        claimed = claims(self.view, self.me, self.present, headed).items()
+        return [*assents, *(self._leads(group, self.me, term) for group, term in claimed)]
+
+    def _leads(self, group: str, vehicle: str, term: int) -> list[Fact]:
+        """That a vehicle leads a group under a term: a claim of its own, or an assent to that of another."""
+        return [self._beliefs.fact(group, HEADED_BY, vehicle), self._beliefs.fact(group, HEAD_TERM, term)]
+
+    def _available(self, takes_jobs: bool) -> Fact:
+        """Whether this vehicle takes jobs."""
+        return self._beliefs.fact(self.me, AVAILABLE, takes_jobs)
+
+    def _leaving(self, roles: Iterable[RoleAssignment]) -> list[Fact]:
+        """This vehicle leaves these roles."""
+        return [self._beliefs.fact(self.me, LEFT_ROLE, f"{role.group}.{role.role}") for role in roles]
+
+    def _correction(self) -> list[Fact]:
+        """That this vehicle takes jobs, where others may hold what it said before it began anew; else nothing."""
+        if not self._is_misjudged or self.is_cut_off:
+            return []
+        self._is_misjudged = False
+        return [] if self.me in self.view.availability.unavailable else [self._available(True)]
+
+    def _is_said(self, facts: Iterable[Fact]) -> bool:
+        """True if this vehicle has stated all of that in this round, and nothing of it otherwise since."""
+        mine = (one.fact for one in self._stated if one.asked.issuer == self.me)
+        last = {(fact.subject, fact.value): fact.attribute for fact in mine}
+        return all(last.get((fact[0], fact[2])) == fact[1] for fact in facts)
+
+    def _in_place_of_the_absent(self, facts: Iterable[Fact]) -> list[Fact]:
+        """The same facts, and before each that gives away a role held by the absent, that these leave it."""
+        stated: list[Fact] = []
+        for fact in facts:
+            if fact[1] == self._uids[PLAYS_ROLE]:
+                path = self._beliefs.name(fact[2])
+                group, role = path.split(".")
+                holders = self.organisation.members(group, role)
+                specification = self.organisation.groups[group].role(role)
+                if specification is not None and specification.maximum == len(holders) and self.absent >= set(holders):
+                    stated += [self._beliefs.fact(name, LEFT_ROLE, path) for name in holders]
+            stated.append(fact)
+        return stated
+
+    def resign(self) -> list[Fact]:
+        """It leaves all roles: a vehicle that has to look after itself is of no use to its groups, now and later."""
+        self._is_out_of_reach = False
+        return [*self._leaving(self.organisation.roles_of(self.me)), self._available(False)]
+
+    def give_up(self, objective: Objective, blind: bool = False) -> list[Fact]:
+        """It cannot do what ``objective`` takes; empty if it has said so.
+
+        It takes no jobs any more and leaves those that it has, but it stays with its groups. Where its sensors are to
+        blame it says that, leaves the jobs that take sensors, and takes others.
+
+        Args:
+            objective: that it gives up.
+            blind: True if its sensors were on for it and yielded nothing.
+        """
+        if objective in self._given_up:
+            return []
+        self._given_up.add(objective)
+        if blind and self._takes_sensors(objective.group, objective.role):
+            left = [
+                role
+                for role in self.organisation.roles_of(self.me)
+                if (role.group, role.role) == (objective.group, objective.role)
+                or self._takes_sensors(role.group, role.role)
+            ]
+            return [*self._leaving(left), self._beliefs.fact(self.me, SENSORS_WORK, False)]
+        self._is_out_of_reach = False
+        with_job = {(g.name, role.name) for g in self.organisation.groups.values() for role in g.roles if role.job}
+        of = self.organisation.groups[objective.group].role(objective.role)
+        if of is None or not of.founding:  # by its founding role it is with its group
+            with_job.add((objective.group, objective.role))
+        roles = [role for role in self.organisation.roles_of(self.me) if (role.group, role.role) in with_job]
+        return [*self._leaving(roles), self._available(False)]
+
+    def _takes_sensors(self, group: str, role: str) -> bool:
+        of = self.organisation.groups.get(group)
+        return of is not None and takes_sensors(self._rules, of, Request(self.me, Act.ASSIGN, group, role, self.me))
+
+    def addressed(self, change: Change) -> dict[str, set[str]]:
+        """Vehicles that have to hear of a block of this vehicle's own, by name, and the roles that it gives them.
+
+        What is said of a vehicle's roles concerns that vehicle; objectives alone concern the group.
+
+        All members of a group have to hear of the objectives of its roles, unless these were planned before.
+
+        Args:
+            change: that the block made.
+        """
+        receivers: dict[str, set[str]] = {}
+        groups: set[str] = set()
+        for fact in change.block.facts:
+            if (named := self._requests.role_named(fact)) is None:
+                continue
+            attribute, role = named
+            if attribute in ROLE_ATTRIBUTES:
+                roles = receivers.setdefault(self._beliefs.name(fact.subject), set())
+                roles.update({role} if attribute == PLAYS_ROLE else ())
+            else:
+                groups.add(role.split(".")[0])
+        if not receivers and not self._declaration.planned_before:
+            receivers = {member: set() for group in groups for member in self.present.members(group)}
+        receivers.pop(self.me, None)
+        return receivers
 
     # What is beyond it, and beyond all ------------------------------------------------------------
 
@@ -463,12 +765,8 @@ class SocialLayer:
         name = work.group.name
         if name in self._negotiation.holding:
             return True
-        unheard = frozenset(self._picture.peers.unheard) - self.standing.absent
+        unheard = frozenset(self._picture.peers.unheard) - self.absent
         return self.leads(name) and self.planner.orders.waits_for(unheard, work.done)
-
-    def addressed(self, change: Change) -> dict[str, set[str]]:
-        """Who has to hear of a block of this vehicle's own, by name, and the roles that it gives them."""
-        return self.standing.addressed(change, everybody=not self._declaration.planned_before)
 
     def completed(self, objective: Objective) -> list[Fact]:
         """What to make known when all has been done for ``objective``."""

@@ -19,7 +19,7 @@ from remoras.beliefs import Beliefs, Fact
 from remoras.mission import SocialPart
 from remoras.organisation import Group, RoleAssignment
 from remoras.social.leadership import PLAYS_ROLE, is_able_to_lead
-from remoras.social.requests import DISSOLVED, FORMATION, FORMED_UNDER, OBJECTIVE_PREFIX
+from remoras.social.view import DISSOLVED, FORMATION, FORMED_UNDER, OBJECTIVE_PREFIX
 from remoras.strategy import Strategy, adapt_roles
 from remoras.work import Outlook, Work
 from worldmodel import Change, PropertyValue

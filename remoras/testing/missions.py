@@ -30,7 +30,7 @@ from remoras.fleet import Fleet
 from remoras.htn import NoPlan, Task, plan
 from remoras.mission import FleetView, Milestone, Mission
 from remoras.recorder import TABLES
-from remoras.social.pursuit import Pursuit
+from remoras.social.planning import Pursuit
 from remoras.testing.behaviours import check as check_behaviour
 from remoras.testing.behaviours import difference, picture_of
 from remoras.testing.hashes import printed_by_each

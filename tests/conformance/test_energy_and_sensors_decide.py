@@ -13,7 +13,7 @@ from missions.runs.run import Run, run
 from missions.runs.setup import resolved
 from missions.scenarios import load
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
-from remoras.social.reports import Reports
+from remoras.social.workload import Reports
 from remoras.strategies import strategies
 from remoras.strategies.allocation import Engagement, affordable, planned
 from remoras.testing.sample_worlds import Visit
@@ -120,7 +120,7 @@ def test_energy_is_what_was_told_last_less_what_work_has_taken_since() -> None:
     short = [("--set", f"vehicle.AUV01.energy_j={2e5}"), ("--set", "scenario.duration_s=7200")]
     fleet = assemble(resolved(load("mapping-rendezvous", short)), seed=1)
     head, told = fleet.vehicles[1], fleet.vehicles[2]
-    reports, data = head.social.standing.reports, told.data
+    reports, data = head.social.reports, told.data
     survey_w = data.hotel_w + data.drag_w_per_mps3 * data.survey_speed_mps**3
     assert reports.scarce_energy_j(100.0) == {"AUV01": pytest.approx(2e5 - 100.0 * survey_w)}
     block = told.beliefs.model.record([told.beliefs.fact("AUV01", "batteryFraction", 0.5)], 60.0).block
@@ -143,5 +143,5 @@ def test_who_says_that_its_sensors_are_dead_is_given_nothing_that_takes_them() -
     consulted = head.social.consult()
     [ruling] = [one for one in consulted.rulings if one.asked.role == "LeftWinger"]
     assert ruling.outcome.value == "assignee takes no jobs"
-    assert not head.social.standing.takes_no_jobs
+    assert not head.social.takes_no_jobs
     fleet.close()

@@ -59,7 +59,7 @@ def test_who_begins_anew_takes_jobs_whatever_it_said_before() -> None:
     for time_s in (170.0, 300.0):
         while fleet.now_s < time_s:
             fleet.step()
-        found.append([v.name for v in fleet.vehicles if "AUV01" in v.social.standing.takes_no_jobs])
+        found.append([v.name for v in fleet.vehicles if "AUV01" in v.social.takes_no_jobs])
     fleet.close()
     assert found == [["ASV00", "AUV00", "AUV02"], []]
 

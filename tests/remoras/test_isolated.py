@@ -3,7 +3,7 @@
 from resting import named, setup_of
 
 from remoras.fleet import Fleet
-from remoras.social.layer import Review
+from remoras.social.layer import Considered
 from remoras.vehicle import Vehicle
 
 FRAME_S = setup_of("mapping-rendezvous").schedule.frame_s
@@ -15,7 +15,7 @@ def cut_off(vehicle: Vehicle) -> int:
     """The TDMA frame by which a vehicle that hears nobody is cut off."""
     for frame in range(1, 100):
         vehicle.social.look_around(frame * FRAME_S)
-        if vehicle.social.standing.is_cut_off:
+        if vehicle.social.is_cut_off:
             return frame
     raise AssertionError("it is never cut off")
 
@@ -27,7 +27,7 @@ def say_alone(vehicle: Vehicle, frame: int, *facts: tuple[str, str, str]) -> Non
     vehicle.social.consult()
 
 
-def hear_again(vehicle: Vehicle, frame: int, *names: str) -> Review | None:
+def hear_again(vehicle: Vehicle, frame: int, *names: str) -> Considered | None:
     at_s = frame * FRAME_S
     vehicle.social._picture.peers.heard_s.update(dict.fromkeys(names, at_s))
     return vehicle.social.look_around(at_s)

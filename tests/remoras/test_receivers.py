@@ -5,7 +5,7 @@ from __future__ import annotations
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs
 from remoras.social.orders import by_receiver
-from remoras.social.requests import Requests
+from remoras.social.view import Requests
 from worldmodel import Instance, WorldModel, core_ontology_paths, read_tbox
 
 TBOX = read_tbox(*core_ontology_paths())

@@ -14,8 +14,9 @@ from resting import fleet_at_rest, miss, named, say, stated
 
 from remoras.fleet import Fleet
 from remoras.social.conclusions import Gatherings
+from remoras.social.consultation import holders_after
 from remoras.social.leadership import HEAD_TERM, HEADED_BY
-from remoras.social.view import Instruction, holders_after
+from remoras.social.view import Instruction
 from remoras.vehicle import Vehicle
 from worldmodel import Block, merge
 
@@ -79,8 +80,8 @@ def test_a_head_claims_again_against_who_was_out_of_reach(fleet: Fleet) -> None:
         listening.social.consult()
     assert head.social.organisation.heads("Coordination") == ("ASV00",)
     assert away.social.organisation.heads("Coordination") == ("AUV00",)
-    assert not other.social.standing.claims(), "it leads another group"
-    (again,) = head.social.standing.claims()
+    assert not other.social.claims(), "it leads another group"
+    (again,) = head.social.claims()
     assert (again[0][2], again[1][2]) == (head.beliefs.uid("ASV00"), 2)
     said = head.beliefs.model.record(again, 3.0)
     head.social.consider([said])
@@ -90,8 +91,8 @@ def test_a_head_claims_again_against_who_was_out_of_reach(fleet: Fleet) -> None:
         vehicle.social.consult()
         assert vehicle.social.organisation.heads("Coordination") == ("ASV00",)
         if vehicle is not away:
-            assert not vehicle.social.standing.claims()
-    words = away.social.standing.claims()  # it assents to ASV00, and was there when AUV01 took its own place
+            assert not vehicle.social.claims()
+    words = away.social.claims()  # it assents to ASV00, and was there when AUV01 took its own place
     assert [one[:3:2] for one in chain(*words)] == [
         (away.beliefs.uid("Coordination"), away.beliefs.uid("ASV00")), (away.beliefs.uid("Coordination"), 2),
         (away.beliefs.uid("Operational"), away.beliefs.uid("AUV00")), (away.beliefs.uid("Operational"), 2),
@@ -106,7 +107,7 @@ def test_a_head_claims_again_against_who_was_out_of_reach(fleet: Fleet) -> None:
         vehicle.social.consult()
         assert vehicle.social.organisation.heads("Coordination") == ("ASV00",)
         assert vehicle.social.organisation.heads("Operational") == ("AUV00",)
-    (assent,) = other.social.standing.claims()
+    (assent,) = other.social.claims()
     assert assent[0][:3:2] == (other.beliefs.uid("Operational"), other.beliefs.uid("AUV00"))
 
 

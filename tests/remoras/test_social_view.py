@@ -13,8 +13,7 @@ from samples import auv, database
 from remoras.authority import Act, Authority, Request, Rules
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 from remoras.social.consultation import come_back, consult, give_missions
-from remoras.social.requests import DatedRequest
-from remoras.social.view import Now, View
+from remoras.social.view import DatedRequest, Now, View
 from remoras.testing.sample_worlds import Visit
 from worldmodel import PropertyValue
 

@@ -60,11 +60,10 @@ class Talk:
                 if reaches():
                     self._heard[name].add(number)
                     social.consider(merge(self._vehicles[name].beliefs.model, [self._said[number]]).changes)
-            standing = social.standing
-            standing._membership.absent, standing._looked_s = frozenset(absent[name]), self._now_s
+            social._membership.absent, social._looked_s = frozenset(absent[name]), self._now_s
             social.consult()
         for name in self.alive:
-            for facts in self._vehicles[name].social.standing.claims():
+            for facts in self._vehicles[name].social.claims():
                 self.say(name, facts)
             self._vehicles[name].social.consult()
         return len(self._said) > n_said

@@ -9,7 +9,7 @@ from missions.runs.run import Run, run
 from missions.runs.summary import summary
 from missions.scenarios import load
 from remoras.social import layer
-from remoras.social.standing import Patience
+from remoras.social.membership import Patience
 
 BIDDERS = ("contract-net", "cbba", "status-broadcast")
 VEHICLES = ("ASV00", "AUV00", "AUV01", "AUV02")

@@ -43,7 +43,7 @@ def state(vehicle: Vehicle) -> tuple[Any, ...]:
         dict(social.objectives),
         dict(social.missions),
         bool(social.planner.due),
-        social.standing.takes_no_jobs,
+        social.takes_no_jobs,
         social.objectives_of(vehicle.name),
         [group for group in social.organisation.groups if social.leads(group)],
     )

@@ -246,7 +246,7 @@ def forged_statement(fault: StressFault, vehicle: Vehicle, scene: Scene) -> Forg
             groups = sorted(organisation.groups, key=lambda name: (not organisation.is_member(me, name), name))
             for name in groups:
                 heads = organisation.heads(name)
-                if heads and me not in heads and vehicle.social.standing.absent.isdisjoint(heads):
+                if heads and me not in heads and vehicle.social.absent.isdisjoint(heads):
                     facts = beliefs.fact(name, "headedBy", me)[:3], beliefs.fact(name, "headTerm", fault.term)[:3]
                     return ForgedStatement(facts, me, name, "lead")
     return None

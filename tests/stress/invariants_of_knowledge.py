@@ -235,7 +235,7 @@ def _leads(scene: Scene, hearer: str, head: str, group: str, role: str) -> bool:
     away = {fault.vehicle for fault in scene.schedule.fault if fault.kind in AWAY}
     if led is None or led.head_role != role or not away.isdisjoint({hearer, head}):
         return False
-    return of[head].data.social_layer and head not in of[hearer].social.standing.absent
+    return of[head].data.social_layer and head not in of[hearer].social.absent
 
 
 class Cardinality(Invariant):

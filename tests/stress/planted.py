@@ -31,7 +31,7 @@ from remoras.jumps import Jumps
 from remoras.motion import Motion
 from remoras.separation import Separation
 from remoras.social import consultation
-from remoras.social.standing import Standing
+from remoras.social.layer import SocialLayer
 from worldmodel.facts import Merged
 from worldmodel.store import Store
 
@@ -156,7 +156,7 @@ def see_nobody(patch: Patch) -> None:
 
 
 def claim_nothing(patch: Patch) -> None:
-    patch.setattr(Standing, "claims", lambda self: [])
+    patch.setattr(SocialLayer, "claims", lambda self: [])
 
 
 def wait_for_who_is_elsewhere(patch: Patch) -> None:

@@ -76,7 +76,7 @@ def test_who_leaves_a_group_leaves_all_its_roles_there_and_none_elsewhere() -> N
     """A vehicle that resigns leaves group by group: each of its roles, in one block."""
     with fleet_at_rest() as fleet:
         leaver, peer = named(fleet, "AUV00"), named(fleet, "AUV02")
-        facts: Any = leaver.social.standing.resign()
+        facts: Any = leaver.social.resign()
         in_one_group = [fact for fact in facts if leaver.beliefs.name(fact[2]).startswith("Operational.")]
         block = leaver.beliefs.model.record(in_one_group, 1.0).block
         hear(peer, block)

@@ -65,10 +65,10 @@ def state_of(fleet: Fleet) -> dict[str, Any]:
     """What every vehicle knows now."""
     found = {}
     for vehicle in fleet.vehicles:
-        model, standing = vehicle.beliefs.model, vehicle.social.standing
+        model, social = vehicle.beliefs.model, vehicle.social
         found[vehicle.name] = (
             held_by(model),
-            (standing.organisation, standing.present, standing.absent),
+            (social.organisation, social.present, social.absent),
             (frozenset(vehicle.social.objectives.values()), vehicle.social.missions),
         )
     return found
