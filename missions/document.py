@@ -9,14 +9,17 @@ Keys of messages are dotted. Entries of lists go by their ``name`` or by their n
 
 from __future__ import annotations
 
+import json
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from copy import deepcopy
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError, create_model
 
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.files import (
@@ -33,6 +36,10 @@ from missions.files import (
 )
 from worldmodel import suggestion
 
+Model = TypeVar("Model", bound=BaseModel)
+Found = TypeVar("Found")
+BETWEEN_KEYS = "between_keys"
+"""Type of the errors of keys that contradict each other, in words for the user."""
 Location = tuple[str | int, ...]
 """Keys, and places in lists from 0, from the top of a document down to a value."""
 
@@ -122,6 +129,7 @@ class Document:
     def _located(self, fault: ConfigurationFault, options: Mapping[str, str]) -> ConfigurationFault:
         if fault.key.startswith("--"):
             return fault
+        fault = fault if fault.given else replace(fault, given=self._given(fault.key))
         for key, option in options.items():
             if f"{fault.key}.".startswith(f"{key}.") or f"{key}.".startswith(f"{fault.key}."):
                 return replace(fault, key=f"{option} ({fault.key})")
@@ -131,6 +139,14 @@ class Document:
         if part is None:
             return replace(fault, line=self.line_of(fault.key))
         return replace(fault, line=part.line_of(fault.key), file=part.path)
+
+    def _given(self, key: str) -> str:
+        """The value of a dotted key, as messages show it; empty for a table, and where the file does not have it."""
+        location = location_of(key, self.raw)
+        value = _value_at(location, self.raw)
+        is_value = len(location) == len(key_parts(key)) and value is not None and not isinstance(value, dict)
+        is_tables = isinstance(value, list) and any(isinstance(entry, dict) for entry in value)
+        return shown(value) if is_value and not is_tables and value != [] else ""
 
     def error(
         self, faults: Iterable[ConfigurationFault], options: Mapping[str, str] | None = None
@@ -142,20 +158,82 @@ class Document:
         self,
         error: ValidationError,
         root: type[BaseModel],
-        raw: Mapping[str, Any] | None = None,
-        passed_over: Collection[str] = (),
     ) -> list[ConfigurationFault]:
         """What pydantic has found wrong, in the words of a TOML file.
 
         Args:
             error: raised by ``root``.
             root: model of the whole document.
-            raw: the tables that were validated, if they are not those of the file.
-            passed_over: types of pydantic's errors that are no fault here, such as "extra_forbidden".
         """
-        tables = self.raw if raw is None else raw
-        details = [detail for detail in error.errors() if detail["type"] not in passed_over]
-        return [fault_of(detail, root, tables) for detail in details if not _is_consequence(detail)]
+        return [fault_of(detail, root, self.raw) for detail in error.errors() if not _is_consequence(detail)]
+
+
+def validated(
+    model: type[Model], raw: Mapping[str, Any], passes_over_unknown: bool = False
+) -> tuple[Model, list[ConfigurationFault]]:
+    """The tables as values, and what is wrong with them one by one.
+
+    Args:
+        model: of the whole document.
+        raw: its tables.
+        passes_over_unknown: True if keys that the model does not have are no faults.
+
+    Returns:
+        The values, on which the checks between tables rest. A malformed table is no attribute of them, so that a check
+        that needs it ends with an AttributeError, see ``well_formed``.
+    """
+    try:
+        return model.model_validate_json(json.dumps(raw, default=str), strict=True), []
+    except ValidationError as error:
+        details = error.errors()
+    unknown = [detail["loc"] for detail in details if detail["type"] == "extra_forbidden"]
+    if passes_over_unknown and unknown:
+        tables = deepcopy(dict(raw))
+        for *above, key in unknown:
+            _value_at(above, tables).pop(key, None)  # groups may share a table
+        return validated(model, tables, passes_over_unknown)
+    faults = [fault_of(detail, model, raw) for detail in details if not _is_consequence(detail)]
+    return _well_formed(model, raw, {str(detail["loc"][0]) for detail in details}), faults
+
+
+def _well_formed(model: type[Model], raw: Mapping[str, Any], malformed: Collection[str]) -> Model:
+    """The values of all tables but those that are malformed."""
+    fields: Any = {name: (of.annotation, of) for name, of in model.model_fields.items() if name not in malformed}
+    part = create_model("Part", __config__=ConfigDict(extra="ignore", allow_inf_nan=False), **fields)
+    values = part.model_validate_json(json.dumps(raw, default=str), strict=True)
+    found = model.model_construct(**{name: getattr(values, name) for name in fields})
+    for name in malformed:
+        found.__dict__.pop(name, None)
+    return found
+
+
+def well_formed(check: Callable[[], Iterable[Found]]) -> Iterator[Found]:
+    """What a check of ``validated`` values finds, as far as the tables that it asks for are well-formed."""
+    with passing_over_malformed():
+        yield from check()
+
+
+@contextmanager
+def passing_over_malformed() -> Iterator[None]:
+    """End a block where it asks for a malformed table."""
+    try:
+        yield
+    except AttributeError as error:
+        if not is_malformed(error):
+            raise
+
+
+def is_malformed(error: Exception) -> bool:
+    """True for the error by which ``validated`` leaves out a malformed table."""
+    of = getattr(error, "obj", None)
+    return isinstance(error, AttributeError) and isinstance(of, BaseModel) and error.name in type(of).model_fields
+
+
+def _value_at(location: Iterable[Any], raw: Any) -> Any:
+    """The value at a location; None if there is none."""
+    for part in location:
+        raw = raw[part] if isinstance(raw, dict | list) and _has(raw, part) else None
+    return raw
 
 
 def is_deep(value: Any) -> bool:
@@ -185,16 +263,21 @@ def fault_of(detail: Mapping[str, Any], root: type[BaseModel], raw: Mapping[str,
     key = _key_of(location, raw)
     if kind == "missing":
         return ConfigurationFault(key, "", "missing")
-    given = shown(detail.get("input"))
+    value = _value_at(location, raw)
+    given = shown(detail.get("input") if value is None else value)
+    if kind == BETWEEN_KEYS:
+        return ConfigurationFault(key, "" if value is None else given, str(detail["msg"]))
     if kind == "extra_forbidden":
         table = _table_at(location[:-1], root, raw)
+        if allowed := getattr(table, "unknown", lambda _: "")(location[-1]):
+            return ConfigurationFault(key, given, allowed)
         known = [] if table is None else list(table.model_fields)
         hint = suggestion(str(location[-1]), known)
         return ConfigurationFault(key, given, f"unknown key, allowed here: {', '.join(known)}{hint}")
     if kind == "string_pattern_mismatch":  # the one pattern there is, of names
         allowed = "allowed: 1 to 40 characters, none of them . / \\ or a control character, and none of = + - @ first"
         return ConfigurationFault(key, given, allowed)
-    message = str(detail["msg"]).replace("tuple", "list").replace("Tuple", "list")
+    message = str(detail["msg"]).replace("tuple", "list").replace("Tuple", "list").removeprefix("Value error, ")
     return ConfigurationFault(key, given, message[0].lower() + message[1:])
 
 

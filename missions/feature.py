@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from exchange.schedule import TdmaSchedule
     from missions.metric import Metric
     from missions.scenarios.scenario import Scenario
-    from missions.scenarios.tables import Raw
     from remoras.database import AUVDatabase, VehicleData
     from remoras.events import Observer
     from remoras.mission import Mission
@@ -66,21 +65,21 @@ class Feature:
             "vehicle" or "communication" a table of it. A key is left out of what is written while it has its default,
             unless that is to be on.
         observer: called once for each run; takes part in it, if the feature does anything.
-        checks: called when a scenario is checked, with the raw tables and the class of its mission, None if that is not
-            to be had; yields what is wrong, and passes malformed values over.
+        checks: called when a scenario is checked, with its well-formed tables and the class of its mission; yields what
+            is wrong between them.
         words: called with each checked scenario; Turtle files whose words its items use, read only where it uses them.
         states: attributes of these words that vehicles tell all others, as urgent as what is most urgent.
         metrics: figures of a run; each is not applicable where the scenario does not use the feature.
         last_metrics: the same; they stand in the summary behind the others that every run has.
         instances: called with each checked scenario; class and name of what the whole fleet has names for on top.
-        needed: called when a scenario is checked, with the raw tables; attributes of which somebody needs values.
+        needed: called when a scenario is checked; attributes of which somebody needs values.
         on_demand: called with each checked scenario; attributes that are exchanged once somebody needs them.
         apart_s: called with each checked scenario; the most by which two clocks differ that slots stand (s).
         ahead_s: called with each checked scenario; the most by which any clock may come to be ahead (s).
         made_checks: called with a scenario that has no other faults and its mission; yields what is wrong.
         real: called with each scenario, the data of a vehicle and the seed; the vehicle as it really is in that run.
-        slower: called when a scenario is checked, with the raw tables; the share by which vehicles may be slower than
-            their data, not checked yet, and the key that says so.
+        slower: called when a scenario is checked; the share by which vehicles may be slower than their data, and the
+            key that says so.
         place_error_m: called with each checked scenario and data of vehicles; how far off these may take themselves to
             be in the time in which they learn their place (m); None where they know it.
         locating: called with each checked scenario; names of the vehicles near which others learn where they are.
@@ -92,19 +91,19 @@ class Feature:
 
     keys: Mapping[str, Mapping[str, tuple[Any, Any]]]
     observer: Callable[[Joining], Observer | None] = lambda joining: None
-    checks: Callable[[Raw, type[Mission] | None], Iterable[ConfigurationFault]] = lambda raw, mission: ()
+    checks: Callable[[Scenario, type[Mission]], Iterable[ConfigurationFault]] = lambda scenario, mission: ()
     words: Callable[[Scenario], Sequence[Path]] = lambda scenario: ()
     states: Sequence[str] = ()
     metrics: Sequence[Metric] = ()
     last_metrics: Sequence[Metric] = ()
     instances: Callable[[Scenario], Sequence[tuple[str, str]]] = lambda scenario: ()
-    needed: Callable[[Raw], Iterable[str]] = lambda raw: ()
+    needed: Callable[[Scenario], Iterable[str]] = lambda scenario: ()
     on_demand: Callable[[Scenario], Iterable[str]] = lambda scenario: ()
     apart_s: Callable[[Scenario], float] = lambda scenario: 0.0
     ahead_s: Callable[[Scenario], float] = lambda scenario: 0.0
     made_checks: Callable[[Scenario, Mission], Iterable[ConfigurationFault]] = lambda scenario, made: ()
     real: Callable[[Scenario, VehicleData, int], VehicleData] = lambda scenario, data, seed: data
-    slower: Callable[[Raw], tuple[Any, str]] = lambda raw: (0.0, "")
+    slower: Callable[[Scenario], tuple[float, str]] = lambda scenario: (0.0, "")
     place_error_m: Callable[[Scenario, Sequence[VehicleData]], float | None] = lambda scenario, vehicles: None
     locating: Callable[[Scenario], Iterable[str]] = lambda scenario: ()
     water: Callable[[Scenario], Any] = lambda scenario: None

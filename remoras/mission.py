@@ -276,25 +276,25 @@ class Mission(SocialPart, FunctionalPart, Protocol):
         return None
 
     @classmethod
-    def check(cls, raw: Mapping[str, Any]) -> Iterable[Any]:
+    def check(cls, scenario: Any) -> Iterable[Any]:
         """``missions.errors.ConfigurationFault`` values for what is wrong between the tables; none by default.
 
         Args:
-            raw: the tables as TOML has them; single values may be malformed and are reported elsewhere.
+            scenario: a ``Scenario`` of this mission. A malformed table is no attribute of it; a check ends at it.
         """
         return ()
 
     @classmethod
-    def completed(cls, raw: Mapping[str, Any]) -> Mapping[str, Any]:
-        """The tables with what follows from them, such as roles for work that may come up; unchanged by default.
+    def completed(cls, scenario: Any) -> Any:
+        """The scenario with what follows from its tables, such as roles for possible work; unchanged by default.
 
         Called before any check between tables. The resolved scenario lists what it added, so it must leave tables alone
-        that are complete, and add nothing to malformed ones.
+        that are complete.
 
         Args:
-            raw: the tables as TOML has them; nothing may change in them.
+            scenario: a ``Scenario`` of this mission, frozen.
         """
-        return raw
+        return scenario
 
     @property
     def vocabulary_used(self) -> tuple[Path, ...]:

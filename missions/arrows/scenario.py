@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
@@ -19,7 +20,6 @@ DETECTORS = ("acoustic", "magnetic")
 Kind = Literal["amphorae", "wooden hull", "steel hull", "rock"]
 Search = Literal["elementary", "lawnmower", "central"]
 Rate = Annotated[float, Field(gt=0.0, lt=1.0)]
-CELL_M, SPREAD_M, UNIFORM_SHARE = 40.0, 250.0, 0.3
 
 
 class ArrowsSettings(JobSettings):
@@ -61,7 +61,14 @@ class SearchTable(Section):
 
     x_m: PointM = Field(description="west and east border")
     y_m: PointM = Field(description="south and north border")
-    cell_m: float = Field(CELL_M, ge=5.0, description="side of a cell; a cell holds one thing at most")
+    cell_m: float = Field(40.0, ge=5.0, description="side of a cell; a cell holds one thing at most")
+
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        """Borders in the wrong order."""
+        spans_m = {"x_m": self.x_m, "y_m": self.y_m}
+        yield from (
+            (key, "the lower border first, then the higher") for key, (low, high) in spans_m.items() if low >= high
+        )
 
 
 class KindTable(Sparse):
@@ -72,9 +79,9 @@ class KindTable(Sparse):
     name: Kind = Field(description="what it is")
     expected: float = Field(gt=0.0, le=1000.0, description="how many are expected in the whole area")
     uniform_share: Probability = Field(
-        UNIFORM_SHARE, description="share of these that may lie anywhere; the others lie where historic finds lie"
+        0.3, description="share of these that may lie anywhere; the others lie where historic finds lie"
     )
-    spread_m: Positive = Field(SPREAD_M, description="how far around a historic find others of its kind are expected")
+    spread_m: Positive = Field(250.0, description="how far around a historic find others of its kind are expected")
     map: tuple[tuple[float, ...], ...] = Field(
         (), description="in place of the historic finds: share of each cell, row by row from the south; sums to 1"
     )

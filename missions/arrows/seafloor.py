@@ -201,18 +201,19 @@ def share_map(grid: CellGrid, finds_m: list[Point], spread_m: float, uniform_sha
 def prior_of(scenario: ArrowsScenario) -> Array:
     """The probability of each kind in each cell, shape (1 + kinds, n_cells); columns sum to 1, the first is nothing."""
     grid = grid_of(scenario)
-    rows = [kind.expected * _shares(grid, kind, scenario) for kind in scenario.kinds]
+    rows = [expected_of(grid, kind, scenario) for kind in scenario.kinds]
     occupied = rows[0].copy()
     for row in rows[1:]:
         occupied += row
     return np.vstack([1.0 - occupied, *rows])
 
 
-def _shares(grid: CellGrid, kind: KindTable, scenario: ArrowsScenario) -> Array:
+def expected_of(grid: CellGrid, kind: KindTable, scenario: ArrowsScenario) -> Array:
+    """Expected number of things of a kind in each cell, shape (n_cells,)."""
     if kind.map:
-        return np.array(kind.map, dtype=float).reshape(-1)
+        return kind.expected * np.array(kind.map, dtype=float).reshape(-1)
     finds_m = [historic.position_m for historic in scenario.historic_find if historic.kind == kind.name]
-    return share_map(grid, finds_m, kind.spread_m, kind.uniform_share)
+    return kind.expected * share_map(grid, finds_m, kind.spread_m, kind.uniform_share)
 
 
 def rates_of(scenario: ArrowsScenario) -> Array:

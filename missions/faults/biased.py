@@ -13,15 +13,15 @@ from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
 from missions.errors import ConfigurationFault
-from missions.files import shown
-from missions.scenarios.faults import FaultOfSensors
-from missions.scenarios.knowledge import words_of
-from missions.scenarios.tables import PointM, Raw, is_number, one_of
+from missions.scenarios.faults import DeclaredFault, FaultOfSensors
+from missions.scenarios.knowledge import words_in
+from missions.scenarios.tables import PointM, is_number, one_of
 from remoras.condition import Condition
 from remoras.sensor import Observation
-from worldmodel import OntologyError, TBox
+from worldmodel import TBox
 
 if TYPE_CHECKING:
+    from missions.scenarios.scenario import Scenario
     from remoras.database import VehicleData
     from remoras.mission import Mission
 
@@ -96,30 +96,18 @@ class Biased(FaultOfSensors):
         """One whose sensors read something else."""
         return Condition(readings=(Bias(self.attribute or "", self.by, self.of(data)),))
 
-    @classmethod
     def checks(
-        cls, key: str, table: Raw, raw: Raw, mission: type[Mission] | None, before: Sequence[tuple[str, Raw]]
+        self, key: str, scenario: Scenario, mission: type[Mission], before: Sequence[tuple[str, DeclaredFault]]
     ) -> Iterator[ConfigurationFault]:
         """An attribute that there is not, or that has no such offset."""
-        yield from super().checks(key, table, raw, mission, before)
-        attribute, offset = table.get("attribute"), table.get("offset")
-        axes = {} if mission is None else _axes(raw, mission)
-        if attribute is None or not axes:
-            return
-        yield from one_of(f"{key}.attribute", attribute, sorted(axes))
-        n_given = len(offset) if isinstance(offset, list | tuple) else 1
-        if offset is not None and attribute in axes and n_given != axes[attribute]:
-            allowed = f"{attribute} is a {'point: [east, north]' if axes[attribute] == 2 else 'number: one number'}"
-            yield ConfigurationFault(f"{key}.offset", shown(offset), allowed)
-
-
-def _axes(raw: Raw, mission: type[Mission]) -> dict[str, int]:
-    """Of attributes that are numbers and points, by name: how many numbers each has."""
-    try:
-        tbox = words_of(raw, mission)
-    except (OntologyError, OSError):
-        return {}  # reported elsewhere
-    return {attribute.name: len(attribute.fields) for attribute in tbox.attributes if attribute.fields}
+        yield from super().checks(key, scenario, mission, before)
+        tbox = words_in(scenario, mission)
+        axes = {one.name: len(one.fields) for one in tbox.attributes if one.fields} if tbox is not None else {}
+        if axes:
+            yield from one_of(f"{key}.attribute", self.attribute, sorted(axes))
+        if self.offset is not None and len(self.by) != axes.get(self.attribute or "", len(self.by)):
+            kind = "point: [east, north]" if axes[self.attribute or ""] == 2 else "number: one number"
+            yield ConfigurationFault(f"{key}.offset", "", f"{self.attribute} is a {kind}")
 
 
 KIND = Biased

@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING, ClassVar
 
 from missions.errors import ConfigurationFault
 from missions.fault import Absence
-from missions.files import shown
-from missions.scenarios.faults import DeclaredFault, span_of
-from missions.scenarios.tables import Raw
+from missions.scenarios.faults import DeclaredFault
 from remoras.condition import Condition
 
 if TYPE_CHECKING:
+    from missions.scenarios.scenario import Scenario
     from remoras.database import VehicleData
     from remoras.mission import Mission
 
@@ -40,18 +39,16 @@ class Joins(DeclaredFault):
         """From the start on, until it joins."""
         return 0.0, at_s
 
-    @classmethod
     def checks(
-        cls, key: str, table: Raw, raw: Raw, mission: type[Mission] | None, before: Sequence[tuple[str, Raw]]
+        self, key: str, scenario: Scenario, mission: type[Mission], before: Sequence[tuple[str, DeclaredFault]]
     ) -> Iterator[ConfigurationFault]:
         """A vehicle that is there from the start, or joins twice."""
-        vehicle, span_s = table.get("vehicle"), span_of(table.get("at_s"))
-        if span_s is not None and span_s[0] <= 0.0:
+        if self.span_s is not None and self.span_s[0] <= 0.0:
             allowed = "must be above 0: a vehicle that is there from the start does not join"
-            yield ConfigurationFault(f"{key}.at_s", shown(table["at_s"]), allowed)
-        if isinstance(vehicle, str) and before:
+            yield ConfigurationFault(f"{key}.at_s", "", allowed)
+        if before:
             allowed = f"joins twice, here and by {before[0][0]}: leave one out"
-            yield ConfigurationFault(f"{key}.vehicle", f'"{vehicle}"', allowed)
+            yield ConfigurationFault(f"{key}.vehicle", "", allowed)
 
 
 KIND = Joins

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 from missions.errors import ConfigurationFault
 from missions.fault import Absence
-from missions.scenarios.faults import DeclaredFault, overlap
-from missions.scenarios.tables import Raw
+from missions.scenarios.faults import DeclaredFault
 from remoras.condition import Condition
 from remoras.faults import ANY
 
 if TYPE_CHECKING:
+    from missions.scenarios.scenario import Scenario
     from remoras.database import VehicleData
     from remoras.mission import Mission
 
@@ -29,16 +29,14 @@ class Lost(DeclaredFault):
         """Nothing that runs."""
         return Condition(is_running=False)
 
-    @classmethod
     def checks(
-        cls, key: str, table: Raw, raw: Raw, mission: type[Mission] | None, before: Sequence[tuple[str, Raw]]
+        self, key: str, scenario: Scenario, mission: type[Mission], before: Sequence[tuple[str, DeclaredFault]]
     ) -> Iterator[ConfigurationFault]:
         """A vehicle that may be lost again before it has come back."""
-        vehicle = table.get("vehicle")
-        first = next((of for of, other in before if overlap(table, other)), None)
-        if isinstance(vehicle, str) and vehicle != ANY and first is not None:
+        first = next((of for of, other in before if self.overlaps(other)), None)
+        if self.vehicle != ANY and first is not None:
             allowed = f"lost twice, here and by {first}; the first has to end by its until_s before the other"
-            yield ConfigurationFault(f"{key}.vehicle", f'"{vehicle}"', allowed)
+            yield ConfigurationFault(f"{key}.vehicle", "", allowed)
 
 
 KIND = Lost

@@ -9,11 +9,11 @@ from pydantic import Field
 
 from missions.errors import ConfigurationFault
 from missions.fault import Absence
-from missions.scenarios.faults import DeclaredFault, overlap
-from missions.scenarios.tables import Raw
+from missions.scenarios.faults import DeclaredFault
 from remoras.condition import Condition
 
 if TYPE_CHECKING:
+    from missions.scenarios.scenario import Scenario
     from remoras.database import VehicleData
     from remoras.mission import Mission
 
@@ -57,20 +57,16 @@ class Restarts(DeclaredFault):
         """Whether it still knew what it had known."""
         return detail.endswith(KEPT)
 
-    @classmethod
     def checks(
-        cls, key: str, table: Raw, raw: Raw, mission: type[Mission] | None, before: Sequence[tuple[str, Raw]]
+        self, key: str, scenario: Scenario, mission: type[Mission], before: Sequence[tuple[str, DeclaredFault]]
     ) -> Iterator[ConfigurationFault]:
         """A vehicle that restarts too often, or while it is off."""
-        vehicle = table.get("vehicle")
-        if not isinstance(vehicle, str):
-            return
         if len(before) >= MOST:
             allowed = f"restarts for the {len(before) + 1}th time: {MOST} times are allowed in a run"
-            yield ConfigurationFault(f"{key}.vehicle", f'"{vehicle}"', allowed)
-        elif any(overlap(table, one) for _, one in before):
+            yield ConfigurationFault(f"{key}.vehicle", "", allowed)
+        elif any(self.overlaps(one) for _, one in before):
             allowed = "restarts while it is off already; one has to be over by its until_s before the other"
-            yield ConfigurationFault(f"{key}.vehicle", f'"{vehicle}"', allowed)
+            yield ConfigurationFault(f"{key}.vehicle", "", allowed)
 
 
 KIND = Restarts

@@ -7,15 +7,14 @@ what it has heard; see ``worldmodel.bans``.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING
 
 from pydantic import Field
 
 from missions.errors import ConfigurationFault
 from missions.feature import Feature, Joining
-from missions.files import shown
-from missions.scenarios.tables import NotNegative, Positive, Raw, Section, entries, names_of, one_of, table_of
+from missions.scenarios.tables import NotNegative, Positive, Section, one_of
 from remoras.events import Host, Observer, Says, say_at
 from worldmodel import ontology_path
 from worldmodel.bans import BANNED_FROM
@@ -39,28 +38,24 @@ class BanTable(Section):
     from_s: int = Field(0, ge=0, le=604_800, description="from which time on its observations do not count")
     until_s: Positive | None = Field(None, description="when the issuer takes the ban back; never if absent")
 
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        """A ban of the issuer itself, or one taken back before it is said."""
+        if self.vehicle == self.issuer:
+            yield "issuer", "what a vehicle says of itself does not count: name another issuer"
+        if self.until_s is not None and self.until_s <= self.at_s:
+            yield "until_s", f"must be above at_s = {self.at_s:g}"
 
-def ban_faults(raw: Raw, mission: type[Mission] | None) -> Iterator[ConfigurationFault]:
-    """Bans by vehicles or of vehicles that there are not, of the issuer itself, and at times that cannot be."""
-    vehicles, end_s = names_of(raw, "vehicle"), _number(table_of(raw, "scenario"), "duration_s")
-    for number, table in enumerate(entries(raw, KEY), 1):
-        key, issuer, vehicle = f"{KEY}.{number}", table.get("issuer"), table.get("vehicle")
-        yield from one_of(f"{key}.issuer", issuer, vehicles)
-        yield from one_of(f"{key}.vehicle", vehicle, vehicles)
-        if vehicle in vehicles and vehicle == issuer:
-            allowed = "what a vehicle says of itself does not count: name another issuer"
-            yield ConfigurationFault(f"{key}.issuer", shown(issuer), allowed)
-        at_s, until_s = _number(table, "at_s"), _number(table, "until_s")
-        if at_s is not None and end_s is not None and at_s >= end_s:
+
+def ban_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
+    """Bans by vehicles or of vehicles that there are not, and after the end."""
+    vehicles, end_s = scenario.vehicle_names, scenario.scenario.duration_s
+    for number, table in enumerate(scenario.of_feature(KEY), 1):
+        key = f"{KEY}.{number}"
+        yield from one_of(f"{key}.issuer", table.issuer, vehicles)
+        yield from one_of(f"{key}.vehicle", table.vehicle, vehicles)
+        if table.at_s >= end_s:
             allowed = f"must be below scenario.duration_s = {end_s:g}, when the mission is over"
-            yield ConfigurationFault(f"{key}.at_s", shown(table["at_s"]), allowed)
-        if at_s is not None and until_s is not None and until_s <= at_s:
-            yield ConfigurationFault(f"{key}.until_s", shown(until_s), f"must be above at_s = {at_s:g}")
-
-
-def _number(table: Mapping[str, Any], key: str) -> float | None:
-    value = table.get(key)
-    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
+            yield ConfigurationFault(f"{key}.at_s", "", allowed)
 
 
 def stated(vehicle: str, from_s: float | None) -> Callable[[Beliefs], list[Fact]]:

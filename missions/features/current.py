@@ -18,25 +18,15 @@ from exchange.acoustics import loss
 from exchange.arithmetic import length
 from missions.errors import ConfigurationFault
 from missions.feature import Feature, Joining
-from missions.scenarios.tables import (
-    NotNegative,
-    PointM,
-    Positive,
-    Raw,
-    Section,
-    Sparse,
-    entries,
-    is_number,
-    point_of,
-    slower_by,
-    table_of,
-)
+from missions.files import shown
+from missions.scenarios.tables import NotNegative, PointM, Positive, Section, Sparse, slower_by
 from remoras.current import Current, Surge, Velocity, through_water
 from remoras.events import Host, Observer
 from remoras.functional.guidance import Guidance
 from remoras.motion import NEAREST_M, turned
 
 if TYPE_CHECKING:
+    from missions.scenarios.scenario import Scenario
     from remoras.avoidance import HalfPlane, Neighbour
     from remoras.behaviours import Reference
     from remoras.functional.layer import FunctionalLayer
@@ -107,6 +97,14 @@ class CurrentTable(Sparse):
     def foretold(self) -> Current | None:
         """The current without what is drawn; None where the water stands but for that."""
         return self._with(())
+
+    def greatest(self) -> Current:
+        """The current at its strongest: each surge from the earliest time to the latest that it may last to."""
+        depth_m = math.inf if self.shear_depth_m is None else self.shear_depth_m
+        surges = (
+            Surge(one.between_s[0], one.between_s[1] + one.lasts_s, one.east_mps, one.north_mps) for one in self.surge
+        )
+        return Current(self.east_mps, self.north_mps, depth_m, surges=tuple(surges))
 
     def _with(self, surges: tuple[Surge, ...]) -> Current | None:
         if self.east_mps == self.north_mps == 0.0 and not surges:
@@ -254,57 +252,27 @@ def observer_of(joining: Joining) -> MovingWater | None:
     return None if current is None else MovingWater(current, joining.scenario.scenario.tick_s, table.lost_stay)
 
 
-def current_faults(raw: Raw, mission: type[Mission] | None) -> Iterator[ConfigurationFault]:
+def current_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
     """A current that is as fast as the slowest vehicle at its depth, or faster; surges that begin after the end."""
-    table = table_of(raw, KEY)
-    given = {key: table.get(key, 0.0) for key in ("east_mps", "north_mps")}
-    shear_depth_m = table.get("shear_depth_m", math.inf)
-    is_depth = type(shear_depth_m) in (int, float) and shear_depth_m > 0.0
-    spread, why = slower_by(raw)
-    if not all(is_number(number) for number in (*given.values(), spread)) or not is_depth:
-        return
-    yield from _late_surges(raw)
-    current = Current(**given, shear_depth_m=shear_depth_m, surges=_surges(table))
+    table, duration_s = scenario.of_feature(KEY), scenario.scenario.duration_s
+    for number, surge in enumerate(table.surge, 1):
+        if surge.between_s[0] >= duration_s:
+            allowed = f"begins after the end: before scenario.duration_s = {duration_s:g}"
+            yield ConfigurationFault(f"{KEY}.surge.{number}.between_s", "", allowed)
+    current, (spread, why) = table.greatest(), slower_by(scenario)
     worst: tuple[float, str] | None = None
-    for vehicle in entries(raw, "vehicle"):
-        depth_m, speed_mps = vehicle.get("depth_m", 0.0), vehicle.get("survey_speed_mps")
-        if not is_number(depth_m) or not is_number(speed_mps):
-            continue
-        runs_mps, slowest_mps = current.greatest_mps(depth_m), speed_mps * (1.0 - spread)
-        excess_mps = runs_mps - slowest_mps
-        if runs_mps >= slowest_mps > 0.0 and (worst is None or excess_mps > worst[0]):
+    for vehicle in scenario.vehicle:
+        runs_mps, slowest_mps = current.greatest_mps(vehicle.depth_m), vehicle.survey_speed_mps * (1.0 - spread)
+        if runs_mps >= slowest_mps and (worst is None or runs_mps - slowest_mps > worst[0]):
             allowed = (
-                f"the current runs at {runs_mps:.3g} m/s at the {depth_m:g} m of {vehicle.get('name')}, which could "
+                f"the current runs at {runs_mps:.3g} m/s at the {vehicle.depth_m:g} m of {vehicle.name}, which could "
                 f"not stay where it is; allowed: less than {slowest_mps:.3g} m/s, its survey_speed_mps"
                 + (f" less the {why} of {spread:g}" if spread else "")
             )
-            worst = excess_mps, allowed
+            worst = runs_mps - slowest_mps, allowed
     if worst is not None:
-        key = max(given, key=lambda key: abs(given[key]))
-        yield ConfigurationFault(f"{KEY}.{key}", str(given[key]), worst[1])
-
-
-def _late_surges(raw: Raw) -> Iterator[ConfigurationFault]:
-    """Surges that cannot begin before the end."""
-    given_s = table_of(raw, "scenario").get("duration_s")
-    duration_s = float(given_s) if isinstance(given_s, int | float) else math.inf
-    for number, surge in enumerate(entries(table_of(raw, KEY), "surge"), 1):
-        for earliest_s, latest_s in point_of(surge, "between_s"):
-            if earliest_s >= duration_s:
-                given = f"[{earliest_s:g}, {latest_s:g}]"
-                allowed = f"begins after the end: before scenario.duration_s = {duration_s:g}"
-                yield ConfigurationFault(f"{KEY}.surge.{number}.between_s", given, allowed)
-
-
-def _surges(table: Raw) -> tuple[Surge, ...]:
-    """What surges add, from the earliest time to the latest that they may last to; malformed ones are passed over."""
-    found = []
-    for entry in entries(table, "surge"):
-        added, lasts_s = [entry.get(key, 0.0) for key in ("east_mps", "north_mps")], entry.get("lasts_s")
-        if all(map(is_number, [*added, lasts_s])) and (spans := point_of(entry, "between_s")):
-            earliest_s, latest_s = spans[0]
-            found.append(Surge(earliest_s, latest_s + float(lasts_s), *added))  # type: ignore[arg-type]
-    return tuple(found)
+        key = max(("east_mps", "north_mps"), key=lambda key: abs(getattr(table, key)))
+        yield ConfigurationFault(f"{KEY}.{key}", shown(getattr(table, key)), worst[1])
 
 
 FEATURE = Feature(

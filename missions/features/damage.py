@@ -17,11 +17,11 @@ from exchange.acoustics import loss
 from exchange.acoustics.channel import Arrival, Channel
 from missions.errors import ConfigurationFault
 from missions.feature import Feature, Joining
-from missions.files import shown
-from missions.scenarios.tables import Probability, Raw, Section, is_number, table_of
+from missions.scenarios.tables import Probability, Section
 from remoras.events import Observer
 
 if TYPE_CHECKING:
+    from missions.scenarios.scenario import Scenario
     from remoras.mission import Mission
 
 KEY = "damage"
@@ -79,17 +79,15 @@ class DamagingChannel:
         return Arrival(arrival.receiver, arrival.time_s, (found ^ mask).to_bytes(len(arrival.data), "big"))
 
 
-def damage_faults(raw: Raw, mission: type[Mission] | None) -> Iterator[ConfigurationFault]:
+def damage_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
     """Damage that nothing finds."""
-    table, communication = table_of(raw, KEY), table_of(raw, "communication")
-    share = table.get("share", 0.0)
-    is_protected = communication.get("crc_bits") or communication.get("key_file")
-    if is_number(share) and share > 0.0 and not is_protected and table.get("unchecked") is not True:
+    table, communication = scenario.of_feature(KEY), scenario.communication
+    if table.share > 0.0 and not (communication.crc_bits or communication.key_file or table.unchecked):
         allowed = (
             "packets have neither checksum nor key, so much of what is damaged would be believed: set "
             f"communication.crc_bits = 8, 16 or 32, or communication.key_file; or {KEY}.unchecked = true if meant"
         )
-        yield ConfigurationFault(f"{KEY}.share", shown(share), allowed)
+        yield ConfigurationFault(f"{KEY}.share", "", allowed)
 
 
 class Damage(Observer):

@@ -34,18 +34,12 @@ from exchange.arithmetic import TAU, distance, length
 from missions.errors import ConfigurationFault
 from missions.feature import Feature, Joining
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
-from missions.scenarios.copies import sensor_tables
 from missions.scenarios.tables import (
     Name,
     PointM,
     Positive,
-    Raw,
     Sparse,
-    entries,
-    names_of,
     one_of,
-    outside_faults,
-    point_of,
 )
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType
 from remoras.behaviours import CAPTURE_M, DUE, IDLE, Behaviour, Perception, Reference, distance_m
@@ -104,26 +98,21 @@ class BeaconTable(Sparse):
     range_m: Positive = Field(description="within this distance of it vehicles learn where they are")
 
 
-def beacon_faults(raw: Raw, mission: type[Mission] | None) -> Iterator[ConfigurationFault]:
+def beacon_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
     """Beacons that neither stand somewhere nor are carried, or both; carried by nobody, or by what nobody has."""
-    vehicles, beacons = entries(raw, "vehicle"), entries(raw, BEACON)
-    stand = [
-        (f"{BEACON}.{beacon.get('name')}.position_m", at_m)
-        for beacon in beacons
-        for at_m in point_of(beacon, "position_m")
-    ]
-    yield from outside_faults(raw, stand)
+    beacons: tuple[BeaconTable, ...] = scenario.of_feature(BEACON)
+    yield from scenario.world.outside(
+        (f"{BEACON}.{one.name}.position_m", one.position_m) for one in beacons if one.position_m is not None
+    )
+    sensors = {vehicle.name: vehicle.sensor_names("") for vehicle in scenario.vehicle}
     for beacon in beacons:
-        key, carrier = f"{BEACON}.{beacon.get('name')}", beacon.get("vehicle")
-        if ("position_m" in beacon) == ("vehicle" in beacon):
-            given = "both" if "vehicle" in beacon else "neither"
-            allowed = f"has {given} position_m and vehicle; allowed: one of them"
-            yield ConfigurationFault(key, "", allowed.replace("neither position_m and", "neither position_m nor"))
-        yield from one_of(f"{key}.vehicle", carrier, names_of(raw, "vehicle"))
-        if "sensor" in beacon and carrier is not None:
-            own = [table for vehicle in vehicles if vehicle.get("name") == carrier for table in sensor_tables(vehicle)]
-            names = [str(table.get("name") or table.get("type")) for table in own]
-            yield from one_of(f"{key}.sensor", beacon["sensor"], names)
+        key = f"{BEACON}.{beacon.name}"
+        if (beacon.position_m is None) == (beacon.vehicle is None):
+            given = "neither position_m nor" if beacon.vehicle is None else "both position_m and"
+            yield ConfigurationFault(key, "", f"has {given} vehicle; allowed: one of them")
+        yield from one_of(f"{key}.vehicle", beacon.vehicle, list(sensors))
+        if beacon.vehicle in sensors:
+            yield from one_of(f"{key}.sensor", beacon.sensor, sensors[beacon.vehicle])
 
 
 def errs(scenario: Scenario) -> bool:

@@ -19,18 +19,8 @@ from missions.errors import ConfigurationFault
 from missions.feature import Feature, Joining
 from missions.files import shown
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
-from missions.scenarios.knowledge import TABLE, TEXTS, words_of
-from missions.scenarios.tables import (
-    NotNegative,
-    Positive,
-    Raw,
-    Section,
-    entries,
-    names_of,
-    one_of,
-    span_faults,
-    table_of,
-)
+from missions.scenarios.knowledge import words_in, words_of
+from missions.scenarios.tables import NotNegative, Positive, Section, one_of, span_faults
 from remoras.events import Host, Observer, Says, say_at
 from remoras.run_log import DELIVERIES
 from remoras.social.needs import GroupNeeds
@@ -41,7 +31,6 @@ from worldmodel import (
     Instance,
     NeedError,
     NeedsIndex,
-    OntologyError,
     PropertyValue,
     TBox,
     Terms,
@@ -85,12 +74,25 @@ class NeedTable(Section):
     vehicle: str = Field(ALL, description='vehicle that needs them, or "all"')
     priority: int = Field(1, ge=1, le=1000, description="how urgent it is")
     ttl_s: float | None = Field(None, description="age beyond which a value is of no use; none if absent")
-    blackout_s: float = Field(0.0, description="least time between two packets of one vehicle with such values")
+    blackout_s: NotNegative = Field(0.0, description="least time between two packets of one vehicle with such values")
     queue_limit: int | None = Field(None, description="most such values that wait at a vehicle; no limit if absent")
     newest_first: bool = Field(False, description="the newest value goes first, else the one that has waited longest")
     acknowledged: bool = Field(True, description="told until all who need it are known to hold it, else once")
     from_s: NotNegative = Field(0.0, description="when the vehicle says so; agreed before the mission if 0 or absent")
     until_s: Positive | None = Field(None, description="when the vehicle takes the need back; never if absent")
+
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        """Limits that are none, and a blackout in which values expire."""
+        if self.ttl_s is not None and not self.ttl_s > 0.0:
+            yield "ttl_s", "must be above 0: leave it out for no limit"
+        elif self.ttl_s is not None and self.blackout_s >= self.ttl_s:
+            yield (
+                "blackout_s",
+                f"must be below ttl_s = {self.ttl_s:g}, else values expire before they may be said: shorten the "
+                "blackout",
+            )
+        if self.queue_limit is not None and self.queue_limit < 1:
+            yield "queue_limit", "must be 1 or more: leave it out for no limit"
 
     def terms(self) -> Terms:
         """The terms of the need."""
@@ -286,11 +288,9 @@ def instances_of(scenario: Scenario) -> Sequence[tuple[str, str]]:
     return [(NEED, need_name(vehicle.name, number + 1)) for vehicle in vehicles for number in range(most)]
 
 
-def needed(raw: Raw) -> Iterator[str]:
-    """Attributes of which somebody needs values."""
-    for table in entries(raw, KEY):
-        if isinstance(name := table.get("attribute"), str):
-            yield name
+def needed(scenario: Scenario) -> list[str]:
+    """Attributes of which a vehicle needs values."""
+    return [table.attribute for table in scenario.of_feature(KEY)]
 
 
 def on_demand(scenario: Scenario) -> Sequence[str]:
@@ -317,23 +317,26 @@ def stated_needs(scenario: Scenario, tbox: TBox, instances: Sequence[Instance]) 
     return tuple(found)
 
 
-def need_faults(raw: Raw, mission: type[Mission] | None) -> Iterator[ConfigurationFault]:
+def need_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
     """Needs of what there is not, or on terms that cannot be served."""
-    if mission is None:
+    tbox, communication = words_in(scenario, mission), scenario.communication
+    if tbox is None:
         return
-    try:
-        tbox = words_of(raw, mission)
-    except (OntologyError, OSError):
-        return  # reported where the ontology is checked
     attributes = [attribute.name for attribute in tbox.attributes]
-    for number, table in enumerate(entries(raw, KEY), 1):
+    for number, table in enumerate(scenario.of_feature(KEY), 1):
         key = f"need.{number}"
-        yield from one_of(f"{key}.attribute", table.get("attribute"), attributes)
-        yield from one_of(f"{key}.vehicle", table.get("vehicle", ALL), [ALL, *names_of(raw, "vehicle")])
-        yield from list(_term_faults(key, table)) or _idle_term_faults(raw, key, table)
-        yield from span_faults(raw, key, table)
-    on_demand = table_of(raw, "communication").get("on_demand")
-    for name in on_demand if isinstance(on_demand, list | tuple) else ():
+        yield from one_of(f"{key}.attribute", table.attribute, attributes)
+        yield from one_of(f"{key}.vehicle", table.vehicle, [ALL, *scenario.vehicle_names])
+        yield from span_faults(key, table.from_s, table.until_s, scenario.scenario.duration_s)
+        if table.attribute in communication.needs:  # what serves all needs is what goes out
+            names = [name for name in ("ttl_s", "blackout_s", "queue_limit") if getattr(table, name)]
+            allowed = (
+                f"limits nothing, for communication.needs lists {table.attribute}, without limits, for all: "
+                "take it out there"
+            )
+            for name in [*names, *([] if table.acknowledged else ["acknowledged"])]:
+                yield ConfigurationFault(f"{key}.{name}", "", allowed)
+    for name in communication.of_feature(ON_DEMAND):
         yield from one_of("communication.on_demand", name, attributes)
 
 
@@ -347,8 +350,8 @@ def of_faults(scenario: Scenario, made: Mission) -> Iterator[ConfigurationFault]
     tables: tuple[NeedTable, ...] = scenario.of_feature(KEY)
     if not any(table.of for table in tables):
         return
-    texts = {TABLE: {TEXTS: scenario.worldmodel.ontology_text}}
-    classes = [ontology_class.name for ontology_class in words_of(texts, type(made)).classes]
+    words = words_of(scenario.worldmodel.ontology_text, type(made))
+    classes = [ontology_class.name for ontology_class in words.classes]
     named = [group.name for group in scenario.group]
     named += [f"{group.name}.{role.name}" for group in scenario.group for role in group.role]
     named += [vehicle.name for vehicle in scenario.vehicle] + [rally.name for rally in scenario.rally_point]
@@ -357,31 +360,6 @@ def of_faults(scenario: Scenario, made: Mission) -> Iterator[ConfigurationFault]
         if table.of:
             for fault in one_of(f"need.{number}.of", table.of, [*classes, *named]):
                 yield ConfigurationFault(fault.key, shown(table.of), f"no class or instance; {fault.allowed}")
-
-
-def _term_faults(key: str, table: Raw) -> Iterator[ConfigurationFault]:
-    """Terms that cannot be served."""
-    ttl_s, blackout_s, limit = table.get("ttl_s"), table.get("blackout_s", 0.0), table.get("queue_limit")
-    if isinstance(ttl_s, int | float) and not ttl_s > 0.0:
-        yield ConfigurationFault(f"{key}.ttl_s", shown(ttl_s), "must be above 0: leave it out for no limit")
-    elif isinstance(blackout_s, int | float) and blackout_s < 0.0:
-        yield ConfigurationFault(f"{key}.blackout_s", shown(blackout_s), "must be 0 or more")
-    elif isinstance(ttl_s, int | float) and isinstance(blackout_s, int | float) and blackout_s >= ttl_s:
-        allowed = f"must be below ttl_s = {ttl_s:g}, else values expire before they may be said: shorten the blackout"
-        yield ConfigurationFault(f"{key}.blackout_s", shown(blackout_s), allowed)
-    if isinstance(limit, int) and limit < 1:
-        yield ConfigurationFault(f"{key}.queue_limit", shown(limit), "must be 1 or more: leave it out for no limit")
-
-
-def _idle_term_faults(raw: Raw, key: str, table: Raw) -> Iterator[ConfigurationFault]:
-    """Limits on an attribute that all need without any: what serves all needs is what goes out."""
-    attribute = table.get("attribute")
-    if attribute not in table_of(table_of(raw, "communication"), "needs"):
-        return
-    limits = [name for name in ("ttl_s", "blackout_s", "queue_limit") if table.get(name)]
-    limits += ["acknowledged"] if table.get("acknowledged") is False else []
-    allowed = f"limits nothing, for communication.needs lists {attribute}, without limits, for all: take it out there"
-    yield from (ConfigurationFault(f"{key}.{name}", shown(table[name]), allowed) for name in limits)
 
 
 # What becomes of them in a run ---------------------------------------------------------------------

@@ -19,12 +19,12 @@ from pydantic import Field
 from exchange.arithmetic import distance
 from missions.errors import ConfigurationFault
 from missions.feature import Feature, Joining
-from missions.files import shown
-from missions.scenarios.tables import Positive, Raw, Section, bounds_of, entries, is_number, point_of, table_of
-from remoras.avoidance import RECOVERY_S, SEPARATION_M, HalfPlane
+from missions.scenarios.tables import Positive, Section
+from remoras.avoidance import RECOVERY_S, HalfPlane
 from remoras.events import Observer
 
 if TYPE_CHECKING:
+    from missions.scenarios.scenario import Scenario
     from remoras.mission import Mission
     from remoras.vehicle import Vehicle
     from remoras.work import Point
@@ -134,34 +134,27 @@ class Reef(Observer):
         vehicle.functional.guidance.passage = self._passage
 
 
-def passage_faults(raw: Raw, mission: type[Mission] | None) -> Iterator[ConfigurationFault]:
+def passage_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
     """A passage that no vehicle fits, that leads nowhere, and what lies within the reef."""
-    table, bounds = table_of(raw, KEY), bounds_of(raw)
-    separation_m = table_of(raw, "guidance").get("separation_m", SEPARATION_M)
-    width_m, y_m, span = table.get("width_m"), table.get("y_m"), point_of(table, "x_m")
-    if not (is_number(width_m) and is_number(y_m) and is_number(separation_m) and span and bounds is not None):
-        return
-    (west_m, east_m), (x_min, y_min, x_max, y_max) = span[0], bounds
-    if 0.0 < width_m < separation_m:
+    table, separation_m = scenario.of_feature(KEY), scenario.guidance.separation_m
+    (west_m, east_m), width_m = table.x_m, table.width_m
+    x_min, y_min, x_max, y_max = scenario.world.box_m
+    if width_m < separation_m:
         allowed = f"narrower than the separation; allowed: guidance.separation_m = {separation_m:g} or more"
-        yield ConfigurationFault(f"{KEY}.width_m", shown(width_m), allowed)
-        return
-    if not x_min < west_m < east_m < x_max:
+        yield ConfigurationFault(f"{KEY}.width_m", "", allowed)
+    elif not x_min < west_m < east_m < x_max:
         allowed = f"allowed: a western and an eastern border within the world, x {x_min:g} to {x_max:g}"
-        yield ConfigurationFault(f"{KEY}.x_m", shown([west_m, east_m]), allowed)
-        return
-    if not y_min + width_m / 2.0 <= y_m <= y_max - width_m / 2.0:
+        yield ConfigurationFault(f"{KEY}.x_m", "", allowed)
+    elif not y_min + width_m / 2.0 <= table.y_m <= y_max - width_m / 2.0:
         allowed = f"allowed: {y_min + width_m / 2.0:g} to {y_max - width_m / 2.0:g}, so that it lies within the world"
-        yield ConfigurationFault(f"{KEY}.y_m", shown(y_m), allowed)
-        return
-    half_m = separation_m / 2.0
-    for kind, key in (("vehicle", "start_m"), ("rally_point", "position_m")):
-        for entry in entries(raw, kind):
-            for at_m in point_of(entry, key):
-                if west_m - half_m <= at_m[0] <= east_m + half_m:
-                    reef = f"x {west_m - half_m:g} to {east_m + half_m:g}"
-                    allowed = f"in the reef, {reef}, or its passage; place it outside"
-                    yield ConfigurationFault(f"{kind}.{entry.get('name')}.{key}", shown([*at_m]), allowed)
+        yield ConfigurationFault(f"{KEY}.y_m", "", allowed)
+    else:
+        half_m = separation_m / 2.0
+        places = [(f"rally_point.{one.name}.position_m", one.position_m) for one in scenario.rally_point]
+        for key, (x_m, _) in [*((f"vehicle.{one.name}.start_m", one.start_m) for one in scenario.vehicle), *places]:
+            if west_m - half_m <= x_m <= east_m + half_m:
+                reef = f"x {west_m - half_m:g} to {east_m + half_m:g}"
+                yield ConfigurationFault(key, "", f"in the reef, {reef}, or its passage; place it outside")
 
 
 FEATURE = Feature({"": {KEY: (PassageTable | None, None)}}, Reef, passage_faults)

@@ -11,7 +11,7 @@ from pydantic import Field
 
 from exchange.acoustics import loss
 from missions.feature import Feature, Joining
-from missions.scenarios.tables import Raw, Section, table_of
+from missions.scenarios.tables import Section
 from remoras.events import Observer
 
 if TYPE_CHECKING:
@@ -36,9 +36,9 @@ class UncertaintyTable(Section):
     )
 
 
-def slower(raw: Raw) -> tuple[float, str]:
+def slower(scenario: Scenario) -> tuple[float, str]:
     """The share by which a vehicle may be slower than its data, and the key that says so."""
-    return table_of(raw, KEY).get(SPREAD, 0.0), f"{KEY}.{SPREAD}"
+    return scenario.of_feature(KEY).speed_spread, f"{KEY}.{SPREAD}"
 
 
 def real(scenario: Scenario, data: VehicleData, seed: int) -> VehicleData:

@@ -59,28 +59,14 @@ from missions.meeting.job_mission import (
     founding_of,
     job_role,
     listed_faults,
-    placed_in,
     with_job_roles,
 )
 from missions.meeting.meeting import Pursuit
 from missions.meeting.staying import DONE_BY, THERE_M
 from missions.metric import Metric
-from missions.scenarios.tables import (
-    Name,
-    NotNegative,
-    PointM,
-    Positive,
-    Raw,
-    Section,
-    entries,
-    is_number,
-    names_of,
-    numbered,
-    point_of,
-    table_of,
-)
+from missions.scenarios.scenario import Role
+from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Section, numbered
 from remoras.activities import Objective
-from remoras.avoidance import SEPARATION_M
 from remoras.behaviours import Behaviour
 from remoras.database import VehicleData
 from remoras.htn import FactsLike
@@ -206,11 +192,10 @@ class ResupplyScenario(JobScenario):
     transfer: TransferTable = TransferTable()
 
 
-def _too_near(raw: Raw, key: str, given_m: Any, most_m: float, why: str) -> Iterator[ConfigurationFault]:
+def _too_near(scenario: JobScenario, key: str, given_m: float, most_m: float, why: str) -> Iterator[ConfigurationFault]:
     """A distance of two vehicles that lie beside each other which is less than they keep, or more than ``most_m``."""
-    separation_m = table_of(raw, "guidance").get("separation_m", SEPARATION_M)
-    least_m = ROOM * separation_m if is_number(separation_m) else 0.0
-    if is_number(given_m) and given_m > 0.0 and not least_m <= given_m <= most_m:
+    least_m = ROOM * scenario.guidance.separation_m
+    if not least_m <= given_m <= most_m:
         to = f"to {most_m:g}" if most_m < math.inf else "or more"
         allowed = f"allowed: {least_m:.3g} {to}, so that vehicles keep clear of each other{why}"
         yield ConfigurationFault(key, str(given_m), allowed)
@@ -224,9 +209,9 @@ def _surveys(scenario: Any) -> list[SiteSurvey]:
     return [SiteSurvey(site.name, site.position_m, site.stay_s) for site in scenario.site]
 
 
-def _roles(raw: Raw, kind: str, who: str, influences: Sequence[str] | None = None) -> list[dict[str, Any]]:
-    """Tables of the roles of the jobs in tables ``[[kind]]``, see ``job_role``."""
-    return [job_role(who, job, influences) for job in names_of(raw, kind)]
+def _roles(tables: Iterable[Any], who: str, influences: Sequence[str] = ()) -> list[Role]:
+    """The roles of the jobs in tables, see ``job_role``."""
+    return [job_role(who, table.name, influences) for table in tables]
 
 
 class FieldworkMission(JobMission):
@@ -270,31 +255,26 @@ class RecoveryMission(FieldworkMission, HelpMission):
     scenario: RecoveryScenario
 
     @classmethod
-    def completed(cls, raw: Raw) -> Raw:
-        """The tables with a role for each site and object in the first group; the latter call on the founding roles."""
-        number = table_of(raw, "lifts").get("number", LiftsTable().number)
-        if type(number) is not int or not 0 <= number <= MOST_LIFTS:
-            number = 0  # reported elsewhere
-        lifters = [job_role("Lifter", lift, founding_of(raw)) for lift in numbered("lift", number)]
-        roles = [*_roles(raw, "site", "Surveyor"), *lifters]
-        return with_job_roles(raw, roles, {LYING_AT: URGENCY, HELPS: URGENCY, **JUDGED})
+    def completed(cls, scenario: RecoveryScenario) -> RecoveryScenario:
+        """With a role for each site and object in the first group; the latter call on the founding roles."""
+        lifts = numbered("lift", scenario.lifts.number)
+        lifters = [job_role("Lifter", lift, founding_of(scenario)) for lift in lifts]
+        roles = [*_roles(scenario.site, "Surveyor"), *lifters]
+        return with_job_roles(scenario, roles, {LYING_AT: URGENCY, HELPS: URGENCY, **JUDGED})
 
     @classmethod
-    def check(cls, raw: Raw) -> Iterable[ConfigurationFault]:
+    def check(cls, scenario: RecoveryScenario) -> Iterable[ConfigurationFault]:
         """Sites outside of the world or with names that are taken, objects for too many vehicles or too short."""
-        vehicles, lifts, usual = entries(raw, "vehicle"), table_of(raw, "lifts"), LiftsTable()
-        number = lifts.get("number", usual.number)
-        lifted = numbered("lift", number) if type(number) is int and 0 < number <= MOST_LIFTS else ()
-        yield from listed_faults(raw, "site", "position_m", taken=lifted)
-        takes = lifts.get("vehicles", usual.vehicles)
-        if type(takes) is int and lifted and 0 < len(vehicles) < takes:
-            allowed = f"an object takes more vehicles than there are; allowed: 1 to {len(vehicles)}"
-            yield ConfigurationFault("lifts.vehicles", str(takes), allowed)
-        if takes != 1:
-            yield from _too_near(raw, "lifts.length_m", lifts.get("length_m", usual.length_m), math.inf, " there")
-        if lifted and not any(sensor.get("type") == "sonar" for v in vehicles for sensor in entries(v, "sensor")):
+        lifts, n_vehicles = scenario.lifts, len(scenario.vehicle)
+        yield from listed_faults(scenario, "site", "position_m", taken=numbered("lift", lifts.number))
+        if lifts.number and n_vehicles < lifts.vehicles:
+            allowed = f"an object takes more vehicles than there are; allowed: 1 to {n_vehicles}"
+            yield ConfigurationFault("lifts.vehicles", str(lifts.vehicles), allowed)
+        if lifts.vehicles != 1:
+            yield from _too_near(scenario, "lifts.length_m", lifts.length_m, math.inf, " there")
+        if lifts.number and not any(sensor.get("type") == "sonar" for v in scenario.vehicle for sensor in v.sensor):
             allowed = 'nobody would find one: give a vehicle a sensor of type "sonar"'
-            yield ConfigurationFault("lifts.number", str(number), allowed)
+            yield ConfigurationFault("lifts.number", str(lifts.number), allowed)
 
     def jobs_of(self, scenario: RecoveryScenario) -> Iterable[Job]:
         """The sites and the objects."""
@@ -339,21 +319,22 @@ class FerryMission(FieldworkMission):
     scenario: FerryScenario
 
     @classmethod
-    def completed(cls, raw: Raw) -> Raw:
-        """The tables with a role for each delivery in the first group; these and founding roles address each other."""
-        carriers = [f"Carrier of {job}" for job in names_of(raw, "delivery")]
-        return with_job_roles(raw, _roles(raw, "delivery", "Carrier", [*carriers, *founding_of(raw)]), {}, carriers)
+    def completed(cls, scenario: FerryScenario) -> FerryScenario:
+        """With a role for each delivery in the first group; these and founding roles address each other."""
+        carriers = [f"Carrier of {one.name}" for one in scenario.delivery]
+        roles = _roles(scenario.delivery, "Carrier", [*carriers, *founding_of(scenario)])
+        return with_job_roles(scenario, roles, {}, carriers)
 
     @classmethod
-    def check(cls, raw: Raw) -> Iterable[ConfigurationFault]:
+    def check(cls, scenario: FerryScenario) -> Iterable[ConfigurationFault]:
         """Deliveries outside of the world, in the reef, or with names that are taken."""
-        yield from listed_faults(raw, "delivery", "from_m", "to_m")
-        reef = raw.get(PASSAGE)
-        for west_m, east_m in point_of(reef, "x_m") if isinstance(reef, Mapping) else ():
-            for key, at_m in placed_in(raw, "delivery", "from_m", "to_m"):
-                if west_m <= at_m[0] <= east_m:
-                    allowed = f"in the reef or its passage, x {west_m:g} to {east_m:g}; place it outside"
-                    yield ConfigurationFault(key, f"[{at_m[0]:g}, {at_m[1]:g}]", allowed)
+        yield from listed_faults(scenario, "delivery", "from_m", "to_m")
+        reef = scenario.of_feature(PASSAGE)
+        for one in scenario.delivery if reef is not None else ():
+            for key, at_m in (("from_m", one.from_m), ("to_m", one.to_m)):
+                if reef.x_m[0] <= at_m[0] <= reef.x_m[1]:
+                    allowed = f"in the reef or its passage, x {reef.x_m[0]:g} to {reef.x_m[1]:g}; place it outside"
+                    yield ConfigurationFault(f"delivery.{one.name}.{key}", f"[{at_m[0]:g}, {at_m[1]:g}]", allowed)
 
     def jobs_of(self, scenario: FerryScenario) -> Iterable[Delivery]:
         """The deliveries."""
@@ -381,28 +362,24 @@ class EscortMission(FieldworkMission, HelpMission):
     scenario: EscortScenario
 
     @classmethod
-    def completed(cls, raw: Raw) -> Raw:
-        """The tables with a role for each line in the first group; of escorted lines it calls on the founding roles."""
-        roles = [
-            job_role("Surveyor", line["name"], founding_of(raw) if line.get("escorted") is True else None)
-            for line in entries(raw, "line")
-            if line.get("name") is not None
-        ]
-        return with_job_roles(raw, roles, {ESCORTS: URGENCY, **JUDGED})
+    def completed(cls, scenario: EscortScenario) -> EscortScenario:
+        """With a role for each line in the first group; of escorted lines it calls on the founding roles."""
+        founding = founding_of(scenario)
+        roles = [job_role("Surveyor", line.name, founding if line.escorted else ()) for line in scenario.line]
+        return with_job_roles(scenario, roles, {ESCORTS: URGENCY, **JUDGED})
 
     @classmethod
-    def check(cls, raw: Raw) -> Iterable[ConfigurationFault]:
+    def check(cls, scenario: EscortScenario) -> Iterable[ConfigurationFault]:
         """Lines outside of the world, too short, with names that are taken, or take more than there are."""
-        yield from listed_faults(raw, "line", "from_m", "to_m")
-        for line in entries(raw, "line"):
-            for from_m, to_m in zip(point_of(line, "from_m"), point_of(line, "to_m"), strict=False):
-                if distance(from_m, to_m) < SHORTEST_M:
-                    given = f"[{to_m[0]:g}, {to_m[1]:g}]"
-                    allowed = f"the line is too short; allowed: {SHORTEST_M:g} m or more from from_m"
-                    yield ConfigurationFault(f"line.{line.get('name')}.to_m", given, allowed)
-            if line.get("escorted") is True and len(entries(raw, "vehicle")) == 1:
+        yield from listed_faults(scenario, "line", "from_m", "to_m")
+        for line in scenario.line:
+            if distance(line.from_m, line.to_m) < SHORTEST_M:
+                given = f"[{line.to_m[0]:g}, {line.to_m[1]:g}]"
+                allowed = f"the line is too short; allowed: {SHORTEST_M:g} m or more from from_m"
+                yield ConfigurationFault(f"line.{line.name}.to_m", given, allowed)
+            if line.escorted and len(scenario.vehicle) == 1:
                 allowed = "takes two vehicles, and there is one; allowed: false"
-                yield ConfigurationFault(f"line.{line.get('name')}.escorted", "true", allowed)
+                yield ConfigurationFault(f"line.{line.name}.escorted", "true", allowed)
 
     def jobs_of(self, scenario: EscortScenario) -> Iterable[SurveyLine]:
         """The lines."""
@@ -439,33 +416,32 @@ class ResupplyMission(FieldworkMission, HelpMission):
     scenario: ResupplyScenario
 
     @classmethod
-    def completed(cls, raw: Raw) -> Raw:
-        """The tables with a role for each site and hole in the first group; the latter call on the founding roles."""
-        roles = [*_roles(raw, "site", "Surveyor"), *_roles(raw, "boring", "Borer", founding_of(raw))]
+    def completed(cls, scenario: ResupplyScenario) -> ResupplyScenario:
+        """With a role for each site and hole in the first group; the latter call on the founding roles."""
+        borers = _roles(scenario.boring, "Borer", founding_of(scenario))
         told = {IS_HALTED: URGENCY, BRINGS: URGENCY, "isImpossible": URGENCY, STORE_CHARGE: 10}
-        return with_job_roles(raw, roles, told)
+        return with_job_roles(scenario, [*_roles(scenario.site, "Surveyor"), *borers], told)
 
     @classmethod
-    def check(cls, raw: Raw) -> Iterable[ConfigurationFault]:
+    def check(cls, scenario: ResupplyScenario) -> Iterable[ConfigurationFault]:
         """Sites and holes outside of the world or with names that are taken, drills nobody has, berths too near."""
-        yield from listed_faults(raw, "site", "position_m", taken=names_of(raw, "boring"))
-        yield from listed_faults(raw, "boring", "position_m", taken=names_of(raw, "site"))
-        drills = {
-            str(sensor.get("name", "drill"))
-            for vehicle in entries(raw, "vehicle")
-            for sensor in entries(vehicle, "sensor")
-            if sensor.get("type") == "drill"
-        }
-        for boring in entries(raw, "boring"):
-            drill = boring.get("drill")
-            if isinstance(drill, str) and drill not in drills:
-                allowed = (
-                    f"no vehicle has such a drill; allowed: {', '.join(sorted(drills)) or 'none, as there is no drill'}"
-                )
-                yield ConfigurationFault(f"boring.{boring.get('name')}.drill", f'"{drill}"', allowed)
-        yield from _holes_in_each_other(raw)
-        berth_m = table_of(raw, "transfer").get("berth_m", TransferTable().berth_m)
-        yield from _too_near(raw, "transfer.berth_m", berth_m, FARTHEST_M, ", and see each other")
+        yield from listed_faults(scenario, "site", "position_m", taken=[one.name for one in scenario.boring])
+        yield from listed_faults(scenario, "boring", "position_m", taken=[one.name for one in scenario.site])
+        sensors = [sensor for vehicle in scenario.vehicle for sensor in vehicle.sensor]
+        drills = {str(sensor.get("name", "drill")) for sensor in sensors if sensor.get("type") == "drill"}
+        least_m, before = 2.0 * THERE_M, list[BoringTable]()
+        for one in scenario.boring:
+            if one.drill not in drills:
+                known = ", ".join(sorted(drills)) or "none, as there is no drill"
+                allowed = f"no vehicle has such a drill; allowed: {known}"
+                yield ConfigurationFault(f"boring.{one.name}.drill", f'"{one.drill}"', allowed)
+            near = next((other for other in before if distance(one.position_m, other.position_m) <= least_m), None)
+            if near is not None:
+                allowed = f"more than {least_m:g} m from {near.name}: a drill is at one hole"
+                yield ConfigurationFault(f"boring.{one.name}.position_m", "", allowed)
+            before.append(one)
+        berth_m = scenario.transfer.berth_m
+        yield from _too_near(scenario, "transfer.berth_m", berth_m, FARTHEST_M, ", and see each other")
 
     def jobs_of(self, scenario: ResupplyScenario) -> Iterable[Job]:
         """The sites and the holes."""
@@ -516,17 +492,3 @@ class ResupplyMission(FieldworkMission, HelpMission):
             return SurveyingSite(job, data)
         others = {name for name, one in self.all_of(Boring).items() if one.drill == job.drill and name != job.name}
         return Drilling(job, others, self.scenario.mission.wait_s, data)
-
-
-def _holes_in_each_other(raw: Raw) -> Iterator[ConfigurationFault]:
-    """Holes so near to each other that a drill would be at both."""
-    least_m, before = 2.0 * THERE_M, list[tuple[Any, Point]]()
-    for boring in entries(raw, "boring"):
-        name, place_m = boring.get("name"), boring.get("position_m")
-        if not isinstance(place_m, list | tuple) or len(place_m) != 2 or not all(map(is_number, place_m)):
-            continue
-        at_m = place_m[0], place_m[1]
-        if other := next((other for other, other_m in before if distance(at_m, other_m) <= least_m), None):
-            allowed = f"more than {least_m:g} m from {other}: a drill is at one hole"
-            yield ConfigurationFault(f"boring.{name}.position_m", str(list(at_m)), allowed)
-        before.append((name, at_m))

@@ -12,13 +12,12 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from exchange.acoustics import loss
-from missions.mapping.scenario import FindsTable
+from missions.mapping.scenario import FindsTable, MappingRole, MappingScenario
 from missions.mapping.sensors import Cell, Seabed, SeabedFeature, SeaObject, Stays, mapping_speed_mps, swath_m
-from missions.scenarios.copies import can_play
-from missions.scenarios.tables import Raw, entries, list_of, names_of, table_of
+from missions.meeting.job_mission import with_needs
 from remoras.activities import Objective
 from remoras.behaviours import (
     ADVANCING,
@@ -151,76 +150,42 @@ def inspecting(groups: Iterable[Group], inspections: Collection[str]) -> list[Ob
 # What a scenario gains ---------------------------------------------------------------------------
 
 
-def number_of(raw: Raw) -> int:
-    """How many features the tables ask for; 0 where they do not say, or not in a whole number."""
-    number = table_of(raw, "finds").get("number", 0)
-    return number if type(number) is int and 0 < number <= FindsTable.MOST else 0
-
-
-def with_inspectors(raw: Raw) -> Raw:
-    """The tables with a role for each find, and what comes with it; as they are where nothing is to be found.
+def with_inspectors(scenario: MappingScenario) -> MappingScenario:
+    """A scenario with a role for each find, and what comes with it; as it is where nothing is to be found.
 
     The roles join those that explore areas, in the first group that has such roles, or are those of the group that this
-    one forms at sea. Every vehicle that has a sensor and
-    is able to explore is able to play them, unless some vehicle lists them itself. What is listed already stays.
+    one forms at sea. Every vehicle that has a sensor and is able to explore is able to play them, unless some vehicle
+    lists them itself. What is listed already stays.
     """
-    number, areas = number_of(raw), names_of(raw, "area")
-    groups = entries(raw, "group")
-    exploring = {id(group): explorers(group, areas) for group in groups}
-    chosen = next((group for group in groups if exploring[id(group)]), None)
-    if not number or chosen is None:
-        return raw
-    chosen = next((group for group in groups if group.get("formed_by") == chosen.get("name")), chosen)
-    roles = {f"Inspector{n}": find for n, find in enumerate(find_names(number), 1)}
-    listed = set(names_of(chosen, "role"))
-    new = [{"name": role, "maximum": 1, "job": find} for role, find in roles.items() if role not in listed]
-    found = {**raw, "group": [_with(group, "role", new) if group is chosen else group for group in raw["group"]]}
-    able = [(group.get("name"), role) for group in groups for role in exploring[id(group)]]
-    played = {str(role) for vehicle in entries(raw, "vehicle") for role in list_of(vehicle, "playable_roles")}
-    unplayed = [role for role in roles if role not in played]
-    if isinstance(raw.get("vehicle"), list):
-        found["vehicle"] = [
-            _with(vehicle, "playable_roles", unplayed) if _is_inspector(vehicle, able) else vehicle
-            for vehicle in raw["vehicle"]
-        ]
-    return _with_importance(_with_needs(found))
-
-
-def explorers(group: Raw, areas: Collection[str]) -> set[str]:
-    """Names of the roles of a group whose holder explores an area."""
-    return {str(role.get("name")) for role in entries(group, "role") if role.get("job") in areas}
-
-
-def _is_inspector(vehicle: Any, able: Collection[tuple[Any, str]]) -> bool:
-    if not isinstance(vehicle, dict) or not vehicle.get("sensor") or not list_of(vehicle, "playable_roles"):
-        return False
-    return any(can_play(vehicle, *role) for role in able)
-
-
-def _with(table: Mapping[str, Any], key: str, more: Sequence[Any]) -> dict[str, Any]:
-    return {**table, key: [*table[key], *more]} if more else dict(table)
-
-
-def _with_needs(raw: dict[str, Any]) -> dict[str, Any]:
-    """Vehicles need to hear of finds as urgently as of anything, unless the scenario says otherwise."""
-    communication = table_of(raw, "communication")
-    needs = communication.get("needs")
-    if not isinstance(needs, dict) or not needs or not all(type(need) is int for need in needs.values()):
-        return raw
-    stated = {**dict.fromkeys(NEEDED, max(needs.values())), **needs}
-    return {**raw, "communication": {**communication, "needs": stated}}
-
-
-def _with_importance(raw: dict[str, Any]) -> dict[str, Any]:
-    """To inspect is as important as to explore, unless the scenario says otherwise."""
-    mission = table_of(raw, "mission")
-    importance = mission.get("importance")
-    if not isinstance(importance, dict) or "Exploring" not in importance:
-        return raw
-    if any(str(key).split(".")[-1] == INSPECTING for key in importance):
-        return raw
-    stated = {**importance, INSPECTING: importance["Exploring"]}
-    return {**raw, "mission": {**mission, "importance": stated}}
+    areas = {area.name for area in scenario.area}
+    exploring = [key for key, role in scenario.roles.items() if role.job in areas]
+    explorers = next((group for group in scenario.group if group.name in dict(exploring)), None)
+    if not scenario.n_finds or explorers is None:
+        return scenario
+    chosen = next((group for group in scenario.group if group.formed_by == explorers.name), explorers)
+    roles = {f"Inspector{n}": find for n, find in enumerate(find_names(scenario.n_finds), 1)}
+    new = [MappingRole(name=name, maximum=1, job=find) for name, find in roles.items() if name not in chosen.role_names]
+    with_roles = chosen.model_copy(update={"role": (*chosen.role, *new)})
+    played = {role for vehicle in scenario.vehicle for role in vehicle.playable_roles or ()}
+    unplayed = tuple(role for role in roles if role not in played)
+    vehicles = [
+        one.model_copy(update={"playable_roles": (*(one.playable_roles or ()), *unplayed)})
+        if one.sensor and any(one.can_play(*role) for role in exploring)
+        else one
+        for one in scenario.vehicle
+    ]
+    importance = scenario.mission.importance
+    if "Exploring" in importance and not any(key.split(".")[-1] == INSPECTING for key in importance):
+        importance = {**importance, INSPECTING: importance["Exploring"]}
+    found = scenario.model_copy(
+        update={
+            "group": tuple(with_roles if group is chosen else group for group in scenario.group),
+            "vehicle": tuple(vehicles),
+            "mission": scenario.mission.model_copy(update={"importance": importance}),
+        }
+    )
+    needs = scenario.communication.needs
+    return with_needs(found, dict.fromkeys(NEEDED, max(needs.values()))) if needs else found
 
 
 BRAKING_S = 2.0

@@ -29,7 +29,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property, partial
 from pathlib import Path
-from typing import Any, ClassVar, Self, TypeGuard
+from typing import Any, ClassVar, Self
 
 from missions.errors import ConfigurationFault
 from missions.figure import Declared, Place
@@ -39,7 +39,6 @@ from missions.mapping.detections import (
     InspectionJob,
     find_names,
     inspecting,
-    number_of,
     seabed_with_finds,
     weight_in_cells,
     with_inspectors,
@@ -47,7 +46,7 @@ from missions.mapping.detections import (
 from missions.mapping.ground import grounds_of
 from missions.mapping.jobs import SurveyJob, swaths_of
 from missions.mapping.metrics import FIGURES, METRICS, places
-from missions.mapping.scenario import NEEDED_OBJECTIVES, FindsTable, MappingScenario, MappingSettings
+from missions.mapping.scenario import NEEDED_OBJECTIVES, Area, FindsTable, MappingScenario, MappingSettings
 from missions.mapping.sensors import (
     COVERAGE,
     FOUND_PER_OBJECT,
@@ -75,10 +74,9 @@ from missions.mapping.tasks import (
 from missions.mapping.truth import GOAL, MappingTruth
 from missions.meeting.meeting import OBJECTIVES, Meeting, importance_of
 from missions.metric import Metric
-from missions.scenarios.copies import able_to_play, can_play
 from missions.scenarios.organisation import FORMATION_WORDS
 from missions.scenarios.parts import database_of, groups_of
-from missions.scenarios.tables import Raw, entries, names_of, one_of, outside_faults, place_error_m, point_of, table_of
+from missions.scenarios.tables import one_of, place_error_m
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import Behaviour, Homing
 from remoras.beliefs import Beliefs, Key, Known
@@ -97,87 +95,67 @@ MAX_CELLS = 4096
 """Cells of one area that ``mappedCell`` can name."""
 
 
-def mapping_faults(raw: Raw, missions: Sequence[str]) -> Iterator[ConfigurationFault]:
+def mapping_faults(scenario: MappingScenario, missions: Sequence[str]) -> Iterator[ConfigurationFault]:
     """All faults of areas, of roles that explore them, of importances, and of the goal.
 
     Args:
-        raw: the tables as TOML has them.
+        scenario: the whole input.
         missions: names of missions, which no area may have.
     """
-    found = list(_of_tables(raw, missions))
-    yield from found or [*_overlaps(raw), *_goal(raw)]
+    found = list(_of_tables(scenario, missions))
+    yield from found or [*_overlaps(scenario), *_goal(scenario)]
 
 
-def _of_tables(raw: Raw, missions: Sequence[str]) -> Iterator[ConfigurationFault]:
+def _of_tables(scenario: MappingScenario, missions: Sequence[str]) -> Iterator[ConfigurationFault]:
     """Faults of everything but overlaps and the goal, which can be judged only where there are none."""
-    yield from _names(raw, missions)
-    corners = [(f"area.{a.get('name')}.corners_m", c) for a in entries(raw, "area") for c in _corners(a)]
-    yield from outside_faults(raw, corners)
-    yield from _areas(raw)
-    yield from _explorers(raw)
-    yield from _mappers(raw)
-    yield from _finds(raw)
-    listed = [(group.get("name"), name) for group in entries(raw, "group") for name in names_of(group, "role")]
-    for key in table_of(table_of(raw, "mission"), "importance"):
+    yield from _names(scenario, missions)
+    corners = [(f"area.{area.name}.corners_m", at_m) for area in scenario.area for at_m in area.corners_m]
+    yield from scenario.world.outside(corners)
+    yield from _areas(scenario)
+    yield from _explorers(scenario)
+    yield from _mappers(scenario)
+    yield from _finds(scenario)
+    for key in scenario.mission.importance:
         role, dot, _ = key.rpartition(".")
-        names = [f"{group}.{name}" if "." in role else name for group, name in listed]
+        names = [f"{group}.{name}" if "." in role else name for group, name in scenario.roles]
         if dot:
             yield from one_of(f"mission.importance.{key}", role, names)
 
 
-def _names(raw: Raw, missions: Sequence[str]) -> Iterator[ConfigurationFault]:
-    forms_groups = any("formed_by" in entry for entry in entries(raw, "group"))
-    for kind in ("vehicle", "group", "rally_point", "area") if forms_groups else ():
-        if INSPECTION in names_of(raw, kind):
-            yield ConfigurationFault(f"{kind}.{INSPECTION}.name", f'"{INSPECTION}"', "is the name of a mission")
-    others = {name for kind in ("vehicle", "group", "rally_point") for name in names_of(raw, kind)}
-    for name, count in Counter(names_of(raw, "area")).items():
+def _names(scenario: MappingScenario, missions: Sequence[str]) -> Iterator[ConfigurationFault]:
+    others = scenario.taken_names()
+    forms_groups = any(group.formed_by is not None for group in scenario.group)
+    if forms_groups and (kind := scenario.taken_names("area").get(INSPECTION)):
+        yield ConfigurationFault(f"{kind}.{INSPECTION}.name", "", "is the name of a mission")
+    for name, count in Counter(area.name for area in scenario.area).items():
         if count > 1 or name in others:
             allowed = f"used {count + (name in others)} times; areas need names of their own"
-            yield ConfigurationFault(f"area.{name}.name", f'"{name}"', allowed)
+            yield ConfigurationFault(f"area.{name}.name", "", allowed)
         if name in missions:
-            yield ConfigurationFault(f"area.{name}.name", f'"{name}"', "is the name of a mission")
+            yield ConfigurationFault(f"area.{name}.name", "", "is the name of a mission")
 
 
-def _corners(area: Raw) -> list[tuple[float, float]]:
-    corners = area.get("corners_m", [])
-    return [p for c in corners for p in point_of({"c": c}, "c")] if isinstance(corners, list) else []
+def _areas(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
+    """Areas too deep for every vehicle with a sensor, or of too many cells."""
+    cell_m, limits_m = scenario.world.cell_m, [one.depth_limit_m for one in scenario.vehicle if one.sensor]
+    deepest_m = max(limits_m, default=0.0)
+    for area in scenario.area:
+        if area.depth_m is not None and area.depth_m > deepest_m:
+            allowed = f"too deep for every vehicle with a sensor: allowed: above 0 to depth_limit_m = {deepest_m:g}"
+            yield ConfigurationFault(f"area.{area.name}.depth_m", "", allowed)
+        n_cells = _n_cells(area.corners_m, cell_m)
+        if not 1 <= n_cells <= MAX_CELLS:
+            given, allowed = f"{n_cells} cells of {cell_m} m", f"allowed: 1 to {MAX_CELLS}; change world.cell_m"
+            yield ConfigurationFault(f"area.{area.name}.corners_m", given, allowed)
 
 
-def _areas(raw: Raw) -> Iterator[ConfigurationFault]:
-    cell_m = table_of(raw, "world").get("cell_m")
-    for area in entries(raw, "area"):
-        corners = _corners(area)
-        key = f"area.{area.get('name')}.corners_m"
-        depth_m, vehicles = area.get("depth_m"), entries(raw, "vehicle")
-        if _is_number(depth_m) and vehicles and not any(_stands(v, depth_m) for v in vehicles if v.get("sensor")):
-            deepest = max((v.get("depth_limit_m", 0.0) for v in vehicles if v.get("sensor")), default=0.0)
-            allowed = f"too deep for every vehicle with a sensor: allowed: above 0 to depth_limit_m = {deepest:g}"
-            yield ConfigurationFault(f"area.{area.get('name')}.depth_m", str(depth_m), allowed)
-        if len(corners) < 3:
-            continue
-        turns = [
-            (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0])
-            for a, b, c in zip(corners, corners[1:] + corners[:1], corners[2:] + corners[:2], strict=True)
-        ]
-        if not (all(turn > 0 for turn in turns) or all(turn < 0 for turn in turns)):
-            yield ConfigurationFault(key, "", "not the corners of a convex polygon in order")
-        elif isinstance(cell_m, int | float) and cell_m > 0:
-            n_cells = _n_cells(corners, float(cell_m))
-            if not 1 <= n_cells <= MAX_CELLS:
-                yield ConfigurationFault(
-                    key, f"{n_cells} cells of {cell_m} m", f"allowed: 1 to {MAX_CELLS}; change world.cell_m"
-                )
-
-
-def _overlaps(raw: Raw) -> Iterator[ConfigurationFault]:
+def _overlaps(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
     """Areas on the same ground: its cells would be work twice over, and each would be mapped for two areas."""
-    areas = [(str(area.get("name")), _corners(area)) for area in entries(raw, "area")]
-    for number, (name, corners) in enumerate(areas):
-        for other, others in areas[:number]:
-            if len(corners) >= 3 and len(others) >= 3 and overlap(corners, others):
-                allowed = f"on the same ground as {other}: areas may share a border, and no more; move one of them"
-                yield ConfigurationFault(f"area.{name}.corners_m", "", allowed)
+    for number, area in enumerate(scenario.area):
+        for other in scenario.area[:number]:
+            if overlap(area.corners_m, other.corners_m):
+                allowed = f"on the same ground as {other.name}: areas may share a border, and no more; move one of them"
+                yield ConfigurationFault(f"area.{area.name}.corners_m", "", allowed)
 
 
 def _n_cells(corners: Sequence[tuple[float, float]], cell_m: float) -> int:
@@ -187,90 +165,65 @@ def _n_cells(corners: Sequence[tuple[float, float]], cell_m: float) -> int:
     return int(in_box) if in_box > 4 * MAX_CELLS else len(Seabed.of_areas(cell_m, {"": tuple(corners)}).cells)
 
 
-def _explorers(raw: Raw) -> Iterator[ConfigurationFault]:
+def _explorers(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
     """Roles whose area is not there, or that nobody with a mapping sensor is able to play."""
-    for group in entries(raw, "group"):
-        for role in entries(group, "role"):
-            key = f"group.{group.get('name')}.role.{role.get('name')}"
-            word = "job" if "job" in role else "area"
-            if word not in role:
-                continue
-            yield from one_of(f"{key}.{word}", role[word], [*names_of(raw, "area"), *find_names(number_of(raw))])
-            able = able_to_play(raw, group.get("name"), role.get("name"))
-            if able and not any(v.get("sensor") for v in able):
-                allowed = "explores an area, but no vehicle able to play it has a [vehicle.sensor]"
-                yield ConfigurationFault(key, "", allowed)
+    jobs = [*(area.name for area in scenario.area), *find_names(scenario.n_finds)]
+    for (group, name), role in scenario.roles.items():
+        key, able = f"group.{group}.role.{name}", scenario.able_to_play(group, name)
+        yield from one_of(f"{key}.job", role.job, jobs)
+        if role.job is not None and able and not any(vehicle.sensor for vehicle in able):
+            allowed = "explores an area, but no vehicle able to play it has a [vehicle.sensor]"
+            yield ConfigurationFault(key, "", allowed)
 
 
-def _mappers(raw: Raw) -> Iterator[ConfigurationFault]:
+def _mappers(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
     """Groups with fewer places for those who map than vehicles that may explore: somebody would explore in vain.
 
     Whoever has a role without a job, which none has from the start, maps what it explores.
     """
-    for group in entries(raw, "group"):
-        roles = entries(group, "role")
-        exploring = [role.get("name") for role in roles if "area" in role or "job" in role]
-        mapping = [role for role in roles if role.get("name") not in exploring and role.get("founding") is not True]
-        limits = [limit for role in mapping if type(limit := role.get("maximum")) is int]
-        able = [
-            vehicle
-            for vehicle in entries(raw, "vehicle")
-            if vehicle.get("sensor") and any(can_play(vehicle, group.get("name"), name) for name in exploring)
+    for group in scenario.group:
+        exploring = [role.name for role in group.role if role.job is not None]
+        mapping = [role for role in group.role if role.job is None and not role.founding]
+        limits = [role.maximum for role in mapping if role.maximum is not None]
+        can_explore = [
+            one for one in scenario.vehicle if one.sensor and any(one.can_play(group.name, name) for name in exploring)
         ]
-        if not mapping or len(limits) < len(mapping):
-            continue
-        n_places = sum(limits)
-        if n_places < len(able):
-            key = f"group.{group.get('name')}.role.{mapping[-1].get('name')}.maximum"
+        n_places, n_able = sum(limits), len(can_explore)
+        if mapping and len(limits) == len(mapping) and n_places < n_able:
             allowed = (
-                f"allowed: {len(able) - n_places + limits[-1]} or more, or none; "
-                f"{len(able)} vehicles may explore, and only the holder of such a role maps"
+                f"allowed: {n_able - n_places + limits[-1]} or more, or none; "
+                f"{n_able} vehicles may explore, and only the holder of such a role maps"
             )
+            key = f"group.{group.name}.role.{mapping[-1].name}.maximum"
             yield ConfigurationFault(key, str(limits[-1]), allowed)
 
 
-def _finds(raw: Raw) -> Iterator[ConfigurationFault]:
-    """More finds than there are cells, names that are taken, and limits that contradict each other."""
-    given = table_of(raw, "finds")
-    defaults = {key: field.default for key, field in FindsTable.model_fields.items()}
-    number, cell_m = number_of(raw), table_of(raw, "world").get("cell_m")
-    shortest_s, longest_s, radius_m = (
-        given.get(key, defaults[key]) for key in ("shortest_stay_s", "longest_stay_s", "close_radius_m")
-    )
-    if given and _is_number(shortest_s) and _is_number(longest_s) and longest_s < shortest_s:
-        yield ConfigurationFault(
-            "finds.longest_stay_s", str(longest_s), f"allowed: shortest_stay_s = {shortest_s:g} or more"
-        )
-    if not number or not _is_number(cell_m) or cell_m <= 0:
+def _finds(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
+    """More finds than there are cells, names that are taken, and a radius larger than a cell."""
+    cell_m, number = scenario.world.cell_m, scenario.n_finds
+    if scenario.finds is None or not number:
         return
-    if _is_number(radius_m) and radius_m > cell_m:
+    if scenario.finds.close_radius_m > cell_m:
         allowed = f"allowed: 2 to world.cell_m = {cell_m:g}; a find may lie as far from where it was seen"
-        yield ConfigurationFault("finds.close_radius_m", str(radius_m), allowed)
-    areas = {str(area.get("name")): tuple(_corners(area)) for area in entries(raw, "area") if len(_corners(area)) >= 3}
-    n_cells = sum(_n_cells(corners, float(cell_m)) for corners in areas.values())
+        yield ConfigurationFault("finds.close_radius_m", "", allowed)
+    n_cells = sum(_n_cells(area.corners_m, cell_m) for area in scenario.area)
     if number > n_cells:
         allowed = f"allowed: 0 to {n_cells}, the cells of all areas, each of which holds one at most"
-        yield ConfigurationFault("finds.number", str(number), allowed)
+        yield ConfigurationFault("finds.number", "", allowed)
     finds = find_names(number)
-    roles = {role.get("job"): group for group in entries(raw, "group") for role in entries(group, "role")}
-    if areas and any(find not in roles for find in finds):
+    if scenario.area and not {role.job for role in scenario.roles.values()}.issuperset(finds):
         allowed = "nobody would inspect them: give a group a role with an area, and no role of its own named Inspector1"
-        yield ConfigurationFault("finds.number", str(number), allowed)
-    for kind in ("area", "vehicle", "group", "rally_point"):
-        for name in names_of(raw, kind):
-            if name in finds:
-                yield ConfigurationFault(f"{kind}.{name}.name", f'"{name}"', "is the name of a find; rename it")
+        yield ConfigurationFault("finds.number", "", allowed)
+    for name, kind in scenario.taken_names("area").items():
+        if name in finds:
+            yield ConfigurationFault(f"{kind}.{name}.name", "", "is the name of a find; rename it")
 
 
-def _goal(raw: Raw) -> Iterator[ConfigurationFault]:
+def _goal(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
     """A goal that asks for more cells than the areas have that some vehicle is able to map."""
-    goal = table_of(raw, "mission").get("goal", MappingSettings.model_fields["goal"].default)
-    cell_m = table_of(raw, "world").get("cell_m")
-    areas = [(str(area.get("name")), tuple(_corners(area))) for area in entries(raw, "area")]
-    if not (_is_number(goal) and _is_number(cell_m) and cell_m > 0 and all(len(c) >= 3 for _, c in areas) and areas):
-        return
-    n_cells = {name: len(ground.cells) for name, ground in grounds_of(float(cell_m), tuple(areas)).items()}
-    lacking = [name for name in n_cells if not _is_able_to_map(raw, name)]
+    goal, areas = scenario.mission.goal, tuple((area.name, area.corners_m) for area in scenario.area)
+    n_cells = {name: len(ground.cells) for name, ground in grounds_of(scenario.world.cell_m, areas).items()}
+    lacking = [area.name for area in scenario.area if not _is_able_to_map(scenario, area)]
     n_all = sum(n_cells.values())
     n_reached = n_all - sum(n_cells[name] for name in lacking)
     if n_reached < goal * n_all:
@@ -281,27 +234,11 @@ def _goal(raw: Raw) -> Iterator[ConfigurationFault]:
         yield ConfigurationFault("mission.goal", str(goal), allowed)
 
 
-def _is_number(value: object) -> TypeGuard[float]:
-    return isinstance(value, int | float) and not isinstance(value, bool)
-
-
-def _is_able_to_map(raw: Raw, area: str) -> bool:
+def _is_able_to_map(scenario: MappingScenario, area: Area) -> bool:
     """True if a vehicle with a sensor that stands its depth is able to play a role with the area."""
-    roles = [
-        (group.get("name"), role.get("name"))
-        for group in entries(raw, "group")
-        for role in entries(group, "role")
-        if area in (role.get("job"), role.get("area"))
-    ]
-    depth_m = next((entry.get("depth_m", 0.0) for entry in entries(raw, "area") if entry.get("name") == area), 0.0)
-    able = (vehicle for role in roles for vehicle in able_to_play(raw, *role) if vehicle.get("sensor"))
-    return any(_stands(vehicle, depth_m) for vehicle in able)
-
-
-def _stands(vehicle: Raw, depth_m: object) -> bool:
-    """True if a vehicle stands a depth, or if one of the two is malformed."""
-    limit_m = vehicle.get("depth_limit_m", 0.0)
-    return not (_is_number(limit_m) and _is_number(depth_m)) or limit_m >= depth_m
+    roles = [key for key, role in scenario.roles.items() if role.job == area.name]
+    able = (vehicle for role in roles for vehicle in scenario.able_to_play(*role) if vehicle.sensor)
+    return any(vehicle.depth_limit_m >= (area.depth_m or 0.0) for vehicle in able)
 
 
 COLLECTIVE = frozenset({*OBJECTIVES, "Positioning"})
@@ -425,14 +362,14 @@ class MappingMission(Mission):
         )
 
     @classmethod
-    def completed(cls, raw: Raw) -> Raw:
+    def completed(cls, scenario: MappingScenario) -> MappingScenario:
         """With a role for everything that may be found."""
-        return with_inspectors(raw)
+        return with_inspectors(scenario)
 
     @classmethod
-    def check(cls, raw: Raw) -> Iterable[ConfigurationFault]:
+    def check(cls, scenario: MappingScenario) -> Iterable[ConfigurationFault]:
         """What is wrong with areas, with the roles that explore them, and with importances."""
-        return mapping_faults(raw, cls.group_missions)
+        return mapping_faults(scenario, cls.group_missions)
 
     @cached_property
     def social_domain(self) -> Domain:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, field_validator
@@ -74,6 +75,16 @@ class Area(Sparse):
         None, description="depth of the area: who explores it stands as much; any vehicle may if absent"
     )
 
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        """Corners of no convex polygon."""
+        at_m = self.corners_m
+        turns = [
+            (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0])
+            for a, b, c in zip(at_m, at_m[1:] + at_m[:1], at_m[2:] + at_m[:2], strict=True)
+        ]
+        if not (all(turn > 0 for turn in turns) or all(turn < 0 for turn in turns)):
+            yield "corners_m", "not the corners of a convex polygon in order"
+
 
 class MappingRole(Role):
     """One ``[[group.role]]``, with its place in the formation."""
@@ -102,6 +113,11 @@ class FindsTable(Section):
     shortest_stay_s: float = Field(60.0, gt=0.0, description="an inspection takes as long at least")
     longest_stay_s: float = Field(600.0, gt=0.0, le=604_800.0, description="and as long at most, evenly drawn")
 
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        """Longest stay below the shortest."""
+        if self.longest_stay_s < self.shortest_stay_s:
+            yield "longest_stay_s", f"allowed: shortest_stay_s = {self.shortest_stay_s:g} or more"
+
     @property
     def mean_stay_s(self) -> float:
         """How long an inspection takes on average, which is what plans expect."""
@@ -119,3 +135,8 @@ class MappingScenario(Scenario):
     finds: FindsTable | None = None
     object: tuple[ObjectTable, ...] = ()
     group: tuple[MappingGroup, ...] = Field(min_length=1)
+
+    @property
+    def n_finds(self) -> int:
+        """Features of the seabed that ask for a closer pass."""
+        return 0 if self.finds is None else self.finds.number

@@ -20,8 +20,9 @@ A subclass says what there is to do: its jobs, and the behaviour by which a vehi
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from typing import Annotated, Any, ClassVar, Self
+from collections import Counter
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from typing import Annotated, Any, ClassVar, Self, TypeVar
 
 from pydantic import Field, field_validator
 
@@ -32,18 +33,8 @@ from missions.meeting.meeting import importance_of as importance_in
 from missions.meeting.orders import entrusted
 from missions.meeting.truth import JOBS, JobTruth
 from missions.scenarios.parts import groups_of
-from missions.scenarios.scenario import Scenario
-from missions.scenarios.tables import (
-    PointM,
-    Raw,
-    Section,
-    entries,
-    list_of,
-    names_of,
-    outside_faults,
-    point_of,
-    table_of,
-)
+from missions.scenarios.scenario import Role, Scenario, VehicleTable
+from missions.scenarios.tables import Section
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import Behaviour
 from remoras.beliefs import Beliefs, Key
@@ -57,95 +48,90 @@ from remoras.picture import Picture
 from remoras.recorder import Recorder, Table
 from remoras.work import IS_IMPOSSIBLE, Job, Point, vehicles_taken
 
+Tables = TypeVar("Tables", bound=Scenario)
 MEETING_DEADLINE: Any = Field(
     900.0, gt=0.0, description="a head that has waited this long at the rally point meets with those who are there"
 )
 
 
-def founding_of(raw: Raw) -> list[str]:
+def founding_of(scenario: Scenario) -> list[str]:
     """Names of the founding roles of the first group."""
-    groups = entries(raw, "group")
-    roles = entries(groups[0], "role") if groups else []
-    return [str(role["name"]) for role in roles if role.get("founding") is True and "name" in role]
+    return [role.name for role in scenario.group[0].role if role.founding]
 
 
-def job_role(who: str, job: str, influences: Sequence[str] | None = None) -> dict[str, Any]:
-    """Table of the role of a job for one vehicle, which is called after it.
+def job_role(who: str, job: str, influences: Sequence[str] = ()) -> Role:
+    """The role of a job for one vehicle, which is called after it.
 
     Args:
         who: what its holder is of the job; influences: roles that its calls address.
     """
-    calls = {} if influences is None else {"influences": influences}
-    return {"name": f"{who} of {job}", "maximum": 1, "job": job, **calls}
+    return Role(name=f"{who} of {job}", maximum=1, job=job, influences=tuple(influences))
 
 
 def with_job_roles(
-    raw: Raw, roles: Sequence[Mapping[str, Any]], needs: Mapping[str, int], addressed: Sequence[str] = ()
-) -> Raw:
-    """The tables with more roles in the first group, and with needs that the scenario does not state itself.
+    scenario: Tables,
+    roles: Sequence[Role],
+    needs: Mapping[str, int],
+    addressed: Sequence[str] = (),
+    able: Callable[[VehicleTable], bool] = lambda vehicle: bool(vehicle.playable_roles),
+) -> Tables:
+    """A scenario with more roles in the first group, and with needs that it does not state itself.
 
-    Vehicles that list the roles they are able to play are able to play these too. Whoever lists a role for a job keeps
-    that one. Malformed tables are left alone.
+    Vehicles that list the roles they are able to play are able to play these too. A role for a job that the group lists
+    itself stays in the place of a new one.
 
     Args:
-        raw: the tables as TOML has them.
-        roles: tables of the roles, each with a job.
+        scenario: the whole input.
+        roles: each with a job.
         needs: urgency of attributes, by name.
         addressed: roles that signals of the founding roles address too.
+        able: whether a vehicle is able to play the roles.
     """
-    groups = entries(raw, "group")
-    if not groups or not isinstance(groups[0].get("role"), list):
-        return raw
-    listed = {role.get("job") for role in entries(groups[0], "role")}
-    new = [dict(role) for role in roles if role["job"] not in listed]
+    first = scenario.group[0]
+    listed = {role.job for role in first.role}
+    new = [role for role in roles if role.job not in listed]
     if not new:
-        return raw
-    founding, names = founding_of(raw), [role["name"] for role in new]
+        return scenario
     old = [
-        {**role, "influences": [*list_of(role, "influences"), *addressed]}
-        if addressed and isinstance(role, dict) and role.get("name") in founding
-        else role
-        for role in groups[0]["role"]
+        role.model_copy(update={"influences": (*role.influences, *addressed)}) if addressed and role.founding else role
+        for role in first.role
     ]
-    found: dict[str, Any] = {**raw, "group": list(raw["group"])}
-    found["group"][found["group"].index(groups[0])] = {**groups[0], "role": [*old, *new]}
-    if isinstance(raw.get("vehicle"), list):
-        found["vehicle"] = [_able(vehicle, names) for vehicle in raw["vehicle"]]
-    communication = table_of(raw, "communication")
-    if isinstance(stated := communication.get("needs"), dict) and needs:
-        found["communication"] = {**communication, "needs": {**needs, **stated}}
-    return found
+    group = first.model_copy(update={"role": (*old, *new)})
+    vehicles = [
+        playing(vehicle, [role.name for role in new]) if able(vehicle) else vehicle for vehicle in scenario.vehicle
+    ]
+    found = scenario.model_copy(update={"group": (group, *scenario.group[1:]), "vehicle": tuple(vehicles)})
+    return with_needs(found, needs)
 
 
-def _able(vehicle: Any, roles: Sequence[str]) -> Any:
-    played = list_of(vehicle, "playable_roles") if isinstance(vehicle, dict) else []
-    if not played:
-        return vehicle
-    return {**vehicle, "playable_roles": [*played, *(role for role in roles if role not in played)]}
+def playing(vehicle: VehicleTable, roles: Sequence[str]) -> VehicleTable:
+    """A vehicle that is able to play more roles."""
+    played = vehicle.playable_roles or ()
+    return vehicle.model_copy(update={"playable_roles": (*played, *(role for role in roles if role not in played))})
 
 
-def placed_in(raw: Raw, kind: str, *keys: str) -> list[tuple[str, PointM]]:
-    """Places that the tables ``[[kind]]`` state by ``keys``, by their keys in messages."""
-    return [(f"{kind}.{one.get('name')}.{key}", at_m) for one in entries(raw, kind) for key in keys
-            for at_m in point_of(one, key)]  # fmt: skip
+def with_needs(scenario: Tables, needs: Mapping[str, int]) -> Tables:
+    """A scenario with needs that it does not state itself; ``needs``: urgency of attributes, by name."""
+    communication = scenario.communication
+    stated = communication.model_copy(update={"needs": {**needs, **communication.needs}})
+    return scenario.model_copy(update={"communication": stated})
 
 
-def listed_faults(raw: Raw, kind: str, *keys: str, taken: Collection[str] = ()) -> Iterator[ConfigurationFault]:
+def listed_faults(
+    scenario: Scenario, kind: str, *keys: str, taken: Collection[str] = ()
+) -> Iterator[ConfigurationFault]:
     """Jobs in tables ``[[kind]]`` that lie outside of the world, or have names that are taken.
 
     Args:
-        raw: the tables as TOML has them; kind: their name.
+        scenario: the whole input; kind: name of the tables.
         keys: of places.
         taken: names beside those of vehicles, groups, rally points and other such jobs.
     """
-    yield from outside_faults(raw, placed_in(raw, kind, *keys))
-    others = {*taken, *(name for of in ("vehicle", "group", "rally_point") for name in names_of(raw, of))}
-    names = names_of(raw, kind)
-    for name in dict.fromkeys(names):
-        if name in others or names.count(name) > 1:
-            yield ConfigurationFault(
-                f"{kind}.{name}.name", f'"{name}"', f"is taken; each {kind} needs a name of its own"
-            )
+    tables, others = getattr(scenario, kind), {*taken, *scenario.taken_names()}
+    yield from scenario.world.outside((f"{kind}.{one.name}.{key}", getattr(one, key)) for one in tables for key in keys)
+    for name, times in Counter(one.name for one in tables).items():
+        if name in others or times > 1:
+            yield ConfigurationFault(f"{kind}.{name}.name", "", f"is taken; each {kind} needs a name of its own")
 
 
 WORK = "Work"

@@ -6,9 +6,9 @@ contact is which strips have come through the channel. What it cannot tell it as
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
 from pydantic import Field
 
@@ -16,7 +16,7 @@ from exchange.acoustics import loss
 from exchange.arithmetic import distance
 from missions.errors import ConfigurationFault
 from missions.figure import Declared, Place
-from missions.meeting.job_mission import JobMission, JobScenario, JobSettings, listed_faults, placed_in, with_job_roles
+from missions.meeting.job_mission import JobMission, JobScenario, JobSettings, job_role, listed_faults, with_job_roles
 from missions.meeting.meeting import Pursuit
 from missions.meeting.staying import DONE_BY
 from missions.metric import Metric
@@ -35,7 +35,7 @@ from missions.minehunting.imagery import (
     beside_contact,
 )
 from missions.minehunting.truth import CLASSIFICATIONS, FIGURES, METRICS, MinehuntingTruth
-from missions.scenarios.tables import Name, PointM, Positive, Raw, Section, entries, names_of, numbered, table_of
+from missions.scenarios.tables import Name, PointM, Positive, Section, numbered
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import Behaviour
 from remoras.beliefs import Beliefs
@@ -76,6 +76,11 @@ class ImageryTable(Section):
     sigma_db: Positive = Field(6.0, description="standard deviation of an echo")
     mine_share: Annotated[float, Field(ge=0.0, le=1.0)] = Field(0.5, description="probability that a contact is a mine")
 
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        """More strips that show the contact than there are."""
+        if self.target_strips > self.strips:
+            yield "target_strips", f"allowed: 1 to {self.strips}, the strips there are"
+
 
 class MinehuntingSettings(JobSettings):
     """The ``[mission]`` table."""
@@ -109,46 +114,30 @@ class MinehuntingMission(JobMission):
     scenario: MinehuntingScenario
 
     @classmethod
-    def completed(cls, raw: Raw) -> Raw:
-        """The tables with a role for each contact and revisit in the first group."""
-        number = table_of(raw, "mission").get("revisits", MinehuntingSettings.usual().revisits)
-        if type(number) is not int or not 0 <= number <= MOST_REVISITS:
-            number = 0  # reported elsewhere
-        jobs = [*names_of(raw, "contact"), *numbered("revisit", number)]
-        roles: list[dict[str, Any]] = [{"name": f"Viewer of {job}", "maximum": 1, "job": job} for job in jobs]
-        return with_job_roles(raw, roles, URGENCY)
+    def completed(cls, scenario: MinehuntingScenario) -> MinehuntingScenario:
+        """With a role for each contact and revisit in the first group."""
+        jobs = [*(one.name for one in scenario.contact), *numbered("revisit", scenario.mission.revisits)]
+        return with_job_roles(scenario, [job_role("Viewer", job) for job in jobs], URGENCY)
 
     @classmethod
-    def check(cls, raw: Raw) -> Iterable[ConfigurationFault]:
+    def check(cls, scenario: MinehuntingScenario) -> Iterable[ConfigurationFault]:
         """Contacts outside of the world, too near to each other or with names that are taken; images of nothing."""
-        settings, imagery, usual = table_of(raw, "mission"), table_of(raw, "imagery"), MinehuntingSettings.usual()
-        number, view_m = settings.get("revisits", usual.revisits), settings.get("view_m", usual.view_m)
-        revisits = numbered("revisit", number) if type(number) is int and 0 < number <= MOST_REVISITS else ()
-        contacts, placed = entries(raw, "contact"), placed_in(raw, "contact", "position_m")
-        yield from listed_faults(raw, "contact", "position_m", taken=revisits)
-        if type(view_m) in (int, float) and revisits:
-            apart_m = distance(
-                beside_contact(0, len(revisits) + 1, view_m), beside_contact(1, len(revisits) + 1, view_m)
-            )
+        n_revisits, view_m, contacts = scenario.mission.revisits, scenario.mission.view_m, scenario.contact
+        yield from listed_faults(scenario, "contact", "position_m", taken=numbered("revisit", n_revisits))
+        if n_revisits:
+            apart_m = distance(beside_contact(0, n_revisits + 1, view_m), beside_contact(1, n_revisits + 1, view_m))
             if apart_m < LEAST_APART_M:
                 least = f"{LEAST_APART_M:g} m or more, so fewer revisits or farther"
                 allowed = f"its views would be {apart_m:.3g} m apart; {least}"
                 yield ConfigurationFault("mission.view_m", str(view_m), allowed)
-            for number, (key, at_m) in enumerate(placed):
-                near = next((other for other, to_m in placed[:number] if distance(at_m, to_m) < 3.0 * view_m), None)
+            for number, one in enumerate(contacts):
+                others = contacts[:number]
+                near = next((o for o in others if distance(one.position_m, o.position_m) < 3.0 * view_m), None)
                 if near is not None:
-                    allowed = (
-                        f"nearer than {3.0 * view_m:g} m to {near}: views of the two could be taken for each other"
-                    )
-                    yield ConfigurationFault(key, f"[{at_m[0]:g}, {at_m[1]:g}]", allowed)
-        strips, targets = (imagery.get(key, getattr(ImageryTable.usual(), key)) for key in ("strips", "target_strips"))
-        if type(strips) is int and type(targets) is int and targets > strips > 0:
-            yield ConfigurationFault(
-                "imagery.target_strips", str(targets), f"allowed: 1 to {strips}, the strips there are"
-            )
-        if contacts and not any(
-            one.get("type") == "sonar" for v in entries(raw, "vehicle") for one in entries(v, "sensor")
-        ):
+                    of = f"contact.{near.name}.position_m"
+                    allowed = f"nearer than {3.0 * view_m:g} m to {of}: views of the two could be taken for each other"
+                    yield ConfigurationFault(f"contact.{one.name}.position_m", "", allowed)
+        if not any(sensor.get("type") == "sonar" for vehicle in scenario.vehicle for sensor in vehicle.sensor):
             allowed = 'nobody would see one: give a vehicle a sensor of type "sonar"'
             yield ConfigurationFault("contact", str(len(contacts)), allowed)
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import Field, field_validator
 
 from missions.meeting.job_mission import JobScenario, JobSettings
 from missions.pandora.sequential import threshold
-from missions.scenarios.tables import Name, PointM, Positive, Raw, Section, Sparse, entries, names_of, table_of, water
+from missions.scenarios.tables import Name, PointM, Positive, Section, Sparse, water
 
 if TYPE_CHECKING:
     from remoras.current import Surge
@@ -66,6 +66,13 @@ class UpsetTable(Sparse):
     part: str = Field(ANY_VALVE, description="name of a valve; any: drawn, once per run, among those without an upset")
     distance_m: Positive | None = Field(None, description="of kind moved: how far, in a direction that is drawn")
 
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        """A distance that is missing, or not used."""
+        if self.kind == "moved" and self.distance_m is None:
+            yield "distance_m", "missing: how far the valve is from its place"
+        elif self.kind != "moved" and self.distance_m is not None:
+            yield "distance_m", f"not used by kind {self.kind}, only by moved: leave it out"
+
 
 class PandoraSettings(JobSettings):
     """The ``[mission]`` table."""
@@ -109,6 +116,18 @@ class PandoraScenario(JobScenario):
     upset: tuple[UpsetTable, ...] = ()
 
     @property
+    def parts(self) -> list[tuple[str, PartTable, tuple[PointM, ...]]]:
+        """Kind, table and points of every part, in the order of the kinds."""
+        placed: list[tuple[str, PlacedTable]] = [
+            *(("panel", one) for one in self.panel), *(("valve", one) for one in self.valve)
+        ]  # fmt: skip
+        return [
+            *((kind, one, (one.position_m,)) for kind, one in placed),
+            *(("chain", one, one.points_m) for one in self.chain),
+            *(("anode", one, (one.position_m,)) for one in self.anode),
+        ]
+
+    @property
     def foretold(self) -> Flow | None:
         """How the water moves by the plan, which knows of no surges; None where it is to stand."""
         moving = water(self)
@@ -124,42 +143,3 @@ class PandoraScenario(JobScenario):
 def job_of(part: str) -> str:
     """Name of the task of servicing a part."""
     return f"service {part}"
-
-
-def part_names(raw: Raw) -> list[str]:
-    """Names of all parts, in the order of their kinds."""
-    return [name for kind in KINDS for name in names_of(raw, kind)]
-
-
-def with_roles(raw: Raw) -> Raw:
-    """The tables with a role for each part in the first group, and with the needs of this mission.
-
-    Vehicles that list the roles they are able to play are able to play these too, unless some vehicle lists them. What
-    is listed already stays.
-    """
-    groups, parts = entries(raw, "group"), part_names(raw)
-    if not parts or not groups or not isinstance(groups[0].get("role"), list):
-        return raw
-    listed = {role.get("job") for role in entries(groups[0], "role")}
-    new = [
-        {"name": f"Servicer of {part}", "maximum": 1, "job": job_of(part)}
-        for part in parts
-        if job_of(part) not in listed
-    ]
-    names = [str(table["name"]) for table in new]
-    found: dict[str, Any] = {**raw, "group": list(raw["group"])}
-    found["group"][found["group"].index(groups[0])] = {**groups[0], "role": [*groups[0]["role"], *new]}
-    if isinstance(raw.get("vehicle"), list):
-        found["vehicle"] = [_able(vehicle, names) for vehicle in raw["vehicle"]]
-    communication = table_of(raw, "communication")
-    if isinstance(needs := communication.get("needs"), dict):
-        stated = {**dict.fromkeys(TOLD, URGENCY), **needs}
-        found["communication"] = {**communication, "needs": stated}
-    return found
-
-
-def _able(vehicle: Any, roles: list[str]) -> Any:
-    played = vehicle.get("playable_roles") if isinstance(vehicle, dict) else None
-    if not isinstance(played, list) or not vehicle.get("sensor"):
-        return vehicle
-    return {**vehicle, "playable_roles": [*played, *(role for role in roles if role not in played)]}

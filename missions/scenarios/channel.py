@@ -6,11 +6,12 @@ Which settings there are is said by the models themselves: see ``exchange.acoust
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, Field, SerializationInfo, ValidationError, model_serializer
 
@@ -35,21 +36,13 @@ from missions.document import Document
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.files import text_of
 from missions.scenarios.modem import modem_in
-from missions.scenarios.tables import (
-    NotNegative,
-    Raw,
-    Section,
-    Sparse,
-    entries,
-    is_number,
-    list_of,
-    names_of,
-    one_of,
-    table_of,
-)
+from missions.scenarios.tables import NotNegative, Section, Sparse, is_number, one_of
 from remoras.errors import PluginError
 from remoras.plugins import faults_of, named_object
 from worldmodel import suggestion
+
+if TYPE_CHECKING:
+    from missions.scenarios.scenario import Scenario
 
 COMPULSORY = ("link_model", "mean_per")
 """Methods that a channel model must have."""
@@ -77,6 +70,16 @@ class BlackoutTable(Sparse):
         description='in place of vehicle: lists of vehicles between which nothing passes, as [["A", "B"], ["C"]]; '
         "those of one list hear each other, and those in none hear all",
     )
+
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        """Times in the wrong order; sides beside a vehicle, or with one twice."""
+        if self.from_s >= self.until_s:
+            yield "until_s", f"must be above from_s = {self.from_s}"
+        if self.between is not None and self.vehicle is not None:
+            yield "between", "not together with vehicle: leave one of them out"
+        for name, times in Counter(name for side in self.between or () for name in side).items():
+            if times > 1:
+                yield "between", f"names {name} twice: a vehicle is on one side"
 
 
 class NamedTable(Section):
@@ -222,7 +225,7 @@ def model_named(name: str) -> type[ChannelModel]:
 
 
 def _known_model(name: Any) -> type[ChannelModel] | None:
-    """The model of that name; None if it is none, which is reported elsewhere."""
+    """The model of that name; None if it is none, which ``channel_faults`` tells."""
     try:
         return model_named(name) if isinstance(name, str) else None
     except PluginError:
@@ -238,17 +241,17 @@ def is_left_aside(key: str, channel: str) -> bool:
     return table == "channel" and is_setting and model is not None and not model.model_fields
 
 
-def leave_aside(own: Raw, raw: Raw, overridden: Collection[str]) -> list[ConfigurationFault]:
-    """Take out of the channel of ``raw`` what its model does not use; what was meant to be used is a fault.
+def leave_aside(own_name: Any, channel: Any, overridden: Collection[str]) -> list[ConfigurationFault]:
+    """Take out of a channel what its model does not use; what was meant to be used is a fault.
 
     Args:
-        own: channel as the scenario's file has it.
-        raw: scenario with overrides applied; its channel is changed.
+        own_name: name of the channel in the scenario's file.
+        channel: the table with overrides applied; it is changed.
         overridden: dotted keys of the overrides.
     """
-    channel, name, own_name = raw.get("channel"), table_of(raw, "channel").get("name"), own.get("name")
+    name = channel.get("name") if isinstance(channel, dict) else None
     model = _known_model(name)
-    if not isinstance(channel, dict) or model is None:
+    if model is None:
         return []
     own_model = _known_model(own_name) if "channel" not in overridden else None
     replaced: Collection[str] = own_model.model_fields if own_model is not None else ()
@@ -264,64 +267,53 @@ def leave_aside(own: Raw, raw: Raw, overridden: Collection[str]) -> list[Configu
     return faults
 
 
-def channel_faults(raw: Raw) -> Iterator[ConfigurationFault]:
+def channel_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
     """What has to hold within the channel, and between it and the vehicles."""
-    channel, vehicles = table_of(raw, "channel"), names_of(raw, "vehicle")
-    name = channel.get("name")
-    if isinstance(name, str):
-        try:
-            model = model_named(name)
-        except PluginError as error:
-            yield ConfigurationFault("channel.name", f'"{name}"', str(error))
-        else:
-            yield from _setting_faults(name, model, channel, raw)
-    for number, blackout in enumerate(entries(channel, "blackout"), 1):
-        yield from one_of(f"channel.blackout.{number}.vehicle", blackout.get("vehicle"), vehicles)
-        yield from _side_faults(f"channel.blackout.{number}.between", blackout, vehicles)
-        from_s, until_s = blackout.get("from_s"), blackout.get("until_s")
-        if isinstance(from_s, int | float) and isinstance(until_s, int | float) and from_s >= until_s:
-            allowed = f"must be above from_s = {from_s}"
-            yield ConfigurationFault(f"channel.blackout.{number}.until_s", str(until_s), allowed)
-
-
-def _side_faults(key: str, blackout: Raw, vehicles: Sequence[str]) -> Iterator[ConfigurationFault]:
-    """Sides of a blackout that name no vehicle of the scenario, or one twice, or beside a vehicle."""
-    names = [name for side in list_of(blackout, "between") if isinstance(side, list) for name in side]
-    for at, name in enumerate(names):
-        yield from one_of(key, name, vehicles)
-        if name in names[:at]:
-            yield ConfigurationFault(key, _shown(name), "named twice: a vehicle is on one side")
-    if "between" in blackout and "vehicle" in blackout:
-        yield ConfigurationFault(key, _shown(blackout["between"]), "not together with vehicle: leave one of them out")
-
-
-def _setting_faults(name: str, model: type[ChannelModel], channel: Raw, raw: Raw) -> Iterator[ConfigurationFault]:
-    """What is wrong with the settings of the model: unknown keys, names of no vehicle, and what it says itself."""
-    vehicles = names_of(raw, "vehicle")
-    known = list(ChannelTable.model_fields) if name in CHANNELS else ["name", *model.model_fields, "blackout"]
-    for key in channel:
-        if key not in known:
-            allowed = f"unknown key, allowed here: {', '.join(known)}{suggestion(key, known)}"
-            yield ConfigurationFault(f"channel.{key}", _shown(channel[key]), allowed)
-    yield from _vehicle_faults("channel", model, channel, vehicles)
-    given = {key: value for key, value in channel.items() if key in model.model_fields}
-    faults = [] if name in CHANNELS else list(_value_faults(model, given))
-    yield from faults
-    deployment = deployment_in(raw)
-    if faults:
-        return
+    channel, vehicles = scenario.channel, scenario.vehicle_names
     try:
-        found = list(model.faults(given))
-        if not found and deployment is not None and not any(_value_faults(model, given)):
-            found += _settings(model, given).misfits(deployment)
+        model = model_named(channel.name)
+    except PluginError as error:
+        yield ConfigurationFault("channel.name", "", str(error))
+    else:
+        yield from _setting_faults(model, scenario)
+    for number, blackout in enumerate(channel.blackout, 1):
+        key = f"channel.blackout.{number}"
+        yield from one_of(f"{key}.vehicle", blackout.vehicle, vehicles)
+        for name in (name for side in blackout.between or () for name in side):
+            yield from one_of(f"{key}.between", name, vehicles)
+
+
+def _setting_faults(model: type[ChannelModel], scenario: Scenario) -> Iterator[ConfigurationFault]:
+    """What is wrong with the settings of the model: unknown keys, names of no vehicle, and what it says itself."""
+    channel, name = scenario.channel, scenario.channel.name
+    own, given = {"name", "blackout"}, {key: getattr(channel, key) for key in channel.model_fields_set}
+    known = list(ChannelTable.model_fields) if name in CHANNELS else ["name", *model.model_fields, "blackout"]
+    for key in given.keys() - set(known):
+        allowed = f"unknown key, allowed here: {', '.join(known)}{suggestion(key, known)}"
+        yield ConfigurationFault(f"channel.{key}", "", allowed)
+    try:
+        settings = channel.settings()
+    except ValidationError as error:  # of a model from outside
+        for detail in error.errors():
+            key = ".".join(str(part + 1 if isinstance(part, int) else part) for part in detail["loc"])
+            message = str(detail["msg"])
+            yield ConfigurationFault(f"channel.{key}", _shown(detail["input"]), message[0].lower() + message[1:])
+        return
+    yield from _vehicle_faults("channel", settings, scenario.vehicle_names)
+    deployment = deployment_in(scenario)
+    used = json.loads(json.dumps({key: given[key] for key in given if key not in own}, default=_plain))
+    try:
+        found = list(model.faults({key: value for key, value in used.items() if key in model.model_fields}))
+        if not found and deployment is not None:
+            found += settings.misfits(deployment)
         if wrong := [fault for fault in found if not isinstance(fault, SettingFault)]:
             raise TypeError(f"expected SettingFaults, not {wrong[0]!r}")
         yield from map(_as_configured, found)
         if name not in CHANNELS and deployment is not None:
-            yield from _trial_faults(name, model, given, deployment)
+            yield from _trial_faults(name, settings, deployment)
     except Exception as error:  # it is somebody else's class: anything may be wrong with it
         allowed = f"its checks of settings raised {type(error).__name__}: {error}"
-        yield ConfigurationFault("channel.name", f'"{name}"', allowed)
+        yield ConfigurationFault("channel.name", "", allowed)
 
 
 def _as_configured(fault: SettingFault) -> ConfigurationFault:
@@ -336,43 +328,17 @@ def _as_configured(fault: SettingFault) -> ConfigurationFault:
     return ConfigurationFault(fault.key, fault.given, allowed, line, fault.file)
 
 
-def deployment_in(raw: Raw) -> Deployment | None:
-    """The fleet that transmits, by tables not checked yet; None where they are malformed, as others report."""
-    communication, vehicles = table_of(raw, "communication"), entries(raw, "vehicle")
-    modem = modem_in(raw)
-    if not all(type(vehicle.get("slot")) is int for vehicle in vehicles):
+def deployment_in(scenario: Scenario) -> Deployment | None:
+    """The fleet that transmits; None where modem or slots are wrong, as other checks tell."""
+    modem, by_node = modem_in(scenario), sorted(scenario.vehicle, key=lambda table: table.slot)
+    if modem is None or [table.slot for table in by_node] != list(range(max(2, len(by_node)))):
         return None
-    depths_m: dict[int, Any] = {vehicle["slot"]: vehicle.get("depth_m", 0.0) for vehicle in vehicles}
-    numbers = [communication.get("range_m"), table_of(raw, "scenario").get("duration_s"), *depths_m.values()]
-    nodes: dict[str, Any] = {str(vehicle.get("name")): vehicle.get("slot") for vehicle in vehicles}
-    are_slots = sorted(depths_m) == list(range(len(vehicles)))
-    if modem is None or not are_slots or len(nodes) < 2 or not all(map(is_number, numbers)):
-        return None
-    range_m, duration_s = numbers[:2]
-    by_node = dict(sorted(nodes.items(), key=lambda item: int(item[1])))
-    return Deployment(by_node, tuple(depths_m[slot] for slot in range(len(vehicles))), modem, range_m, duration_s)
+    nodes, depths_m = {table.name: table.slot for table in by_node}, tuple(table.depth_m for table in by_node)
+    return Deployment(nodes, depths_m, modem, scenario.communication.range_m, scenario.scenario.duration_s)
 
 
-def _settings(model: type[ChannelModel], given: Raw) -> ChannelModel:
-    return model.model_validate_json(json.dumps(given, default=str), strict=True)
-
-
-def _value_faults(model: type[ChannelModel], given: Raw) -> Iterator[ConfigurationFault]:
-    """What a model from outside refuses of its settings, one by one."""
-    try:
-        _settings(model, given)
-    except ValidationError as error:
-        for detail in error.errors():
-            key = ".".join(str(part + 1 if isinstance(part, int) else part) for part in detail["loc"])
-            message = str(detail["msg"])
-            yield ConfigurationFault(f"channel.{key}", _shown(detail["input"]), message[0].lower() + message[1:])
-
-
-def _trial_faults(
-    name: str, model: type[ChannelModel], given: Raw, deployment: Deployment
-) -> Iterator[ConfigurationFault]:
+def _trial_faults(name: str, settings: ChannelModel, deployment: Deployment) -> Iterator[ConfigurationFault]:
     """What goes wrong when a model from outside is asked for the first time."""
-    settings = _settings(model, given)
     try:
         per = settings.mean_per(deployment)
         if isinstance(per, bool) or not isinstance(per, int | float) or not 0.0 <= per <= 1.0:
@@ -395,18 +361,15 @@ def _trial_faults(
         yield ConfigurationFault("channel.name", f'"{name}"', allowed)
 
 
-def _vehicle_faults(
-    above: str, model: type[BaseModel], given: Raw, vehicles: Sequence[str]
-) -> Iterator[ConfigurationFault]:
+def _vehicle_faults(above: str, table: BaseModel, vehicles: Sequence[str]) -> Iterator[ConfigurationFault]:
     """Settings that should name a vehicle of the scenario and do not, in the table and in tables below it."""
-    for key, info in model.model_fields.items():
+    for key, info in type(table).model_fields.items():
+        value = getattr(table, key) if key in table.model_fields_set else None
         if any(isinstance(mark, OfVehicle) for mark in info.metadata):
-            yield from one_of(f"{above}.{key}", given.get(key), vehicles)
-        inner = [info.annotation, *getattr(info.annotation, "__args__", ())]
-        below = next((kind for kind in inner if isinstance(kind, type) and issubclass(kind, BaseModel)), None)
-        if below is not None:
-            for number, entry in enumerate(entries(given, key), 1):
-                yield from _vehicle_faults(f"{above}.{key}.{number}", below, entry, vehicles)
+            yield from one_of(f"{above}.{key}", value, vehicles)
+        for number, entry in enumerate(value if isinstance(value, tuple) else (), 1):
+            if isinstance(entry, BaseModel):
+                yield from _vehicle_faults(f"{above}.{key}.{number}", entry, vehicles)
 
 
 def _shown(value: Any) -> str:
@@ -414,25 +377,21 @@ def _shown(value: Any) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
 
 
-def with_link_file_found(raw: dict[str, Any], folder: Path, overridden: Collection[str]) -> dict[str, Any]:
-    """Tables in which the file of a trace or a network has its whole path and its hash: results say which it was.
+def with_link_file_found(channel: ChannelTable, folder: Path, is_other: bool) -> ChannelTable:
+    """The channel in which the file of a trace or a network has its whole path and its hash, for the results.
 
     Args:
-        raw: tables of a scenario.
-        folder: of the scenario's file, which a path in it starts from.
-        overridden: dotted keys of the overrides; a path in one starts from the current folder.
+        channel: of the scenario.
+        folder: that the path of the file starts from.
+        is_other: True if an option names the file and no hash of it: it need not be the one that the scenario had.
     """
-    channel: Mapping[str, Any] = table_of(raw, "channel")
-    key = FILE_KEYS.get(str(channel.get("name")), "")
-    given = channel.get(key)
-    if not isinstance(given, str) or not given:
-        return raw
-    is_new = f"channel.{key}" in overridden
-    sha256 = None if is_new and "channel.sha256" not in overridden else channel.get("sha256")
-    found = {name: value for name, value in channel.items() if name != "sha256"}
+    key = FILE_KEYS.get(channel.name, "")
+    given = getattr(channel, key, None)
+    if not given:
+        return channel
+    found = {"sha256": "" if is_other else channel.sha256}
     if key == "file" or file_in(given):
-        path = str(((Path() if is_new or "channel" in overridden else folder) / given).resolve())
-        found[key] = path
+        path = found[key] = str((folder / given).resolve())
         with suppress(LinkFileGoneError):  # a check says that it is not there
-            sha256 = sha256 or hash_of(path if key == "file" else file_in(path), "")
-    return {**raw, "channel": {**found, **({"sha256": sha256} if sha256 else {})}}
+            found["sha256"] = found["sha256"] or hash_of(path if key == "file" else file_in(path), "")
+    return channel.model_copy(update=found)

@@ -5,9 +5,9 @@ Communication of a scenario: acknowledgement policy and value rule.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
@@ -17,11 +17,15 @@ from exchange.queueing.limits import Deadline, Goby
 from exchange.values import ADDITIVE, Age, ValueRule
 from exchange.wire.sealing import Seal, key_in
 from missions.errors import ConfigurationFault
+from missions.files import shown
 from missions.scenarios.modem import LEAST_BYTES, modem_in
-from missions.scenarios.tables import QUEUE_LIMIT, NotNegative, Raw, Sparse, entries, table_of, with_features
+from missions.scenarios.tables import QUEUE_LIMIT, NotNegative, Sparse, with_features
 from remoras.errors import PluginError
 from remoras.plugins import faults_of, named_object
 from worldmodel import suggestion
+
+if TYPE_CHECKING:
+    from missions.scenarios.scenario import Scenario
 
 
 @with_features("communication")
@@ -144,23 +148,6 @@ def value_rule_of(name: str) -> ValueRule:
     return made
 
 
-def value_faults(raw: Raw) -> Iterator[ConfigurationFault]:
-    """The value rule must be there.
-
-    Args:
-        raw: the tables as TOML has them.
-    """
-    name = table_of(raw, "communication").get("value")
-    if isinstance(name, str):
-        try:
-            value_rule_of(name)
-        except PluginError as error:
-            yield ConfigurationFault("communication.value", f'"{name}"', str(error))
-        except Exception as error:  # it is somebody else's class: anything may be wrong with it
-            allowed = f"it cannot be made without arguments: {type(error).__name__}: {error}"
-            yield ConfigurationFault("communication.value", f'"{name}"', allowed)
-
-
 def policy_of(name: str) -> AckPolicy:
     """A shipped policy by name, or one from outside by ``package.module:object``.
 
@@ -178,20 +165,6 @@ def policy_of(name: str) -> AckPolicy:
         raise PluginError(str(error)) from None
 
 
-def with_key_found(raw: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """Tables in which the file of the key has its whole path.
-
-    Args:
-        raw: tables of a scenario.
-        folder: that the path of the file starts from.
-    """
-    communication: Mapping[str, Any] = table_of(raw, "communication")
-    file = communication.get("key_file")
-    if not isinstance(file, str) or not file:
-        return raw
-    return {**raw, "communication": {**communication, "key_file": str((folder / file).resolve())}}
-
-
 def key_of(file: str) -> bytes | None:
     """The key in a file; None where no file is named.
 
@@ -205,37 +178,33 @@ def key_of(file: str) -> bytes | None:
     return key
 
 
-def key_faults(raw: Raw) -> Iterator[ConfigurationFault]:
-    """The file of the key must hold one, and the library that encrypts must be there."""
-    file = table_of(raw, "communication").get("key_file")
-    if not isinstance(file, str):
-        return
+def communication_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
+    """A value rule, a key or a policy that cannot be had, and acknowledgements that leave no room in a packet."""
+    communication = scenario.communication
     try:
-        key_of(file)
-    except ExchangeError as error:
-        yield ConfigurationFault("communication.key_file", f'"{file}"', str(error))
-
-
-def policy_faults(raw: Raw) -> Iterator[ConfigurationFault]:
-    """The policy must be there, and the acknowledgements of all nodes must leave room in a packet."""
-    communication = table_of(raw, "communication")
-    modem, name = modem_in(raw), communication.get("policy")
-    if not isinstance(name, str):
-        return
-    n_vehicles = len(entries(raw, "vehicle"))
-    try:
-        policy = policy_of(name)
-        header = header_bits(policy, n_vehicles)
+        value_rule_of(communication.value)
     except PluginError as error:
-        yield ConfigurationFault("communication.policy", f'"{name}"', str(error))
+        yield ConfigurationFault("communication.value", "", str(error))
+    except Exception as error:  # it is somebody else's class: anything may be wrong with it
+        allowed = f"it cannot be made without arguments: {type(error).__name__}: {error}"
+        yield ConfigurationFault("communication.value", "", allowed)
+    try:
+        key_of(communication.key_file)
+    except ExchangeError as error:
+        yield ConfigurationFault("communication.key_file", shown(communication.key_file), str(error))
+    modem, n_vehicles = modem_in(scenario), len(scenario.vehicle)
+    try:
+        header = header_bits(policy_of(communication.policy), n_vehicles)
+    except PluginError as error:
+        yield ConfigurationFault("communication.policy", "", str(error))
         return
     except Exception as error:  # it is somebody else's function: anything may be wrong with it
         allowed = f"its carries must answer for every bit of a header, but raised {type(error).__name__}: {error}"
-        yield ConfigurationFault("communication.policy", f'"{name}"', allowed)
+        yield ConfigurationFault("communication.policy", "", allowed)
         return
     if modem is not None and n_vehicles >= 2 and header + 8 * LEAST_BYTES > modem.payload_bits:
         allowed = (
             f"its acknowledgements take {header} bits for {n_vehicles} vehicles, a packet of modem {modem.name} "
             f"has {modem.payload_bits} and needs {8 * LEAST_BYTES} for the rest: take ack or another modem"
         )
-        yield ConfigurationFault("communication.policy", f'"{name}"', allowed)
+        yield ConfigurationFault("communication.policy", "", allowed)

@@ -7,23 +7,26 @@ which class they are; ``equipment`` in a sensor's table says it of one. Which cl
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from functools import cache, lru_cache
-from typing import NamedTuple
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+from pydantic import ValidationError
 
 from exchange.acoustics.modems import Modem
 from missions.errors import ConfigurationFault
-from missions.scenarios.copies import Gear, sensor_tables
-from missions.scenarios.knowledge import words_of
+from missions.scenarios.communication import Communication
+from missions.scenarios.knowledge import words_in
 from missions.scenarios.modem import TABLE as MODEMS
 from missions.scenarios.modem import modem_in
-from missions.scenarios.parts import sensor_kind
-from missions.scenarios.scenario import Scenario
-from missions.scenarios.tables import Raw, entries, one_of, table_of
+from missions.scenarios.scenario import Role, Scenario, VehicleTable
+from missions.scenarios.tables import one_of
 from remoras.errors import PluginError
 from remoras.mission import Mission
+from remoras.plugins import named_object
 from remoras.sensor import SensorSettings
-from worldmodel import Instance, Keeping, OntologyError, PropertyValue, TBox, WorldModel
+from worldmodel import Instance, Keeping, PropertyValue, TBox, WorldModel, suggestion
 
 HAS_PART = "hasPart"
 EQUIPMENT = "Equipment"
@@ -41,54 +44,81 @@ class EquipmentItem(NamedTuple):
     of_class: str
 
 
-def gear_of(raw: Raw, mission: type[Mission] | None) -> Gear:
-    """What abilities follow from in a scenario of a mission; nothing if the mission is unknown."""
-    if mission is None:
-        return Gear()
-    modem = modem_in(raw)
-    kinds = mission.sensors
-    tbox_of = cache(lambda: _tbox_of(raw, mission))
-
-    def capabilities(vehicle: Raw) -> Collection[str]:
-        of_parts = tuple(part.of_class for part in equipment_of(vehicle, modem, kinds))
-        tbox = tbox_of()
-        return () if tbox is None else capabilities_of(tbox, str(vehicle.get("vehicle_type")), of_parts)
-
-    def is_class(name: str) -> bool:
-        tbox = tbox_of()
-        return tbox is not None and any(ontology_class.name == name for ontology_class in tbox.classes)
-
-    return Gear(next(iter(kinds), ""), capabilities, is_class, _listening_w(table_of(raw, "communication"), modem))
+# Sensors -------------------------------------------------------------------------------------------
 
 
-def _listening_w(communication: Raw, modem: Modem | None) -> float:
-    """Receive power that counts, of a table that is not checked yet."""
-    given = communication.get("receive_power_w")
-    if isinstance(given, int | float):
-        return float(given)
-    return modem.receive_w or 0.0 if modem is not None and communication.get("count_listening") is True else 0.0
+def makes_sensors(kind: Any) -> bool:
+    """True for settings that say how their sensor is made."""
+    return isinstance(kind, type) and issubclass(kind, SensorSettings) and kind.make is not SensorSettings.make
 
 
-def equipment_of(vehicle: Raw, modem: Modem | None, kinds: Mapping[str, type[SensorSettings]]) -> list[EquipmentItem]:
-    """The equipment of a vehicle; what is malformed is passed over.
+def sensor_kind(reference: str, kinds: Mapping[str, type[SensorSettings]]) -> type[SensorSettings]:
+    """The kind of sensor that ``type`` of a sensor's table names.
+
+    Args:
+        reference: a name among ``kinds``, ``package.module:Class``, or empty for the first of the kinds.
+        kinds: those that the mission knows.
+
+    Raises:
+        PluginError: there is none, or it is no subclass of SensorSettings that says how its sensor is made.
+    """
+    if not reference and kinds:
+        return next(iter(kinds.values()))
+    if ":" not in reference:
+        if reference not in kinds:
+            known = ", ".join([*kinds, "package.module:Class"])
+            raise PluginError(f"allowed: {known}{suggestion(reference, kinds)}")
+        return kinds[reference]
+    found: Any = named_object(reference)
+    if not makes_sensors(found):
+        raise PluginError("a subclass of remoras.SensorSettings that defines make(data)")
+    kind: type[SensorSettings] = found
+    return kind
+
+
+def sensor_settings(
+    table: Mapping[str, Any], kinds: Mapping[str, type[SensorSettings]]
+) -> SensorSettings | ValidationError:
+    """Settings from one ``[[vehicle.sensor]]`` table, or what is wrong with its values.
+
+    Raises:
+        PluginError: the kind of sensor cannot be had.
+    """
+    try:
+        reference = str(table.get("type", ""))
+        made = sensor_kind(reference, kinds).model_validate(table, strict=True)
+        return made if made.name else made.model_copy(update={"name": reference or next(iter(kinds), "")})
+    except ValidationError as error:
+        return error
+
+
+def sensors_of(vehicle: VehicleTable, kinds: Mapping[str, type[SensorSettings]]) -> tuple[SensorSettings, ...]:
+    """Settings of the sensors of a vehicle, whose tables are well-formed; ``kinds``: those that its mission knows."""
+    found = (sensor_settings(table, kinds) for table in vehicle.sensor)
+    return tuple(settings for settings in found if isinstance(settings, SensorSettings))
+
+
+# What a vehicle is able to do ----------------------------------------------------------------------
+
+
+def listening_w(communication: Communication, modem: Modem | None) -> float:
+    """Power that a modem takes all the time on top of ``hotel_w``."""
+    profile_w = modem.receive_w if modem is not None and communication.count_listening else None
+    return communication.receive_power_w or profile_w or 0.0
+
+
+def equipment_of(
+    vehicle: VehicleTable, modem: Modem | None, kinds: Mapping[str, type[SensorSettings]]
+) -> list[EquipmentItem]:
+    """The equipment of a vehicle.
 
     Args:
         vehicle: its table.
         modem: its modem; None if that is not known.
         kinds: of sensors that the mission knows.
     """
-    found = []
-    for table in sensor_tables(vehicle):
-        kind = str(table.get("type") or "")
-        name = str(table.get("name") or kind or next(iter(kinds), ""))
-        try:
-            of_class = str(table.get("equipment") or sensor_kind(kind, kinds).EQUIPMENT)
-        except PluginError:
-            continue
-        found.append(EquipmentItem(name, of_class))
-    if modem is not None:
-        found.append(EquipmentItem("modem", modem.equipment))
-    return found
+    found = [EquipmentItem(one.name, one.equipment or one.EQUIPMENT) for one in sensors_of(vehicle, kinds)]
+    return found if modem is None else [*found, EquipmentItem("modem", modem.equipment)]
 
 
 @lru_cache(maxsize=256)
@@ -108,40 +138,78 @@ def capabilities_of(tbox: TBox, vehicle_type: str, parts: tuple[str, ...]) -> fr
     return frozenset(ontology_class.name for ontology_class in tbox.classes if seen >> ontology_class.uid & 1)
 
 
-def equipment_faults(raw: Raw, mission: type[Mission]) -> Iterator[ConfigurationFault]:
+def with_abilities(scenario: Scenario, mission: type[Mission]) -> Scenario:
+    """A scenario in which every vehicle lists the roles that it is able to play, as ``Group.Role``.
+
+    A vehicle that lists no ``playable_roles`` is able to play all whose requirements it meets; of those that it lists,
+    it is not able to play a role whose requirements it does not meet.
+    """
+    demanding = any(role.requires is not None for role in scenario.roles.values())
+    if not demanding and all(vehicle.playable_roles is not None for vehicle in scenario.vehicle):
+        return scenario
+    vehicles = []
+    for vehicle in scenario.vehicle:
+        lacks = {key: any(lacking(vehicle, role, scenario, mission)) for key, role in scenario.roles.items()}
+        able = [f"{group}.{role}" for (group, role), is_lacking in lacks.items() if not is_lacking]
+        if (listed := vehicle.playable_roles) is not None:
+            able = []
+            for name in listed:
+                meant = [key for key in lacks if name in (key[1], ".".join(key))]
+                asked = any(scenario.roles[key].requires is not None for key in meant)
+                able += [".".join(key) for key in meant if not lacks[key]] if asked else [name]
+        vehicles.append(vehicle.model_copy(update={"playable_roles": tuple(able)}))
+    return scenario.model_copy(update={"vehicle": tuple(vehicles)})
+
+
+def lacking(vehicle: VehicleTable, role: Role, scenario: Scenario, mission: type[Mission]) -> Iterator[str]:
+    """What a vehicle lacks of what a role requires, in words; nothing if it meets it."""
+    requires, default = role.requires, next(iter(mission.sensors), "")
+    if requires is None:
+        return
+    named = [name for t in vehicle.sensor for name in (t.get("type") or default, t.get("name")) if name]
+    if requires.sensor is not None and requires.sensor not in named:
+        yield f"sensor {', '.join(named)}" if named else "no sensor"
+    modem, tbox = modem_in(scenario), words_in(scenario, mission) if requires.capability is not None else None
+    if tbox is not None and any(ontology_class.name == requires.capability for ontology_class in tbox.classes):
+        parts = tuple(part.of_class for part in equipment_of(vehicle, modem, mission.sensors))
+        if requires.capability not in capabilities_of(tbox, vehicle.vehicle_type, parts):
+            yield f"nothing that makes it a {requires.capability}"
+    speed_mps = vehicle.survey_speed_mps
+    drag_w = vehicle.drag_w_per_mps3 * (speed_mps * speed_mps * speed_mps)
+    power_w = vehicle.hotel_w + listening_w(scenario.communication, modem) + drag_w
+    for key, offered in (
+        ("speed_mps", vehicle.transit_speed_mps),
+        ("depth_m", vehicle.depth_limit_m),
+        ("endurance_s", vehicle.energy_j / power_w if power_w > 0.0 else math.inf),
+    ):
+        if (asked := getattr(requires, key)) is not None and asked > offered:
+            yield f"{key} {offered:g}, not {asked:g}"
+    if requires.social_layer and not vehicle.social_layer:
+        yield "no social layer"
+
+
+def equipment_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
     """Capabilities and equipment that are no classes of the ontology."""
-    tbox = _tbox_of(raw, mission)
+    tbox = words_in(scenario, mission)
     if tbox is None:
-        return  # reported where needs are checked
+        return
     named = {ontology_class.name: ontology_class.uid for ontology_class in tbox.classes}
-    for group in entries(raw, "group"):
-        for role in entries(group, "role"):
-            asked = table_of(role, "requires").get("capability")
-            if isinstance(asked, str) and asked not in named:
-                key = f"group.{group.get('name')}.role.{role.get('name')}.requires.capability"
-                yield from one_of(key, asked, _below(tbox, CAPABILITIES))
+    for (group, name), role in scenario.roles.items():
+        asked = role.requires.capability if role.requires is not None else None
+        if asked is not None and asked not in named:
+            yield from one_of(f"group.{group}.role.{name}.requires.capability", asked, _below(tbox, CAPABILITIES))
     carried, modems = _below(tbox, EQUIPMENT), [MODEM, *_below(tbox, MODEM)]
-    for name, profile in table_of(raw, MODEMS).items():
-        if isinstance(profile, dict):
-            yield from one_of(f"{MODEMS}.{name}.equipment", profile.get("equipment"), modems)
-    for vehicle in entries(raw, "vehicle"):
-        for table in sensor_tables(vehicle):
-            given = table.get("equipment")
-            if isinstance(given, str) and given and given not in carried:
-                yield from one_of(f"vehicle.{vehicle.get('name')}.sensor.equipment", given, carried)
+    for name, profile in scenario.modem.items():
+        yield from one_of(f"{MODEMS}.{name}.equipment", profile.equipment, modems)
+    for vehicle in scenario.vehicle:
+        for sensor in sensors_of(vehicle, mission.sensors):
+            yield from one_of(f"vehicle.{vehicle.name}.sensor.equipment", sensor.equipment or None, carried)
 
 
 def _below(tbox: TBox, name: str) -> list[str]:
     """Names of the classes below one, if there is such a class."""
     found = [ontology_class.uid for ontology_class in tbox.classes if ontology_class.name == name]
     return [tbox.classes[uid].name for above in found for uid in tbox.subclasses(above) if uid != above]
-
-
-def _tbox_of(raw: Raw, mission: type[Mission]) -> TBox | None:
-    try:
-        return words_of(raw, mission)
-    except (OntologyError, OSError):
-        return None
 
 
 def common_equipment(
@@ -165,10 +233,9 @@ def common_equipment(
     found: list[Instance] = []
     facts: list[PropertyValue] = []
     has_part = tbox.attribute_named(HAS_PART).uid
-    tables = scenario.model_dump(include={"vehicle"}, mode="json")["vehicle"]
-    for vehicle in sorted(tables, key=lambda table: table["slot"]):
+    for vehicle in sorted(scenario.vehicle, key=lambda table: table.slot):
         for part in equipment_of(vehicle, modem, kinds):
             uid = len(instances) + len(found)
-            found.append(Instance(uid, tbox.class_named(part.of_class).uid, f"{vehicle['name']}.{part.name}"))
-            facts.append(PropertyValue(vehicle["slot"], has_part, uid))
+            found.append(Instance(uid, tbox.class_named(part.of_class).uid, f"{vehicle.name}.{part.name}"))
+            facts.append(PropertyValue(vehicle.slot, has_part, uid))
     return tuple(found), tuple(facts)

@@ -8,9 +8,9 @@ from __future__ import annotations
 import json
 import math
 import zlib
-from collections.abc import Iterator, Mapping, Sequence
-from functools import cache
-from typing import Annotated, Any, ClassVar
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import cache, partial
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import (
     AfterValidator,
@@ -24,11 +24,11 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
+from missions.document import well_formed
 from missions.errors import ConfigurationFault
 from missions.fault import Absence, kinds
 from missions.files import shown
-from missions.scenarios.copies import can_play, sensor_tables
-from missions.scenarios.tables import PointM, Positive, Raw, Section, entries, is_number, names_of, one_of, table_of
+from missions.scenarios.tables import PointM, Positive, Section, is_number, one_of
 from remoras.condition import SOUND, Condition
 from remoras.database import AUVDatabase, VehicleData
 from remoras.errors import PluginError
@@ -37,6 +37,9 @@ from remoras.mission import Mission
 from remoras.organisation import Group
 from remoras.plugins import answer, faults_of, named_object
 from worldmodel import suggestion
+
+if TYPE_CHECKING:
+    from missions.scenarios.scenario import Scenario
 
 KEY = "fault"
 A_TIME = "a number of seconds, 0 or more, or [earliest, latest]"
@@ -168,19 +171,47 @@ class DeclaredFault(Section):
         """Share of the speeds of the vehicle that it leaves."""
         return 1.0
 
-    @classmethod
     def checks(
-        cls, key: str, table: Raw, raw: Raw, mission: type[Mission] | None, before: Sequence[tuple[str, Raw]]
+        self, key: str, scenario: Scenario, mission: type[Mission], before: Sequence[tuple[str, DeclaredFault]]
     ) -> Iterator[ConfigurationFault]:
-        """What else is wrong with a table; malformed values are passed over.
+        """What is wrong between the fault and other tables of a scenario; none by default.
 
         Args:
-            key: of the table, dotted.
-            table: as TOML has it; raw: the whole scenario.
-            mission: its class, None if that is not to be had.
-            before: key and table of each fault of the same kind and ``vehicle`` that stands before it.
+            key: of the fault, dotted.
+            scenario: all well-formed tables.
+            mission: its class.
+            before: key and fault of each of the same kind and ``vehicle`` that stands before it.
         """
         yield from ()
+
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        """Keys that the kind lacks or does not use, and times that contradict each other."""
+        given = {key for key in self.model_fields_set if getattr(self, key) is not None}
+        timed, rated = "at_s" in given, "rate_per_h" in given
+        for key, allowed in self.NOT_USED.items():
+            if key in given and not (key == "rate_per_h" and timed):
+                yield key, allowed
+        yield from ((key, what) for key, what in self.REQUIRED.items() if key not in given)
+        if timed and rated:
+            yield "rate_per_h", "given beside at_s: leave one out"
+        elif not (timed or rated):
+            yield "at_s", f"missing: {A_TIME}" + ("" if "rate_per_h" in self.NOT_USED else "; or give rate_per_h")
+        elif (span_s := self.span_s) and "until_s" not in self.NOT_USED and (self.until_s or math.inf) <= span_s[1]:
+            latest = "the latest " if isinstance(self.at_s, tuple) else ""
+            yield "until_s", f"must be above {latest}at_s = {span_s[1]:g}"
+
+    def overlaps(self, other: DeclaredFault) -> bool:
+        """True if the two may hold at one time."""
+        begin, other_begin = ((one.span_s or (0.0,))[0] for one in (self, other))
+        end, other_end = (math.inf if one.until_s is None else one.until_s for one in (self, other))
+        return begin < other_end and other_begin < end
+
+    @classmethod
+    def unknown(cls, key: str) -> str:
+        """Why a key of other kinds is not allowed; empty for a key of none."""
+        users = users_of_keys().get(key, ())
+        name = next((name for name, kind in kinds().items() if kind is cls), cls.__name__)
+        return f"not used by kind {name}, only by {' and '.join(users)}: leave it out" if users else ""
 
     @classmethod
     def began_anew(cls, detail: str) -> bool | None:
@@ -247,16 +278,11 @@ class DeclaredFault(Section):
     @model_validator(mode="wrap")
     @classmethod
     def _as_its_kind(cls, table: Any, handler: ModelWrapValidatorHandler[DeclaredFault]) -> DeclaredFault:
-        """Read a table as the kind that it names; keys of other kinds are left to ``fault_table_faults``."""
+        """Read a table as the kind that it names."""
         if cls is not DeclaredFault or not isinstance(table, Mapping):
             return handler(table)
-        kind = fitting(table)
-        left_out = set(users_of_keys()) - set(kind.model_fields)
-        if kind is DeclaredFault and ":" in str(table.get("kind")):  # nobody knows what else it has
-            left_out = set(table) - set(kind.model_fields)
-        own = json.dumps({key: value for key, value in table.items() if key not in left_out}, default=str)
-        found: DeclaredFault = (_AnyKind if kind is DeclaredFault else kind).model_validate_json(own, strict=True)
-        return found
+        own = json.dumps(dict(table), default=str)
+        return fitting(table, _AnyKind).model_validate_json(own, strict=True)
 
     @model_serializer(mode="plain")
     def _said(self, info: SerializationInfo) -> dict[str, Any]:
@@ -265,13 +291,19 @@ class DeclaredFault(Section):
         return {key: value for key, value in found.items() if value is not None or not info.exclude_none}
 
     @classmethod
-    def fitting(cls, table: Raw) -> type[DeclaredFault]:
+    def fitting(cls, table: Mapping[str, Any]) -> type[DeclaredFault]:
         """The class that a table is read as."""
-        return fitting(table) if cls is DeclaredFault else cls
+        return fitting(table, cls) if cls is DeclaredFault else cls
 
 
 class _AnyKind(DeclaredFault):
-    """A table whose kind cannot be had."""
+    """A table whose kind cannot be had, so that its own keys are unknown."""
+
+    model_config = ConfigDict(extra="ignore")
+
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        """None: its kind is told."""
+        yield from ()
 
 
 class FaultOfSensors(DeclaredFault):
@@ -294,36 +326,24 @@ class FaultOfSensors(DeclaredFault):
         """Vehicles that have the sensor."""
         return [data for data in database.values() if self.of(data)]
 
-    @classmethod
     def checks(
-        cls, key: str, table: Raw, raw: Raw, mission: type[Mission] | None, before: Sequence[tuple[str, Raw]]
+        self, key: str, scenario: Scenario, mission: type[Mission], before: Sequence[tuple[str, DeclaredFault]]
     ) -> Iterator[ConfigurationFault]:
         """A sensor that no vehicle which is meant has."""
-        vehicle = table.get("vehicle")
-        named = [entry for entry in entries(raw, "vehicle") if entry.get("name") == vehicle]
-        meant = named or entries(raw, "vehicle")
-        if not named and isinstance(vehicle, str) and vehicle.startswith(HEAD_OF):
-            group = vehicle.removeprefix(HEAD_OF)
-            roles = [
-                role for entry in entries(raw, "group") if entry.get("name") == group for role in entries(entry, "role")
-            ]
-            heads = [role.get("name") for role in roles if role.get("head") is True]
-            meant = [one for one in meant if any(can_play(one, group, head) for head in heads)]
-            if not heads:
-                return  # reported as what it is
-        elif not named and vehicle != ANY:
-            return
-        default = "" if mission is None else next(iter(mission.sensors), "")
-        has = list(dict.fromkeys(name for one in meant for name in _sensor_names(one, default)))
-        if not has:
-            allowed = "has no sensor that could fail" if named or vehicle != ANY else "no vehicle has a sensor"
-            yield ConfigurationFault(f"{key}.vehicle", shown(vehicle), allowed)
-        else:
-            yield from one_of(f"{key}.sensor", table.get("sensor"), has)
-
-
-def _sensor_names(vehicle: Raw, default: str) -> list[str]:
-    return [str(table.get("name") or table.get("type") or default) for table in sensor_tables(vehicle)]
+        is_any, group = self.vehicle == ANY, self.vehicle.removeprefix(HEAD_OF)
+        heads = [(one.name, one.head.name) for one in scenario.group if one.name == group and one.head is not None]
+        meant = [
+            one
+            for one in scenario.vehicle
+            if is_any or one.name == self.vehicle or any(one.can_play(*head) for head in heads)
+        ]
+        default = next(iter(mission.sensors), "")
+        has = list(dict.fromkeys(name for one in meant for name in one.sensor_names(default)))
+        if not has and (meant or is_any):
+            allowed = "no vehicle has a sensor" if is_any else "has no sensor that could fail"
+            yield ConfigurationFault(f"{key}.vehicle", "", allowed)
+        elif has:
+            yield from one_of(f"{key}.sensor", self.sensor, has)
 
 
 # Kinds ---------------------------------------------------------------------------------------------
@@ -350,12 +370,12 @@ def kind_named(name: str) -> type[DeclaredFault]:
     return found
 
 
-def fitting(table: Raw) -> type[DeclaredFault]:
-    """The kind that a table names; that of none in particular if it cannot be had, which is reported."""
+def fitting(table: Mapping[str, Any], otherwise: type[DeclaredFault]) -> type[DeclaredFault]:
+    """The kind that a table names; ``otherwise`` if it cannot be had, which is reported."""
     try:
         return kind_named(table["kind"])
     except (KeyError, TypeError, PluginError):
-        return DeclaredFault
+        return otherwise
 
 
 @cache
@@ -371,46 +391,37 @@ def users_of_keys() -> dict[str, list[str]]:
 # What has to hold ----------------------------------------------------------------------------------
 
 
-def fault_table_faults(raw: Raw, mission: type[Mission] | None) -> Iterator[ConfigurationFault]:
-    """What has to hold within faults, and between them, the vehicles and the groups.
+def fault_table_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
+    """What has to hold between faults, the vehicles and the groups."""
+    end_s, before = scenario.scenario.duration_s, dict[tuple[str, str], list[tuple[str, DeclaredFault]]]()
+    for number, fault in enumerate(scenario.fault, 1):
+        key = f"{KEY}.{number}"
+        yield from _whose(key, fault, scenario)
+        if fault.span_s is not None and fault.span_s[1] >= end_s:
+            allowed = f"must be below scenario.duration_s = {end_s:g}, when the mission is over"
+            yield ConfigurationFault(f"{key}.at_s", "", allowed)
+        alike = before.setdefault((fault.kind, fault.vehicle), [])
+        asked = partial(fault.checks, key, scenario, mission, tuple(alike))
+        yield from own_faults(f"{key}.kind", "checks", asked)
+        alike.append((key, fault))
+
+
+def own_faults(key: str, hook: str, asked: Callable[[], Iterable[ConfigurationFault]]) -> list[ConfigurationFault]:
+    """What a plug-in itself finds wrong.
 
     Args:
-        raw: the tables as TOML has them.
-        mission: class of the mission; None if it cannot be had.
+        key: that names the plug-in.
+        hook: name of its hook; asked: calls it.
     """
-    tables = raw.get(KEY)
-    numbered = [(f"{KEY}.{n}", table) for n, table in enumerate(tables if isinstance(tables, list) else [], 1)]
-    told = [(key, one) for key, one in numbered if isinstance(one, dict)]
-    for position, (key, table) in enumerate(told):
-        kind = fitting(table)
-        yield from _whose(key, table, raw, kind)
-        yield from _when(key, table, kind)
-        yield from _too_late(key, table, raw)
-        yield from _useless(key, table, kind)
-        yield from _lacking(key, table, kind)
-        whom = table.get("kind"), table.get("vehicle")
-        before = [earlier for earlier in told[:position] if (earlier[1].get("kind"), earlier[1].get("vehicle")) == whom]
-        yield from _own_faults(kind, key, table, raw, mission, before)
-
-
-def _own_faults(
-    kind: type[DeclaredFault],
-    key: str,
-    table: Raw,
-    raw: Raw,
-    mission: type[Mission] | None,
-    before: Sequence[tuple[str, Raw]],
-) -> list[ConfigurationFault]:
-    """What the kind itself finds wrong."""
     try:
-        found = list(kind.checks(key, table, raw, mission, before))
+        faults = list(well_formed(asked))
     except Exception as error:  # it may be somebody else's class
-        allowed = f"its checks must pass malformed values over, but raised {type(error).__name__}: {error}"
-        return [ConfigurationFault(f"{key}.kind", shown(table.get("kind")), allowed)]
-    if all(isinstance(fault, ConfigurationFault) for fault in found):
-        return found
-    allowed = f"its checks must give missions.errors.ConfigurationFault values, but gave {found!r}"
-    return [ConfigurationFault(f"{key}.kind", shown(table.get("kind")), allowed)]
+        what = f"its {hook} must take every scenario whose tables are well-formed, but raised"
+        return [ConfigurationFault(key, "", f"{what} {type(error).__name__}: {error}")]
+    if all(isinstance(fault, ConfigurationFault) for fault in faults):
+        return faults
+    allowed = f"its {hook} must give missions.errors.ConfigurationFault values, but gave {faults!r}"
+    return [ConfigurationFault(key, "", allowed)]
 
 
 def draw_faults(
@@ -441,75 +452,20 @@ def draw_faults(
                 yield ConfigurationFault(f"{KEY}.{number}.vehicle", f'"{ANY}"', allowed)
 
 
-def _whose(key: str, table: Raw, raw: Raw, kind: type[DeclaredFault]) -> Iterator[ConfigurationFault]:
+def _whose(key: str, fault: DeclaredFault, scenario: Scenario) -> Iterator[ConfigurationFault]:
     """A vehicle or a group that there is not."""
-    vehicle, vehicles = table.get("vehicle"), names_of(raw, "vehicle")
-    if not isinstance(vehicle, str) or vehicle in vehicles:
+    vehicle, vehicles = fault.vehicle, scenario.vehicle_names
+    if vehicle in vehicles:
         return
-    if kind.ABSENCE is Absence.BEFORE and (vehicle == ANY or vehicle.startswith(HEAD_OF)):
-        allowed = f"the vehicle that {table.get('kind')} has to be named: {', '.join(vehicles)}"
-        yield ConfigurationFault(f"{key}.vehicle", f'"{vehicle}"', allowed)
+    if fault.ABSENCE is Absence.BEFORE and (vehicle == ANY or vehicle.startswith(HEAD_OF)):
+        allowed = f"the vehicle that {fault.kind} has to be named: {', '.join(vehicles)}"
+        yield ConfigurationFault(f"{key}.vehicle", "", allowed)
     elif vehicle.startswith(HEAD_OF):
-        groups = {str(group["name"]): group for group in entries(raw, "group") if isinstance(group.get("name"), str)}
-        name = vehicle.removeprefix(HEAD_OF)
-        if name not in groups:
-            known = [HEAD_OF + group for group in groups]
-            yield from one_of(f"{key}.vehicle", vehicle, known)
-        elif not any(role.get("head") is True for role in entries(groups[name], "role")):
+        groups, name = {group.name: group for group in scenario.group}, vehicle.removeprefix(HEAD_OF)
+        yield from one_of(f"{key}.vehicle", vehicle, [HEAD_OF + group for group in groups])
+        if name in groups and groups[name].head is None:
             allowed = f"the group {name} has no role with head = true, so nobody leads it"
-            yield ConfigurationFault(f"{key}.vehicle", f'"{vehicle}"', allowed)
+            yield ConfigurationFault(f"{key}.vehicle", "", allowed)
     elif vehicle != ANY:
         allowed = f"allowed: {', '.join(vehicles)}, {ANY}, {HEAD_OF}GROUP{suggestion(vehicle, vehicles)}"
-        yield ConfigurationFault(f"{key}.vehicle", f'"{vehicle}"', allowed)
-
-
-def _when(key: str, table: Raw, kind: type[DeclaredFault]) -> Iterator[ConfigurationFault]:
-    """Times that contradict each other."""
-    timed, rated = "at_s" in table, "rate_per_h" in table
-    if timed and rated:
-        yield ConfigurationFault(f"{key}.rate_per_h", shown(table["rate_per_h"]), "given beside at_s: leave one out")
-    elif not (timed or rated):
-        allowed = f"missing: {A_TIME}" + ("" if "rate_per_h" in kind.NOT_USED else "; or give rate_per_h")
-        yield ConfigurationFault(f"{key}.at_s", "", allowed)
-    span_s, until_s = span_of(table.get("at_s")), number(table.get("until_s"))
-    if "until_s" not in kind.NOT_USED and span_s is not None and until_s is not None and until_s <= span_s[1]:
-        allowed = f"must be above at_s = {shown(table['at_s'])}"
-        yield ConfigurationFault(f"{key}.until_s", shown(table["until_s"]), allowed)
-
-
-def _too_late(key: str, table: Raw, raw: Raw) -> Iterator[ConfigurationFault]:
-    """A fault that can never happen, because the mission is over before."""
-    end_s, span_s = number(table_of(raw, "scenario").get("duration_s")), span_of(table.get("at_s"))
-    if end_s is not None and span_s is not None and span_s[1] >= end_s:
-        allowed = f"must be below scenario.duration_s = {end_s:g}, when the mission is over"
-        yield ConfigurationFault(f"{key}.at_s", shown(table["at_s"]), allowed)
-
-
-def _useless(key: str, table: Raw, kind: type[DeclaredFault]) -> Iterator[ConfigurationFault]:
-    """Keys that have no effect for the kind."""
-    for name, users in users_of_keys().items():
-        if name in table and kind is not DeclaredFault and name not in kind.model_fields:
-            allowed = f"not used by kind {table.get('kind')}, only by {' and '.join(users)}: leave it out"
-            yield ConfigurationFault(f"{key}.{name}", shown(table[name]), allowed)
-    for name, allowed in kind.NOT_USED.items():
-        if name in table and not (name == "rate_per_h" and "at_s" in table):
-            yield ConfigurationFault(f"{key}.{name}", shown(table[name]), allowed)
-
-
-def _lacking(key: str, table: Raw, kind: type[DeclaredFault]) -> Iterator[ConfigurationFault]:
-    """Keys that the kind cannot do without."""
-    for name, what in kind.REQUIRED.items():
-        if name not in table:
-            yield ConfigurationFault(f"{key}.{name}", "", what)
-
-
-def overlap(one: Raw, other: Raw) -> bool:
-    """True if two faults may hold at one time."""
-    (from_s, until_s), (other_from_s, other_until_s) = _longest_s(one), _longest_s(other)
-    return from_s < other_until_s and other_from_s < until_s
-
-
-def _longest_s(table: Raw) -> tuple[float, float]:
-    """From when to when the fault holds at most."""
-    span_s, until_s = span_of(table.get("at_s")), number(table.get("until_s"))
-    return (0.0 if span_s is None else span_s[0]), (math.inf if until_s is None else until_s)
+        yield ConfigurationFault(f"{key}.vehicle", "", allowed)

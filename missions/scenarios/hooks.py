@@ -1,7 +1,4 @@
-"""What a mission answers when it is asked for the first time, before a run: whatever is wrong is said at once.
-
-Who holds what a group knows: what has to hold between the tables.
-"""
+"""Checks of the answers of a mission's hooks, made once before a run."""
 
 from __future__ import annotations
 
@@ -10,8 +7,6 @@ from typing import Any
 
 from missions.errors import ConfigurationFault
 from missions.figure import Figure, Layer, Mark, Place
-from missions.scenarios.scenario import BY_GROUPS, HELD
-from missions.scenarios.tables import Raw, entries, table_of
 from remoras.activities import Objective
 from remoras.errors import PluginError
 from remoras.htn import Domain
@@ -106,13 +101,3 @@ def _is_domain(found: Any) -> bool:
     return isinstance(found, Domain) and all(
         operator.handled_by in ELEMENTARY_TASKS for operator in found.operators.values()
     )
-
-
-def information_faults(raw: Raw) -> Iterator[ConfigurationFault]:
-    """A head can hold what its group knows only where needs follow from groups; else all vehicles need everything."""
-    if table_of(raw, "communication").get("needs_follow") == BY_GROUPS:
-        return
-    for group in entries(raw, "group"):
-        if group.get("information") == HELD:
-            remedy = f'every vehicle needs everything: set communication.needs_follow = "{BY_GROUPS}", or leave it out'
-            yield ConfigurationFault(f"group.{group.get('name')}.information", f'"{HELD}"', remedy)

@@ -6,38 +6,61 @@ manifest of a run and into the keys of a sweep. So a run is read back and repeat
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pydantic import Field, create_model
 
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.files import is_file, shown, text_of
-from missions.scenarios.tables import NotNegative, Positive, Raw, Section, Sparse, entries, one_of, table_of
+from missions.scenarios.tables import NotNegative, Positive, Section, Sparse, one_of
 from remoras.mission import Mission
 from worldmodel import OntologyError, PruneRule, Source, TBox, core_ontology_paths, read_tbox
 from worldmodel.arrivals import WAITING_BLOCKS, WAITING_S
 from worldmodel.store import prunable
 
-TABLE, FILES, TEXTS = "worldmodel", "ontology", "ontology_text"
-KEY = f"{TABLE}.{FILES}"
+if TYPE_CHECKING:
+    from missions.scenarios.scenario import Scenario
+
+KEY = "worldmodel.ontology"
 
 
-def with_ontologies(raw: Raw, folder: Path) -> tuple[Raw, list[ConfigurationFault]]:
-    """The tables with the text of the ontology files that they name, and what is wrong with the names.
+def words_of(texts: Mapping[str, str], mission: type[Mission]) -> TBox:
+    """The ontology of a scenario with all that its mission may say.
 
     Args:
-        raw: the tables as TOML has them.
+        texts: of the scenario's own ontology files, by name.
+        mission: its class.
+
+    Raises:
+        OntologyError: a file is wrong.
+    """
+    return read_tbox(*core_ontology_paths(), *mission.vocabulary, *sources_of(texts))
+
+
+def words_in(scenario: Scenario, mission: type[Mission]) -> TBox | None:
+    """The same for a scenario that is being checked; None if a file is wrong, which ``vocabulary_faults`` tells."""
+    try:
+        return words_of(scenario.worldmodel.ontology_text, mission)
+    except (OntologyError, OSError):
+        return None
+
+
+def sources_of(texts: Mapping[str, str]) -> tuple[Source, ...]:
+    """The ontology files of a scenario, from their texts by name."""
+    return tuple(Source(name, text) for name, text in texts.items())
+
+
+def with_ontologies(table: WorldModelTable, folder: Path) -> tuple[WorldModelTable, list[ConfigurationFault]]:
+    """The table with the text of the ontology files that it names, and what is wrong with the names.
+
+    Args:
+        table: of the scenario.
         folder: what names of files are relative to; a file whose text is there already is not read.
     """
-    table = table_of(raw, TABLE)
-    names, texts = table.get(FILES), table.get(TEXTS, {})
-    if names is None and not texts:
-        return raw, []
-    if not isinstance(names, list) or not all(isinstance(name, str) for name in names) or not isinstance(texts, dict):
-        return raw, []  # reported as malformed
-    faults, read = [], dict[str, Any]()
+    names, texts = table.ontology, table.ontology_text
+    faults, read = [], dict[str, str]()
     for name in names:
         if name in texts:
             read[name] = texts[name]
@@ -51,45 +74,37 @@ def with_ontologies(raw: Raw, folder: Path) -> tuple[Raw, list[ConfigurationFaul
                 faults += [ConfigurationFault(KEY, shown(name), fault.allowed) for fault in error.faults]
     for name in sorted(texts.keys() - read.keys() - set(names)):
         allowed = f"the text of no file; allowed: names in {KEY}, which are {', '.join(names) or 'none'}"
-        faults.append(ConfigurationFault(f"{TABLE}.{TEXTS}", shown(name), allowed))
-    return {**raw, TABLE: {**table, TEXTS: read}} if read else raw, faults
+        faults.append(ConfigurationFault("worldmodel.ontology_text", shown(name), allowed))
+    return table.model_copy(update={"ontology_text": read}) if read else table, faults
 
 
-def sources_of(texts: Raw) -> tuple[Source, ...]:
-    """The ontology files of a scenario, from their texts by name."""
-    return tuple(Source(name, text) for name, text in texts.items() if isinstance(text, str))
-
-
-def words_of(raw: Raw, mission: type[Mission]) -> TBox:
-    """The ontology of a scenario with all that its mission may say.
-
-    Raises:
-        OntologyError: a file is wrong.
-    """
-    own = sources_of(table_of(table_of(raw, TABLE), TEXTS))
-    return read_tbox(*core_ontology_paths(), *mission.vocabulary, *own)
-
-
-def _names_twice(raw: Raw, words: TBox) -> Iterator[ConfigurationFault]:
-    """Individuals of the ontology that are called like something of the scenario."""
-    taken = {entry.get("name"): table for table in ("vehicle", "group", "rally_point") for entry in entries(raw, table)}
-    for name in (individual.name for individual in words.individuals if individual.name in taken):
-        yield ConfigurationFault(KEY, shown(name), f"is the name of a {taken[name]}; allowed: names of their own")
-
-
-def ontology_faults(raw: Raw, mission: type[Mission]) -> Iterator[ConfigurationFault]:
-    """What is wrong with the ontology files that a scenario names, in themselves or beside the others."""
-    texts = table_of(table_of(raw, TABLE), TEXTS)
-    if not texts:
-        return
+def vocabulary_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
+    """What is wrong with the ontology files of a scenario or its mission, in themselves or beside the others."""
+    texts = scenario.worldmodel.ontology_text
     try:
-        words = words_of(raw, mission)
-        yield from _names_twice(raw, words)
-    except OntologyError as error:
-        for fault in error.faults:
+        words = words_of(texts, mission)
+    except (OntologyError, OSError) as error:
+        if not texts:
+            allowed = f"its vocabulary cannot be read: {error}"
+            yield ConfigurationFault("scenario.mission", "", allowed)
+        for fault in error.faults if texts and isinstance(error, OntologyError) else ():
             name = next((text for text in texts if fault.startswith(f"{text}: ")), None)
             given = "" if name is None else shown(name)
             yield ConfigurationFault(KEY, given, fault if name is None else fault.removeprefix(f"{name}: "))
+        return
+    taken = scenario.taken_names() if texts else {}
+    for name in (individual.name for individual in words.individuals if individual.name in taken):
+        yield ConfigurationFault(KEY, shown(name), f"is the name of a {taken[name]}; allowed: names of their own")
+    classes = [ontology_class.name for ontology_class in words.classes]
+    for number, rule in enumerate(scenario.worldmodel.prune, 1):
+        attributes = [attribute.name for attribute in prunable(words) if not attribute.latest_only]
+        said = rule.model_dump()
+        yield from one_of(f"worldmodel.prune.{number}.class", said["class"], classes)
+        yield from one_of(f"worldmodel.prune.{number}.attribute", said["attribute"], attributes)
+    known = [attribute.name for attribute in words.attributes]
+    for name in scenario.communication.needs:
+        for unknown in one_of(f"communication.needs.{name}", name, known):
+            yield ConfigurationFault(unknown.key, "", f"no attribute of the ontology; {unknown.allowed}")
 
 
 _PRUNED: dict[str, Any] = {  # `class` is no name of an attribute in Python
@@ -129,19 +144,3 @@ def pruning_of(table: WorldModelTable, tbox: TBox) -> tuple[PruneRule, ...]:
         PruneRule(tbox.class_named(r["class"]).uid, tbox.attribute_named(r["attribute"]).uid, r["older_than_s"])
         for r in rules
     )
-
-
-def knowledge_faults(raw: Raw, mission: type[Mission]) -> Iterator[ConfigurationFault]:
-    """Rules of pruning for what the ontology does not have."""
-    rules = entries(table_of(raw, "worldmodel"), "prune")
-    if not rules:
-        return
-    try:
-        tbox = words_of(raw, mission)
-    except (OntologyError, OSError):
-        return  # reported elsewhere
-    classes = [ontology_class.name for ontology_class in tbox.classes]
-    attributes = [attribute.name for attribute in prunable(tbox) if not attribute.latest_only]
-    for number, rule in enumerate(rules, 1):
-        yield from one_of(f"worldmodel.prune.{number}.class", rule.get("class"), classes)
-        yield from one_of(f"worldmodel.prune.{number}.attribute", rule.get("attribute"), attributes)

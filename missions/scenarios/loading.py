@@ -8,34 +8,39 @@ from __future__ import annotations
 import json
 import tomllib
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
-from missions.document import Document, fault_of, index_of, is_deep, key_parts
+from missions.document import (
+    Document,
+    fault_of,
+    index_of,
+    is_deep,
+    is_malformed,
+    key_parts,
+    passing_over_malformed,
+    validated,
+    well_formed,
+)
 from missions.errors import LONGEST_VALUE, ConfigurationFault, cut
 from missions.files import MOST_LEVELS, SCENARIO, TOO_DEEP, LimitError, parsed, shipped
-from missions.scenarios.channel import leave_aside, with_link_file_found
+from missions.scenarios.channel import FILE_KEYS, leave_aside, with_link_file_found
 from missions.scenarios.checks import cross_faults, job_faults
-from missions.scenarios.communication import with_key_found
-from missions.scenarios.copies import with_abilities, with_copies, with_starts_apart
-from missions.scenarios.deployment import guard_faults
-from missions.scenarios.equipment import gear_of
+from missions.scenarios.copies import of_copies, with_copies, with_starts_apart
+from missions.scenarios.equipment import sensor_kind, sensor_settings, with_abilities
 from missions.scenarios.knowledge import KEY as ONTOLOGIES
 from missions.scenarios.knowledge import with_ontologies
 from missions.scenarios.modem import with_modem_read
 from missions.scenarios.named import with_files_found
 from missions.scenarios.organisation import ORGANISATION, specified, with_organisation
-from missions.scenarios.parts import mission_class, sensor_kind, sensor_settings
-from missions.scenarios.scenario import Scenario
-from missions.scenarios.tables import Raw, entries, table_of
+from missions.scenarios.parts import mission_class
+from missions.scenarios.scenario import MAX_VEHICLES, Scenario, VehicleTable
 from remoras.errors import PluginError
 from remoras.mission import Mission
-
-MOST_VEHICLES = 64
-"""Most vehicles of a scenario that is one fleet: as many as there are TDMA slots."""
 
 
 def load(name_or_path: str, overrides: Sequence[tuple[str, str]] = ()) -> Scenario:
@@ -57,112 +62,136 @@ def load(name_or_path: str, overrides: Sequence[tuple[str, str]] = ()) -> Scenar
 def scenario_from(document: Document, overrides: Sequence[tuple[str, str]] = ()) -> Scenario:
     """The scenario that a document is; see ``load``."""
     faults = list(_contradictions(overrides))
+    options = {".".join(key_parts(text.partition("=")[0].strip())): option for option, text in overrides}
+
+    def folder(key: str) -> Path:
+        """Folder that the path below a key starts from: the working folder if an option gives it."""
+        is_given = not options.keys().isdisjoint({key, key.partition(".")[0]})
+        return Path() if is_given else Path(document.path).parent
+
     chosen = [(option, text) for option, text in overrides if text.partition("=")[0].strip() == ORGANISATION]
     faults += [fault for option, text in chosen if (fault := _override(document.raw, option, text)) is not None]
-    options = {".".join(key_parts(text.partition("=")[0].strip())): option for option, text in overrides}
     document, more = with_organisation(document)
     faults += more
     if any(fault.key == ORGANISATION for fault in more):  # most of a scenario rests on its groups
         raise document.error(faults, options)
-    raw = document.raw
-    own_channel = dict(table_of(raw, "channel"))
+    own_channel = document.raw.get("channel")
+    own_name = own_channel.get("name") if isinstance(own_channel, dict) else None
     others = (override for override in overrides if override not in chosen)
-    faults += [fault for option, text in others if (fault := _override(raw, option, text)) is not None]
-    faults += leave_aside(own_channel, raw, options)
-    raw = with_link_file_found(raw, Path(document.path).parent, options)
-    raw = with_key_found(raw, Path() if "communication.key_file" in options else Path(document.path).parent)
-    document, raw, more = with_modem_read(document, raw, options)
+    faults += [fault for option, text in others if (fault := _override(document.raw, option, text)) is not None]
+    faults += leave_aside(own_name, document.raw.get("channel"), options)
+    document, more = with_modem_read(document, folder("communication.modem"))
     faults += more
-    raw = with_files_found(raw, Path(document.path).parent, options)
-    worded, more = with_ontologies(raw, Path() if ONTOLOGIES in options else Path(document.path).parent)
+    raw = with_files_found(document.raw, Path(document.path).parent, options)
+    written = specified(raw)
+    mission, more = _mission_of(raw)
+    faults += [*written.faults, *more]
+    scenario, more = _validated(replace(document, raw={**raw, **written.raw}), mission)
     faults += more
-    copies = with_copies(with_starts_apart(worded))
-    if (n := len(entries(copies.raw, "vehicle"))) > MOST_VEHICLES:  # more would take the checks of pairs for ever
-        faults.append(ConfigurationFault("vehicle", "", f"{n} vehicles; allowed: up to {MOST_VEHICLES}"))
-        raise document.error(faults, options)
-    specification = specified(copies.raw)
-    faults += [*copies.faults, *specification.faults]
-    mission, more = _mission_of(specification.raw)
+    if len(getattr(scenario, "vehicle", ())) > MAX_VEHICLES:  # more would take the checks of pairs for ever
+        allowed = f"{len(scenario.vehicle)} vehicles; allowed: up to {MAX_VEHICLES}"
+        raise document.error([*faults, ConfigurationFault("vehicle", "", allowed)], options)
+    if hasattr(scenario, "channel"):
+        key = f"channel.{FILE_KEYS.get(scenario.channel.name, '')}"
+        is_other = key in options and "channel.sha256" not in options
+        channel = with_link_file_found(scenario.channel, folder(key), is_other)
+        scenario = scenario.model_copy(update={"channel": channel})
+    if hasattr(scenario, "communication") and (file := scenario.communication.key_file):
+        path = str((folder("communication.key_file") / file).resolve())
+        communication = scenario.communication.model_copy(update={"key_file": path})
+        scenario = scenario.model_copy(update={"communication": communication})
+    if hasattr(scenario, "worldmodel"):
+        table, more = with_ontologies(scenario.worldmodel, folder(ONTOLOGIES))
+        scenario, faults = scenario.model_copy(update={"worldmodel": table}), [*faults, *more]
+    scenario, copies, is_whole, more = _completed(scenario, mission)
     faults += more
-    able = with_abilities(specification.raw, gear_of(specification.raw, mission))
-    tables, more = _completed(able, mission)
-    faults += more
-    scenario, more = _validated(document, tables, mission)
-    faults += more
-    known = {(fault.key, fault.given) for fault in faults}
-    faults += [fault for fault in cross_faults(tables, mission) if (fault.key, fault.given) not in known]
-    if not faults and scenario is not None and mission is not None:
-        faults += [*job_faults(scenario, mission), *guard_faults(scenario)]
-    if faults or scenario is None:
-        raise document.error(copies.attributed(specification.attributed(faults)), options)
+    told = {fault.key for fault in faults}
+    faults += [fault for fault in cross_faults(scenario, mission if is_whole else None) if fault.key not in told]
+    if not faults and mission is not None:
+        faults += job_faults(scenario, mission)
+    if faults:
+        raise document.error(written.attributed(of_copies(faults, scenario, copies)), options)
     return scenario.model_copy(update={"fleet": None, "organisation": None})
 
 
-def _mission_of(raw: Raw) -> tuple[type[Mission] | None, list[ConfigurationFault]]:
+def _mission_of(raw: Mapping[str, Any]) -> tuple[type[Mission] | None, list[ConfigurationFault]]:
     """The class of the mission, or what is wrong with its name."""
-    reference = table_of(raw, "scenario").get("mission")
+    about = raw.get("scenario")
+    reference = about.get("mission") if isinstance(about, dict) else None
     if not isinstance(reference, str):
-        return None, []  # reported as a missing or malformed key
+        return None, []  # told as a missing or malformed key
     try:
         return mission_class(reference), []
     except PluginError as error:
-        return None, [ConfigurationFault("scenario.mission", f'"{reference}"', str(error))]
+        return None, [ConfigurationFault("scenario.mission", "", str(error))]
 
 
-def _completed(raw: Raw, mission: type[Mission] | None) -> tuple[Raw, list[ConfigurationFault]]:
-    """The tables with what the mission adds to them, or what is wrong with how it does."""
-    if mission is None:
-        return raw, []
+def _completed(
+    scenario: Scenario, mission: type[Mission] | None
+) -> tuple[Scenario, list[str], bool, list[ConfigurationFault]]:
+    """A scenario with what follows from its tables.
+
+    Returns:
+        The scenario; names of copies in its fleet; True if nothing is lacking for a malformed table; faults.
+    """
+    copies, faults, is_whole = list[str](), list[ConfigurationFault](), False
+    with passing_over_malformed():
+        scenario = with_starts_apart(scenario)
     try:
-        return mission.completed(raw), []
-    except Exception as error:  # it may be somebody else's class
-        reference = table_of(raw, "scenario").get("mission")
-        allowed = f"its completed must pass malformed values over, but raised {type(error).__name__}: {error}"
-        return raw, [ConfigurationFault("scenario.mission", f'"{reference}"', allowed)]
+        scenario, copies, faults = with_copies(scenario)
+        if mission is not None:
+            scenario = mission.completed(with_abilities(scenario, mission))
+        is_whole = True
+    except Exception as error:  # the mission may be somebody else's class
+        if not is_malformed(error):
+            faults.append(_raised(error))
+        elif not copies and getattr(scenario, "fleet", True):
+            scenario.__dict__.pop("vehicle", None)  # it lacks the copies
+    return scenario, copies, is_whole, faults
 
 
-def _validated(
-    document: Document, raw: Raw, mission: type[Mission] | None
-) -> tuple[Scenario | None, list[ConfigurationFault]]:
-    """The tables as values, or the faults of single values; keys that an unknown mission may have are passed over."""
+def _raised(error: Exception) -> ConfigurationFault:
+    if isinstance(error, ValidationError):
+        fault = fault_of(error.errors()[0], Scenario, {})
+        allowed = f"{fault.key} = {fault.given} of what its completed adds: {fault.allowed}"
+    else:
+        why = f"raised {type(error).__name__}: {error}"
+        allowed = f"its completed must take every scenario whose tables are well-formed, but {why}"
+    return ConfigurationFault("scenario.mission", "", allowed)
+
+
+def _validated(document: Document, mission: type[Mission] | None) -> tuple[Scenario, list[ConfigurationFault]]:
+    """The well-formed tables, sensors by their kinds, and what is wrong with the others."""
     model: type[Scenario] = Scenario if mission is None else mission.Scenario
-    faults = [] if mission is None else _all_sensor_faults(raw, mission)
-    try:
-        return model.model_validate_json(json.dumps(raw, default=str), strict=True), faults
-    except ValidationError as error:
-        passed_over = ("extra_forbidden",) if mission is None else ()
-        return None, faults + document.faults_of(error, model, raw, passed_over)
+    scenario, faults = validated(model, document.raw, passes_over_unknown=mission is None)
+    if mission is not None and (found := [*well_formed(lambda: _sensor_faults(scenario, mission))]):
+        scenario.__dict__.pop("vehicle")
+        faults += found
+    return scenario, faults
 
 
-def _all_sensor_faults(raw: Raw, mission: type[Mission]) -> list[ConfigurationFault]:
-    """What is wrong with the tables of sensors, each by the kind that it names."""
-    faults: list[ConfigurationFault] = []
-    for vehicle in entries(raw, "vehicle"):
-        given, key = vehicle.get("sensor"), f"vehicle.{vehicle.get('name')}.sensor"
-        if isinstance(given, dict):
-            faults += _sensor_faults(key, given, mission)
-        tables = entries(vehicle, "sensor")
-        for number, table in enumerate(tables, 1):
-            faults += _sensor_faults(f"{key}.{table.get('name', number)}", table, mission)
-        first = next(iter(mission.sensors), "")
-        names = Counter(str(table.get("name") or table.get("type") or first) for table in tables)
-        for name, count in names.items():
-            if count > 1:
-                allowed = f"{count} sensors of this name, by which activities switch them on; give each its own name"
-                faults.append(ConfigurationFault(key, f'"{name}"', allowed))
-    return faults
+def _sensor_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
+    for vehicle in scenario.vehicle:
+        yield from _sensors(vehicle, mission)
 
 
-def _sensor_faults(key: str, table: Raw, mission: type[Mission]) -> list[ConfigurationFault]:
-    try:
-        found = sensor_settings(table, mission.sensors)
-        if not isinstance(found, ValidationError):
-            return []
-        kind = sensor_kind(str(table.get("type", "")), mission.sensors)
-    except PluginError as error:
-        return [ConfigurationFault(f"{key}.type", json.dumps(table.get("type", "")), str(error))]
-    faults = [fault_of(detail, kind, table) for detail in found.errors()]
-    return [ConfigurationFault(f"{key}.{fault.key}", fault.given, fault.allowed) for fault in faults]
+def _sensors(vehicle: VehicleTable, mission: type[Mission]) -> Iterator[ConfigurationFault]:
+    """What is wrong with the tables of the sensors of a vehicle, each by the kind that it names."""
+    key = f"vehicle.{vehicle.name}.sensor"
+    for number, table in enumerate(vehicle.sensor, 1):
+        at = f"{key}.{table.get('name', number)}" if len(vehicle.sensor) > 1 else key
+        try:
+            found = sensor_settings(table, mission.sensors)
+            if isinstance(found, ValidationError):
+                kind = sensor_kind(str(table.get("type", "")), mission.sensors)
+                for fault in (fault_of(detail, kind, table) for detail in found.errors()):
+                    yield ConfigurationFault(f"{at}.{fault.key}", fault.given, fault.allowed)
+        except PluginError as error:
+            yield ConfigurationFault(f"{at}.type", json.dumps(table.get("type", "")), str(error))
+    for name, count in Counter(vehicle.sensor_names(next(iter(mission.sensors), ""))).items():
+        if count > 1:
+            allowed = f"{count} sensors of this name, by which activities switch them on; give each its own name"
+            yield ConfigurationFault(key, f'"{name}"', allowed)
 
 
 def _contradictions(overrides: Sequence[tuple[str, str]]) -> Iterator[ConfigurationFault]:

@@ -6,31 +6,22 @@ the scenario is: its table becomes part of the scenario, goes into the manifest 
 
 from __future__ import annotations
 
-import json
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-from pydantic import Field, ValidationError
+from pydantic import Field
 
 from exchange.acoustics.modems import MEASURED, Modem, modem_of, modems
 from missions.document import Document
 from missions.errors import ConfigurationFault
 from missions.files import LARGEST_BYTES, is_file, shown, text_of
-from missions.scenarios.tables import (
-    NotNegative,
-    Positive,
-    Probability,
-    Raw,
-    Section,
-    is_number,
-    list_of,
-    one_of,
-    point_of,
-    table_of,
-)
+from missions.scenarios.tables import NotNegative, Positive, Probability, Section, one_of
+
+if TYPE_CHECKING:
+    from missions.scenarios.scenario import Scenario
 
 TABLE, KEY = "modem", "communication.modem"
 """Table of a scenario that has a user's own modems by name; and the key that names the one in use."""
@@ -77,6 +68,28 @@ class ModemTable(Section):
     unverified: tuple[str, ...] = Field((), description="keys of this table whose values are estimates")
     equipment: str = Field("AcousticModem", description="class of the ontology that it is of")
 
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        """Frames larger than packets, a band in the wrong order, a curve that is missing, in vain, or out of order."""
+        if self.frame_bytes is not None and self.frame_bytes > self.payload_bytes:
+            yield "frame_bytes", f"allowed: up to payload_bytes = {self.payload_bytes}"
+        if self.band_khz is not None and self.band_khz[0] >= self.band_khz[1]:
+            yield "band_khz", "the lower end must come first"
+        curve, is_measured = self.per_at_snr, self.modulation == MEASURED
+        if is_measured and len(curve) < 2:
+            yield CURVE, f'{len(curve)} points; modulation = "{MEASURED}" needs 2 or more, [[snr_db, per], ...]'
+        if curve and not is_measured:
+            yield CURVE, f'has an effect with modulation = "{MEASURED}" alone'
+        for (before_db, _), (snr_db, _) in pairwise(curve):
+            if snr_db <= before_db:
+                yield CURVE, f"{snr_db:g} dB comes behind {before_db:g} dB; sort its points by rising SNR, each once"
+                break
+        for marked in self.unverified:
+            yield from _allowed("unverified", marked, sorted(self.model_fields_set - {"unverified"}))
+
+
+def _allowed(key: str, given: str, names: Sequence[str]) -> Iterator[tuple[str, str]]:
+    yield from ((key, fault.allowed) for fault in one_of(key, given, names))
+
 
 def modem_named(name: str, own: Mapping[str, ModemTable]) -> Modem:
     """The profile of a modem, one of a checked scenario's own or a shipped one.
@@ -87,93 +100,55 @@ def modem_named(name: str, own: Mapping[str, ModemTable]) -> Modem:
     return modem_of(name, own[name].model_dump(mode="json", exclude_none=True)) if name in own else modems()[name]
 
 
-def modem_in(raw: Raw) -> Modem | None:
-    """The modem that tables name which are not checked yet; None if there is none, or if its own table is malformed."""
-    name, own = table_of(raw, "communication").get("modem"), table_of(raw, TABLE)
-    if not isinstance(name, str) or name not in own:
-        return modems().get(str(name))
-    try:
-        table = ModemTable.model_validate_json(json.dumps(own[name], default=str), strict=True)
-        return modem_named(name, {name: table})
-    except ValidationError:
-        return None
+def modem_in(scenario: Scenario) -> Modem | None:
+    """The modem of a scenario that is being checked; None if there is none of the name."""
+    name, own = scenario.communication.modem, scenario.modem
+    return modem_named(name, own) if name in {**own, **modems()} else None
 
 
-def with_modem_read(
-    document: Document, raw: dict[str, Any], options: Collection[str]
-) -> tuple[Document, dict[str, Any], list[ConfigurationFault]]:
-    """A scenario with the modem of the file that ``communication.modem`` names, or what is wrong with the file.
+def with_modem_read(document: Document, folder: Path) -> tuple[Document, list[ConfigurationFault]]:
+    """A scenario with the modem of the file that ``communication.modem`` names, and what is wrong with the file.
 
     Args:
-        document: the scenario, whose place its files are relative to.
-        raw: its tables with overrides applied.
-        options: dotted keys of the overrides; a file that one of them names is looked for in the current folder.
+        document: the scenario with overrides applied.
+        folder: that the path of the file starts from.
 
     Returns:
-        The document with that file as a part of it; tables in which the modem is one of the scenario's own; faults.
+        The document with that file as a part of it, in which the modem is one of the scenario's own; faults.
 
     Raises:
         ConfigurationError: the file cannot be read, or is not TOML.
     """
-    communication: Mapping[str, Any] = table_of(raw, "communication")
-    given = communication.get("modem")
-    if not isinstance(given, str) or not given.endswith(".toml"):
-        return document, raw, []
-    path = (Path() if {KEY, "communication"} & set(options) else Path(document.path).parent) / given
+    communication, own = document.raw.get("communication"), document.raw.get(TABLE, {})
+    given = communication.get("modem") if isinstance(communication, dict) else None
+    if not isinstance(communication, dict) or not isinstance(given, str) or not given.endswith(".toml"):
+        return document, []
+    path = folder / given
     if not is_file(path):
         allowed = f"there is no file {path}; allowed: a TOML file with one [modem.NAME], or {', '.join(modems())}"
-        return document, raw, [ConfigurationFault(KEY, shown(given), allowed)]
+        return document, [ConfigurationFault(KEY, shown(given), allowed)]
     part = Document.of_text(text_of(path, LARGEST_BYTES), str(path))
-    found, own = table_of(part.raw, TABLE), table_of(raw, TABLE)
-    if set(part.raw) != {TABLE} or len(found) != 1:
+    found: Any = part.raw.get(TABLE)
+    if set(part.raw) != {TABLE} or not isinstance(found, dict) or len(found) != 1 or not isinstance(own, dict):
         allowed = f"{path} must hold one table [modem.NAME] and nothing else"
-        return document, raw, [ConfigurationFault(KEY, shown(given), allowed)]
+        return document, [ConfigurationFault(KEY, shown(given), allowed)]
     (name,) = found
     faults = []
     if name in own:
         key, allowed = f"{TABLE}.{name}", f"{path} has one of this name, too; rename one of them"
         faults.append(ConfigurationFault(key, "", allowed, document.line_of(key), document.path))
-    tables = {**raw, TABLE: {**own, **found}, "communication": {**communication, "modem": name}}
-    return replace(document, parts=(*document.parts, part)), tables, faults
+    raw = {**document.raw, TABLE: {**own, **found}, "communication": {**communication, "modem": name}}
+    return replace(document, raw=raw, parts=(*document.parts, part)), faults
 
 
-def modem_faults(raw: Raw) -> Iterator[ConfigurationFault]:
-    """A modem that is none of those known, and what has to hold within the tables of a user's own."""
-    own = table_of(raw, TABLE)
-    yield from one_of(KEY, table_of(raw, "communication").get("modem"), list({**own, **modems()}))
-    for name, table in own.items():
-        if isinstance(table, dict):
-            yield from _faults_of(name, table)
-
-
-def _faults_of(name: str, table: Raw) -> Iterator[ConfigurationFault]:
-    key = f"{TABLE}.{name}"
-    if name in modems():
-        yield ConfigurationFault(key, "", "is the name of a shipped profile; give it another")
-    frame_bytes, payload_bytes = table.get("frame_bytes"), table.get("payload_bytes")
-    if is_number(frame_bytes) and is_number(payload_bytes) and frame_bytes > payload_bytes:
-        allowed = f"allowed: up to payload_bytes = {payload_bytes}"
-        yield ConfigurationFault(f"{key}.frame_bytes", shown(frame_bytes), allowed)
-    for low_khz, high_khz in point_of(table, "band_khz"):
-        if low_khz >= high_khz:
-            yield ConfigurationFault(f"{key}.band_khz", shown([low_khz, high_khz]), "the lower end must come first")
-    yield from _curve_faults(key, table)
-    for marked in list_of(table, "unverified"):
-        yield from one_of(f"{key}.unverified", marked, sorted(table.keys() - {"unverified"}))
-
-
-def _curve_faults(key: str, table: Raw) -> Iterator[ConfigurationFault]:
-    """A table of losses that is missing, in vain, or out of order."""
-    curve, is_measured = list_of(table, CURVE), table.get("modulation") == MEASURED
-    if is_measured and len(curve) < 2:
-        allowed = f'{len(curve)} points; modulation = "{MEASURED}" needs 2 or more, [[snr_db, per], ...]'
-        yield ConfigurationFault(f"{key}.{CURVE}", "", allowed)
-    if curve and not is_measured:
-        allowed = f'has an effect with modulation = "{MEASURED}" alone'
-        yield ConfigurationFault(f"{key}.{CURVE}", shown(table[CURVE]), allowed)
-    ratios_db = [point[0] for point in curve if isinstance(point, list) and point and is_number(point[0])]
-    for before_db, snr_db in pairwise(ratios_db):
-        if snr_db <= before_db:
-            allowed = f"{snr_db:g} dB comes behind {before_db:g} dB; sort its points by rising SNR, each once"
-            yield ConfigurationFault(f"{key}.{CURVE}", shown(curve), allowed)
-            return
+def modem_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
+    """A modem that is none of those known, one of a taken name, and a power that its profile does not have."""
+    communication, own = scenario.communication, scenario.modem
+    yield from one_of(KEY, communication.modem, list({**own, **modems()}))
+    for name in own.keys() & modems():
+        yield ConfigurationFault(f"{TABLE}.{name}", "", "is the name of a shipped profile; give it another")
+    modem = modem_in(scenario)
+    counts = communication.count_listening and communication.receive_power_w is None
+    if counts and modem is not None and modem.receive_w is None:
+        allowed = f"the profile {modem.name} has no receive_w; set communication.receive_power_w (W)"
+        yield ConfigurationFault("communication.count_listening", "", allowed)

@@ -8,17 +8,19 @@ from __future__ import annotations
 
 import importlib.util
 import re
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from missions.errors import ConfigurationFault
 from missions.figure import Declared, Figure, faults_of_figure
 from missions.files import is_file, is_named, shown
 from missions.metric import Metric, faults_of_metric
-from missions.scenarios.tables import Raw, list_of, table_of
 from remoras.errors import PluginError
 from remoras.plugins import asked_for, look_in, named_object, refuse_unshipped
+
+if TYPE_CHECKING:
+    from missions.scenarios.scenario import Scenario
 
 METRICS = "scenario.metrics"
 """Key of a scenario that names metrics of one's own."""
@@ -134,7 +136,7 @@ def with_figures(
     return names, figures
 
 
-def with_files_found(raw: Raw, folder: Path, overridden: Collection[str] = ()) -> dict[str, Any]:
+def with_files_found(raw: Mapping[str, Any], folder: Path, overridden: Collection[str] = ()) -> dict[str, Any]:
     """Tables in which every object of a file is named by its module, as worker processes and results name it.
 
     What cannot be had stays, and is reported where it is looked for.
@@ -162,11 +164,10 @@ def with_files_found(raw: Raw, folder: Path, overridden: Collection[str] = ()) -
     return tables
 
 
-def metric_faults(raw: Raw) -> Iterator[ConfigurationFault]:
+def metric_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
     """Metrics of a scenario that cannot be had."""
-    for reference in list_of(table_of(raw, "scenario"), "metrics"):
-        if isinstance(reference, str):
-            try:
-                metric_named(reference)
-            except PluginError as error:
-                yield ConfigurationFault(METRICS, shown(reference), str(error))
+    for reference in scenario.scenario.metrics:
+        try:
+            metric_named(reference)
+        except PluginError as error:
+            yield ConfigurationFault(METRICS, shown(reference), str(error))

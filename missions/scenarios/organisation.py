@@ -13,24 +13,28 @@ Groups that are formed at sea: what has to hold of ``formed_by``.
 
 from __future__ import annotations
 
-import json
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
-from pydantic import Field, ValidationError
+from pydantic import Field
 
-from missions.document import Document
+from missions.document import Document, validated
 from missions.errors import ConfigurationFault
 from missions.files import LARGEST_BYTES, is_file, shown, text_of
-from missions.scenarios.copies import Gear, able_to_play, can_play, lacking
-from missions.scenarios.scenario import GroupTable
-from missions.scenarios.tables import Raw, Section, entries, list_of, names_of, one_of, table_of, text_at
+from missions.scenarios.equipment import lacking
+from missions.scenarios.scenario import GroupTable, Role, Scenario
+from missions.scenarios.tables import Section, one_of
 from remoras.faults import HEAD_OF
 from remoras.mission import Mission
+from remoras.organisation import RoleKey
 from worldmodel import ontology_path
+
+Raw = Mapping[str, Any]
+"""A table as TOML has it, not checked yet."""
+Name = TypeVar("Name", bound=Hashable)
 
 GROUP, TEMPLATE, ROLE = "group", "group_template", "role"
 TABLES = (GROUP, TEMPLATE, ROLE)
@@ -87,6 +91,17 @@ class Specification:
             source = ".".join([layer.key, *rest])
             return source, "" if source == key else ".".join(parts[1:length:2])
         return key, ""
+
+
+def entries(raw: Raw, key: str) -> list[Raw]:
+    """The tables of a list of tables; what is none is passed over."""
+    found = raw.get(key, [])
+    return [e for e in found if isinstance(e, dict)] if isinstance(found, list) else []
+
+
+def names_of(raw: Raw, key: str) -> list[str]:
+    """Names of the tables of a list."""
+    return [e["name"] for e in entries(raw, key) if isinstance(e.get("name"), str)]
 
 
 def specified(raw: Raw) -> Specification:
@@ -261,92 +276,93 @@ def _joined(tables: Sequence[Raw]) -> dict[str, Any]:
 NO_LEADER = "the group has no vehicle with the social layer to lead it: set social_layer = true for one of {names}"
 
 
-def organisation_faults(raw: Raw, gear: Gear) -> Iterator[ConfigurationFault]:
-    """All faults between groups, their roles, and those who are to play them.
-
-    Args:
-        raw: tables of a scenario, its groups written out.
-        gear: of the mission.
-    """
-    for check in (structure_faults, _rally_points, _players_of_both, _successors):
-        yield from check(raw)
-    yield from _players(raw, gear)
+def organisation_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
+    """All faults between groups, their roles, and the vehicles that are to play them."""
+    yield from structure_faults(scenario.group, scenario.group_template)
+    rallies = [point.name for point in scenario.rally_point]
+    for group in scenario.group:
+        yield from one_of(f"group.{group.name}.rally_point", group.rally_point, rallies)
+    yield from _players_of_both(scenario)
+    yield from _successors(scenario)
 
 
-def structure_faults(raw: Raw) -> Iterator[ConfigurationFault]:
-    """Faults of groups and roles alone, whoever plays them and wherever they meet."""
-    for check in (_heads, _names_of_roles, _cardinalities, _played_by_cycles, _excluded_by_itself, _nesting):
-        yield from check(raw)
+def structure_faults(groups: Sequence[GroupTable], templates: Sequence[Raw]) -> Iterator[ConfigurationFault]:
+    """Faults of groups and roles alone, whichever vehicles play them and wherever they meet."""
+    roles = {(group.name, role.name): role for group in groups for role in group.role}
+    for group in groups:
+        yield from _head(group)
+        yield from _names_of_roles(group, roles)
+    yield from _played_by(roles)
+    yield from _nesting(groups, templates)
 
 
-def _roles(raw: Raw) -> dict[str, Raw]:
-    """Tables of all roles by ``Group.Role``."""
-    found = [(group, role) for group in entries(raw, "group") for role in entries(group, "role")]
-    return {f"{group.get('name')}.{role.get('name')}": role for group, role in found}
-
-
-def _key(path: str) -> str:
+def role_key(path: str) -> RoleKey:
+    """The names in ``Group.Role``."""
     group, _, role = path.partition(".")
-    return f"group.{group}.role.{role}"
+    return group, role
+
+
+def _at(role: RoleKey) -> str:
+    """Key of a role in a file."""
+    return f"group.{role[0]}.role.{role[1]}"
 
 
 # Structure ---------------------------------------------------------------------------------------
 
 
-def _heads(raw: Raw) -> Iterator[ConfigurationFault]:
-    for group in entries(raw, "group"):
-        prefix = f"group.{group.get('name')}"
-        heads = [role for role in entries(group, "role") if role.get("head")]
-        if len(heads) != 1 or not heads[0].get("founding"):
-            yield ConfigurationFault(
-                f"{prefix}.role", f"{len(heads)} heads", "one role must be head = true and founding = true"
-            )
-        elif heads[0].get("maximum") != 1:
-            given = shown(heads[0]["maximum"]) if "maximum" in heads[0] else ""
-            allowed = "allowed: 1" if given else "missing; allowed: 1"
-            key = f"{prefix}.role.{heads[0].get('name')}.maximum"
-            yield ConfigurationFault(key, given, f"{allowed}, since a group has one head")
+def _head(group: GroupTable) -> Iterator[ConfigurationFault]:
+    heads = [role for role in group.role if role.head]
+    if len(heads) != 1 or not heads[0].founding:
+        allowed = "one role must be head = true and founding = true"
+        yield ConfigurationFault(f"group.{group.name}.role", f"{len(heads)} heads", allowed)
+    elif heads[0].maximum != 1:
+        allowed = "missing; allowed: 1" if heads[0].maximum is None else "allowed: 1"
+        key = f"{_at((group.name, heads[0].name))}.maximum"
+        yield ConfigurationFault(key, "", f"{allowed}, since a group has one head")
 
 
-def _names_of_roles(raw: Raw) -> Iterator[ConfigurationFault]:
-    """Roles that roles name: by whom they are played, whom they influence, exclude and have authority over."""
-    paths = list(_roles(raw))
-    for group in entries(raw, "group"):
-        names = names_of(group, "role")
-        for role in entries(group, "role"):
-            key = f"group.{group.get('name')}.role.{role.get('name')}"
-            yield from one_of(f"{key}.played_by", role.get("played_by"), paths)
-            for word, allowed in (
-                ("influences", names), ("authority", names), ("incompatible", [*names, *paths]),
-            ):  # fmt: skip
-                for other in list_of(role, word):
-                    yield from one_of(f"{key}.{word}", other, allowed)
-            own = role.get("name"), f"{group.get('name')}.{role.get('name')}"
-            for other in (name for name in list_of(role, "incompatible") if name in own):
-                yield ConfigurationFault(f"{key}.incompatible", shown(other), "allowed: other roles than itself")
+def _names_of_roles(group: GroupTable, roles: Mapping[RoleKey, Role]) -> Iterator[ConfigurationFault]:
+    """Roles that roles name: by which they are played, which they influence, exclude and have authority over."""
+    paths, names = [".".join(key) for key in roles], group.role_names
+    for name, count in Counter(names).items():
+        if count > 1:
+            yield ConfigurationFault(_at((group.name, name)), "", f"listed {count} times")
+    for role in group.role:
+        key = _at((group.name, role.name))
+        yield from one_of(f"{key}.played_by", role.played_by, paths)
+        for word, allowed in (("influences", names), ("authority", names), ("incompatible", [*names, *paths])):
+            for other in getattr(role, word):
+                yield from one_of(f"{key}.{word}", other, allowed)
+        for other in {role.name, f"{group.name}.{role.name}"}.intersection(role.incompatible):
+            yield ConfigurationFault(f"{key}.incompatible", shown(other), "allowed: other roles than itself")
 
 
-def _cardinalities(raw: Raw) -> Iterator[ConfigurationFault]:
-    for path, role in _roles(raw).items():
-        minimum, maximum = role.get("minimum", 0), role.get("maximum")
-        if isinstance(minimum, int) and isinstance(maximum, int) and minimum > maximum:
-            yield ConfigurationFault(f"{_key(path)}.minimum", str(minimum), f"allowed: 0 to maximum = {maximum}")
-
-
-def _played_by_cycles(raw: Raw) -> Iterator[ConfigurationFault]:
-    roles = _roles(raw)
-    above = {path: other for path, role in roles.items() if (other := text_at(role, "played_by")) in roles}
+def _played_by(roles: Mapping[RoleKey, Role]) -> Iterator[ConfigurationFault]:
+    """Roles that wait for their own holder, or are incompatible with one that their holder has to play."""
+    above = {key: other for key, role in roles.items() if (other := role_key(role.played_by or "")) in roles}
     for cycle in _cycles(above):
-        allowed = f"a cycle: {' is played by '.join([*cycle, cycle[0]])}; a role cannot wait for its own holder"
-        yield ConfigurationFault(f"{_key(cycle[0])}.played_by", shown(above[cycle[0]]), allowed)
+        line = " is played by ".join(".".join(key) for key in [*cycle, cycle[0]])
+        allowed = f"a cycle: {line}; a role cannot wait for its own holder"
+        yield ConfigurationFault(f"{_at(cycle[0])}.played_by", "", allowed)
+    apart = excluded(roles)
+    for key in roles:
+        line_up = [key]
+        while (other := above.get(line_up[-1], key)) not in line_up:
+            line_up.append(other)
+            if other in apart[key]:
+                own = {".".join(other), *([other[1]] if other[0] == key[0] else [])}
+                holder, named = (key, other) if not own.isdisjoint(roles[key].incompatible) else (other, key)
+                played = " is played by ".join(".".join(one) for one in line_up)
+                allowed = f"its holder has to play both: {played}"
+                yield ConfigurationFault(f"{_at(holder)}.incompatible", shown(".".join(named)), allowed)
 
 
-def _cycles(above: Mapping[str, str]) -> list[list[str]]:
+def _cycles(above: Mapping[Name, Name]) -> list[list[Name]]:
     """Cycles of names of which each has one above it, each once."""
-    found: list[list[str]] = []
-    done: set[str] = set()
+    found: list[list[Name]] = []
+    done: set[Name] = set()
     for start in above:
-        line: list[str] = []
+        line: list[Name] = []
         name = start
         while name in above and name not in done and name not in line:
             line.append(name)
@@ -357,157 +373,125 @@ def _cycles(above: Mapping[str, str]) -> list[list[str]]:
     return found
 
 
-def excluded(raw: Raw) -> dict[str, set[str]]:
-    """For each role, by ``Group.Role``, those that its holders may not play; in both directions."""
-    roles = _roles(raw)
-    found: dict[str, set[str]] = {path: set() for path in roles}
-    for path, role in roles.items():
-        group = path.split(".")[0]
-        for name in map(str, list_of(role, "incompatible")):
-            other = name if name in roles else f"{group}.{name}"
-            if other in roles and other != path:
-                found[path].add(other)
-                found[other].add(path)
+def excluded(roles: Mapping[RoleKey, Role]) -> dict[RoleKey, set[RoleKey]]:
+    """For each role, those that its holders may not play; in both directions."""
+    found: dict[RoleKey, set[RoleKey]] = {key: set() for key in roles}
+    for key, role in roles.items():
+        for name in role.incompatible:
+            other = role_key(name) if role_key(name) in roles else (key[0], name)
+            if other in roles and other != key:
+                found[key].add(other)
+                found[other].add(key)
     return found
 
 
-def _excluded_by_itself(raw: Raw) -> Iterator[ConfigurationFault]:
-    """Roles that are incompatible with one that their holder has to play."""
-    roles, apart = _roles(raw), excluded(raw)
-    for path, role in roles.items():
-        line = [path]
-        while (above := text_at(roles[line[-1]], "played_by")) in roles and above not in line:
-            line.append(above)
-        for other in line[1:]:
-            if other in apart[path]:
-                holder = path if _lists(role, path, other) else other
-                allowed = f"its holder has to play both: {' is played by '.join(line[: line.index(other) + 1])}"
-                given = shown(other if holder == path else path)
-                yield ConfigurationFault(f"{_key(holder)}.incompatible", given, allowed)
-
-
-def _lists(role: Raw, path: str, other: str) -> bool:
-    group, _, name = other.partition(".")
-    same = path.startswith(f"{group}.")
-    return not {other, *([name] if same else [])}.isdisjoint(map(str, list_of(role, "incompatible")))
-
-
-def _nesting(raw: Raw) -> Iterator[ConfigurationFault]:
+def _nesting(listed: Sequence[GroupTable], templates: Sequence[Raw]) -> Iterator[ConfigurationFault]:
     """Groups within groups: which there are, that none is within itself, and how many there may be."""
-    groups = {str(group.get("name")): group for group in entries(raw, "group")}
+    groups = {group.name: group for group in listed}
     for name, group in groups.items():
-        yield from one_of(f"group.{name}.within", group.get("within"), list(groups))
-    above = {name: outer for name, group in groups.items() if (outer := text_at(group, "within")) in groups}
+        yield from one_of(f"group.{name}.within", group.within, list(groups))
+    above = {name: outer for name, group in groups.items() if (outer := group.within) in groups and outer is not None}
     for cycle in _cycles(above):
         allowed = f"a cycle: {' is within '.join([*cycle, cycle[0]])}; allowed: a group that is not within this one"
-        yield ConfigurationFault(f"group.{cycle[0]}.within", shown(above[cycle[0]]), allowed)
-    templates = names_of(raw, "group_template")
+        yield ConfigurationFault(f"group.{cycle[0]}.within", "", allowed)
+    names = [str(table.get("name")) for table in templates]
     for name, group in groups.items():
-        within = [one for one, outer in above.items() if outer == name]
-        yield from _subgroups(
-            f"group.{name}.subgroup", group, {subgroup: groups[subgroup] for subgroup in within}, templates, raw
-        )
+        kinds = {one: ancestry(templates, groups[one].template) for one, outer in above.items() if outer == name}
+        yield from _subgroups(group, kinds, names)
 
 
 def _subgroups(
-    key: str, group: Raw, within: Mapping[str, Raw], templates: Sequence[str], raw: Raw
+    group: GroupTable, kinds: Mapping[str, Sequence[str]], templates: Sequence[str]
 ) -> Iterator[ConfigurationFault]:
-    """A group has as many subgroups of each template as it says, and no others."""
-    kinds = {name: ancestry(raw, table.get("template")) for name, table in within.items()}
-    tables = entries(group, "subgroup")
-    for number, table in enumerate(tables, 1):
-        yield from one_of(f"{key}.{number}.template", table.get("template"), templates)
-        minimum, maximum = table.get("minimum", 0), table.get("maximum")
-        if not isinstance(minimum, int) or not isinstance(maximum, int | None):
-            continue
-        if maximum is not None and minimum > maximum:
-            yield ConfigurationFault(f"{key}.{number}.minimum", str(minimum), f"allowed: 0 to maximum = {maximum}")
-            continue
-        has = [name for name, of in kinds.items() if table.get("template") in of]
-        if len(has) < minimum or (maximum is not None and len(has) > maximum):
-            word, limit = ("minimum", minimum) if len(has) < minimum else ("maximum", maximum)
-            listed = f": {', '.join(has)}" if has else ""
-            allowed = f"{len(has)} groups of template {table.get('template')} are within {group.get('name')}{listed}"
-            yield ConfigurationFault(f"{key}.{number}.{word}", str(limit), allowed)
-    known = {str(table.get("template")) for table in tables}
-    for name, of in kinds.items() if tables else ():
+    """A group has as many subgroups of each template as it says, and no others.
+
+    Args:
+        group: the outer group; kinds: templates of the groups within it, by name.
+        templates: names of all.
+    """
+    for number, table in enumerate(group.subgroup, 1):
+        key = f"group.{group.name}.subgroup.{number}"
+        yield from one_of(f"{key}.template", table.template, templates)
+        has = [name for name, of in kinds.items() if table.template in of]
+        if len(has) < table.minimum or (table.maximum is not None and len(has) > table.maximum):
+            word = "minimum" if len(has) < table.minimum else "maximum"
+            names = f": {', '.join(has)}" if has else ""
+            allowed = f"{len(has)} groups of template {table.template} are within {group.name}{names}"
+            yield ConfigurationFault(f"{key}.{word}", "", allowed)
+    known = {table.template for table in group.subgroup}
+    for name, of in kinds.items() if known else ():
         if known.isdisjoint(of):
-            allowed = f"{group.get('name')} has subgroups of {', '.join(sorted(known))} alone"
-            yield ConfigurationFault(f"group.{name}.within", shown(within[name].get("within")), allowed)
+            allowed = f"{group.name} has subgroups of {', '.join(sorted(known))} alone"
+            yield ConfigurationFault(f"group.{name}.within", shown(group.name), allowed)
 
 
-def ancestry(raw: Raw, template: object) -> tuple[str, ...]:
+def ancestry(templates: Sequence[Raw], template: str | None) -> tuple[str, ...]:
     """A template and all that it extends, the nearest first."""
-    templates = {str(table.get("name")): table for table in entries(raw, "group_template")}
+    named = {str(table.get("name")): table for table in templates}
     found: list[str] = []
-    due = [template] if isinstance(template, str) else []
+    due = [template]
     while due:
         name = due.pop(0)
-        if name in templates and name not in found:
+        if name in named and name not in found:
             found.append(name)
-            due += map(str, list_of(templates[name], "extends"))
+            due += map(str, named[name].get("extends", ()))
     return tuple(found)
 
 
-# Places and players ------------------------------------------------------------------------------
+# Players -----------------------------------------------------------------------------------------
 
 
-def _rally_points(raw: Raw) -> Iterator[ConfigurationFault]:
-    rallies = names_of(raw, "rally_point")
-    for group in entries(raw, "group"):
-        yield from one_of(f"group.{group.get('name')}.rally_point", group.get("rally_point"), rallies)
+def player_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
+    """Roles that too few vehicles are able to play, and heads that none with the social layer is."""
+    for (group, name), role in scenario.roles.items():
+        key, able = _at((group, name)), scenario.able_to_play(group, name)
+        if not able and role.requires is not None:
+            lacks = [(one.name, list(lacking(one, role, scenario, mission))) for one in scenario.vehicle]
+            listed = [f"{vehicle} has {' and '.join(words)}" for vehicle, words in lacks if words]
+            why = "; ".join(listed) or "those that do list other roles in playable_roles"
+            given = role.requires.model_dump(exclude_unset=True)
+            yield ConfigurationFault(f"{key}.requires", shown(given), f"no vehicle meets it: {why}")
+        elif not able:
+            yield ConfigurationFault(key, "", "no vehicle is able to play it: list it in playable_roles of one")
+        elif len(able) < role.minimum:
+            yield ConfigurationFault(f"{key}.minimum", "", f"only {len(able)} vehicles are able to play it")
+        if role.head and able and not any(vehicle.social_layer for vehicle in able):
+            yield ConfigurationFault(key, "", NO_LEADER.format(names=", ".join(vehicle.name for vehicle in able)))
 
 
-def _players(raw: Raw, gear: Gear) -> Iterator[ConfigurationFault]:
-    """Roles that too few vehicles are able to play, and heads that nobody with the social layer is."""
-    for group in entries(raw, "group"):
-        for role in entries(group, "role"):
-            yield from _players_of(raw, group, role, gear)
+def playable_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
+    """Roles in lists of vehicles that there are not."""
+    roles = sorted({name for _, name in scenario.roles})
+    paths = [*roles, *(".".join(key) for key in scenario.roles)]
+    for vehicle in scenario.vehicle:
+        for role in vehicle.playable_roles or ():
+            if role not in paths:
+                yield from one_of(f"vehicle.{vehicle.name}.playable_roles", role, paths if "." in role else roles)
 
 
-def _players_of(raw: Raw, group: Raw, role: Raw, gear: Gear) -> Iterator[ConfigurationFault]:
-    key = f"group.{group.get('name')}.role.{role.get('name')}"
-    able, minimum = able_to_play(raw, group.get("name"), role.get("name")), role.get("minimum", 0)
-    if not able and table_of(role, "requires"):
-        lacks = [(v.get("name"), list(lacking(v, role, gear))) for v in entries(raw, "vehicle")]
-        listed = [f"{name} has {' and '.join(words)}" for name, words in lacks if words]
-        why = "; ".join(listed) or "those that do list other roles in playable_roles"
-        yield ConfigurationFault(f"{key}.requires", shown(role["requires"]), f"no vehicle meets it: {why}")
-    elif not able:
-        yield ConfigurationFault(key, "", "no vehicle is able to play it: list it in playable_roles of one")
-    elif isinstance(minimum, int) and len(able) < minimum:
-        yield ConfigurationFault(f"{key}.minimum", str(minimum), f"only {len(able)} vehicles are able to play it")
-    if role.get("head") and able and not any(v.get("social_layer", True) for v in able):
-        yield ConfigurationFault(key, "", NO_LEADER.format(names=", ".join(str(v.get("name")) for v in able)))
-
-
-def _players_of_both(raw: Raw) -> Iterator[ConfigurationFault]:
+def _players_of_both(scenario: Scenario) -> Iterator[ConfigurationFault]:
     """A role that the holder of another must play needs a vehicle that is able to play both."""
-    for path, role in _roles(raw).items():
-        other = role.get("played_by")
-        if not isinstance(other, str) or "." not in other:
-            continue
-        both = [path.split(".", 1), other.split(".", 1)]
-        if not any(all(can_play(v, *role) for role in both) for v in entries(raw, "vehicle")):
-            yield ConfigurationFault(f"{_key(path)}.played_by", f'"{other}"', "no vehicle is able to play both roles")
+    for key, role in scenario.roles.items():
+        other = role_key(role.played_by or ".")
+        if all(other) and not any(one.can_play(*key) and one.can_play(*other) for one in scenario.vehicle):
+            yield ConfigurationFault(f"{_at(key)}.played_by", "", "no vehicle is able to play both roles")
 
 
-def _successors(raw: Raw) -> Iterator[ConfigurationFault]:
+def _successors(scenario: Scenario) -> Iterator[ConfigurationFault]:
     """Holders of some role of a succession have to be able to lead."""
-    for group in entries(raw, "group"):
-        key, given = f"group.{group.get('name')}.succession", list_of(group, "succession")
-        faults = [fault for role in given for fault in one_of(key, role, names_of(group, "role"))]
+    for group in scenario.group:
+        key, given, head = f"group.{group.name}.succession", group.succession, group.head
+        faults = [fault for role in given for fault in one_of(key, role, group.role_names)]
         yield from faults
-        head = next((str(role.get("name")) for role in entries(group, "role") if role.get("head")), None)
         if faults or not given or head is None:
             continue
-        able = [vehicle for vehicle in able_to_play(raw, group.get("name"), head) if vehicle.get("social_layer", True)]
-        if not any(can_play(vehicle, group.get("name"), role) for vehicle in able for role in given):
+        able = [vehicle for vehicle in scenario.able_to_play(group.name, head.name) if vehicle.social_layer]
+        if not any(vehicle.can_play(group.name, role) for vehicle in able for role in given):
             allowed = (
-                f"nobody can fill it: no vehicle that is able to play {' or '.join(map(str, given))} has the social "
-                f"layer and is able to play {head}; list {head} in playable_roles of one"
+                f"nobody can fill it: no vehicle that is able to play {' or '.join(given)} has the social "
+                f"layer and is able to play {head.name}; list {head.name} in playable_roles of one"
             )
-            yield ConfigurationFault(key, shown(given), allowed)
+            yield ConfigurationFault(key, "", allowed)
 
 
 ORGANISATION = "organisation"
@@ -568,76 +552,52 @@ def is_organisation(raw: Raw) -> bool:
     return bool(raw) and set(raw) <= set(TABLES)
 
 
-def checked(document: Document) -> Specification:
-    """An organisation file with its groups written out; a template without a group is checked as if it had one.
+def checked(document: Document) -> tuple[Sequence[GroupTable], int]:
+    """The groups of an organisation file, written out, and the number of its templates.
 
-    What needs a scenario is not checked: rally points, jobs, who is able to play a role, and keys of a mission.
+    A template without a group is checked as if it had one. What needs a scenario is not checked: rally points, jobs,
+    which vehicles are able to play a role, and keys of a mission.
 
     Raises:
         ConfigurationError: with every fault of the file.
     """
     raw = document.raw
-    unused = set(names_of(raw, TEMPLATE)).difference(str(entry.get("template")) for entry in entries(raw, GROUP))
-    pretended = [
-        {"rally_point": "", "name": f"{name} without a group", "template": name}
-        for name in names_of(raw, TEMPLATE)
-        if name in unused and not entries(raw, GROUP)
-    ]
+    templates = [{"rally_point": "", "name": f"{name} without a group", "template": name} for name in
+                 names_of(raw, TEMPLATE) if not entries(raw, GROUP)]  # fmt: skip
     listed = raw.get(GROUP, [])
-    found = specified({**raw, GROUP: [*listed, *pretended]} if isinstance(listed, list) else raw)
-    faults = [*_unknown(document), *found.faults, *_malformed(document, found.raw), *structure_faults(found.raw)]
+    found = specified({**raw, GROUP: [*listed, *templates]} if isinstance(listed, list) else raw)
+    tables, faults = validated(OrganisationTables, {key: found.raw[key] for key in TABLES if key in found.raw}, True)
+    faults = [*_unknown(document), *found.faults, *faults]
+    if hasattr(tables, GROUP):
+        faults += structure_faults(tables.group, entries(raw, TEMPLATE))
     if faults:
         raise document.error(found.attributed(faults))
-    return found
-
-
-def _malformed(document: Document, raw: Raw) -> list[ConfigurationFault]:
-    """Faults of single values; keys that a mission may have are passed over."""
-    tables = {name: raw[name] for name in (ROLE, TEMPLATE, GROUP) if name in raw}
-    try:
-        OrganisationTables.model_validate_json(json.dumps(tables, default=str), strict=True)
-    except ValidationError as error:
-        return document.faults_of(error, OrganisationTables, tables, ("extra_forbidden",))
-    return []
+    return tables.group, len(entries(raw, TEMPLATE))
 
 
 FORMATION_WORDS = ontology_path("formation")
 """Listed in the ``vocabulary`` of a mission that forms groups at sea."""
 
 
-def formation_faults(raw: Raw, mission: type[Mission]) -> Iterator[ConfigurationFault]:
-    """Groups that nobody could form, or that would have what only founded groups have.
-
-    Args:
-        raw: the tables as TOML has them.
-        mission: class of the mission.
-    """
-    formers = {str(entry.get("name")): entry["formed_by"] for entry in entries(raw, "group") if "formed_by" in entry}
-    missions = {str(entry.get("name")): entry.get("mission") for entry in entries(raw, "group")}
-    for group, former in formers.items():
-        key = f"group.{group}.formed_by"
-        unknown = list(one_of(key, former, [name for name in names_of(raw, "group") if name != group]))
-        yield from unknown
-        if not unknown and _is_circular(group, formers):
+def formation_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
+    """Groups that nobody could form, or that would have what only founded groups have."""
+    formers = {group.name: group.formed_by for group in scenario.group if group.formed_by is not None}
+    circular = {name for cycle in _cycles(formers) for name in cycle}
+    for group in scenario.group:
+        if group.formed_by is None:
+            continue
+        key = f"group.{group.name}.formed_by"
+        yield from one_of(key, group.formed_by, [other.name for other in scenario.group if other is not group])
+        if group.name in circular and group.formed_by != group.name:
             allowed = "no group of the circle would ever be there: leave formed_by out of one of them"
-            yield ConfigurationFault(key, f'"{former}"', allowed)
+            yield ConfigurationFault(key, "", allowed)
         if FORMATION_WORDS not in mission.vocabulary:
             allowed = f"the mission {mission.__name__} forms no groups at sea: leave it out"
-            yield ConfigurationFault(key, f'"{former}"', allowed)
-        if missions[group] is not None:
+            yield ConfigurationFault(key, "", allowed)
+        if group.mission is not None:
             allowed = "a group that is formed at sea is given its mission there: leave it out"
-            yield ConfigurationFault(f"group.{group}.mission", f'"{missions[group]}"', allowed)
-    for number, fault in enumerate(entries(raw, "fault"), 1):
-        vehicle = str(fault.get("vehicle"))
-        if vehicle.startswith(HEAD_OF) and vehicle.removeprefix(HEAD_OF) in formers:
+            yield ConfigurationFault(f"group.{group.name}.mission", "", allowed)
+    for number, fault in enumerate(scenario.fault, 1):
+        if fault.vehicle.startswith(HEAD_OF) and fault.vehicle.removeprefix(HEAD_OF) in formers:
             allowed = "nobody leads a group before it is formed at sea: name a vehicle, or the head of another group"
-            yield ConfigurationFault(f"fault.{number}.vehicle", f'"{vehicle}"', allowed)
-
-
-def _is_circular(group: str, formers: dict[str, object]) -> bool:
-    seen: set[object] = set()
-    at: object = group
-    while isinstance(at, str) and at in formers and at not in seen:
-        seen.add(at)
-        at = formers[at]
-    return at == group
+            yield ConfigurationFault(f"fault.{number}.vehicle", "", allowed)

@@ -6,13 +6,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from pydantic import ValidationError
-
 from missions.files import is_named
 from missions.metric import Metric
+from missions.scenarios.equipment import listening_w, makes_sensors, sensors_of
 from missions.scenarios.modem import modem_named
 from missions.scenarios.named import importable
-from missions.scenarios.organisation import ancestry, excluded
+from missions.scenarios.organisation import ancestry, excluded, role_key
 from missions.scenarios.scenario import GroupTable, Scenario, VehicleTable
 from remoras.database import AUVDatabase, VehicleData
 from remoras.errors import PluginError
@@ -73,12 +72,8 @@ def _wrong_sensors(sensors: Any) -> Iterator[str]:
         yield f"sensors is {type(sensors).__name__}; {wanted}"
         return
     for name, kind in sensors.items():
-        if not _makes_sensors(kind):
+        if not makes_sensors(kind):
             yield f"sensors has {kind!r} as {name}; {wanted}"
-
-
-def _makes_sensors(kind: Any) -> bool:
-    return isinstance(kind, type) and issubclass(kind, SensorSettings) and kind.make is not SensorSettings.make
 
 
 def mission_of(scenario: Scenario) -> Mission:
@@ -117,46 +112,6 @@ def strategy_named(name: str) -> Strategy:
     return strategy
 
 
-def sensor_kind(reference: str, kinds: Mapping[str, type[SensorSettings]]) -> type[SensorSettings]:
-    """The kind of sensor that ``type`` of a sensor's table names.
-
-    Args:
-        reference: a name among ``kinds``, ``package.module:Class``, or empty for the first of the kinds.
-        kinds: those that the mission knows.
-
-    Raises:
-        PluginError: there is none, or it is no subclass of SensorSettings that says how its sensor is made.
-    """
-    if not reference and kinds:
-        return next(iter(kinds.values()))
-    if ":" not in reference:
-        if reference not in kinds:
-            known = ", ".join([*kinds, "package.module:Class"])
-            raise PluginError(f"allowed: {known}{suggestion(reference, kinds)}")
-        return kinds[reference]
-    found: Any = named_object(reference)
-    if not _makes_sensors(found):
-        raise PluginError("a subclass of remoras.SensorSettings that defines make(data)")
-    kind: type[SensorSettings] = found
-    return kind
-
-
-def sensor_settings(
-    table: Mapping[str, Any], kinds: Mapping[str, type[SensorSettings]]
-) -> SensorSettings | ValidationError:
-    """Settings from one ``[[vehicle.sensor]]`` table, or what is wrong with its values.
-
-    Raises:
-        PluginError: the kind of sensor cannot be had.
-    """
-    try:
-        reference = str(table.get("type", ""))
-        made = sensor_kind(reference, kinds).model_validate(table, strict=True)
-        return made if made.name else made.model_copy(update={"name": reference or next(iter(kinds), "")})
-    except ValidationError as error:
-        return error
-
-
 class ModemEnergy(NamedTuple):
     """What a modem takes.
 
@@ -173,7 +128,7 @@ class ModemEnergy(NamedTuple):
 
 def vehicle_data(table: VehicleTable, kinds: Mapping[str, type[SensorSettings]], modem: ModemEnergy) -> VehicleData:
     """Static data of a vehicle from its table; what its modem takes while it listens is part of its ``hotel_w``."""
-    sensors = tuple(s for t in table.sensor if isinstance(s := sensor_settings(t, kinds), SensorSettings))
+    sensors = sensors_of(table, kinds)
     fields = {
         **table.model_dump(include=set(VehicleData.__dataclass_fields__)),
         "playable_roles": table.playable_roles or (),
@@ -192,8 +147,7 @@ def modem_energy(scenario: Scenario) -> ModemEnergy:
     """What the modem of a scenario takes: as the scenario says, or its profile."""
     communication = scenario.communication
     modem, power_w = modem_named(communication.modem, scenario.modem), communication.transmit_power_w
-    listening_w = communication.receive_power_w or (modem.receive_w if communication.count_listening else 0.0)
-    return ModemEnergy(power_w / modem.rate_bps, power_w * modem.head_s, listening_w or 0.0)
+    return ModemEnergy(power_w / modem.rate_bps, power_w * modem.head_s, listening_w(communication, modem))
 
 
 def database_of(scenario: Scenario, mission: type[Mission]) -> AUVDatabase:
@@ -204,12 +158,11 @@ def database_of(scenario: Scenario, mission: type[Mission]) -> AUVDatabase:
 
 def groups_of(scenario: Scenario) -> tuple[Group, ...]:
     """Groups with the demands of their roles."""
-    raw = scenario.model_dump(include={"group", "group_template"}, mode="json")
-    apart = {tuple(path.split(".", 1)): others for path, others in excluded(raw).items()}
-    return tuple(_group(table, apart, ancestry(raw, table.template)) for table in scenario.group)
+    apart = excluded(scenario.roles)
+    return tuple(_group(table, apart, ancestry(scenario.group_template, table.template)) for table in scenario.group)
 
 
-def _group(table: GroupTable, excluded: Mapping[tuple[str, ...], set[str]], templates: tuple[str, ...]) -> Group:
+def _group(table: GroupTable, excluded: Mapping[RoleKey, set[RoleKey]], templates: tuple[str, ...]) -> Group:
     roles = tuple(
         RoleSpecification(
             name=role.name,
@@ -218,9 +171,9 @@ def _group(table: GroupTable, excluded: Mapping[tuple[str, ...], set[str]], temp
             head=role.head,
             founding=role.founding,
             job=role.job,
-            played_by=_role_key(role.played_by) if role.played_by else None,
+            played_by=role_key(role.played_by) if role.played_by else None,
             influences=role.influences,
-            incompatible=frozenset(_role_key(other) for other in excluded[table.name, role.name]),
+            incompatible=frozenset(excluded[table.name, role.name]),
             authority=role.authority,
         )
         for role in table.role
@@ -228,8 +181,3 @@ def _group(table: GroupTable, excluded: Mapping[tuple[str, ...], set[str]], temp
     subgroups = tuple(Subgroups(subgroup.template, subgroup.minimum, subgroup.maximum) for subgroup in table.subgroup)
     place = table.within, templates, subgroups, table.formed_by
     return Group(table.name, roles, table.rally_point, table.mission, table.succession, *place)
-
-
-def _role_key(path: str) -> RoleKey:
-    group, _, role = path.partition(".")
-    return group, role

@@ -6,14 +6,15 @@ Units are in the names of the keys. A mission may extend these tables: it subcla
 
 from __future__ import annotations
 
-from typing import Any, Final, Literal
+from collections.abc import Iterable, Iterator
+from typing import Any, ClassVar, Final, Literal
 
 from pydantic import ConfigDict, Field, field_validator
 
 from missions.cards import card, number_text
+from missions.errors import ConfigurationFault
 from missions.scenarios.channel import ChannelTable
 from missions.scenarios.communication import Communication
-from missions.scenarios.copies import MAX_VEHICLES, SPACING_M
 from missions.scenarios.faults import DeclaredFault
 from missions.scenarios.knowledge import WorldModelTable
 from missions.scenarios.modem import ModemTable
@@ -34,6 +35,10 @@ from remoras.executive.satisfaction import DecisionConstants
 
 BY_GROUPS: Final = "groups"
 """Needs follow from groups, else all vehicles have the same."""
+MAX_VEHICLES: Final = 64
+"""Most vehicles of one fleet: as many as there are TDMA slots."""
+SPACING_M: Final = 10.0
+"""Between copies in one layer: twice the distance that vehicles keep when they pass each other."""
 MOST_VEHICLES: Final = 1200
 """Of all fleets of a scenario; how many one may have, ``missions.scenarios.loading`` says."""
 HELD: Final = "held by head"
@@ -64,6 +69,11 @@ class About(Sparse):
 class World(Section):
     """The table ``[world]``."""
 
+    MOST_M: ClassVar[float] = 100_000.0
+    """So far out the map is a plane still, and modems have their longest operating range."""
+    MOST_LATITUDE_DEG: ClassVar[float] = 89.0
+    """Nearer to a pole, east and north are no directions of a plane."""
+
     x_m: PointM = Field(description="west and east border of the area of operations")
     y_m: PointM = Field(description="south and north border of the area of operations")
     sound_speed_mps: float = Field(
@@ -77,6 +87,32 @@ class World(Section):
         description="latitude -89 to 89 and longitude -180 to 180 (WGS 84) of the point x = 0, y = 0; "
         "maps need it, no run depends on it",
     )
+
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        """Borders in the wrong order or too far out, and an origin that is no place."""
+        for key, names in (("x_m", "west {} east"), ("y_m", "south {} north")):
+            low, high = getattr(self, key)
+            if low >= high:
+                yield key, f"{names.format('border must be below')} border"
+            elif low < -self.MOST_M or high > self.MOST_M:
+                yield key, f"allowed: {-self.MOST_M:.0f} to {self.MOST_M:.0f}"
+        latitude_deg, longitude_deg = self.origin_deg or (0.0, 0.0)
+        if abs(latitude_deg) > self.MOST_LATITUDE_DEG or abs(longitude_deg) > 180.0:
+            most_deg = self.MOST_LATITUDE_DEG
+            yield "origin_deg", f"allowed: latitude {-most_deg:.0f} to {most_deg:.0f}, longitude -180 to 180"
+
+    @property
+    def box_m(self) -> tuple[float, float, float, float]:
+        """(x_min, y_min, x_max, y_max)."""
+        return self.x_m[0], self.y_m[0], self.x_m[1], self.y_m[1]
+
+    def outside(self, places_m: Iterable[tuple[str, PointM]]) -> Iterator[ConfigurationFault]:
+        """Faults of places, by key, that are not in the world."""
+        x_min, y_min, x_max, y_max = self.box_m
+        for key, (x, y) in places_m:
+            if not (x_min <= x <= x_max and y_min <= y <= y_max):
+                allowed = f"outside the world, x {x_min} to {x_max}, y {y_min} to {y_max}"
+                yield ConfigurationFault(key, f"[{x}, {y}]", allowed)
 
 
 class StrategyTable(Section):
@@ -99,6 +135,15 @@ class DecisionTable(Section):
     dismay_per_s: float = Field(-2.0, le=0.0, description="satisfaction change per second of setback")
     fade_per_s: NotNegative = Field(0.5, description="how fast satisfaction in an idle role returns to 0")
     signal_memory_frames: Positive = Field(8.5, description="TDMA frames in which a heard signal fades to 1/e")
+
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        """Weights under which a vehicle could never leave what it performs, whatever is due and whoever calls."""
+        if self.weight_continuing >= 1.0 + self.weight_external:
+            yield (
+                "weight_continuing",
+                f"must be below {1.0 + self.weight_external:g} = 1 + weight_external; else a vehicle could never leave "
+                "what it performs, whatever is due and whoever calls",
+            )
 
     def constants(self, frame_s: float) -> DecisionConstants:
         """Constants of the executive layer, for a TDMA frame of ``frame_s`` seconds."""
@@ -178,6 +223,11 @@ class Role(Sparse):
     )
     abstract: bool = Field(False, exclude=True, description="there to be extended alone: no role of the group")
 
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        """Fewest holders above most."""
+        if self.maximum is not None and self.minimum > self.maximum:
+            yield "minimum", f"allowed: 0 to maximum = {self.maximum}"
+
 
 class SubgroupTable(Section):
     """One ``[[group.subgroup]]``: how many groups of a template a group has within it."""
@@ -185,6 +235,11 @@ class SubgroupTable(Section):
     template: str = Field(description="template of the subgroups")
     minimum: int = Field(0, ge=0, description="fewest subgroups of it")
     maximum: int | None = Field(None, ge=1, description="most subgroups of it; any number if absent")
+
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        """Fewest subgroups above most."""
+        if self.maximum is not None and self.minimum > self.maximum:
+            yield "minimum", f"allowed: 0 to maximum = {self.maximum}"
 
 
 class GroupTable(Sparse):
@@ -215,6 +270,16 @@ class GroupTable(Sparse):
         description="who needs what the group knows of its jobs: all members, or its head and who does the job",
     )
     role: tuple[Role, ...] = Field(min_length=1, description="roles of the group")
+
+    @property
+    def head(self) -> Role | None:
+        """The role whose holder leads the group; None if no role is declared for that."""
+        return next((role for role in self.role if role.head), None)
+
+    @property
+    def role_names(self) -> list[str]:
+        """Names of its roles."""
+        return [role.name for role in self.role]
 
 
 @with_features("vehicle")
@@ -249,6 +314,21 @@ class VehicleTable(Sparse):
         description="sensors of the vehicle, a table each; `type` names the kind, or package.module:object",
         json_schema_extra=one_or_more,
     )
+
+    def can_play(self, group: str, role: str) -> bool:
+        """True if it lists the role of the group."""
+        return not {role, f"{group}.{role}"}.isdisjoint(self.playable_roles or ())
+
+    def sensor_names(self, default: str) -> list[str]:
+        """Names of its sensors; ``default`` is the kind of one whose table has none."""
+        return [str(table.get("name") or table.get("type") or default) for table in self.sensor]
+
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        """A depth below the greatest, work faster than the way."""
+        if self.depth_m > self.depth_limit_m:
+            yield "depth_m", f"allowed: 0 to depth_limit_m = {self.depth_limit_m}"
+        if self.survey_speed_mps > self.transit_speed_mps:
+            yield "survey_speed_mps", f"allowed: up to transit_speed_mps = {self.transit_speed_mps}"
 
     @field_validator("sensor", mode="before")
     @classmethod
@@ -305,6 +385,25 @@ class Scenario(Sparse):
     fleet: FleetTable | None = Field(None, exclude=True)
     vehicle: tuple[VehicleTable, ...] = Field(min_length=1, max_length=MOST_VEHICLES)
     fault: tuple[DeclaredFault, ...] = ()
+
+    @property
+    def vehicle_names(self) -> list[str]:
+        """Names of the vehicles in the order of the file."""
+        return [vehicle.name for vehicle in self.vehicle]
+
+    @property
+    def roles(self) -> dict[tuple[str, str], Role]:
+        """All roles, by the names of the group and the role."""
+        return {(group.name, role.name): role for group in self.group for role in group.role}
+
+    def able_to_play(self, group: str, role: str) -> list[VehicleTable]:
+        """Vehicles that are able to play the role of the group."""
+        return [vehicle for vehicle in self.vehicle if vehicle.can_play(group, role)]
+
+    def taken_names(self, *more: str) -> dict[str, str]:
+        """What has a name: the list of tables of each vehicle, group and rally point, and of those in ``more``."""
+        kinds = ("vehicle", "group", "rally_point", *more)
+        return {entry.name: kind for kind in reversed(kinds) for entry in getattr(self, kind)}
 
     @property
     def names_by_slot(self) -> list[str]:

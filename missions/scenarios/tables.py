@@ -10,15 +10,25 @@ from __future__ import annotations
 import importlib
 import math
 import pkgutil
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from typing import Annotated, Any, ClassVar, Self, TypeGuard, TypeVar, cast
 
-from pydantic import BaseModel, ConfigDict, Field, SerializerFunctionWrapHandler, create_model, model_serializer
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    SerializerFunctionWrapHandler,
+    ValidationError,
+    create_model,
+    model_serializer,
+    model_validator,
+)
+from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from missions.cards import card, number_text, own_names
+from missions.document import BETWEEN_KEYS
 from missions.errors import ConfigurationFault
-from missions.files import shown
 from worldmodel import suggestion
 
 Positive = Annotated[float, Field(gt=0.0)]
@@ -32,14 +42,30 @@ LONGEST_REPR = 120
 QUEUE_LIMIT = 10_000
 """Items in the queue of a vehicle, if a scenario does not say how many."""
 
-Raw = Mapping[str, Any]
-"""A table as TOML has it, not checked yet."""
-
 
 class Section(BaseModel):
     """A TOML table: frozen, and no key that is not listed here."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
+
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        """Keys whose values contradict other keys of the table, each with what is allowed; none by default."""
+        yield from ()
+
+    @model_validator(mode="after")
+    def _in_itself(self) -> Self:
+        """Refuse a table of which ``contradictions`` tells any."""
+        found: list[InitErrorDetails] = [
+            {
+                "type": PydanticCustomError(BETWEEN_KEYS, "{allowed}", {"allowed": allowed}),
+                "loc": (key,),
+                "input": getattr(self, key, None),
+            }
+            for key, allowed in self.contradictions()
+        ]
+        if found:
+            raise ValidationError.from_exception_data(type(self).__name__, found)
+        return self
 
     @classmethod
     def usual(cls) -> Self:
@@ -74,7 +100,7 @@ class Sparse(Section):
 
     def of_feature(self, key: str) -> Any:
         """The value below a key that a feature brings, see ``missions.feature``; None if there is no such feature."""
-        return getattr(self, key, None)
+        return getattr(self, key) if key in type(self).model_fields else None
 
     @model_serializer(mode="wrap")
     def _said(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
@@ -99,12 +125,6 @@ def one_or_more(schema: dict[str, Any]) -> None:
     schema["anyOf"] = [listed["items"], listed]
 
 
-def entries(raw: Raw, key: str) -> list[Raw]:
-    """The tables of a list of tables; what is none is passed over."""
-    found = raw.get(key, [])
-    return [e for e in found if isinstance(e, dict)] if isinstance(found, list) else []
-
-
 def numbered(kind: str, number: int) -> tuple[str, ...]:
     """Names of so many things of a kind.
 
@@ -114,29 +134,6 @@ def numbered(kind: str, number: int) -> tuple[str, ...]:
     return tuple(f"{kind} {n}" for n in range(1, number + 1))
 
 
-def names_of(raw: Raw, key: str) -> list[str]:
-    """Names of the tables of a list."""
-    return [e["name"] for e in entries(raw, key) if isinstance(e.get("name"), str)]
-
-
-def table_of(raw: Raw, key: str) -> Raw:
-    """The table below a key; an empty one if there is none."""
-    table = raw.get(key, {})
-    return table if isinstance(table, dict) else {}
-
-
-def text_at(raw: Raw, key: str) -> str | None:
-    """The text below a key; None if there is none."""
-    found = raw.get(key)
-    return found if isinstance(found, str) else None
-
-
-def list_of(raw: Raw, key: str) -> list[Any]:
-    """The list below a key; an empty one if there is none."""
-    found = raw.get(key)
-    return found if isinstance(found, list) else []
-
-
 def one_of(key: str, given: Any, allowed: Sequence[str]) -> Iterator[ConfigurationFault]:
     """A fault, with the nearest name, if a text is none of those allowed."""
     if isinstance(given, str) and given not in allowed:
@@ -144,57 +141,18 @@ def one_of(key: str, given: Any, allowed: Sequence[str]) -> Iterator[Configurati
         yield ConfigurationFault(key, f'"{given}"', f"allowed: {', '.join(allowed) or 'none'}{hint}")
 
 
-def span_faults(raw: Raw, key: str, table: Raw) -> Iterator[ConfigurationFault]:
-    """Times from which and until when a table holds that cannot be.
-
-    Args:
-        raw: the tables as TOML has them.
-        key: of the table, dotted.
-        table: with ``from_s`` and ``until_s``.
-    """
-    from_s, until_s, end_s = table.get("from_s", 0.0), table.get("until_s"), table_of(raw, "scenario").get("duration_s")
-    if isinstance(from_s, int | float) and isinstance(end_s, int | float) and from_s >= end_s:
+def span_faults(key: str, from_s: float, until_s: float | None, end_s: float) -> Iterator[ConfigurationFault]:
+    """Times from which and until when a table at ``key`` holds that cannot be; ``end_s``: of the mission."""
+    if from_s >= end_s:
         allowed = f"must be below scenario.duration_s = {end_s:g}, when the mission is over"
-        yield ConfigurationFault(f"{key}.from_s", shown(from_s), allowed)
-    if isinstance(from_s, int | float) and isinstance(until_s, int | float) and until_s <= from_s:
-        yield ConfigurationFault(f"{key}.until_s", shown(until_s), f"must be above from_s = {from_s:g}")
-
-
-def bounds_of(raw: Raw) -> tuple[float, float, float, float] | None:
-    """(x_min, y_min, x_max, y_max) of the world, metres; None where it is malformed."""
-    world = table_of(raw, "world")
-    try:
-        (x_min, x_max), (y_min, y_max) = world["x_m"], world["y_m"]
-        return float(x_min), float(y_min), float(x_max), float(y_max)
-    except (KeyError, TypeError, ValueError):
-        return None
-
-
-def outside_faults(raw: Raw, places_m: Iterable[tuple[str, tuple[float, float]]]) -> Iterator[ConfigurationFault]:
-    """Faults of places, by key, that are not in the world; none where the borders are malformed."""
-    bounds = bounds_of(raw)
-    if bounds is None or bounds[0] >= bounds[2] or bounds[1] >= bounds[3]:
-        return
-    x_min, y_min, x_max, y_max = bounds
-    for key, (x, y) in places_m:
-        if not (x_min <= x <= x_max and y_min <= y <= y_max):
-            yield ConfigurationFault(
-                key, f"[{x}, {y}]", f"outside the world, x {x_min} to {x_max}, y {y_min} to {y_max}"
-            )
+        yield ConfigurationFault(f"{key}.from_s", "", allowed)
+    if until_s is not None and until_s <= from_s:
+        yield ConfigurationFault(f"{key}.until_s", "", f"must be above from_s = {from_s:g}")
 
 
 def is_number(value: object) -> TypeGuard[float]:
     """True for a finite number, and no truth value."""
     return type(value) in (int, float) and math.isfinite(value)  # type: ignore[arg-type]
-
-
-def point_of(entry: Raw, key: str) -> list[PointM]:
-    """The point below a key as the one entry of a list; an empty list if there is none."""
-    try:
-        x, y = entry[key]
-        return [(float(x), float(y))]
-    except (KeyError, TypeError, ValueError):
-        return []
 
 
 FOLDER = "missions.features"
@@ -208,32 +166,18 @@ def features() -> dict[str, Any]:
     return {name: importlib.import_module(f"{FOLDER}.{name}").FEATURE for name in names}
 
 
-def named_in(raw: Raw) -> list[Any]:
-    """The features of which a scenario has a key, by its raw tables."""
-
-    def has(place: str, key: str) -> bool:
-        table = raw.get(place) if place else raw
-        tables = table if isinstance(table, list) else [table]
-        return any(isinstance(table, dict) and key in table for table in tables)
-
-    return [
-        feature
-        for feature in features().values()
-        if any(has(place, key) for place in feature.keys for key in feature.keys[place])
-    ]
-
-
 def used_in(scenario: Sparse) -> tuple[Any, ...]:
     """The features that a scenario uses: one of their keys is not at its default. The others are asked for nothing.
 
     Args:
-        scenario: the whole input.
+        scenario: the whole input; a malformed table of it uses none.
     """
 
     def says(place: str, key: str) -> bool:
-        table = getattr(scenario, place) if place else scenario
-        tables = table if isinstance(table, list | tuple) else [table]
-        return any(getattr(table, key) != type(table).model_fields[key].default for table in tables)
+        found = getattr(scenario, place, ()) if place else scenario
+        tables = found if isinstance(found, list | tuple) else [found]
+        defaults = ((table, type(table).model_fields[key].default) for table in tables)
+        return any(getattr(table, key, default) != default for table, default in defaults)
 
     found = features().values()
     return tuple(
@@ -241,9 +185,9 @@ def used_in(scenario: Sparse) -> tuple[Any, ...]:
     )
 
 
-def slower_by(raw: Raw) -> tuple[Any, str]:
-    """The share by which vehicles may be slower than their data, and the key that says so; not checked yet."""
-    return next((found for feature in named_in(raw) if (found := feature.slower(raw))[0]), (0.0, ""))
+def slower_by(scenario: Sparse) -> tuple[float, str]:
+    """The share by which vehicles may be slower than their data, and the key that says so."""
+    return next((found for feature in used_in(scenario) if (found := feature.slower(scenario))[0]), (0.0, ""))
 
 
 def place_error_m(scenario: Sparse, vehicles: Sequence[Any]) -> float | None:

@@ -6,27 +6,18 @@ import math
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from missions.errors import ConfigurationFault
 from missions.figure import Mark, Place, Tiles
-from missions.meeting.job_mission import JobMission
+from missions.meeting.job_mission import JobMission, with_needs
 from missions.meeting.meeting import Pursuit, importance_of
 from missions.meeting.truth import JOBS
-from missions.scenarios.copies import sensor_tables
-from missions.scenarios.knowledge import words_of
+from missions.scenarios.equipment import sensors_of
+from missions.scenarios.knowledge import words_in
 from missions.scenarios.parts import database_of
-from missions.scenarios.tables import (
-    Raw,
-    entries,
-    list_of,
-    locating,
-    names_of,
-    one_of,
-    outside_faults,
-    point_of,
-    table_of,
-)
+from missions.scenarios.scenario import VehicleTable
+from missions.scenarios.tables import locating, one_of
 from missions.trident.behaviours import (
     AwaitingPartner,
     Escorting,
@@ -40,7 +31,7 @@ from missions.trident.choreography import CHOREOGRAPHY, unsound
 from missions.trident.conclusions import Concluding
 from missions.trident.jobs import BlockSurvey, RecoveryJob
 from missions.trident.metrics import FIGURES, METRICS
-from missions.trident.scenario import TridentScenario
+from missions.trident.scenario import ActivityTable, BlockTable, TridentScenario
 from missions.trident.services import (
     ATTEMPTS,
     CHARTED,
@@ -80,117 +71,92 @@ from remoras.picture import Picture
 from remoras.recorder import Recorder
 from remoras.sensor import SensorSettings
 from remoras.work import Job, Point
-from worldmodel import Instance, Keeping, OntologyError, PropertyValue, TBox, WorldModel
+from worldmodel import Instance, Keeping, PropertyValue, TBox, WorldModel
 
 SERVICE = "Service"
 MOST_TILES = 1024
 """Tiles of one block that ``chartedTile`` can name."""
 
 
-def trident_faults(raw: Raw, mission: type[Mission]) -> Iterator[ConfigurationFault]:
+def trident_faults(scenario: TridentScenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
     """All faults of blocks, of the target, of services and of the choreography."""
-    yield from _blocks(raw)
-    target_m = [("recovery.target_m", at_m) for at_m in point_of(table_of(raw, "recovery"), "target_m")]
-    stands_m = [("transponder.position_m", at_m) for at_m in point_of(table_of(raw, "transponder"), "position_m")]
-    yield from outside_faults(raw, target_m + stands_m)
-    try:
-        tbox = words_of(raw, mission)
-    except (OntologyError, OSError):
-        return  # reported elsewhere
-    yield from _services(raw, tbox)
-    yield from _choreography(raw, tbox)
+    yield from _blocks(scenario)
+    places_m = {"recovery.target_m": scenario.recovery.target_m}
+    places_m["transponder.position_m"] = scenario.transponder.position_m if scenario.transponder else None
+    yield from scenario.world.outside((key, at_m) for key, at_m in places_m.items() if at_m is not None)
+    tbox = words_in(scenario, mission)
+    if tbox is not None:
+        yield from _services(scenario, mission, tbox)
+        yield from _choreography(scenario, tbox)
 
 
-def _blocks(raw: Raw) -> Iterator[ConfigurationFault]:
-    """Blocks without width, outside the world, of too many tiles, upon each other, or with names used elsewhere."""
-    boxes: list[tuple[str, tuple[float, float, float, float]]] = []
-    taken = Counter(name for kind in ("vehicle", "group", "rally_point", "block") for name in names_of(raw, kind))
-    taken.update([table_of(raw, "recovery").get("name", "recovery")])
-    tile_m = table_of(raw, "mission").get("tile_m", 20.0)
-    for block in entries(raw, "block"):
-        key, name = f"block.{block.get('name')}", str(block.get("name"))
-        if taken[name] > 1:
-            yield ConfigurationFault(f"{key}.name", f'"{name}"', "used twice; blocks need names of their own")
-        spans = [point_of(block, side) for side in ("x_m", "y_m")]
-        if not all(spans):
-            continue
-        (west, east), (south, north) = spans[0][0], spans[1][0]
-        for side, low, high in (("x_m", west, east), ("y_m", south, north)):
-            if low >= high:
-                yield ConfigurationFault(f"{key}.{side}", f"[{low}, {high}]", "allowed: the smaller border first")
-        corners = [(f"{key}.x_m, y_m", corner) for corner in ((west, south), (east, north))]
-        yield from outside_faults(raw, corners)
-        if (
-            isinstance(tile_m, int | float)
-            and tile_m > 0.0
-            and (east - west) * (north - south) / (tile_m * tile_m) > MOST_TILES
-        ):
+def _blocks(scenario: TridentScenario) -> Iterator[ConfigurationFault]:
+    """Blocks outside the world, of too many tiles, upon each other, or with names used elsewhere."""
+    tile_m, before = scenario.mission.tile_m, list[BlockTable]()
+    taken = Counter([scenario.recovery.name, *(block.name for block in scenario.block), *scenario.taken_names()])
+    for block in scenario.block:
+        key, ((west, east), (south, north)) = f"block.{block.name}", (block.x_m, block.y_m)
+        if taken[block.name] > 1:
+            yield ConfigurationFault(f"{key}.name", "", "used twice; blocks need names of their own")
+        yield from scenario.world.outside((f"{key}.x_m, y_m", at_m) for at_m in ((west, south), (east, north)))
+        if (east - west) * (north - south) / (tile_m * tile_m) > MOST_TILES:
             yield ConfigurationFault(key, "", f"more than {MOST_TILES} tiles; allowed: a greater mission.tile_m")
-        for other, (w, s, e, n) in boxes:
+        for other in before:
+            (w, e), (s, n) = other.x_m, other.y_m
             if west < e and w < east and south < n and s < north:
-                yield ConfigurationFault(key, "", f"overlaps block {other}; allowed: blocks side by side")
-        boxes.append((name, (west, south, east, north)))
+                yield ConfigurationFault(key, "", f"overlaps block {other.name}; allowed: blocks side by side")
+        before.append(block)
 
 
 # Services
 
 
-def _modules(raw: Raw) -> dict[str, tuple[Raw, Raw]]:
-    """Vehicle and module of every service that is offered, by its name."""
-    return {
-        f"{vehicle.get('name')} {table.get('name') or table.get('type')}": (vehicle, table)
-        for vehicle in entries(raw, "vehicle")
-        for table in sensor_tables(vehicle)
-        if "capability" in table
-    }
-
-
-def _services(raw: Raw, tbox: TBox) -> Iterator[ConfigurationFault]:
+def _services(scenario: TridentScenario, mission: type[Mission], tbox: TBox) -> Iterator[ConfigurationFault]:
     """Capabilities that are none, activities for which nobody offers a service, and services that nobody has."""
-    modules, named = _modules(raw), {ontology_class.name: ontology_class.uid for ontology_class in tbox.classes}
+    named = {ontology_class.name: ontology_class.uid for ontology_class in tbox.classes}
     kinds = sorted(tbox.classes[uid].name for uid in tbox.subclasses(named[SERVICE]))
-    for name, (vehicle, table) in modules.items():
-        module = name.removeprefix(f"{vehicle.get('name')} ")
-        yield from one_of(f"vehicle.{vehicle.get('name')}.sensor.{module}.capability", table.get("capability"), kinds)
-    offered = {name: _concluded(tbox, vehicle, table) for name, (vehicle, table) in modules.items()}
-    for activity, table in table_of(raw, "activity").items():
-        if not isinstance(table, dict):
-            continue
-        key, requires = f"activity.{activity}", table.get("requires")
-        yield from one_of(f"{key}.requires", requires, kinds)
-        able = [name for name, classes in offered.items() if requires in classes]
-        if requires in kinds and not able:
+    modules = {
+        f"{vehicle.name} {module.name}": (vehicle, module)
+        for vehicle in scenario.vehicle
+        for module in sensors_of(vehicle, mission.sensors)
+        if isinstance(module, ModuleSettings)
+    }
+    offered = {name: _concluded(tbox, vehicle, module) for name, (vehicle, module) in modules.items()}
+    for vehicle, module in modules.values():
+        yield from one_of(f"vehicle.{vehicle.name}.sensor.{module.name}.capability", module.capability, kinds)
+    activities: list[tuple[str, ActivityTable]] = list(scenario.activity)
+    for activity, table in activities:
+        key, able = f"activity.{activity}", [name for name, classes in offered.items() if table.requires in classes]
+        yield from one_of(f"{key}.requires", table.requires, kinds)
+        if table.requires in kinds and not able:
             allowed = "a service that nobody offers; allowed: " + ", ".join(sorted(set().union(*offered.values())))
-            yield ConfigurationFault(f"{key}.requires", f'"{requires}"', allowed)
-        if activity != SURVEY:
+            yield ConfigurationFault(f"{key}.requires", "", allowed)
+        if activity == SURVEY:
+            for block in scenario.block:
+                yield from _named(f"block.{block.name}", block, able)
+        else:
             yield from _named(key, table, able)
-        if activity == CHOOSE:
-            for name in able:
-                if modules[name][1].get("self_test") is False:
-                    carrier = modules[name][0].get("name")
-                    key = f"vehicle.{carrier}.sensor.{name.removeprefix(f'{carrier} ')}"
-                    allowed = f"{name} makes choices, so it has to tell whether it works; allowed: self_test = true"
-                    yield ConfigurationFault(f"{key}.self_test", "false", allowed)
-    requires = table_of(table_of(raw, "activity"), SURVEY).get("requires")
-    for block in entries(raw, "block"):
-        able = [name for name, classes in offered.items() if requires in classes]
-        yield from _named(f"block.{block.get('name')}", block, able)
+        for name in able if activity == CHOOSE else ():
+            vehicle, module = modules[name]
+            if not module.self_test:
+                allowed = f"{name} makes choices, so it has to tell whether it works; allowed: self_test = true"
+                yield ConfigurationFault(f"vehicle.{vehicle.name}.sensor.{module.name}.self_test", "false", allowed)
 
 
-def _named(key: str, table: Raw, able: Collection[str]) -> Iterator[ConfigurationFault]:
+def _named(key: str, table: ActivityTable | BlockTable, able: Collection[str]) -> Iterator[ConfigurationFault]:
     """Services that the plan has for an activity, and that are not able to do it; that none is, is told elsewhere."""
     if not able:
         return
-    if "service" not in table:
+    if not table.service:
         yield ConfigurationFault(f"{key}.service", "", f"is missing; allowed: {', '.join(able)}")
-    for where, given in [("service", table.get("service")), *(("spare", spare) for spare in list_of(table, "spare"))]:
+    for where, given in [("service", table.service or None), *(("spare", spare) for spare in table.spare)]:
         yield from one_of(f"{key}.{where}", given, sorted(able))
 
 
-def _concluded(tbox: TBox, vehicle: Raw, table: Raw) -> frozenset[str]:
+def _concluded(tbox: TBox, vehicle: VehicleTable, module: ModuleSettings) -> frozenset[str]:
     """Classes that a service is of: as it is advertised, and as follows from who provides it and that it works."""
     named = {ontology_class.name: ontology_class.uid for ontology_class in tbox.classes}
-    of_class, kind = named.get(str(table.get("capability"))), named.get(str(vehicle.get("vehicle_type")))
+    of_class, kind = named.get(module.capability), named.get(vehicle.vehicle_type)
     if of_class is None or kind is None:
         return frozenset()
     instances = [Instance(0, kind, "vehicle"), Instance(1, of_class, "service")]
@@ -209,40 +175,28 @@ def _concluded(tbox: TBox, vehicle: Raw, table: Raw) -> frozenset[str]:
 # The choreography
 
 
-def _choreography(raw: Raw, tbox: TBox) -> Iterator[ConfigurationFault]:
+def _choreography(scenario: TridentScenario, tbox: TBox) -> Iterator[ConfigurationFault]:
     """States that cannot be reached or left, and messages between states, of facts or vehicles that there are not."""
-    table = table_of(raw, "choreography")
-    states, messages = names_of(table, "state"), entries(table, "message")
+    table, found = scenario.choreography, list[ConfigurationFault]()
+    states = [state.name for state in table.state]
     for name, count in Counter(states).items():
         if count > 1:
             yield ConfigurationFault(f"choreography.state.{name}", "", f"listed {count} times; allowed: once")
     attributes = {attribute.name: attribute for attribute in tbox.attributes}
-    needs = list(table_of(table_of(raw, "communication"), "needs"))
-    roles = [role for group in entries(raw, "group") for role in names_of(group, "role")]
-    speakers = list(dict.fromkeys([*names_of(raw, "vehicle"), *roles]))
-    is_whole = True
-    for number, one in enumerate(messages, 1):
+    said = [name for name in scenario.communication.needs if name in attributes]
+    speakers = list(dict.fromkeys([*scenario.vehicle_names, *(role for _, role in scenario.roles)]))
+    for number, one in enumerate(table.message, 1):
         key = f"choreography.message.{number}"
-        found: list[ConfigurationFault] = [
-            *one_of(f"{key}.state", one.get("state"), states),
-            *one_of(f"{key}.to", one.get("to"), states),
-            *one_of(f"{key}.says", one.get("says"), [name for name in needs if name in attributes]),
-            *(one_of(f"{key}.by", one["by"], speakers) if one.get("by") else ()),
-            *_value(key, one, attributes.get(str(one.get("says")))),
-        ]
-        is_whole = is_whole and not found
-        yield from found
-    if states and is_whole:
-        final = [str(entry.get("name")) for entry in entries(table, "state") if entry.get("final") is True]
-        arrows = [(str(message.get("state")), str(message.get("to"))) for message in messages]
-        for state, wrong in unsound(states, final, arrows):
+        symbols = attributes[one.says].symbols if one.says in attributes else ()
+        for word, known in (("state", states), ("to", states), ("says", said), ("by", speakers), ("value", symbols)):
+            given = getattr(one, word)
+            if word in ("state", "to", "says") or (given and known):
+                found += one_of(f"{key}.{word}", given, known)
+    yield from found
+    if states and not found:
+        final = [state.name for state in table.state if state.final]
+        for state, wrong in unsound(states, final, [(message.state, message.to) for message in table.message]):
             yield ConfigurationFault(f"choreography.state.{state}", "", wrong)
-
-
-def _value(key: str, message: Raw, attribute: Any) -> Iterator[ConfigurationFault]:
-    """A symbol that the attribute has not."""
-    if attribute is not None and attribute.symbols and message.get("value"):
-        yield from one_of(f"{key}.value", message["value"], attribute.symbols)
 
 
 FURTHER_NEEDS = {"unableTo": 40, "isImpossible": 20, "surveysAgain": 40, "surveyedAgain": 20, "isExhausted": 40}
@@ -300,17 +254,14 @@ class TridentMission(JobMission):
         self._activity_domain = activity_domain(self.matching, self._groups, recovery)
 
     @classmethod
-    def check(cls, raw: Raw) -> Iterable[ConfigurationFault]:
+    def check(cls, scenario: TridentScenario) -> Iterable[ConfigurationFault]:
         """What is wrong with blocks, services, and the choreography."""
-        return trident_faults(raw, cls)
+        return trident_faults(scenario, cls)
 
     @classmethod
-    def completed(cls, raw: Raw) -> Raw:
+    def completed(cls, scenario: TridentScenario) -> TridentScenario:
         """With the need for what vehicles are not able to do, and for what is left to be looked at."""
-        communication = table_of(raw, "communication")
-        if not isinstance(needs := communication.get("needs"), dict):
-            return raw
-        return {**raw, "communication": {**communication, "needs": {**FURTHER_NEEDS, **needs}}}
+        return with_needs(scenario, FURTHER_NEEDS)
 
     # What there is -------------------------------------------------------------------------------
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Literal
 
 from pydantic import Field
@@ -68,6 +69,16 @@ class BlockTable(Section):
     y_m: PointM = Field(description="south and north border")
     service: str = Field(description="service, as `vehicle module`, that the plan names for it")
     spare: tuple[str, ...] = Field((), description="services that the plan lists behind it")
+
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        """Borders in the wrong order."""
+        yield from (
+            (key, "allowed: the smaller border first") for key in ("x_m", "y_m") if not _rises(getattr(self, key))
+        )
+
+
+def _rises(span_m: PointM) -> bool:
+    return span_m[0] < span_m[1]
 
 
 class RecoveryTable(Section):

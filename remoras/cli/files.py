@@ -146,21 +146,20 @@ def _validate_organisation(file: str, as_json: bool) -> bool:
     from missions.document import Document
     from missions.files import text_of
     from missions.scenarios.organisation import checked, is_organisation
-    from missions.scenarios.tables import entries, names_of
 
     document = Document.of_text(text_of(Path(file)), file)
     if not is_organisation(document.raw):
         return False
-    groups = entries(checked(document).raw, "group")
-    n_templates, n_roles = len(entries(document.raw, "group_template")), sum(len(entries(g, "role")) for g in groups)
+    groups, n_templates = checked(document)
+    n_roles = sum(len(group.role) for group in groups)
     if as_json:
-        roles = [{"name": g["name"], "within": g.get("within"), "roles": names_of(g, "role")} for g in groups]
+        roles = [{"name": group.name, "within": group.within, "roles": group.role_names} for group in groups]
         show_json({"file": file, "kind": "organisation", "ok": True, "templates": n_templates, "groups": roles})
         return True
     print(f"{file}: organisation ok; {n_templates} templates, {len(groups)} groups, {n_roles} roles")
     for group in groups:
-        within = f" within {group['within']}" if "within" in group else ""
-        print(f"  {group['name']}{within}: {', '.join(names_of(group, 'role'))}")
+        within = "" if group.within is None else f" within {group.within}"
+        print(f"  {group.name}{within}: {', '.join(group.role_names)}")
     return True
 
 

@@ -1,16 +1,19 @@
 """A scenario of two vehicles and one area, as text, and the shipped one as tables to be varied."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 from varied import Varied
 
+from missions.document import Document, validated, well_formed
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.runs.run import Run
 from missions.runs.run import run as run_scenario
 from missions.scenarios import Scenario, load
+from remoras.mission import Mission
 
 Raw = dict[str, Any]
 
@@ -154,6 +157,13 @@ def faults_of(folder: Path, text: str, *settings: str) -> tuple[ConfigurationFau
     for fault, line in zip(caught.value.faults, str(caught.value).splitlines(), strict=True):
         assert all(part in line for part in (str(folder), fault.key, fault.given, fault.allowed))
     return caught.value.faults
+
+
+def checked(mission: type[Mission], raw: Raw) -> list[ConfigurationFault]:
+    """What is wrong with tables by themselves, and by the mission's own check."""
+    scenario, malformed = validated(mission.Scenario, raw)
+    found = [*malformed, *well_formed(lambda: mission.check(scenario))]
+    return [replace(fault, line=None) for fault in Document("own.toml", "", raw).located(found)]
 
 
 def named(entries: list[Raw], name: str) -> Raw:

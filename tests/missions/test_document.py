@@ -68,7 +68,7 @@ def test_faults_come_in_the_order_of_their_lines(tmp_path: Path) -> None:
     assert [(fault.key, fault.line) for fault in error.faults] == [
         ("world", None), ("title", 1), ("vehicle.AUV01.slot", 9), ("mission", 19),
     ]  # fmt: skip
-    assert f"{tmp_path}/own.toml:9: vehicle.AUV01.slot: no" in str(error)
+    assert f"{tmp_path}/own.toml:9: vehicle.AUV01.slot = 1: no" in str(error)
 
 
 def test_what_an_option_has_set_is_named_by_the_option(tmp_path: Path) -> None:

@@ -48,8 +48,7 @@ class Odd(Mute):
     leaves = lambda self: Condition()
 
 class Strict(Mute):
-    @classmethod
-    def checks(cls, key, table, raw, mission, before): raise RuntimeError("not today")
+    def checks(self, key, scenario, mission, before): raise RuntimeError("not today")
 
 class Silent(DeclaredFault):
     TEXT = "does nothing"
@@ -129,7 +128,7 @@ def test_a_kind_is_named_by_its_file_from_the_folder_of_the_scenario(mine: Path)
         ("kind='own_kinds:Odd', at_s=9", "kind", "leaves(self) cannot be called as leaves(data)"),
         ("kind='own_kinds:Numbered', at_s=9", "kind", "has a NUMBER, which is for kinds that are shipped"),
         ("kind='own_kinds:Wrong', at_s=9", "kind", "leaves returned 0.5; expected: a Condition"),
-        ("kind='own_kinds:Strict', at_s=9", "kind", "its checks must pass malformed values over, but raised Runtime"),
+        ("kind='own_kinds:Strict', at_s=9", "kind", "whose tables are well-formed, but raised Runtime"),
         ("kind='own_kinds:Leaves', at_s=9", "kind", "a subclass of remoras.DeclaredFault is needed, not the class"),
         ("kind='no_such:Kind', at_s=9, depth_m=3", "kind", "No module named 'no_such'"),
         ("kind='own_kinds:Fouled', at_s=9", "weed_w", "missing"),

@@ -94,7 +94,7 @@ def test_all_faults_are_told_at_once_in_the_order_of_the_file(tmp_path: Path):
         text = text.replace(old, new, 1)
     found = faults_of(tmp_path, text)
     assert {fault.key for fault in found} >= {
-        "world.cel_m", "world.cell_m", "communication.modem", "channel.per", "vehicle.Diver.start_m",
+        "world.cel_m", "world.cell_m", "communication.modem", "channel.per",
         "vehicle.Diver.playable_roles", "group.Team.role.Scout",
     }  # fmt: skip
     lines = [fault.line or 0 for fault in found]

@@ -82,8 +82,11 @@ def test_a_list_is_taken_as_it_is(tmp_path: Path) -> None:
             "half_width: missing; give it, or half_w",
         ),
         (('name = "bernoulli"', ""), "channel.name: missing"),
-        (("[set]", '[grid]\nstrategy.name = ["central"]\n[set]'), "grid.strategy.name: is set by study.strategies too"),
-        (("[set]", "[set]\nchannel.per = 0.2"), "set.channel.per: is set by channel.per too"),
+        (
+            ("[set]", '[grid]\nstrategy.name = ["central"]\n[set]'),
+            'grid.strategy.name = ["central"]: is set by study.strategies too',
+        ),
+        (("[set]", "[set]\nchannel.per = 0.2"), "set.channel.per = 0.2: is set by channel.per too"),
         (
             ('"mapping-rendezvous"', '"mapping-rendezvou"'),
             "study.toml:4: study.scenario | did you mean 'mapping-rendezvous'",

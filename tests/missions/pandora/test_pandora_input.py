@@ -48,7 +48,7 @@ def test_a_part_that_cannot_be(tmp_path: Path, table: str, entry: int, change: d
         ([{"kind": "stuck", "part": "valve A9"}], 'upset.1.part = "valve A9": allowed: valve A1, valve A2, valve A3'),
         ([{"kind": "stuck", "part": "valve A1"}] * 2, 'upset.2.part = "valve A1": is upset already'),
         ([{"kind": "stuck"}] * 4, "upset = 4 tables: each befalls another valve, and there are 3"),
-        ([{"kind": "moved", "distance_m": 900.0}], "upset.1.distance_m = 900: at most "),
+        ([{"kind": "moved", "distance_m": 900.0}], "upset.1.distance_m = 900.0: at most "),
     ],
 )  # fmt: skip
 def test_an_upset_that_cannot_be(tmp_path: Path, upsets: list[dict[str, Any]], says: str) -> None:

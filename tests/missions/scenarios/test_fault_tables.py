@@ -78,7 +78,7 @@ def test_faults_are_set_as_a_whole_or_one_by_one() -> None:
     ('kind = "lost"\nvehicle = "Diver"\nat_s = [9, 3]', "at_s", "0 or more, or [earliest, latest]"),
     ('kind = "lost"\nvehicle = "Diver"\nat_s = nan', "at_s", "0 or more, or [earliest, latest]"),
     ('kind = "lost"\nvehicle = "Diver"\nat_s = 30\nuntil_s = 30', "until_s", "must be above at_s = 30"),
-    ('kind = "lost"\nvehicle = "Diver"\nat_s = [9, 30]\nuntil_s = 20', "until_s", "must be above at_s = [9, 30]"),
+    ('kind = "lost"\nvehicle = "Diver"\nat_s = [9, 30]\nuntil_s = 20', "until_s", "must be above the latest at_s = 30"),
     ('kind = "lost"\nvehicle = "Diver"\nat_s = 3\nfactor = 0.5', "factor", "not used by kind lost, only by slow"),
     ('kind = "slow"\nvehicle = "Diver"\nat_s = 3\nfactor = 1.0', "factor", "less than 1"),
     ('kind = "sensor"\nvehicle = "Diver"\nat_s = 3\nsensor = "sonar"', "sensor", "allowed: mapping"),

@@ -83,7 +83,7 @@ def test_a_file_gives_the_same_scenario_as_its_table(tmp_path: Path) -> None:
         ("= 48", "= 48\nframe_bytes = 49", r"modem\.quay\.frame_bytes = 49: allowed: up to payload_bytes = 48"),
         ("= 48", "= 48\nband_khz = [9.0, 9.0]", r"modem\.quay\.band_khz = \[9\.0, 9\.0\]: the lower end must come"),
         ("= 48", '= 48\nequipment = "Sonar"', r"modem\.quay\.equipment = \"Sonar\": allowed: AcousticModem, FSKModem"),
-        ("= 48", '= 48\nunverified = ["ratebps"]', r"modem\.quay\.unverified = \"ratebps\": allowed: .*'rate_bps'"),
+        ("= 48", '= 48\nunverified = ["ratebps"]', r"modem\.quay\.unverified = \[\"ratebps\"\]: allowed: .*'rate_bps'"),
         ("= 48", '= 48\nmodulation = "ofdm"', r"modem\.quay\.modulation = \"ofdm\""),
         ("= 48", '= 48\nmodulation = "table"', r"modem\.quay\.per_at_snr: 0 points; modulation = \"table\" needs 2"),
         ("= 48", "= 48\nper_at_snr = [[0.0, 0.5], [1.0, 0.1]]", r"per_at_snr = .*has an effect with modulation"),

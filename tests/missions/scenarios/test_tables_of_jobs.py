@@ -1,7 +1,6 @@
 """Sites, loads, lines and contacts that cannot be are told with file, line, key, value and what is allowed."""
 
 import re
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -9,9 +8,8 @@ import pytest
 from varied import Varied
 
 from missions.errors import ConfigurationError
-from missions.fieldwork import EscortMission, FerryMission, RecoveryMission, ResupplyMission
-from missions.minehunting.mission import MinehuntingMission
 from missions.scenarios import load
+from missions.scenarios.parts import mission_class
 
 ESCORT, FERRY = Varied("escort-lines", "lines.toml"), Varied("ferry-passage", "reef.toml")
 HUNT, RECOVERY = Varied("minehunting-contacts", "contacts.toml"), Varied("recovery-field", "field.toml")
@@ -84,28 +82,16 @@ def test_a_fleet_that_is_not_able_to_do_it(tmp_path: Path) -> None:
         refused(tmp_path, of, blind, says)
 
 
-ROLES: list[tuple[Callable[[dict[str, Any]], dict[str, Any]], Varied, dict[str, int]]] = [
-    (EscortMission.completed, ESCORT, {"line": 14}), (RecoveryMission.completed, RECOVERY, {"site": 12, "lift": 4}),
-    (ResupplyMission.completed, RESUPPLY, {"site": 18, "hole": 8}), (FerryMission.completed, FERRY, {}),
-    (MinehuntingMission.completed, HUNT, {}),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("with_roles", "of", "jobs"), ROLES)
-def test_roles_are_added_once_and_malformed_tables_left_alone(
-    with_roles: Any, of: Varied, jobs: dict[str, int]
-) -> None:
-    once = with_roles(of.raw())
-    assert with_roles(once) == once
-    roles = {role["name"]: role for role in once["group"][0]["role"]}
-    found = {role["job"] for role in roles.values() if "job" in role}
+@pytest.mark.parametrize(("of", "jobs"), [
+    (ESCORT, {"line": 14}), (RECOVERY, {"site": 12, "lift": 4}), (RESUPPLY, {"site": 18, "hole": 8}), (FERRY, {}),
+    (HUNT, {}),
+])  # fmt: skip
+def test_each_job_has_a_role_which_is_added_once(tmp_path: Path, of: Varied, jobs: dict[str, int]) -> None:
+    once = load(str(of.written(tmp_path, of.raw())))
+    assert mission_class(once.scenario.mission).completed(once) == once
+    roles = {role.name: role for role in once.group[0].role}
+    found = {role.job for role in roles.values() if role.job is not None}
     assert not jobs or found == {f"{kind} {n}" for kind, most in jobs.items() for n in range(1, most + 1)}
     if of is FERRY:
-        assert "Carrier of load 1" in roles["Hand"]["influences"]
-        assert {"Carrier of load 2", "Hand", "Leader"} <= set(roles["Carrier of load 1"]["influences"])
-    malformed: list[dict[str, Any]] = [
-        {}, {"group": 3}, {"group": [{"role": 1}]}, {"line": 3}, {"line": [{}]}, {"delivery": [{"name": 1}]},
-        {"boring": "many"}, {"lifts": {"number": "many"}}, {"mission": {"revisits": "many"}},
-    ]  # fmt: skip
-    for tables in malformed:
-        assert with_roles(tables) == tables
+        assert "Carrier of load 1" in roles["Hand"].influences
+        assert {"Carrier of load 2", "Hand", "Leader"} <= set(roles["Carrier of load 1"].influences)
