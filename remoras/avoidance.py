@@ -39,6 +39,8 @@ Bounds = tuple[float, float, float, float]
 """Borders of the area of operations: x_min, y_min, x_max, y_max (m)."""
 SEPARATION_M = 5.0
 """Distance that vehicles in one depth layer keep unless a scenario sets another."""
+INSIDE_M = 10.0
+"""A vehicle whose target lies outside stays this far inside, so that a current does not take it out in a turn."""
 HORIZON_S = 10.0
 """tau: vehicles keep clear for so long ahead."""
 MARGIN = 1.1
@@ -239,6 +241,20 @@ def _least_excess(
             best = found
         excess = plane.excess_mps(best)
     return best
+
+
+def nearest_within(bounds_m: Bounds, place_m: tuple[float, float]) -> tuple[float, float]:
+    """The same object if a place lies within bounds, else the nearest place ``INSIDE_M`` from the borders.
+
+    >>> nearest_within((0.0, 0.0, 500.0, 500.0), (520.0, 30.0))
+    (490.0, 30.0)
+    """
+    x_min, y_min, x_max, y_max = bounds_m
+    x_m, y_m = place_m
+    if x_min <= x_m <= x_max and y_min <= y_m <= y_max:
+        return place_m
+    x_m, y_m = max(x_m, x_min + INSIDE_M), max(y_m, y_min + INSIDE_M)
+    return min(x_m, x_max - INSIDE_M), min(y_m, y_max - INSIDE_M)
 
 
 def walls_of(bounds_m: Bounds, x_m: float, y_m: float) -> list[HalfPlane]:

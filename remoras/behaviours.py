@@ -132,7 +132,8 @@ class Behaviour(Protocol):
 
         Called by the functional layer once a motion tick, while the decision holds this set and one of its activities
         guides, unless the last answer holds, see ``Reference``. On None the vehicle slows down to a stop. It must not
-        change ``motion`` or ``picture``: the control moves the vehicle within its limits.
+        change ``motion`` or ``picture``: the control moves the vehicle within its limits, and to the nearest place in
+        the area of operations if the target lies outside.
         """
         ...
 

@@ -162,6 +162,8 @@ PLANS = Table("plans", (
 the one above, or -1. ``method`` is empty for an elementary task. ``status`` is waiting, running, done, failed or
 dropped (the plan has the task no longer). What an elementary task is expected to take from then on is null where nobody
 can tell."""
+CANNOT = "cannot"
+"""Kind of a row of ``FAULTS`` by which a vehicle gives something up."""
 FAULTS = Table("faults", (TIME, VEHICLE, Column("kind", "str"), Column("detail", "str")))
 """What went wrong, and what befell a vehicle."""
 REFUSED = Table("refused", (TIME, VEHICLE, Column("sender", "str"), Column("slot", "int"), Column("reason", "str")))

@@ -31,7 +31,7 @@ from remoras.executive.layer import ExecutiveLayer
 from remoras.functional.layer import FunctionalLayer, embody
 from remoras.functional.sensing import Sensed
 from remoras.radio import Radio
-from remoras.recorder import Recorder
+from remoras.recorder import CANNOT, Recorder
 from remoras.run_log import RunLog
 from remoras.social.layer import NOTHING_CONSIDERED, Considered, SocialLayer
 from worldmodel import Change, WorldModelError
@@ -174,7 +174,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         if (is_low or functional.stranded) and not self.has_resigned:
             self.has_resigned = True
             if not is_low:
-                self._run_log.fault(now_s, "cannot", f"{functional.stranded}: no headway")
+                self._run_log.fault(now_s, CANNOT, f"{functional.stranded}: no headway")
             self.conclude(self.social.resign(), now_s)
         if self.social.planner.due and decision.has(ActivityType.PLANNING):
             self._plan(now_s)
@@ -230,7 +230,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
             return bool(facts)  # it leaves the job at the end of the round
         blind = not perception.makes_no_way and any(activity.sensors for activity in failed.activities)
         if facts := self.social.give_up(objective, blind):
-            self._run_log.fault(now_s, "cannot", str(objective))
+            self._run_log.fault(now_s, CANNOT, str(objective))
             self.conclude(facts, now_s)
         return bool(facts)
 
@@ -245,7 +245,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         changed |= self._take_effect(now_s)
         if self.social.says_impossible:
             for what, facts in self.social.leave():
-                self._run_log.fault(now_s, "cannot", what)
+                self._run_log.fault(now_s, CANNOT, what)
                 self.conclude(facts, now_s)
         calls = self.executive.calls(now_s) if self.radio.influences else {}
         if stated := self.social.negotiate(now_s, self.functional.believed, calls):

@@ -399,26 +399,30 @@ class Work:
         others_s = max((self._free_at(name, now_s).free_s - now_s for name in held if name != vehicle), default=0.0)
         return max(0.0, 1.0 - others_s / own_s)
 
-    def ended(self, vehicle: str, caller: str, place_m: Point, waiting: Collection[str], now_s: float) -> float:
-        """How much of the wait of a caller at a place a vehicle ends by going there at once, 0..1.
+    def ended(
+        self, vehicle: str, caller: str, place_m: Point, waiting: Collection[str], now_s: float, n_helpers: int = 1
+    ) -> float:
+        """Share of a caller's wait at a place that a vehicle ends by going there at once, 0..1.
 
-        It is 1 - T / T_else: T is the time of the way, T_else the least time in which a member will have done what it
-        holds and come; the vehicle itself is among them if it holds something. Where somebody else is there as soon,
-        nothing is ended.
+        It is 1 - T / T_else: T is the time of the way, T_else the time after which enough members will have done what
+        they hold and come; the vehicle itself is among them if it holds something. Where enough others are there as
+        soon, nothing is ended.
 
         Args:
             vehicle: that might go; caller: who waits.
             place_m: where.
             waiting: members that wait themselves, whose jobs will not be done before; the caller may be missing.
             now_s: the time now.
+            n_helpers: number of members that the caller waits for.
         """
         way_s = distance(self.position_m(vehicle), place_m) / self.database[vehicle].transit_speed_mps
-        else_s = math.inf
+        come_s = []
         for name in self.members:
             if name != caller and name not in waiting and (name != vehicle or name in self._held):
                 free = self._free_at(name, now_s)
                 to_come_s = distance(free.position_m, place_m) / self.database[name].transit_speed_mps
-                else_s = min(else_s, free.free_s - now_s + to_come_s)
+                come_s.append(free.free_s - now_s + to_come_s)
+        else_s = sorted(come_s)[n_helpers - 1] if len(come_s) >= n_helpers else math.inf
         return max(0.0, 1.0 - way_s / else_s) if else_s > 0.0 else 0.0
 
     @cached_property

@@ -180,11 +180,11 @@ class Help:
         of = None if work is None else work.group.role(role)
         if picture is None or work is None or of is None or of.job != self._job or place_m is None:
             return 0.0
-        away, now_s = self.stay_away(work, picture), picture.body.now_s
-        ended = work.ended(self.me, caller, place_m, away, now_s)
+        away, now_s, n_helpers = self.stay_away(work, picture), picture.body.now_s, self._n_helpers
+        ended = work.ended(self.me, caller, place_m, away, now_s, n_helpers)
         others = [name for name in work.members if name not in (self.me, caller, *away)]
-        n_before = sum(work.ended(name, caller, place_m, away, now_s) > ended for name in others)
-        return ended if self.is_on or n_before < self._n_helpers else ended * LATER_SHARE
+        n_before = sum(work.ended(name, caller, place_m, away, now_s, n_helpers) > ended for name in others)
+        return ended if self.is_on or n_before < n_helpers else ended * LATER_SHARE
 
     def stay_away(self, work: Work, picture: Picture) -> Collection[str]:
         """Members that will not come meanwhile: who holds a job that takes help waits too, so it will not be done.

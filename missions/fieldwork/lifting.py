@@ -16,7 +16,7 @@ from pydantic import Field
 
 from exchange.acoustics import loss
 from exchange.arithmetic import distance, sincos
-from missions.fieldwork.helping import Help, HelpAwaited
+from missions.fieldwork.helping import NEWS_FRAMES, Help, HelpAwaited
 from missions.fieldwork.sites import SiteSurvey
 from missions.meeting.staying import DONE_BY, THERE_M, AnyonesJob, Stay
 from remoras.behaviours import BEYOND_IT, DONE, IDLE, Behaviour, Perception, Reference, distance_m
@@ -160,6 +160,7 @@ class Lifting(Behaviour):
         self._lift, self._wait = lift, HelpAwaited(f"others at {lift.name}", wait_s)
         self._stay = Stay(data)
         self._end_m: Point | None = None
+        self._full_s = -math.inf  # when it last saw all ends taken: from farther off its sonar does not show them
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Due once it is known where the object lies; it advances on the way, and while all are there."""
@@ -177,6 +178,8 @@ class Lifting(Behaviour):
         if self._end_m not in free_m:  # of an end that another one has taken, too
             self._end_m = min(free_m, key=lambda end_m: distance_m(motion, end_m), default=None)
         if self._end_m is None:
+            self._full_s = picture.body.now_s
+        if self._end_m is None or picture.body.now_s - self._full_s < NEWS_FRAMES * picture.frame_s:
             return IDLE
         to_go_m = distance_m(motion, self._end_m)
         is_there = performed and to_go_m <= THERE_M

@@ -251,7 +251,8 @@ class MappingTruth(MeetingTruth):
         if not self._seabed.cells or self.goal_fraction >= 1.0 or (self._apart and not self._consulted):
             return reason
         done = f"{100.0 * self._done_fraction:.0f} % of the work done of {100.0 * self._goal:g} %"
-        share = f"{100.0 * self.goal_fraction:.0f} % of the goal, {done}"
+        stopped = [f"{stone.vehicle} left its survey at {stone.time_s:.0f} s" for stone in self._stopped.values()]
+        share = "; ".join([f"{100.0 * self.goal_fraction:.0f} % of the goal, {done}", *stopped])
         return f"{reason}; {share}" if reason else f"together after {now_s:.0f} s: {share}"
 
     def watch(self, fleet: FleetView, now_s: float) -> None:

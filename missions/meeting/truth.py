@@ -21,7 +21,7 @@ from missions.meeting.meeting import Meeting
 from remoras.mission import FleetView, Milestone, VehicleView
 from remoras.nesting import height
 from remoras.organisation import Group
-from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
+from remoras.recorder import CANNOT, FAULTS, TIME, VEHICLE, Column, Recorder, Table
 from remoras.separation import NEAR_M
 from remoras.truth import COMPLETE, left, reachable_by_jobs, within_reach
 from remoras.work import IS_IMPOSSIBLE, Job, Point
@@ -32,6 +32,8 @@ if TYPE_CHECKING:
 
 JOBS = Table("jobs", (TIME, VEHICLE, Column("job", "str")))
 """When a vehicle had done a job; a job that two vehicles do has two rows."""
+IN_ANY_CASE = {"SendingInfluenceSignals", "MissionPlanner"}
+"""Activities that say nothing of where a vehicle is going."""
 ORIGIN, SUBJECT, ATTRIBUTE, VALUE = 1, 4, 5, 6
 """Columns of the table ``items`` that count here."""
 
@@ -192,11 +194,23 @@ class MeetingTruth:
         self.milestones += [Milestone(now_s, "missed_meeting", name, group.name) for name in missing]
 
     def close(self, fleet: FleetView, now_s: float) -> str:
-        """Say whether there is nobody left for the work, who is missing where, and who waits for what."""
+        """Say whether there is nobody left for the work, who is missing where, who waits for what or is on its way."""
         reasons = [self._want_of_vehicles(fleet), self._who_is_missing(fleet, now_s)]
         if self._apart or self.goal_fraction < 1.0:
             reasons += [f"{vehicle.name} waits for {vehicle.waits}" for vehicle in fleet.vehicles if vehicle.waits]
+        if self._apart:
+            reasons.append(self._under_way(fleet))
         return "; ".join(reason for reason in reasons if reason)
+
+    @staticmethod
+    def _under_way(fleet: FleetView) -> str:
+        """Vehicles that wait for nothing, with what they do."""
+        at_work = []
+        for vehicle in fleet.vehicles:
+            doing = [name for name in vehicle.performed if name not in IN_ANY_CASE]
+            if doing and vehicle.is_alive and not vehicle.waits:
+                at_work.append(f"{vehicle.name} {' and '.join(doing)}")
+        return f"under way: {', '.join(at_work)}" if at_work else ""
 
     def _want_of_vehicles(self, fleet: FleetView) -> str:
         """That the goal is out of reach of those left, and how much is not done; empty where it is within reach."""
@@ -337,7 +351,7 @@ class JobTruth(MeetingTruth):
         self._objective = objective
         self._groups = tuple(meeting.groups.values())
         self._jobs: Mapping[str, Job] = meeting.jobs
-        self._rows = recorder.rows(JOBS.name)
+        self._rows, self._faults = recorder.rows(JOBS.name), recorder.rows(FAULTS.name)
         self._noted: set[tuple[str, str]] = set()
         self._done: set[str] = set()
         self._says_impossible, self._items, self._n_read = meeting.says_impossible, recorder.items, 0
@@ -427,6 +441,13 @@ class JobTruth(MeetingTruth):
         told += [f"said to be done and not: {claimed}"] if claimed and self.goal_fraction < 1.0 else []
         is_short = bool(reason) or self.goal_fraction < 1.0  # all may be together since somebody said what is not so
         missing = [f"jobs not done: {', '.join(undone)}"] if is_short and undone else []
+        given_up = {
+            job: detail
+            for _, _, kind, detail in self._faults
+            for job in undone
+            if kind == CANNOT and (detail.startswith(f"{job}:") or f"({job})" in detail)
+        }
+        missing += [f"given up: {detail}" for detail in given_up.values() if is_short]
         return "; ".join(text for text in (reason, *missing, *told) if text)
 
     def _undone(self, group: Group) -> list[str]:

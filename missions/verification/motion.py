@@ -237,6 +237,7 @@ def _check_energy(record: Record, name: str, data: dict[str, Any], track: Track,
             drained_w += power_w * ((time_s[1:] >= spell.from_s) & (time_s[1:] < spell.until_s))
     due_j = runs * dt_s * (data["hotel_w"] + listening + drained_w + data["drag_w_per_mps3"] * speed**3) + sent_j[1:]
     step_j = dt_s * data["drag_w_per_mps3"] * 3.0 * speed**2 * 0.6 * SPEED_STEP_MPS
+    step_j += dt_s * 1e-5 * drained_w  # a detail states six digits of it
     used_j = np.diff(track.energy_j.astype(float))
     asked = ~drained[1:]
     report.look("energy", 2 * len(used_j))

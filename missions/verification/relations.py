@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter, defaultdict
+from collections.abc import Mapping, Sequence
 from functools import partial
 
 from missions.verification.ending import KEEP_OWN_JOBS
@@ -378,6 +379,7 @@ def _check_requests(record: Record, report: CheckReport) -> None:
     frame_s, seen = (slot_s(record) or 0.0) * len(record.vehicles), Counter[Row]()
     answered = set[Row]()
     founded: defaultdict[Row, set[str]] = defaultdict(set)
+    plays: defaultdict[Row, list[tuple[float, bool]]] = defaultdict(list)
     columns = "time_s vehicle issuer act group role peer objective argument event outcome"
     for time_s, vehicle, issuer, act, *what, event, outcome in record.rows("organisation", columns):
         report.look("requests")
@@ -385,6 +387,8 @@ def _check_requests(record: Record, report: CheckReport) -> None:
         words = f"{act} {' '.join(filter(None, what))} by {issuer or 'nobody'}"
         if event != (ACTS.get(act) if outcome == "success" else "refused"):
             wrong(f"{words} {event}, {outcome}", f"{ACTS.get(act)} with success, or refused")
+        if event in ("assigned", "left"):
+            plays[vehicle, *what[:3]].append((time_s, event == "assigned"))
         if not issuer:
             founded[(act, *what)].add(vehicle)
         if not issuer or act not in SAID or time_s >= until_s or _is_unsaid(record, {vehicle, issuer}, *what[:2]):
@@ -404,12 +408,22 @@ def _check_requests(record: Record, report: CheckReport) -> None:
         is_due = any(at_s < until_s - frame_s - 1.0 and not record.is_away(key[0], at_s + frame_s) for at_s in times_s)
         is_known = key[2] == "objective" and (key[0], *key[3:5], *key[6:]) in record.given_s
         is_known |= key[0] in founded.get(key[2:], ())
+        is_known |= key[2] in ("assign", "release") and _is_so(plays, key, min(times_s))
         if is_due and key not in answered and not is_known and not _is_unsaid(record, set(key[:2]), *key[3:5]):
             report.add("requests", "organisation", min(times_s), key[0], "no row", f"{' '.join(key[2:])} by {key[1]}")
     for what, vehicles in founded.items():
         report.look("founded", len(record.vehicles))
         for vehicle in sorted(set(record.vehicles) - vehicles):
             report.add("founded", "organisation", 0.0, vehicle, "no row", f"{' '.join(what)}, as others have it")
+
+
+def _is_so(plays: Mapping[Row, Sequence[tuple[float, bool]]], key: Row, then_s: float) -> bool:
+    """True if a request changes nothing: the view of who received it is as requested already, or again."""
+    states = [False]
+    for at_s, holds in plays.get((key[0], *key[3:6]), ()):
+        if at_s <= then_s + CLOSE_S:
+            states = [holds] if at_s < then_s - CLOSE_S else [*states, holds]
+    return (key[2] == "assign") in states
 
 
 def _is_unsaid(record: Record, vehicles: set[str], group: str, role: str) -> bool:

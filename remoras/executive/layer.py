@@ -26,6 +26,8 @@ Call = tuple[RoleKey, str, str]  # the role addressed, the emitter and its role
 
 STILL_PASSING = -32
 """Weakest call of a vehicle that has called for room and is hindered still."""
+ANSWERING = 1.0 / 16.0
+"""Advantage of a call that is being answered: satisfactions change by less in a few decisions."""
 NO_EQUALS: Mapping[RoleKey, Collection[RoleKey]] = MappingProxyType({})
 """Of vehicles of which none is another's equal."""
 
@@ -324,8 +326,10 @@ class ExecutiveLayer:
 
         As with Simonin and Ferber nobody answers a signal that is weaker than the one that it emits itself; of two
         alike that of the vehicle whose name comes first is the louder one. They are compared in full while remembered.
+        A vehicle that answers a call goes on until its own is louder by ``ANSWERING``.
         """
         constants, own = self._constants, 0.0
+        answered = {self._ending.get(index) for index in self.decision.chosen}
         for role, value in self.satisfaction.items():
             if role in self._working:
                 own = max(own, call(signal_of(value), 0.0, constants))
@@ -333,6 +337,7 @@ class ExecutiveLayer:
         for key in sorted(self._waiting):
             signal = self._heard[key[0]][key[1:]]
             age_s, loud = now_s - signal.heard_s, call(signal.value, 0.0, constants)
+            loud += ANSWERING if key in answered else 0.0
             if age_s <= constants.signal_memory_s and (loud > own or (loud == own and key[1] < self._name)):
                 found.append((key, call(signal.value, age_s, constants)))
         return found

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 from remoras.activities import ActivityKind, ActivitySet, ActivityType, Wait
 from remoras.attraction import USUAL, GuidanceConstants, Pulls
-from remoras.avoidance import Bounds, Neighbour
+from remoras.avoidance import Bounds, Neighbour, nearest_within
 from remoras.behaviours import STUCK, Behaviour, Homing, Perception, Reference
 from remoras.condition import Condition
 from remoras.database import VehicleData
@@ -138,7 +138,7 @@ class FunctionalLayer:
         self.believed = self.motion
         self.depth_m = data.depth_m
         self.picture = picture
-        self._sound_target_m: Point = data.start_m
+        self._sound_target_m = self._allowed_m = data.start_m
         self._settled_m: Point = data.start_m
         self._mission = mission
         self.sensors = Sensing(data.name, sensors, world)
@@ -372,11 +372,13 @@ class FunctionalLayer:
             if sound and reference[0] is not self._sound_target_m:  # mostly it is the same from tick to tick
                 x_m, y_m = self._sound_target_m = reference[0]
                 sound = math.isfinite(x_m + y_m)
+                self._allowed_m = nearest_within(self._bounds_m, self._sound_target_m)
         except Exception as error:
             raise self._broken(index, "reference", REFERENCE, error) from error
         if not sound:
             raise self._broken(index, "reference", REFERENCE, reference)
-        return reference
+        allowed_m = self._allowed_m
+        return reference if allowed_m is reference[0] else reference._replace(target_m=allowed_m)
 
 
 def _contacts_m(x_m: float, y_m: float, neighbours: Sequence[Neighbour]) -> tuple[Point, ...]:

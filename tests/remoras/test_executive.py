@@ -253,6 +253,21 @@ def test_who_waits_itself_answers_louder_calls_alone(own: float, heard: int, emi
     assert (executive.motivations[1] > 0.2) == is_answered
 
 
+def test_two_that_wait_alike_do_not_take_turns_in_answering() -> None:
+    """At the end of the scale the one that answers recovers by less than a step, no reason to turn back."""
+    executive = worker(LIFTING, HELPING)
+    executive.satisfaction[LIFTER] = -127.0
+    executive.hear(PERFORMER, "AUV09", "Lifter", -128, 0.0)
+    executive.decide([STANDING, helping(1.0, "AUV09")], 0.0, 0.0)
+    assert chosen(executive) == {"Helping"}
+    executive.satisfaction[LIFTER] = -128.0
+    executive.decide([STANDING, helping(1.0, "AUV09")], 2.0, 0.0)
+    assert chosen(executive) == {"Helping"}
+    executive.hear(PERFORMER, "AUV09", "Lifter", -100, 4.0)
+    executive.decide([STANDING, helping(1.0, "AUV09")], 4.0, 0.0)
+    assert chosen(executive) == {"Lifting"}
+
+
 # Calls for room -----------------------------------------------------------------------------------
 
 

@@ -104,3 +104,10 @@ def test_who_goes_ends_what_is_left_of_a_wait() -> None:
     assert busy.ended("AUV01", "AUV00", place_m, (), 0.0) == 0.0
     assert busy.ended("AUV02", "AUV00", place_m, (), 0.0) == 1.0 - 100.0 / 160.0  # it holds nothing: who else comes
     assert busy.ended("AUV01", "AUV00", place_m, {"AUV01", "AUV02"}, 0.0) == 1.0
+
+
+def test_where_a_caller_waits_for_two_the_second_to_come_counts() -> None:
+    """Alone, AUV02 would be there at once, AUV01 after 160 s; without either of them the second never comes."""
+    place_m, busy = (200.0, 0.0), work(("Dock", "AUV01"))
+    assert busy.ended("AUV01", "AUV00", place_m, (), 0.0, 2) == 1.0 - 100.0 / 160.0
+    assert busy.ended("AUV02", "AUV00", place_m, (), 0.0, 2) == 1.0
