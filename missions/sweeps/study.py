@@ -4,15 +4,13 @@ It is the product of scenarios, vehicles, strategies, policies, channels, points
 keys of the scenario, named as ``--set`` names them; points come from a full grid, a list, a Latin hypercube or a
 two-level factorial design.
 
-Every configuration of the design is resolved when the study is loaded, so that a study that starts can also finish: all
-faults are reported at once.
+Every configuration of the design is resolved when the study is loaded, so that a study that starts can also finish.
 """
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from copy import deepcopy
 from dataclasses import dataclass, replace
 from importlib import resources
 from pathlib import Path
@@ -183,15 +181,6 @@ def _product(grid: Sequence[StudySetting]) -> list[Settings]:
 
 
 KEY_OF_METRICS = "study.metrics"
-HARMLESS: Mapping[str, Any] = {
-    "study.repeats": 1,
-    "study.name": "study",
-    "stopping.maximum": 10,
-    "stopping.metric": "completed",
-}
-"""What takes the place of compulsory values that are malformed, while others are looked at."""
-SWEPT_BY = frozenset({"study.strategies", "study.policies", "study.sampling"})
-"""Keys on which others rest: where one is malformed, nothing is said of what is wrong between the tables."""
 
 
 @dataclass(frozen=True)
@@ -264,7 +253,8 @@ def load_study(name_or_path: str, strategies: Sequence[str] = ()) -> Study:
         The study, ready for ``sweep``.
 
     Raises:
-        ConfigurationError: with every fault of the file, or of the scenario that it names.
+        ConfigurationError: with every malformed value of the file; else with every fault between its tables; else with
+            every fault of its configurations, or of the scenario that it names.
     """
     return study_of(Document.read(name_or_path, shipped_studies(), STUDY), strategies)
 
@@ -275,86 +265,24 @@ def study_of(document: Document, strategies: Sequence[str] = ()) -> Study:
     tables = with_files_found(document.raw, folder)
     if isinstance(tables.get("channel"), dict):
         tables["channel"] = [tables["channel"]]
-    file, faults, malformed = _validated(document, tables)
-    file, unknown = _with_strategies(file, strategies, folder)
-    between = [] if malformed & SWEPT_BY else list(faults_between(file))
-    faults += [fault for fault in [*between, *unknown] if fault.key not in malformed]
-    file, own, no_metrics = _with_own_metrics(file, folder)
-    faults += no_metrics
     try:
-        configurations, bases, more = _resolved(_without(file, faults), folder, own)
-        faults += more
-        metrics, more = _metrics(bases)
-    except ConfigurationError:
-        if faults:
-            raise document.error(faults) from None
-        raise  # of a scenario, which is another file
+        file = StudyFile.model_validate(tables)
+    except ValidationError as error:
+        raise document.error(document.faults_of(error, StudyFile)) from None
+    file, unknown = _with_strategies(file, strategies, folder)
+    between = [*faults_between(file), *unknown]
+    file, own, no_metrics = _with_own_metrics(file, folder)
+    if faults := [*between, *no_metrics]:
+        raise document.error(faults)
+    configurations, bases, faults = _resolved(file, folder, own)
+    metrics, of_metrics = _metrics(bases)
     if metrics:
-        more += _metric_faults(file, metrics)
-    if faults or more:
-        raise document.error([*faults, *more])
+        of_metrics += _metric_faults(file, metrics)
+    if faults or of_metrics:
+        raise document.error([*faults, *of_metrics])
     text = "".join(f"# {OPTION} {name}\n" for name in strategies) + document.text
     named = {metric.name: None for part in configurations for metric in own_metrics(part.scenario).values()}
     return Study(text, _with_metrics(file, metrics), tuple(configurations), metrics, tuple(named))
-
-
-def _validated(
-    document: Document, tables: Mapping[str, Any]
-) -> tuple[StudyFile, list[ConfigurationFault], frozenset[str]]:
-    """The tables of a study, without values that are malformed; faults of these, and their dotted keys.
-
-    Raises:
-        ConfigurationError: nothing is left that a study could be, as where a compulsory key is missing or malformed.
-    """
-    faults: list[ConfigurationFault] = []
-    malformed: set[str] = set()
-    left = deepcopy(dict(tables))
-    while True:
-        try:
-            return StudyFile.model_validate(left), faults, frozenset(malformed)
-        except ValidationError as error:
-            if not faults:
-                faults = document.faults_of(error, StudyFile)
-            places = [tuple(detail["loc"]) for detail in error.errors()]
-            if not sum(_taken_out(left, place) for place in places):
-                raise document.error(faults) from None
-            malformed |= {".".join(map(str, place[:2])) for place in places}
-
-
-def _taken_out(tables: dict[str, Any], place: Sequence[str | int]) -> bool:
-    """Take a malformed value out of the tables, or put something harmless in its place; False if that changes nothing.
-
-    Of a list the whole goes, since the others would be numbered anew.
-    """
-    above: Any = tables
-    for part in place[:-1]:
-        if not isinstance(above.get(part), dict):
-            return above.pop(part, None) is not None
-        above = above[part]
-    key, harmless = place[-1], HARMLESS.get(".".join(map(str, place)))
-    if harmless is None:
-        return above.pop(key, None) is not None
-    was, above[key] = above.get(key), harmless
-    return bool(was != harmless)
-
-
-def _without(file: StudyFile, faults: Iterable[ConfigurationFault]) -> StudyFile:
-    """The study without the keys and tables at fault, so that what is wrong with the others can be told too."""
-    keys = {fault.key for fault in faults}
-    emptied: dict[str, Any] = {
-        name: {key: value for key, value in flattened(getattr(file, name)) if f"{name}.{key}" not in keys}
-        for name in ("set", "grid", "latin", "factorial")
-        if any(key.startswith(f"{name}.") for key in keys)
-    }
-    emptied |= {name: () for name in ("channel", "point", "unforeseen") if {key.split(".")[0] for key in keys} & {name}}
-    if "factorial" in keys:
-        emptied["factorial"] = {}
-    if any(key.startswith(("factorial", "study.halvings")) for key in keys):  # fewer factors cannot be halved as often
-        file = file.model_copy(update={"study": file.study.model_copy(update={"halvings": 0})})
-    table = TABLE_OF[file.study.sampling]
-    if table != "grid" and not emptied.get(table, getattr(file, table)):
-        emptied |= {"study": file.study.model_copy(update={"sampling": "grid"}), "grid": {}}
-    return file.model_copy(update=emptied)
 
 
 def _with_strategies(file: StudyFile, added: Sequence[str], folder: Path) -> tuple[StudyFile, list[ConfigurationFault]]:
@@ -504,7 +432,7 @@ def _metrics(scenarios: Mapping[str, Scenario]) -> tuple[dict[str, Metric], list
 
 def _metric_faults(file: StudyFile, metrics: Mapping[str, Metric]) -> list[ConfigurationFault]:
     """Metrics that the study names and that its missions do not have."""
-    named = [(KEY_OF_METRICS, name) for name in file.study.metrics or () if not is_named(name)]  # told already
+    named = [(KEY_OF_METRICS, name) for name in file.study.metrics or ()]
     named += [("stopping.metric", file.stopping.metric)] if file.stopping else []
     return [
         ConfigurationFault(key, f'"{name}"', f"allowed: {', '.join(metrics)}{suggestion(name, metrics)}")

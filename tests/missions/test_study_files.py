@@ -150,16 +150,25 @@ metric = "n_bytes"
 half_width = 1.0
 maximum = 10
 """
-ALL = (
-    "1 study.name, 4 study.strategies, 6 study.samples, 8 latin.decision.weight_external, 9 stopping.maximum, "
-    "9 stopping.half_width, 10 stopping.metric, 11 unforeseen.1.name, 12 unforeseen.1.nme"
-)
+MALFORMED = "1 study.name, 6 study.samples, 9 stopping.maximum, 11 unforeseen.1.name, 12 unforeseen.1.nme"
+BETWEEN = """[study]
+name = "bad"
+scenario = "mapping-rendezvous"
+repeats = 2
+strategies = ["remora"]
+sampling = "latin"
+[latin]
+decision.weight_external = [1, 0]
+[stopping]
+metric = "goal"
+maximum = 10
+"""
 
 
 @pytest.mark.parametrize(
     ("text", "was", "now", "told"),
     [
-        (MANY, "", "", ALL),
+        (MANY, "", "", MALFORMED), (BETWEEN, "", "", "8 latin.decision.weight_external, 9 stopping.half_width"),
         (ONE, '"remoras", "cbba"]', '"remoras", 3]', "4 study.strategies.2"),  # so nothing is said of the baseline
         (ONE, 'sampling = "list"', 'sampling = "lst"', "6 study.sampling"),  # nor of [[point]], which another reads
         (ONE, "repeats = 2\n", "", "2 study.repeats"), (ONE, "channel.per = 0.1", "channel = 3", "10 point.1.channel"),
