@@ -1,8 +1,5 @@
 """Worker of a sweep: one run, and its verification.
 
-What follows from a scenario alone is worked out once for all its runs that come one after another: checks, ontology,
-founding, codec. Where a scenario names a part of a user's own, which may change in a run, every run has it anew.
-
 This is the only module of the missions that reads the wall clock: a run's line says when it finished and where. Nothing
 of that enters the model.
 """
@@ -15,17 +12,14 @@ import platform
 import time
 import traceback
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from missions.errors import ClusterError, OutputError
 from missions.runs.run import run_of
-from missions.runs.setup import Setup, resolved
+from missions.runs.setup import resolved
 from missions.runs.summary import identity, summary
 from missions.runs.tables import encoded
-from missions.scenarios import Scenario
 from missions.sweeps.code import code_with, references
 from missions.sweeps.folder import TABLES, SweepResults
 from missions.sweeps.ledger import DONE, FAILED, FinishedRun
@@ -40,11 +34,6 @@ try:
     import resource
 except ImportError:  # Windows has no such limits
     resource = None  # type: ignore[assignment]
-
-
-MOST_SCENARIOS = 16
-"""Scenarios of which a worker remembers what their runs have in common: the order of a sweep goes through all of its
-configurations again and again."""
 
 
 class Needed(NamedTuple):
@@ -87,52 +76,13 @@ def run_chunk(needed: Needed, tasks: Sequence[RunTask]) -> list[FinishedRun]:
     return [run_task(task) for task in tasks]
 
 
-@dataclass(frozen=True)
-class _Common:
-    """What runs of one scenario have in common; equal are those of equal scenarios.
-
-    Args:
-        content: of the scenario, as JSON.
-        scenario: of the runs.
-    """
-
-    content: str
-    scenario: Scenario = field(compare=False)
-
-    @classmethod
-    def of(cls, scenario: Scenario) -> _Common:
-        """That of a run before this one, if this process has made one of the scenario lately."""
-        return _first(cls(scenario.model_dump_json(), scenario))
-
-    @cached_property
-    def references(self) -> frozenset[str]:
-        """What the scenario names of a user's own."""
-        return references([self.scenario.model_dump(mode="json")])
-
-    @cached_property
-    def _setup(self) -> Setup:
-        return resolved(self.scenario)
-
-    @property
-    def setup(self) -> Setup:
-        """The scenario resolved; raises as ``resolved`` does."""
-        return resolved(self.scenario) if self.references else self._setup
-
-
-@lru_cache(maxsize=MOST_SCENARIOS)
-def _first(common: _Common) -> _Common:
-    """Of those that are equal the one that came first."""
-    return common
-
-
 @rare_collections()
 def run_task(task: RunTask) -> FinishedRun:
     """Run one task."""
     wall_s, cpu_s = time.perf_counter(), time.process_time()
-    common = _Common.of(task.scenario)
     fields, error, tables = identity(task.scenario, task.seed), "", {}
     try:
-        finished = run_of(common.setup, task.seed)
+        finished = run_of(resolved(task.scenario), task.seed)
         fields = summary(finished)
         if task.keep_tables:
             tables = encoded(finished.recorder, task.key)
@@ -145,18 +95,16 @@ def run_task(task: RunTask) -> FinishedRun:
         "worker": os.getpid(),
         "finished_at": _now(),
     }
-    return FinishedRun(_line(task, common, fields, error, machine), tables)
+    return FinishedRun(_line(task, fields, error, machine), tables)
 
 
 def killed(task: RunTask, error: str) -> FinishedRun:
     """A run whose process did not outlive it, and why."""
     machine = {"wall_s": None, "cpu_s": None, "host": platform.node(), "worker": os.getpid(), "finished_at": _now()}
-    return FinishedRun(_line(task, _Common.of(task.scenario), identity(task.scenario, task.seed), error, machine), {})
+    return FinishedRun(_line(task, identity(task.scenario, task.seed), error, machine), {})
 
 
-def _line(
-    task: RunTask, common: _Common, fields: Mapping[str, Any], error: str, machine: Mapping[str, Any]
-) -> dict[str, Any]:
+def _line(task: RunTask, fields: Mapping[str, Any], error: str, machine: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "key": task.key,
         "status": FAILED if error else DONE,
@@ -166,7 +114,7 @@ def _line(
         "error": error,
         "replay": task.replay if error else "",
         "tables": task.keep_tables and not error,
-        "code": code_with(common.references),
+        "code": code_with(references([task.scenario.model_dump(mode="json")])),
         "machine": dict(machine),
     }
 
