@@ -205,6 +205,27 @@ def is_named(text: str) -> bool:
     return ":" in text or text.endswith(".py")
 
 
+OURS = frozenset({"worldmodel", "exchange", "remoras", "missions", "visualisation"})
+"""Packages of this program."""
+REFERENCE = re.compile(r"([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*):[A-Za-z_][\w.]*")
+"""``package.module:object``."""
+
+
+def texts(value: Any) -> Iterator[str]:
+    """Every text in nested tables and lists."""
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, dict | list):
+        for entry in value.values() if isinstance(value, dict) else value:
+            yield from texts(entry)
+
+
+def is_reference(text: str) -> bool:
+    """True for a text that may name an object of a module that is not this program's own."""
+    match = REFERENCE.fullmatch(text)
+    return match is not None and match[1].partition(".")[0] not in OURS
+
+
 def text_of(path: Path, most_bytes: int | None = None) -> str:
     """Text of a UTF-8 file, with or without a byte order mark.
 

@@ -17,8 +17,7 @@ from missions.errors import OutputError
 from missions.runs.assembly import assemble
 from missions.runs.reader import RunReader
 from missions.runs.results import MemoryResults
-from missions.runs.root import Root
-from missions.runs.run import result_of, settled_of
+from missions.runs.run import Root, result_of, settled_of
 from missions.runs.summary import identity
 from missions.runs.tables import arrow_table
 from remoras.face import Run

@@ -8,8 +8,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from exchange.acoustics.channel import Channel
+from missions.files import OURS, is_reference, texts
 from missions.runs.assembly import assemble
-from missions.runs.root import Root, is_drawn
 from missions.runs.setup import Setup, resolved
 from missions.scenarios.scenario import Scenario
 from remoras.fleet import Fleet
@@ -18,6 +18,39 @@ from remoras.recorder import Recorder
 from remoras.settling import Settled, settle
 from remoras.strategy import Strategy
 from remoras.truth import reachable_fraction
+
+
+class Root(int):
+    """A seed that notes whether anything was drawn from it.
+
+    All draws are made by ``exchange.acoustics.loss``, which adds 1 to the seed before it scrambles it. So nobody who
+    draws can forget to say so, and nothing is asked of those who do not.
+
+    >>> seed = Root(7)
+    >>> seed.is_drawn_from, seed + 1, seed.is_drawn_from
+    (False, 8, True)
+    """
+
+    is_drawn_from = False
+
+    def __add__(self, other: int) -> int:
+        self.is_drawn_from = True
+        return int(self) + other
+
+
+def is_drawn(root: int, scenario: Scenario, strategy: object) -> bool | None:
+    """Whether anything was drawn in a run; None where nobody can say, for parts of a user's own may draw unseen.
+
+    Args:
+        root: of its draws.
+        scenario: of the run.
+        strategy: of the run.
+    """
+    if not isinstance(root, Root) or root.is_drawn_from:
+        return True
+    is_ours = type(strategy).__module__.partition(".")[0] in OURS
+    parts = scenario.model_dump(mode="json", exclude={"scenario": {"metrics"}})  # which are asked when the run is over
+    return False if is_ours and not any(map(is_reference, texts(parts))) else None
 
 
 @dataclass(frozen=True, repr=False)

@@ -16,7 +16,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from missions.runs.root import is_reference, texts
+from missions.files import is_reference, texts
 from remoras.plugins import asked_for
 
 MAKE_RUNS = ("worldmodel", "exchange", "remoras", "missions")
@@ -42,7 +42,7 @@ def short(digests: Mapping[str, str]) -> str:
     return _digest("\n".join(f"{name} {value}" for name, value in sorted(digests.items())).encode())
 
 
-@cache
+@cache  # digests of 500 files
 def program() -> dict[str, str]:
     """What this process makes runs with: digests of this program's files by path, and versions by name."""
     digests = {"python": platform.python_version()}
@@ -77,7 +77,7 @@ def references(scenarios: Iterable[Mapping[str, Any]]) -> frozenset[str]:
     return frozenset(text for scenario in scenarios for text in texts(scenario) if is_reference(text))
 
 
-@cache
+@cache  # for each run, and plug-ins are parsed
 def code_with(named: frozenset[str] = frozenset()) -> str:
     """One digest of this program and of the plug-ins that references name, worked out once.
 

@@ -19,7 +19,7 @@ from stress.trial import INVARIANTS, Outcome, effective_kinds, faulty_channel
 from missions.nodes import LoneVehicle, NodePlan, alone
 from missions.nodes.logs import LineKind, LogEntry, Logged, back
 from missions.runs.assembly import channel_of
-from missions.runs.root import Root
+from missions.runs.run import Root
 from missions.runs.setup import resolved
 from remoras.settling import _is_settled
 from remoras.solo import just_after

@@ -18,8 +18,7 @@ from stress.schedules import DAMAGE, DECLARED, FOR_GOOD, Schedule, StressFault, 
 from exchange.acoustics.channel import Channel
 from missions.errors import ConfigurationError
 from missions.runs.assembly import assemble, channel_of
-from missions.runs.root import Root
-from missions.runs.run import result_of, run, settled_of
+from missions.runs.run import Root, result_of, run, settled_of
 from missions.runs.setup import Setup, resolved, world_model
 from missions.runs.summary import summary
 from remoras.collecting import rare_collections

@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 
 from visualisation.exports.formats import Counts
-from visualisation.exports.geodesy import Datum
-from visualisation.exports.voyage import Voyage, VoyageTrack
+from visualisation.exports.voyage import Datum, Voyage, VoyageTrack
 
 TRACK, PLACE, MILESTONE = "track", "place", "milestone"
 """Property ``kind`` of the features."""

@@ -34,8 +34,8 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from visualisation import style
 from visualisation.exports.formats import Counts
-from visualisation.exports.geodesy import Floats
 from visualisation.exports.voyage import SentPacket, Voyage, VoyageTrack
+from visualisation.run_records import Floats
 
 MAP = "map"
 PACKAGE = "foxglove_msgs/msg/"

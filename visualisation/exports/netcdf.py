@@ -14,8 +14,8 @@ import netCDF4
 import numpy as np
 
 from visualisation.exports.formats import Counts
-from visualisation.exports.geodesy import Datum, Floats
-from visualisation.exports.voyage import WAITING, Voyage
+from visualisation.exports.voyage import WAITING, Datum, Voyage
+from visualisation.run_records import Floats
 
 UNITS_OF_TIME = "seconds since 1970-01-01 00:00:00 UTC"
 COMPRESSED: dict[str, Any] = {"compression": "zlib", "complevel": 4, "shuffle": True}

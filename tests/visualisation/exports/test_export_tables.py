@@ -13,8 +13,7 @@ import pytest
 from missions.figure import Place
 from missions.runs.results import Results
 from visualisation.exports import Exported, export
-from visualisation.exports.geodesy import Datum
-from visualisation.exports.voyage import Voyage
+from visualisation.exports.voyage import Datum, Voyage
 
 
 @pytest.fixture(scope="session")
