@@ -190,7 +190,7 @@ class MetricRecord:
     Args:
         name: field of the summary.
         unit: unit, empty without one.
-        better: direction of a ranking; None if the results do not say it, as those of older versions do not.
+        better: direction of a ranking.
         label: what axes and captions call it, without the unit.
         headline: True if it is compared where no metrics are named.
         note: sentence that captions add.
@@ -199,7 +199,7 @@ class MetricRecord:
 
     name: str
     unit: str
-    better: Better | None
+    better: Better
     label: str
     headline: bool = False
     note: str = ""
@@ -212,7 +212,7 @@ class MetricRecord:
 
     def written(self) -> dict[str, Any]:
         """The declaration as JSON has it."""
-        return {**vars(self), "better": self.better.value if self.better else None}
+        return {**vars(self), "better": self.better.value}
 
     @classmethod
     def read(cls, entry: Mapping[str, Any]) -> MetricRecord:

@@ -14,6 +14,7 @@ from __future__ import annotations
 import statistics as plain
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 from missions.comparison.ranking import columns_of, family_of, of_less_success, without
 from missions.comparison.rows import Comparison
@@ -32,7 +33,6 @@ from missions.comparison.treatments import (
 from missions.metric import Metric, MetricRecord
 from missions.statistics import (
     Estimated,
-    Interval,
     NoInterval,
     Timed,
     mean_interval,
@@ -124,9 +124,6 @@ def _row(
     interval = success if metric.name == SUCCESS else _interval(sample)
     reached = [sample.values[repeat] for repeat in sample.reached or ()]
     of_reached = NoInterval.DETERMINISTIC if sample.constant else mean_interval(reached)
-    low, high = _bounds(interval)
-    reached_low, reached_high = _bounds(of_reached)
-    success_low, success_high = _bounds(success)
     row = Comparison(
         **treatment.columns(),
         metric=metric.name,
@@ -136,40 +133,30 @@ def _row(
         n_failed=sum(run.failed for run in runs.values()),
         n_reached=n_reached(runs, metric),
         mean=plain.fmean(values),
-        ci95_low=low,
-        ci95_high=high,
         median=plain.median(values),
         least=min(values),
         largest=max(values),
         success_rate=sum(completed) / len(completed),
-        success_ci95_low=success_low,
-        success_ci95_high=success_high,
         deterministic=sample.constant,
         ci95_note=_note(interval),
         reached_mean=plain.fmean(reached) if reached else None,
-        reached_ci95_low=reached_low,
-        reached_ci95_high=reached_high,
+        **_bounds("ci95", interval),
+        **_bounds("success_ci95", success),
+        **_bounds("reached_ci95", of_reached),
     )
-    return row if paired is None else _with_difference(row, paired)
-
-
-def _with_difference(row: Comparison, paired: Paired) -> Comparison:
-    """The row with what the pairs say."""
-    low, high = _bounds(paired.interval)
-    reached_low, reached_high = _bounds(paired.reached_interval)
+    if paired is None:
+        return row
     return replace(
         row,
         diff_to_baseline=paired.difference,
-        diff_ci95_low=low,
-        diff_ci95_high=high,
         diff_note=_note(paired.interval),
         effect_size=paired.effect,
         pairing_gain=paired.gain,
         n_pairs=paired.n,
         n_pairs_reached=paired.n_reached,
         diff_reached=paired.reached,
-        diff_reached_ci95_low=reached_low,
-        diff_reached_ci95_high=reached_high,
+        **_bounds("diff_ci95", paired.interval),
+        **_bounds("diff_reached_ci95", paired.reached_interval),
     )
 
 
@@ -183,8 +170,10 @@ def _interval(sample: Measured) -> Estimated:
     return restricted_interval(Timed(values, [repeat in sample.reached for repeat in sample.values], sample.horizon))
 
 
-def _bounds(interval: Estimated) -> Interval | tuple[None, None]:
-    return (None, None) if isinstance(interval, NoInterval) else interval
+def _bounds(columns: str, interval: Estimated) -> dict[str, Any]:
+    """The two columns of an interval."""
+    low, high = (None, None) if isinstance(interval, NoInterval) else interval
+    return {f"{columns}_low": low, f"{columns}_high": high}
 
 
 def _note(interval: Estimated) -> str:

@@ -124,8 +124,8 @@ def ranks(results: SweepResults, metric: str) -> list[Rank]:
     check_name("--metric", metric, results.metrics)
     declared = results.metrics[metric]
     better = declared.better
-    if better is None or better is Better.NEITHER:
-        why = "neither higher nor lower is better" if better else "this folder does not say which direction is better"
+    if better is Better.NEITHER:
+        why = "neither higher nor lower is better"
         raise OutputError(f"--metric {metric!r}: cannot be ranked, {why}; allowed are {', '.join(results.ranked)}")
     columns = columns_of(treatments_of(results), declared, results.metrics[SUCCESS])
     family = family_of(columns)

@@ -390,7 +390,7 @@ class Memory:
         self._known_s: dict[str, list[_Held]] = {name: [] for name in setup.database}
         self._read(results)
 
-    @cached_property
+    @cached_property  # all packets
     def _senders(self) -> Senders:
         return Senders(self._results)
 

@@ -84,7 +84,7 @@ class RunReader(ABC):
         """Units of a table's columns; columns without a unit are left out."""
         return {field.name: field.metadata[b"unit"].decode() for field in self.table(name).schema if field.metadata}
 
-    @cached_property
+    @cached_property  # 10 ms to parse, asked by each part of a figure
     def scenario_tables(self) -> dict[str, Any]:
         """The resolved scenario as TOML has it, which other versions can read too.
 
@@ -98,19 +98,19 @@ class RunReader(ABC):
 
     # What metrics read ------------------------------------------------------------------------------
 
-    @cached_property
+    @cached_property  # it keeps the rows that metrics share
     def recorder(self) -> KeptTables:
         """The tables as rows in time order."""
         return KeptTables(self)
 
-    @cached_property
+    @cached_property  # reads the ontology
     def setup(self) -> Setup:
         """What was settled before the mission began."""
         from missions.runs.setup import resolved  # which asks for the metrics of a scenario, and few metrics for it
 
         return resolved(self.scenario)
 
-    @cached_property
+    @property
     def mission(self) -> Mission:
         """The mission of the scenario."""
         return mission_of(self.scenario)
@@ -178,7 +178,7 @@ class RunReader(ABC):
 
     # What vehicles knew -----------------------------------------------------------------------------
 
-    @cached_property
+    @cached_property  # all blocks of the run
     def _memory(self) -> Memory:
         from missions.runs.known import Memory  # who only reads tables need not load what runs
 
@@ -261,7 +261,7 @@ class KeptRun(RunReader):
     def _read(self, name: str) -> pa.Table:
         return self._read_table(name)
 
-    @cached_property
+    @cached_property  # loads a scenario
     def scenario(self) -> Scenario:
         """The whole input of the run."""
         return self._scenario_of()

@@ -132,21 +132,21 @@ class MemoryResults(RunReader):
     def __repr__(self) -> str:
         return f"<Results of {self.run!r}>"
 
-    @cached_property
+    @cached_property  # digest of all tables
     def _run_id(self) -> str:
         return run_id(self.run, ((name, recorded_table(self.run.recorder, name)) for name in self.tables))
 
-    @cached_property
+    @cached_property  # all metrics
     def figures(self) -> dict[str, Any]:
         """The figures of the run."""
         return summary(self.run)
 
-    @cached_property
+    @cached_property  # asked for each figure
     def summary(self) -> dict[str, Any]:
         """The same with the name of the run."""
         return {**self.figures, RUN_ID: self._run_id}
 
-    @cached_property
+    @cached_property  # asked for each figure
     def manifest(self) -> dict[str, Any]:
         """What is needed to repeat the run."""
         return {**manifest(self.run), RUN_ID: self._run_id}
@@ -198,7 +198,7 @@ class Results(RunReader):
             raise OutputError(f"{folder}: no results of a run, missing: {', '.join(missing)}")
         return cls(folder)
 
-    @cached_property
+    @cached_property  # asked for each figure
     def summary(self) -> dict[str, Any]:
         """The figures of the run.
 
@@ -213,7 +213,7 @@ class Results(RunReader):
             raise OutputError(f"{self.folder / SUMMARY}: damaged: milestones need {', '.join(MILESTONE_KEYS)} each")
         return summary
 
-    @cached_property
+    @cached_property  # asked for each figure
     def manifest(self) -> dict[str, Any]:
         """What is needed to repeat the run.
 
@@ -242,7 +242,7 @@ class Results(RunReader):
         except (OSError, ValueError, TypeError, RecursionError) as error:
             raise OutputError(f"{self.folder / name}: damaged: {error}") from None
 
-    @cached_property
+    @cached_property  # loads a scenario
     def scenario(self) -> Scenario:
         """The whole input of the run.
 

@@ -1,8 +1,7 @@
 """Tables of a run as Arrow and Parquet.
 
 ``pyarrow.array`` loads pandas to ask whether it was given something of it, which takes a fifth of a second and tens of
-megabytes. So columns whose values are all of their kind, or None, are put together here of buffers; whatever else there
-is, is left to it, and so is what it says of values that do not fit.
+megabytes. So columns are put together here of buffers.
 
 Numbers are kept to a step that is a power of two, such as 1/128 m: they are ordinary floats, no reader has to convert
 them, and the digits that mean nothing are zeros. Split into streams of bytes, zstd makes little of them. Whole joules
@@ -19,9 +18,9 @@ import heapq
 import io
 import os
 import shutil
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from functools import partial
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import chain
+from numbers import Integral, Real
 from operator import itemgetter
 from pathlib import Path
 from typing import Any
@@ -32,111 +31,69 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from missions.disk import DIGESTS, not_as_noted, note_digests, synced
+from missions.disk import DIGESTS, note_digests, synced
 from missions.errors import OutputError
 from remoras.recorder import KEY, TRAJECTORIES, Recorder, Row, Table
 
-TYPES = {
-    "float": pa.float64(), "int": pa.int64(), "str": pa.string(), "bool": pa.bool_(), "list": pa.list_(pa.string()),
-    "floats": pa.list_(pa.float64()), "ints": pa.list_(pa.int64()),
-}  # fmt: skip
-"""Types in a file by the kind of a column."""
+Array = npt.NDArray[Any]
 _VALUES: dict[str, tuple[type, ...]] = {
-    "float": (float, type(None)), "int": (int, type(None)), "str": (str, type(None)), "bool": (bool, type(None)),
-    "list": (list,), "floats": (list,), "ints": (list,),
+    "float": (Real,), "int": (Integral,), "str": (str,), "bool": (bool, np.bool_),
+    "list": (list, tuple), "floats": (list, tuple), "ints": (list, tuple),
 }  # fmt: skip
-"""Types of the values of a column that is put together here."""
+"""Types of the values of a column by its kind, beside None."""
 _ENTRIES = {"list": "str", "floats": "float", "ints": "int"}
 """Kind of the entries of lists."""
-_MOST_BYTES = 2**31 - 1
-"""Of all texts of a column: more have wider offsets."""
-
-Array = npt.NDArray[Any]
+_MOST = 2**31 - 1
+"""Of all bytes of texts, or entries of lists, of a column: more have wider offsets."""
 
 
-Keep = Callable[[Array, Array | None], pa.Array]
-"""Makes an Arrow array of floats and of which are missing, None if none is; 0 stands where one is."""
-
-
-def column_array(values: Sequence[Any], kind: str, keep: Keep) -> pa.Array:
-    """A column as an Arrow array.
+def column_array(values: Sequence[Any], kind: str, unit: str = "") -> pa.Array:
+    """A column as an Arrow array, floats to the step of their unit.
 
     Args:
         values: of all rows.
         kind: one of those of columns.
-        keep: takes the floats of the column.
+        unit: of the column.
 
     Raises:
-        pa.ArrowException, TypeError, ValueError, OverflowError: a value is not of that kind.
+        TypeError, ValueError, OverflowError: a value is not of that kind.
     """
-    if not set(map(type, values)) <= {*_VALUES[kind]}:
-        return _otherwise(values, kind, keep)
-    if kind in _ENTRIES:
-        offsets = np.zeros(len(values) + 1, np.int32)
-        np.cumsum(np.fromiter(map(len, values), np.int64, len(values)), out=offsets[1:])
-        entries = column_array(list(chain.from_iterable(values)), _ENTRIES[kind], keep)
-        buffers = [None, pa.py_buffer(offsets)]
-        return pa.Array.from_buffers(pa.list_(entries.type), len(values), buffers, children=[entries])
-    return _plain(values, kind, keep)
-
-
-def _otherwise(values: Sequence[Any], kind: str, keep: Keep) -> pa.Array:
-    """What pyarrow makes of values that it has to look at one by one."""
-    made = pa.array(values, TYPES[kind])
-    if kind == "float":
-        return keep(*_floats(made))
-    return pa.ListArray.from_arrays(made.offsets, keep(*_floats(made.values))) if kind == "floats" else made
-
-
-def _floats(made: pa.Array) -> tuple[Array, Array | None]:
-    numbers, missing = made.to_numpy(zero_copy_only=False), None
-    if made.null_count:
-        missing = made.is_null().to_numpy(zero_copy_only=False)
-        numbers = np.where(missing, 0.0, numbers)
-    return numbers, missing
-
-
-def _plain(values: Sequence[Any], kind: str, keep: Keep) -> pa.Array:
-    """Values of one kind, or None."""
-    absent = np.fromiter((value is None for value in values), bool, len(values))
+    for of in set(map(type, values)) - {type(None)}:
+        if not issubclass(of, _VALUES[kind]) or (of is bool and kind != "bool"):
+            raise TypeError(f"{of.__name__} in a column of kind {kind}")
+    n, absent = len(values), np.fromiter((value is None for value in values), bool, len(values))
     missing = absent if absent.any() else None
+    if kind in _ENTRIES:
+        lists = [value or () for value in values]
+        entries = column_array(list(chain.from_iterable(lists)), _ENTRIES[kind], unit)
+        return pa.Array.from_buffers(pa.list_(entries.type), n, [_bitmap(missing), _offsets(lists)], children=[entries])
     if kind == "str":
-        return _texts([value or "" for value in values], missing)
+        texts = [(value or "").encode() for value in values]
+        return pa.Array.from_buffers(pa.string(), n, [_bitmap(missing), _offsets(texts), pa.py_buffer(b"".join(texts))])
     if kind == "bool":
-        bits = np.packbits(np.fromiter(map(bool, values), bool, len(values)), bitorder="little")
-        return pa.Array.from_buffers(pa.bool_(), len(values), [_bitmap(missing), pa.py_buffer(bits)])
+        bits = np.packbits(np.fromiter(map(bool, values), bool, n), bitorder="little")
+        return pa.Array.from_buffers(pa.bool_(), n, [_bitmap(missing), pa.py_buffer(bits)])
     present = (0 if value is None else value for value in values)
-    if kind == "float":
-        return keep(np.fromiter(present, np.float64, len(values)), missing)
-    try:
-        return numbers_array(np.fromiter(present, np.int64, len(values)), TYPES[kind], missing)
-    except OverflowError:
-        return pa.array(values, TYPES[kind])
+    if kind == "int":
+        return _numbers(np.fromiter(present, np.int64, n), pa.int64(), missing)
+    return _kept(unit, np.fromiter(present, np.float64, n), missing)
 
 
-def numbers_array(numbers: Array, kind: pa.DataType, missing: Array | None = None) -> pa.Array:
-    """Numbers as an array of 64 bits each; null where they are missing.
+def _offsets(values: Sequence[bytes | Sequence[Any]]) -> pa.Buffer:
+    """Where each value begins and ends."""
+    ends = np.cumsum([0, *map(len, values)])
+    if ends[-1] > _MOST:
+        raise ValueError(f"it has {ends[-1]} bytes or entries; allowed: up to {_MOST}")
+    return pa.py_buffer(ends.astype(np.int32))
 
-    Args:
-        numbers: its values, which it keeps; missing: where there is none, None if there are all.
-        kind: float64 or int64.
-    """
+
+def _numbers(numbers: Array, kind: pa.DataType, missing: Array | None = None) -> pa.Array:
+    """Numbers as an array of 64 bits each; null where they are missing."""
     return pa.Array.from_buffers(kind, len(numbers), [_bitmap(missing), pa.py_buffer(np.ascontiguousarray(numbers))])
 
 
 def _bitmap(missing: Array | None) -> pa.Buffer | None:
     return None if missing is None else pa.py_buffer(np.packbits(~missing, bitorder="little"))
-
-
-def _texts(names: Sequence[str], missing: Array | None = None) -> pa.Array:
-    encoded = [name.encode() for name in names]
-    lengths = np.fromiter(map(len, encoded), np.int64, len(encoded))
-    offsets = np.zeros(len(lengths) + 1, np.int64)
-    np.cumsum(lengths, out=offsets[1:])
-    if offsets[-1] > _MOST_BYTES:
-        raise ValueError(f"its texts have {offsets[-1]} bytes; allowed: up to {_MOST_BYTES}")
-    buffers = [_bitmap(missing), pa.py_buffer(offsets.astype(np.int32)), pa.py_buffer(b"".join(encoded))]
-    return pa.Array.from_buffers(pa.string(), len(lengths), buffers)
 
 
 STEPS = {"s": 2.0**-12, "m": 2.0**-7, "rad": 2.0**-10, "m/s": 2.0**-10}
@@ -156,15 +113,15 @@ GROUP_ROWS = 2**17
 def _kept(unit: str, numbers: npt.NDArray[np.float64], missing: npt.NDArray[np.bool_] | None) -> pa.Array:
     """Numbers to the step of their unit; what is missing or not finite stays so, or is null among whole numbers."""
     if unit not in WHOLE and unit not in STEPS and unit not in DIGITS:
-        return numbers_array(numbers, pa.float64(), missing)
+        return _numbers(numbers, pa.float64(), missing)
     if missing is not None:
         numbers = np.where(missing, np.nan, numbers)
     if unit in WHOLE:
         odd = ~np.isfinite(numbers)
-        return numbers_array(np.rint(numbers), pa.float64(), odd if odd.any() else None).cast(pa.int64())
+        return _numbers(np.rint(numbers), pa.float64(), odd if odd.any() else None).cast(pa.int64())
     if unit in STEPS:
-        return numbers_array(np.rint(numbers / STEPS[unit]) * STEPS[unit] + 0.0, pa.float64(), missing)
-    return numbers_array(np.round(numbers, DIGITS[unit]), pa.float64(), missing)
+        return _numbers(np.rint(numbers / STEPS[unit]) * STEPS[unit] + 0.0, pa.float64(), missing)
+    return _numbers(np.round(numbers, DIGITS[unit]), pa.float64(), missing)
 
 
 def arrow_table(table: Table, rows: Sequence[Row], key: str = "") -> pa.Table:
@@ -180,16 +137,16 @@ def arrow_table(table: Table, rows: Sequence[Row], key: str = "") -> pa.Table:
     """
     fields, arrays = [], []
     if key:
-        fields, arrays = [pa.field(KEY, pa.string())], [_texts([key] * len(rows))]
+        fields, arrays = [pa.field(KEY, pa.string())], [column_array([key] * len(rows), "str")]
     try:
         if table.name == TRAJECTORIES.name:
             rows = sorted(rows, key=itemgetter(1))  # by vehicle, and by time within it
         columns = list(zip(*rows, strict=True)) if rows else [()] * len(table.columns)
         for column, values in zip(table.columns, columns, strict=True):
-            array = column_array(values, column.kind, partial(_kept, column.unit))
+            array = column_array(values, column.kind, column.unit)
             fields.append(pa.field(column.name, array.type, metadata={"unit": column.unit} if column.unit else None))
             arrays.append(array)
-    except (pa.ArrowException, TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         declared = ", ".join(f"{column.name} ({column.kind})" for column in table.columns)
         raise OutputError(f"table {table.name}: a row does not fit its columns {declared}: {error}") from None
     return pa.Table.from_arrays(arrays, schema=pa.schema(fields))
@@ -280,13 +237,6 @@ def write_part(folder: Path, key: str, tables: Mapping[str, bytes]) -> None:
     shutil.rmtree(part, ignore_errors=True)
     draft.rename(part)
     synced(folder)
-
-
-def damaged_tables(tables: Path) -> list[str]:
-    """Names of merged tables that were lost or changed since they were written, or that cannot be read."""
-    if (tables / DIGESTS).exists():
-        return not_as_noted(tables)
-    return sorted(path.name for path in tables.glob("[!.]*.parquet") if not _can_be_read(path))  # of an older version
 
 
 def _can_be_read(path: Path) -> bool:

@@ -35,7 +35,7 @@ class FactorialDesign:
     factors: tuple[str, ...]
     generators: Mapping[str, Term]
 
-    @cached_property
+    @cached_property  # 0.3 ms, asked for each effect of each condition
     def runs(self) -> tuple[Mapping[str, int], ...]:
         """The level of each factor in each run; the last factor that is no product varies fastest."""
         basic = [name for name in self.factors if name not in self.generators]
@@ -46,7 +46,7 @@ class FactorialDesign:
             found.append({name: run[name] for name in self.factors})
         return tuple(found)
 
-    @cached_property
+    @property
     def words(self) -> tuple[Term, ...]:
         """Products of factors that are the same in all runs; none of a full design."""
         single = [of | {name} for name, of in self.generators.items()]

@@ -20,12 +20,13 @@ from typing import TYPE_CHECKING, Any
 
 from missions.disk import not_as_noted, synced, write_synced
 from missions.errors import DiskFullError, OutputError, StudyChangedError
-from missions.files import is_named
+from missions.files import is_named, toml_value
 from missions.metric import TAKEN, Better, Metric, MetricRecord
 from missions.sweeps.ledger import (
     DONE,
     FAILED,
     LEDGER,
+    MACHINE_COLUMNS,
     FinishedRun,
     FolderLock,
     Line,
@@ -43,8 +44,6 @@ if TYPE_CHECKING:
 MOST_TABLE_BYTES = 500_000_000
 """Most that a study keeps of tables (bytes), unless it says of which repeats."""
 STUDY, STUDY_TEXT, RUNS, PARTS, TABLES = "study.json", "study.toml", "runs.parquet", "parts", "tables"
-RUN_FIELDS = ("scenario", "strategy", "policy", "channel", "per", "seed", "n_vehicles")
-"""Fields of a summary that say which run it is of."""
 DAMAGED = "lost or changed since it was written; run the same sweep with the same --out again: it makes it anew"
 MOST_DIFFERENCES = 20
 """Differences between two studies that a message lists."""
@@ -146,7 +145,7 @@ class SweepResults:
             )
         return replace(self, measured={**self.measured, **new})
 
-    @cached_property
+    @cached_property  # a file of megabytes
     def _record(self) -> dict[str, Any]:
         """``study.json``; empty if it is none."""
         try:
@@ -155,7 +154,7 @@ class SweepResults:
             return {}
         return record if isinstance(record, dict) else {}
 
-    @cached_property
+    @cached_property  # a label for each configuration
     def schedule(self) -> RunSchedule:
         """The study, and the keys of the runs that it asks for.
 
@@ -171,14 +170,14 @@ class SweepResults:
         except (ValueError, TypeError, KeyError, AttributeError):
             raise self._unreadable() from None
 
-    @cached_property
+    @property
     def factorial(self) -> FactorialDesign:
         """The two-level design of the study."""
         from missions.sweeps.study import factorial_of
 
         return factorial_of(self.file)
 
-    @cached_property
+    @cached_property  # validates the study
     def file(self) -> StudyFile:
         """The study, as its file had it.
 
@@ -201,42 +200,20 @@ class SweepResults:
         """True if the folder declares the metric as censored."""
         return any(entry["name"] == metric and entry.get("censored") for entry in self._record.get(DECLARATIONS, ()))
 
-    @cached_property
+    @cached_property  # asked for each name
     def metrics(self) -> dict[str, MetricRecord]:
         """Everything that can be compared, by the name of its field.
 
-        A folder of an older version declares no metrics: it has those of every run and of its missions, and the other
-        numbers of its summaries without a direction.
-
         Raises:
-            OutputError: a declaration lacks something.
+            OutputError: the folder declares no metrics, or a declaration lacks something.
         """
-        if DECLARATIONS in self._record:
-            try:
-                declared = [MetricRecord.read(entry) for entry in self._record[DECLARATIONS]]
-            except OutputError as error:
-                raise OutputError(f"{self.folder / STUDY}: {error}") from None
-            return {metric.name: metric for metric in [*declared, *map(MetricRecord.of, self.measured.values())]}
-        from missions.runs.metrics import CORE_METRICS  # all of a run comes with it, and few folders need it
-
-        declared_by = [*CORE_METRICS, *self._metrics_of_missions(), *self.measured.values()]
-        records = {metric.name: MetricRecord.of(metric) for metric in declared_by}
-        for line in self.lines.values():
-            for name, value in line["summary"].items():
-                if name not in records and name not in RUN_FIELDS and isinstance(value, int | float):
-                    records[name] = MetricRecord(name, "", None, name)
-        return records
-
-    def _metrics_of_missions(self) -> list[Metric]:
-        """Metrics that the missions of the sweep declare now, as far as they can be loaded."""
-        from missions.scenarios.parts import mission_class
-        from remoras.errors import PluginError
-
-        metrics: dict[str, Metric] = {}
-        for scenario in self._record.get("scenario", {}).values():
-            with suppress(PluginError, KeyError, TypeError):
-                metrics |= {metric.name: metric for metric in mission_class(scenario["scenario"]["mission"]).metrics}
-        return list(metrics.values())
+        if DECLARATIONS not in self._record:
+            raise self._unreadable()
+        try:
+            declared = [MetricRecord.read(entry) for entry in self._record[DECLARATIONS]]
+        except OutputError as error:
+            raise OutputError(f"{self.folder / STUDY}: {error}") from None
+        return {metric.name: metric for metric in [*declared, *map(MetricRecord.of, self.measured.values())]}
 
     @property
     def compared(self) -> tuple[str, ...]:
@@ -272,7 +249,7 @@ class SweepResults:
         """Metrics of which one value is better than another."""
         return tuple(name for name, metric in self.metrics.items() if metric.better in (Better.HIGHER, Better.LOWER))
 
-    @cached_property
+    @cached_property  # the whole ledger
     def lines(self) -> dict[str, Line]:
         """Lines of the ledger by key, in the order of the keys, with the settings that the study gives them now.
 
@@ -290,8 +267,6 @@ class SweepResults:
 
     def runs(self) -> Any:
         """A pandas data frame with one row per finished run."""
-        from missions.sweeps.run_table import run_table
-
         return run_table(self.lines).to_pandas()
 
     @property
@@ -328,7 +303,7 @@ class SweepResults:
         except (pa.ArrowException, OSError) as error:
             raise OutputError(f"{path}: {DAMAGED} ({error})") from None
 
-    @cached_property
+    @cached_property  # digests of all tables
     def damaged(self) -> list[str]:
         """Names of kept tables that were lost or changed since they were written."""
         return not_as_noted(self.folder / TABLES)
@@ -411,8 +386,9 @@ class SweepFolder:
             )
         if differing:
             _set_aside(self.folder)
-        identity: str = record[IDENTITY]
-        return json.loads(path.read_text(encoding="utf-8")).get(IDENTITY, identity) if path.is_file() else identity
+        kept = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else record
+        identity: str = kept[IDENTITY]
+        return identity
 
     def _to_make_again(self, retry_failed: bool) -> frozenset[str]:
         """Keys of runs that failed, if those are to be tried again, and of those whose tables are lost."""
@@ -423,7 +399,7 @@ class SweepFolder:
             return frozenset(failed)
         from missions.runs import tables
 
-        if tables.damaged_tables(self.folder / TABLES):
+        if not_as_noted(self.folder / TABLES):
             shutil.rmtree(self.folder / TABLES)  # each has rows of all these runs: they are made again
         return frozenset(failed | (sampled - tables.keys_in(self.folder / PARTS, self.folder / TABLES)))
 
@@ -477,7 +453,6 @@ class SweepFolder:
         import pyarrow.parquet as pq
 
         from missions.runs import tables
-        from missions.sweeps.run_table import run_table
 
         try:
             draft = self.folder / f".{RUNS}"
@@ -506,3 +481,38 @@ def _set_aside(folder: Path) -> None:
     for name in (LEDGER, RUNS, PARTS, TABLES, STUDY_TEXT, STUDY):
         if (folder / name).exists():
             (folder / name).rename(aside / name)
+
+
+def run_table(lines: Mapping[str, Line]) -> Any:
+    """One row per run, sorted by key: key, configuration, summary, what went wrong, which code made it, machine."""
+    import pyarrow as pa
+
+    rows = [lines[key] for key in sorted(lines)]
+    columns: dict[str, list[Any]] = {"key": [row["key"] for row in rows], "repeat": [row["repeat"] for row in rows]}
+    for name in sorted({name for row in rows for name in row["settings"]}):
+        columns[name] = [row["settings"].get(name) for row in rows]
+    for name in _merged([list(row["summary"]) for row in rows]):
+        columns[name] = [row["summary"].get(name) for row in rows]
+    for name in ("status", "error", "replay"):
+        columns[name] = [row[name] for row in rows]
+    columns["code"] = [row.get("code", "") for row in rows]
+    for name in MACHINE_COLUMNS:
+        columns[name] = [row["machine"][name] for row in rows]
+    return pa.table({name: _array(values) for name, values in columns.items()})
+
+
+def _merged(fields: Sequence[Sequence[str]]) -> list[str]:
+    """Fields of all summaries, those of the longest first: missions differ in them, and failed runs have few."""
+    longest = sorted(set(map(tuple, fields)), key=lambda names: (-len(names), names))
+    return list(dict.fromkeys(name for names in longest for name in names))
+
+
+def _array(values: list[Any]) -> Any:
+    """A column; text where its values are of several kinds."""
+    import pyarrow as pa
+
+    try:
+        array = pa.array(values)
+    except (pa.ArrowInvalid, pa.ArrowTypeError):
+        return pa.array([None if value is None else toml_value(value) for value in values])
+    return array.cast(pa.float64()) if pa.types.is_null(array.type) else array

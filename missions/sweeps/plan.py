@@ -176,7 +176,7 @@ class RunSchedule:
             self._keys[number, repeat] = key
         return key
 
-    @cached_property
+    @cached_property  # a digest for each run, asked at each finished one
     def _keys(self) -> dict[tuple[int, int], str]:
         """Keys by configuration and repeat, as far as they have been asked for."""
         return {}
@@ -245,7 +245,7 @@ class SweepPlan:
 
     study: Study
 
-    @cached_property
+    @cached_property  # each configuration as JSON
     def schedule(self) -> RunSchedule:
         """Keys of the runs."""
         digests = (

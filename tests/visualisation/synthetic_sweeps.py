@@ -24,7 +24,7 @@ from missions.sweeps.plan import Demand, RunSchedule, seed_of
 from missions.sweeps.study_file import StudyFile
 
 METRICS = (*CORE_METRICS, *MAPPING_METRICS)
-"""What the folders of the sweeps declare; without it they are as an older version wrote them."""
+"""What the folders of the sweeps declare."""
 SEVEN = ("remoras", "fixed-partition", "central", "contract-net", "status-broadcast", "cbba", "rendezvous-sync")
 TEN = tuple(round(0.1 * at, 1) for at in range(10))
 HORIZON_S = 7200.0
@@ -104,8 +104,7 @@ class Sweep:
         )
         digests = [hashlib.sha256(repr(cell).encode()).hexdigest() for cell in cells]
         study = {"version": "9.8.7", "study": file.model_dump(mode="json"), "scenario": {}, "digests": digests}
-        if self.declared:
-            study["metrics"] = [MetricRecord.of(metric).written() for metric in self.declared]
+        study["metrics"] = [MetricRecord.of(metric).written() for metric in self.declared]
         (folder / STUDY).write_text(json.dumps(study), encoding="utf-8")
         schedule = RunSchedule("9.8.7", Demand.of(file), tuple(digests))
         lines = [

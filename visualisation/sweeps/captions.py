@@ -65,7 +65,7 @@ def differences_caption(
     return words.joined(
         f"{words.capital(measure.name)}: mean differences to {rows[0].baseline} over {arrangement.axis_label}, run by "
         "run of the same repeat.",
-        better.get(measure.metric.better, "") if measure.metric.better else "",
+        better.get(measure.metric.better, ""),
         f"Bands: {INTERVALS_OF_DIFFERENCES}.",
         without_intervals(rows),
         measure.metric.note,

@@ -88,7 +88,7 @@ class Numbers:
         """Why there is nothing to draw for a kind; empty if there is."""
         if kind == "ranking":
             if self.ranked_by.better not in DIRECTIONS:
-                return f"{self.ranked_by.name} has no value that is the best one, or this folder does not say which"
+                return f"{self.ranked_by.name} has no value that is the best one"
             if not self.ranks and len(self.arrangement.series) > 1:
                 return "no values"
             contenders = {(rank.strategy, rank.policy) for rank in self.ranks}

@@ -339,18 +339,10 @@ def test_the_overview_shows_the_metrics_of_the_study(tmp_path: Path) -> None:
 
 def test_a_metric_without_direction_is_not_ranked(tmp_path: Path) -> None:
     neither = [replace(metric, better=Better.NEITHER) if metric.name == "n_bytes" else metric for metric in METRICS]
-    for name, declared in (("neither", neither), ("older", ())):
-        swept = few(*SEVEN[:2], declared=declared).write(tmp_path / name)
-        metric = "n_bytes" if declared else "coverage_fraction"
-        with pytest.raises(DrawingError, match=f"ranking: {metric} has no value that is the best one, or this folder"):
-            draw_sweep_figures(swept, ["ranking"], tmp_path / "out", ranked=metric)
+    swept = few(*SEVEN[:2], declared=neither).write(tmp_path / "sweep")
+    with pytest.raises(DrawingError, match="ranking: n_bytes has no value that is the best one"):
+        draw_sweep_figures(swept, ["ranking"], tmp_path / "out", ranked="n_bytes")
     assert not (tmp_path / "out").exists()
-
-
-def test_a_folder_that_declares_no_metrics_is_drawn(tmp_path: Path) -> None:
-    results = few(*SEVEN[:2], declared=()).write(tmp_path / "sweep")
-    drawn = draw_sweep_figures(results, ["bytes", "n_bytes", "coverage_fraction", "ranking"], tmp_path / "out", "svg")
-    assert [path.name for path in drawn.files[::3]] == ["bytes.svg", "coverage-fraction.svg", "ranking.svg"]
 
 
 # The table of ranks
