@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -358,7 +357,8 @@ class Run:
 
     def _repr_html_(self) -> str:
         figures, units = self.summary, self._units()
-        shown = [name for name in figures if name in HEADLINE or name in self._headline]
+        headline = {metric.name for metric in self._metrics if metric.headline}
+        shown = [name for name in figures if name in HEADLINE or name in headline]
         rows = [(name, number_text(figures[name]), units.get(name, "")) for name in shown]
         rows.append(("tables", ", ".join(self.tables), ""))
         return card(repr(self)[1:-1], rows, "run.summary has all figures, run.plot() and run.replay() show it")
@@ -366,15 +366,11 @@ class Run:
     def _units(self) -> dict[str, str]:
         return {metric.name: metric.unit for metric in self._metrics}
 
-    @cached_property
+    @property
     def _metrics(self) -> tuple[Metric, ...]:
         from missions.runs.metrics import metrics_of
 
         return tuple(metrics_of(self.scenario).values())
-
-    @cached_property
-    def _headline(self) -> frozenset[str]:
-        return frozenset(metric.name for metric in self._metrics if metric.headline)
 
     @property
     def summary(self) -> dict[str, Any]:
@@ -401,7 +397,7 @@ class Run:
         frame.attrs["units"] = self._results.units(name)
         return frame
 
-    @cached_property
+    @property
     def scenario(self) -> Scenario:
         """The whole input of the run."""
         return self._results.scenario

@@ -50,7 +50,7 @@ class Contest:
     repeats: int
     studies: Sequence[Study] = field(repr=False)
 
-    @cached_property
+    @cached_property  # it keeps the bound of each ground, which is a search
     def _bounds(self) -> Bounds:
         return Bounds(named_object(self.suite.about.bound))
 

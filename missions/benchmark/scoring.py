@@ -16,7 +16,6 @@ import math
 from collections import defaultdict
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 from missions.benchmark.suite import Cell
@@ -74,7 +73,7 @@ class Scored:
         """All runs."""
         return [run for runs in self.cells.values() for run in runs]
 
-    @cached_property
+    @property
     def by_cell(self) -> dict[Cell, float]:
         """Mean efficiency of each cell."""
         return {cell: _mean([run.efficiency for run in runs]) for cell, runs in self.cells.items()}
@@ -84,12 +83,12 @@ class Scored:
         """Mean of the cells' means."""
         return _mean(list(self.by_cell.values()))
 
-    @cached_property
+    @property
     def interval(self) -> Interval | None:
         """Its 95 % interval; None of few instances."""
         return _over_instances(self.by_instance.values())[1]
 
-    @cached_property
+    @property
     def by_instance(self) -> dict[int, float]:
         """Mean efficiency over the cells by instance, as far as all cells have it."""
         return _by_instance([{run.repeat: run.efficiency for run in runs} for runs in self.cells.values()])

@@ -129,7 +129,7 @@ class Suite:
         """Runs of each cell."""
         return self.about.repeats if self.drawn is None else len(self.drawn.paths)
 
-    @cached_property
+    @property
     def cells(self) -> tuple[Cell, ...]:
         """All cells, in the order of the file; what is unforeseen varies fastest."""
         return tuple(
@@ -139,7 +139,7 @@ class Suite:
             for case in self.file.unforeseen
         )
 
-    @cached_property
+    @cached_property  # reads the files of all grounds
     def digest(self) -> str:
         """SHA-256 of the file, and of the files of its grounds and networks."""
         texts = [self.document.text]

@@ -16,7 +16,6 @@ import uuid
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cache
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -49,7 +48,6 @@ FRAME_PX = 720
 """Height of a page in a notebook."""
 
 
-@cache
 def asset(name: str) -> str:
     """Text of a file of the page."""
     return (resources.files("visualisation.replay") / "assets" / name).read_text(encoding="utf-8")

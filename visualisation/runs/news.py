@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -66,7 +65,7 @@ class RunPackets:
     out: Mapping[str, Sequence[Span]] = field(default_factory=dict)
     reasons: Counter[str] = field(default_factory=Counter)
 
-    @cached_property
+    @property
     def lost_shares(self) -> Floats:
         """Share of a sender's packets that a receiver lost: a row for each receiver, a column for each sender.
 
@@ -95,7 +94,7 @@ class RunPackets:
             found[:, vehicle, gone] = np.nan
         return found
 
-    @cached_property
+    @property
     def mean_ages_s(self) -> Floats:
         """Ages of news, receivers (rows) of senders (columns), as means over the time that both were in the mission."""
         n = len(self.vehicles)
@@ -119,7 +118,7 @@ class RunPackets:
         """When all was sent that one has heard from the other, after the start."""
         return np.concatenate([[0.0], self.time_s[(self.sender == sender) & self.outcome.heard[:, receiver]]])
 
-    @cached_property
+    @property
     def frames(self) -> NDArray[np.int64]:
         """Number of the frame of each packet; every vehicle has one slot in a frame."""
         return self.slot // max(1, len(self.vehicles))
