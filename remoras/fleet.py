@@ -14,9 +14,8 @@ from mesa import Agent, Model
 from exchange.acoustics.channel import Arrival
 from remoras.avoidance import SEPARATION_M
 from remoras.beliefs import Beliefs, Fact
-from remoras.clock import Clock, Priority
 from remoras.collecting import rare_collections
-from remoras.events import Event, Host, Observer, listening
+from remoras.events import Clock, Event, Host, Observer, Priority, listening
 from remoras.mission import FleetView, Truth
 from remoras.plugins import broken_promise
 from remoras.recorder import Recorder

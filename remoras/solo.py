@@ -19,8 +19,7 @@ from mesa import Model
 from exchange.packets import Reception, Transmission
 from exchange.schedule import TdmaSchedule
 from remoras.beliefs import Beliefs, Fact
-from remoras.clock import Clock, Priority
-from remoras.events import Event, Observer, listening
+from remoras.events import Clock, Event, Observer, Priority, listening
 from remoras.recorder import Recorder
 from remoras.vehicle import Vehicle
 

@@ -10,8 +10,7 @@ from exchange.acoustics.channel import Arrival, Channel, Collisions, Hearing
 from exchange.acoustics.modems import Modem
 from exchange.packets import Transmission
 from exchange.schedule import GRACE_S, TdmaSchedule
-from remoras.clock import Clock, Priority, ShownTime
-from remoras.events import Event
+from remoras.events import Clock, Event, Priority, ShownTime
 from remoras.faults import Fault, hears_throughout
 from remoras.recorder import PACKETS, Recorder
 

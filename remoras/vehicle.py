@@ -23,11 +23,11 @@ from remoras.attraction import NO_PULLS
 from remoras.avoidance import Neighbour
 from remoras.behaviours import Perception
 from remoras.beliefs import Beliefs, Fact
-from remoras.condition import SOUND, Condition
 from remoras.database import VehicleData
 from remoras.errors import PluginError
 from remoras.events import Observer
 from remoras.executive.layer import ExecutiveLayer
+from remoras.faults import SOUND, Condition
 from remoras.functional.layer import FunctionalLayer, embody
 from remoras.functional.sensing import Sensed
 from remoras.radio import Radio

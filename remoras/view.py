@@ -62,7 +62,7 @@ class ReadOnlyVehicle:
 
     @property
     def makes_headway(self) -> bool:
-        """False once it came no nearer to where it was guided for long, see ``remoras.functional.headway``."""
+        """False once it came no nearer to where it was guided for long, see ``remoras.functional.guidance``."""
         return not self._functional.headway.is_lost
 
     @property

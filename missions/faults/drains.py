@@ -9,7 +9,7 @@ from pydantic import Field
 
 from missions.scenarios.faults import DeclaredFault
 from missions.scenarios.tables import Positive
-from remoras.condition import Condition
+from remoras.faults import Condition
 
 if TYPE_CHECKING:
     from remoras.database import VehicleData

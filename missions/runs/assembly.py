@@ -15,9 +15,8 @@ from missions.runs.setup import Setup, recorder_of_mission, sensors_of, world_mo
 from missions.scenarios.communication import value_rule_of
 from missions.scenarios.parts import groups_of
 from remoras.beliefs import Beliefs
-from remoras.clock import ShownTime
 from remoras.database import AUVDatabase, VehicleData
-from remoras.events import Observer
+from remoras.events import Observer, ShownTime
 from remoras.executive.layer import ExecutiveLayer
 from remoras.faults import Fault, Faults, drawn
 from remoras.fleet import Fleet, Makers

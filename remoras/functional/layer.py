@@ -10,11 +10,10 @@ from remoras.activities import ActivityKind, ActivitySet, ActivityType, Wait
 from remoras.attraction import USUAL, GuidanceConstants, Pulls
 from remoras.avoidance import Bounds, Neighbour, nearest_within
 from remoras.behaviours import STUCK, Behaviour, Homing, Perception, Reference
-from remoras.condition import Condition
 from remoras.database import VehicleData
 from remoras.errors import PluginError
-from remoras.functional.guidance import Guidance
-from remoras.functional.headway import Headway
+from remoras.faults import Condition
+from remoras.functional.guidance import Guidance, Headway
 from remoras.functional.sensing import Sensed, Sensing
 from remoras.functional.vital import VITAL_NAMES, VITAL_SETS, vital_behaviour
 from remoras.mission import FunctionalPart

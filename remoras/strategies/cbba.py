@@ -35,9 +35,8 @@ from pydantic import Field
 from exchange.arithmetic import exp
 from remoras.organisation import Group, RoleSpecification
 from remoras.strategies.allocation import Engagement, Expectations, planned
-from remoras.strategies.claims import Claims, RoleClaim
 from remoras.strategies.factors import AtSea, Factors
-from remoras.strategies.negotiator import KnownFromStart, Member, frames, taking
+from remoras.strategies.negotiator import Claims, KnownFromStart, Member, RoleClaim, frames, taking
 from remoras.strategy import Heard, Move, Situation, Statement
 from remoras.work import Outlook, Work
 

@@ -30,10 +30,9 @@ from pydantic import Field
 from remoras.authority import Authority
 from remoras.organisation import Group, RoleSpecification
 from remoras.strategies.allocation import Engagement, Expectations, planned
-from remoras.strategies.claims import Claims, RoleClaim
 from remoras.strategies.dispatch import MARGIN, QUEUE
 from remoras.strategies.factors import AtSea, Factors
-from remoras.strategies.negotiator import KnownFromStart, Member, frames, in_blocks
+from remoras.strategies.negotiator import Claims, KnownFromStart, Member, RoleClaim, frames, in_blocks
 from remoras.strategy import JOB_DONE, Declaration, Heard, Move, Situation, Statable, Statement
 from remoras.work import Outlook
 

@@ -4,8 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from samples import auv, database
 
-from remoras.strategies.claims import Claims, RoleClaim
 from remoras.strategies.contract_net import Sayings
+from remoras.strategies.negotiator import Claims, RoleClaim
 
 FLEET = database(*(auv(f"AUV{n:02d}", playable_roles=("Scout", "Sweeper")) for n in range(3)), auv("AUV03"))
 ROLES = ("Scout", "Sweeper")

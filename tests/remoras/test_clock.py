@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from remoras.clock import Clock, Priority
+from remoras.events import Clock, Priority
 
 TIMES = st.sampled_from([0.0, 0.1, 0.3, 0.1 + 0.2, 1.0, 7.1])
 events = st.lists(st.tuples(TIMES, st.sampled_from(list(Priority))))

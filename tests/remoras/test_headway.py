@@ -5,7 +5,7 @@ import math
 import pytest
 
 from remoras.behaviours import Reference
-from remoras.functional.headway import NO_WAY_S, Headway
+from remoras.functional.guidance import NO_WAY_S, Headway
 from remoras.motion import Motion
 
 TARGET = Reference((1000.0, 0.0), 1.0)

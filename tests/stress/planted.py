@@ -27,8 +27,8 @@ from remoras import authority, motion, radio, vehicle
 from remoras.database import VehicleData
 from remoras.executive.decision import Choice
 from remoras.functional.sensing import Sensing
-from remoras.jumps import Jumps
 from remoras.motion import Motion
+from remoras.radio import Jumps
 from remoras.separation import Separation
 from remoras.social import consultation
 from remoras.social.layer import SocialLayer
