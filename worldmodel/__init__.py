@@ -1,7 +1,7 @@
-"""What one vehicle knows of the world: a fixed TBox, a growing set of facts, and merging without conflicts.
+"""World model of one vehicle: fixed TBox, growing set of facts, conflict-free merge.
 
-``read_tbox`` compiles an ontology, ``WorldModel`` records and answers, ``merge`` adds what other vehicles sent.
-``worldmodel.rdf.sparql.query`` asks world models in SPARQL.
+``read_tbox`` compiles an ontology, ``WorldModel`` records and queries facts, ``merge`` adds blocks of peers.
+``worldmodel.rdf.sparql.query`` evaluates SPARQL.
 """
 
 from worldmodel.errors import (

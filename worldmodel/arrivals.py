@@ -1,8 +1,7 @@
-"""The blocks that have arrived but are not in: those that wait, and those that were refused.
+"""Arrived blocks that are not accepted: pending or refused.
 
-A block that waits has an age. It is dropped when it has waited for longer than ``waiting_s``, or when more than
-``waiting_blocks`` of its origin wait and it came first; then it is forgotten, so that its origin may say it again.
-Then the class that it gave an instance counts no longer, either (``worldmodel.merge.expire``).
+A pending block is discarded after ``waiting_s``, or as the oldest if more than ``waiting_blocks`` of its origin are
+pending. Its origin may then send it again, and its creations no longer count (``worldmodel.merge.expire``).
 """
 
 from collections.abc import Callable
@@ -14,12 +13,12 @@ from worldmodel.ontology.tbox import TYPE_UID
 NOTHING = Merged((), ())
 
 WAITING_S = 600.0
-"""For how long a block waits for what it rests on (s)."""
+"""Default time after which a pending block is discarded (s)."""
 WAITING_BLOCKS = 64
-"""How many blocks of one origin wait at most."""
+"""Default maximum number of pending blocks per origin."""
 
 Rank = tuple[bool, int, int]
-"""The order in which an origin's blocks create instances: what it tells before what it keeps, as recorded."""
+"""Creation order of an origin's blocks: items before private blocks, then as recorded."""
 
 
 class _Wait(NamedTuple):
@@ -28,60 +27,54 @@ class _Wait(NamedTuple):
 
 
 def rank_of(block: Block) -> Rank:
-    """Return the rank of a block; of two blocks that give an instance its first type, the lower one counts."""
+    """Return the rank of a block; of two first types of an instance, the lower rank counts."""
     return (not block.is_item, block.epoch, abs(block.sequence))
 
 
 class Arrivals:
-    """The blocks that have arrived but are not in, and the class each run-time instance was created with."""
+    """Pending and refused blocks, and the class of creation of each run-time instance."""
 
     def __init__(self, links: frozenset[int], waiting_s: float, waiting_blocks: int) -> None:
-        """Know nothing.
-
-        Args:
-            links: the uids of attributes whose values are instances.
-            waiting_s: for how long a block waits (s).
-            waiting_blocks: how many blocks of one origin wait at most.
-        """
+        """Create an empty set; ``links`` are the attributes with instances as values."""
         self.waiting: dict[Guid, Block] = {}
         self.refused: dict[Guid, Block] = {}
         self.unreported = NOTHING
-        """What a local record set free; the next merge reports it."""
+        """Blocks released by a local ``record`` or ``expire``; the next merge reports them."""
         self.dropped: list[Block] = []
-        """Blocks that were forgotten, and of which creations are still kept in mind."""
+        """Discarded blocks whose creations still count."""
         self.now_s: float | None = None
-        """When what is merged now arrived (s); None if nobody said."""
+        """Arrival time of the current merge (s); None if unknown."""
         self.waiting_s = waiting_s
         self.waiting_blocks = waiting_blocks
         self._links = links
         self._waits: dict[Guid, _Wait] = {}
-        self._waiting_for: dict[int, list[Guid]] = {}  # instance uid -> blocks
-        self._of_origin: dict[int, list[Guid]] = {}  # those that wait
-        self._about: dict[int, set[Guid]] = {}  # instance uid -> blocks that wait or were refused
+        self._waiting_for: dict[int, list[Guid]] = {}  # missing instance uid -> pending blocks
+        self._of_origin: dict[int, list[Guid]] = {}  # pending blocks, by origin
+        self._about: dict[int, set[Guid]] = {}  # instance uid -> pending and refused blocks
         self._created: dict[int, tuple[Rank, int, Guid]] = {}  # run-time instance uid -> rank, class uid, block
 
     def get(self, guid: Guid) -> Block | None:
-        """Return the block if it waits or was refused."""
+        """Return a pending or refused block."""
         return self.waiting.get(guid) or self.refused.get(guid)
 
     def about(self, uid: int) -> list[Block]:
-        """Return the blocks that wait or were refused and speak of an instance."""
+        """Return the pending and refused blocks that refer to an instance."""
         return [self.waiting.get(guid) or self.refused[guid] for guid in sorted(self._about.get(uid, ()))]
 
     # Creations -----------------------------------------------------------------------------------
 
     def created_as(self, uid: int) -> int | None:
-        """Return the class a run-time instance was created with, if any block that arrived says so."""
+        """Return the class of creation of a run-time instance; None if unknown."""
         entry = self._created.get(uid)
         return None if entry is None else entry[1]
 
     def created_by(self, uid: int) -> Guid | None:
-        """Return the name of the block that creates a run-time instance."""
+        """Return the GUID of the block that creates a run-time instance; None if unknown."""
         entry = self._created.get(uid)
         return None if entry is None else entry[2]
 
     def note_creation(self, uid: int, class_uid: int, block: Block) -> bool:
-        """Enter that a block of its owner gives an instance a type; True if its class of creation has changed."""
+        """Record a type given by an instance's owner; True if the class of creation changed."""
         known, rank = self._created.get(uid), rank_of(block)
         if known is not None and known[0] <= rank:
             return False
@@ -89,26 +82,21 @@ class Arrivals:
         return known is not None and known[1] != class_uid
 
     def forget_creation(self, uid: int) -> None:
-        """Be as if nobody had created the instance."""
+        """Remove the creation of an instance."""
         self._created.pop(uid, None)
 
     # Waiting and refusing ------------------------------------------------------------------------
 
     def refuse(self, block: Block) -> None:
-        """Keep a block that does not fit and never will."""
+        """Store a block that can never fit."""
         self.refused[block.guid] = block
         self._index(block)
 
     def wait(self, block: Block, missing: tuple[int, ...], since_s: float | None = None) -> Block | None:
-        """Keep the block until the first of ``missing`` is announced; it is then checked again.
+        """Suspend a block until the first instance in ``missing`` is announced.
 
-        Args:
-            block: the block.
-            missing: the instances that it lacks.
-            since_s: since when it waits, if not since now (s).
-
-        Returns:
-            The block of the same origin that has to go for it, if too many wait.
+        ``since_s`` is the start of pending (s); None for now. Returns the oldest block of the origin if too many are
+        pending.
         """
         guid = block.guid
         if since_s is None:
@@ -124,12 +112,12 @@ class Arrivals:
         return self.waiting[min(others, key=lambda waiting_guid: (self._waits[waiting_guid].since_s, waiting_guid))]
 
     def since_s(self, guid: Guid) -> float | None:
-        """Return since when a block waits (s); None if it does not."""
+        """Return the start of pending (s); None if the block is not pending."""
         wait = self._waits.get(guid)
         return None if wait is None else wait.since_s
 
     def take(self, guid: Guid) -> None:
-        """Take out a block that waits or was refused."""
+        """Remove a pending or refused block."""
         block = self.refused.pop(guid, None) or self.waiting.pop(guid)
         for uid in self.uids_of(block):
             self._about[uid].discard(guid)
@@ -141,7 +129,7 @@ class Arrivals:
                 others.remove(guid)
 
     def release(self, block: Block) -> list[tuple[Block, float]]:
-        """Take out and return the blocks that waited for a type fact of this one, each with since when it waited."""
+        """Remove and return the blocks pending for ``block``, with their start of pending (s)."""
         freed = []
         for fact in block.facts:
             if fact.attribute == TYPE_UID:
@@ -151,12 +139,12 @@ class Arrivals:
         return freed
 
     def overdue(self, now_s: float) -> list[Block]:
-        """Return the blocks that have waited for longer than ``waiting_s``, by name."""
+        """Return the blocks pending longer than ``waiting_s``, by GUID."""
         late = (guid for guid, wait in self._waits.items() if now_s - wait.since_s > self.waiting_s)
         return [self.waiting[guid] for guid in sorted(late)]
 
     def lacking(self, now_s: float, owner_of: Callable[[int], int | None]) -> tuple[Lacking, ...]:
-        """Return what blocks wait for, by uid; see ``Store.lacking``."""
+        """Return the missing instances, by uid; see ``Store.lacking``."""
         waiting = []
         for uid in sorted(self._waiting_for):
             if guids := sorted(self._waiting_for[uid]):
@@ -165,7 +153,7 @@ class Arrivals:
         return tuple(waiting)
 
     def uids_of(self, block: Block) -> set[int]:
-        """Return the instances that a block speaks of."""
+        """Return the instances that a block refers to."""
         uids = {fact.subject for fact in block.facts}
         return uids | {fact.target for fact in block.facts if fact.attribute in self._links}
 

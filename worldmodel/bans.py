@@ -1,21 +1,16 @@
-"""Bans: whose observations do not count from which time on, decided by facts that vehicles tell each other.
+"""Exclusions: origins whose observations do not count from a given time on.
 
-A ban is a fact about a vehicle, ``rm:bannedFrom``: from which time on nobody is to believe what that vehicle observed.
-The greatest value of the attribute takes the ban back. So a ban is told, acknowledged and repeated as any item is, and
-whoever has the same facts believes the same.
+An exclusion is a fact about a vehicle, ``rm:bannedFrom``: its observations from that time (s) on are ignored. The
+attribute's maximum revokes the exclusion. These facts are sent, acknowledged and repeated like other items. The
+excluded origins are a function of the set of such facts, evaluated in the order of keys, oldest first:
 
-Who is banned is a function of the set of these facts. They are gone through from old to new, in the order of keys:
+- a vehicle's statement about itself is ignored;
+- an issuer's statement is ignored if earlier facts exclude the issuer from that time or before;
+- of the others, the newest about a vehicle counts, from any issuer.
 
-- what a vehicle says of itself does not count;
-- what an issuer says does not count if the facts before have banned it from that time or earlier;
-- of what counts, the newest word about a vehicle holds, whoever said it.
-
-The order is total and the same on all vehicles, so the order of arrival makes no difference: a ban that arrives late is
-put in its place, and what rested on the facts before it is decided anew. Of two vehicles that ban each other the first
-prevails. A ban of an issuer does not undo what it had said about others before; a newer fact does.
-
-``Bans`` keeps the facts. The store asks ``hides`` when an observation comes in, and keeps what is hidden apart: so a
-question costs the same with a ban and without.
+The total order makes the result independent of arrival: a late exclusion is inserted in its place and later facts are
+evaluated again. If two vehicles exclude each other, the earlier fact wins. An issuer's own exclusion does not undo its
+earlier statements; a newer fact does. The index stores excluded facts separately, so queries cost the same either way.
 """
 
 from collections.abc import Iterable, Mapping
@@ -25,23 +20,19 @@ from worldmodel.facts import Observation
 from worldmodel.ontology.tbox import TBox, ValueKind
 
 BANNED_FROM = "bannedFrom"
-"""Name of the attribute; an ontology without it has no bans."""
+"""Attribute name; without it an ontology has no exclusions."""
 
 
 def deciding(tbox: TBox) -> frozenset[int]:
-    """Return the uids of the attributes whose values decide who is believed; they are never pruned."""
+    """Return the uids of the attributes that exclude origins; their values are never pruned."""
     return frozenset(attribute.uid for attribute in tbox.attributes if attribute.name == BANNED_FROM)
 
 
 class BanFact(NamedTuple):
-    """One fact about whom to believe, ordered as the blocks are.
+    """One exclusion or revocation, ordered like blocks.
 
-    Attributes:
-        key: of its block, (time_s, origin, epoch, sequence).
-        position: in its block.
-        issuer: the origin of the block.
-        vehicle: the origin that it is about.
-        from_s: from which time on its observations do not count; None takes the ban back.
+    ``key`` is that of the block: (time_s, origin, epoch, sequence). ``from_s`` is the start of the exclusion (s); None
+    revokes it.
     """
 
     key: tuple[float, int, int, int]
@@ -52,7 +43,7 @@ class BanFact(NamedTuple):
 
 
 def decided(facts: Iterable[BanFact]) -> dict[int, float]:
-    """Return from which time on each banned origin is not believed (s), for facts in any order.
+    """Return the start (s) of the exclusion of each excluded origin, for facts in any order.
 
     >>> by_1 = BanFact((10.0, 1, 0, 0), 0, issuer=1, vehicle=2, from_s=5.0)
     >>> back = BanFact((11.0, 2, 0, 0), 0, issuer=2, vehicle=2, from_s=None)
@@ -72,12 +63,7 @@ def decided(facts: Iterable[BanFact]) -> dict[int, float]:
 
 
 class Bans:
-    """The ban facts that one vehicle holds, and what follows from them.
-
-    Args:
-        tbox: has the attribute ``bannedFrom``, or there are no bans. The instance of a vehicle has the uid of its
-            origin.
-    """
+    """Exclusion facts and their result; a vehicle's instance uid equals its origin."""
 
     __slots__ = ("_facts", "_taken_back", "attribute", "from_s")
 
@@ -88,19 +74,19 @@ class Bans:
             if attribute.name == BANNED_FROM and attribute.kind is ValueKind.NUMBER
         ]
         self.attribute = declared[0].uid if declared else -1
-        """Uid of the attribute; -1, which no fact has, without one."""
+        """Attribute uid; -1, which no fact has, if the ontology declares none."""
         self._taken_back = declared[0].fields[0].maximum if declared else 0.0
         self._facts: dict[tuple[tuple[float, int, int, int], int], BanFact] = {}
         self.from_s: Mapping[int, float] = {}
-        """From which time on each banned origin is not believed (s); a new mapping whenever that changes."""
+        """Start (s) of the exclusion of each excluded origin; replaced on each change."""
 
     def hides(self, origin: int, time_s: float) -> bool:
-        """True if what ``origin`` observed at ``time_s`` does not count."""
+        """True if an observation of ``origin`` at ``time_s`` is excluded."""
         from_s = self.from_s.get(origin)
         return from_s is not None and from_s <= time_s
 
     def note(self, observation: Observation) -> frozenset[int]:
-        """Take in a fact of the attribute; the origins of which other observations count from now on."""
+        """Add an exclusion fact; return the origins whose exclusion changed."""
         fact, block = observation.fact, observation.block
         from_s: float | None = cast(float, fact.value)
         if cast(float, fact.value) >= self._taken_back:
@@ -111,7 +97,7 @@ class Bans:
         return self._decide()
 
     def forget(self, observation: Observation) -> frozenset[int]:
-        """Be as if a fact had not been heard; the origins of which other observations count from now on."""
+        """Remove an exclusion fact; return the origins whose exclusion changed."""
         self._facts.pop((observation.block.key, observation.position), None)
         return self._decide()
 

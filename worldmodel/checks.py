@@ -1,18 +1,16 @@
-"""Closed-world checks of a block before it goes in. Faults are values; nothing here raises an error.
+"""Closed-world checks of a block before acceptance; they return faults and raise nothing.
 
-Merging must not depend on the order of arrival. Therefore two questions are kept apart:
+Two checks make the merge independent of the arrival order:
 
-*Form*: is the block right in itself? Its origin, attributes and classes must be known, its subjects must be
-from a known range of uids, its values of the right kind, in range and on their grid. The answer depends on
-what never changes, so a block of bad form is thrown away.
+*Form* (intrinsic validity): known origin, attributes and classes, subjects in a known uid range, values of the right
+kind, in range and on their grid. The result depends on constants only, so an invalid block is dropped.
 
-*Fit*: does the block go with what is known? Its subjects and link targets must exist and be of the classes
-that domain and range ask for. What may still come right is *missing*, and the block waits for it: an instance
-that nobody has announced yet, or an ObjectOfInterest for an attribute of wrecks, since it may turn out to be a
-Wreck. What cannot come right is a fault.
+*Fit* (consistency with the store): subjects and link targets exist and have the classes of domain and range. A
+dependency that may still arrive is *missing*, and the block is pending: an unannounced instance, or an ObjectOfInterest
+with an attribute of wrecks, which may become a Wreck. A dependency that cannot arrive is a fault.
 
-An instance may be given further types, each above or below the class it was created with. Any other type is a
-clash, whether the two classes are declared disjoint or not. Facts of one block count for one another.
+Further types of an instance must be above or below its class of creation; any other type is a clash, declared disjoint
+or not. Type facts of the checked block count as known.
 """
 
 import math
@@ -25,7 +23,7 @@ from worldmodel.store import Store
 
 @dataclass(frozen=True, slots=True)
 class CheckResult:
-    """The outcome of a check: a block with ``faults`` is refused, else it waits for the instances ``missing``."""
+    """Result of a check: refused with ``faults``, else pending for ``missing`` instances."""
 
     faults: tuple[Fault, ...] = ()
     missing: tuple[int, ...] = ()
@@ -35,7 +33,7 @@ _SOUND = CheckResult()
 
 
 def check_form(store: Store, block: Block) -> tuple[Fault, ...]:
-    """Return the faults that the block has in itself, whatever else is known."""
+    """Return the faults in the form of a block."""
     faults: list[tuple[FaultCode, str]] = []
     if not 0 <= block.origin < store.n_origins:
         faults.append((FaultCode.UNKNOWN_ORIGIN, f"origin {block.origin} is outside 0..{store.n_origins - 1}"))
@@ -91,7 +89,7 @@ def _check_value(store: Store, attribute: Attribute, fact: PropertyValue, faults
 
 
 def check_fit(store: Store, block: Block) -> CheckResult:
-    """Compare a block of good form with the known instances, as the top of this file says."""
+    """Check a valid block against the known instances, as described above."""
     for fact in block.facts:
         if not _fits_as_known(store, fact):
             break
@@ -112,7 +110,7 @@ def check_fit(store: Store, block: Block) -> CheckResult:
 
 
 def _fits_as_known(store: Store, fact: PropertyValue) -> bool:
-    """True if subject and target are known to be of the classes that the attribute asks for; not for types."""
+    """True if subject and target have the required classes; False for type facts."""
     attribute = store.tbox.attributes[fact.attribute]
     if attribute.kind is ValueKind.TYPE or not store.class_mask(fact.subject) >> attribute.domain & 1:
         return False
@@ -120,8 +118,6 @@ def _fits_as_known(store: Store, fact: PropertyValue) -> bool:
 
 
 class _Fit:
-    """The check of one block against one store: types that the block itself asserts count as known."""
-
     __slots__ = ("block", "created", "found", "masks", "missing", "store")
 
     def __init__(self, store: Store, block: Block) -> None:
@@ -129,8 +125,8 @@ class _Fit:
         self.block = block
         self.found: list[tuple[FaultCode, str]] = []
         self.missing: dict[int, None] = {}
-        self.masks: dict[int, int] = {}  # instance -> the classes it has by this block
-        self.created: dict[int, int] = {}  # instance -> the class this block creates it with
+        self.masks: dict[int, int] = {}  # instance -> classes asserted by this block
+        self.created: dict[int, int] = {}  # instance -> class of creation by this block
         for fact in block.facts:
             if fact.attribute == TYPE_UID:
                 self._assert_type(fact.subject, fact.target)
@@ -145,7 +141,7 @@ class _Fit:
         return self.created.get(uid) if announced is None else announced
 
     def retype(self, fact: PropertyValue) -> None:
-        """Note a fault if a type fact does not go with the class that its subject was created with."""
+        """Record a fault for a type neither above nor below the subject's class of creation."""
         tbox, uid, told = self.store.tbox, fact.subject, fact.target
         created = self._created_as(uid)
         if not (self.store.class_mask(uid) or uid in self.masks):
@@ -157,7 +153,7 @@ class _Fit:
         self.found.append((FaultCode.TYPE_CLASH, detail))
 
     def require(self, uid: int, class_uid: int, code: FaultCode, attribute: Attribute) -> None:
-        """Note a fault, or that it is missing, unless the instance is of the class that ``attribute`` asks for."""
+        """Record a fault or a missing instance unless the instance has class ``class_uid``."""
         mask = self.store.class_mask(uid) | self.masks.get(uid, 0)
         if mask >> class_uid & 1:
             return

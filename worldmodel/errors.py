@@ -1,15 +1,15 @@
-"""The errors that a user's mistake raises. A peer's bad block raises nothing; it is a ``facts.Fault``."""
+"""Errors caused by the user; an invalid block of a peer gives a ``facts.Fault`` instead."""
 
 import difflib
 from collections.abc import Iterable, Sequence
 
 
 class WorldModelError(Exception):
-    """Base of every error that this package raises."""
+    """Base class of all errors of this package."""
 
 
 class OntologyError(WorldModelError):
-    """The ontology cannot be compiled; ``faults`` holds everything that is wrong with it, one line each."""
+    """Invalid ontology; ``faults`` lists all faults, one line each."""
 
     def __init__(self, faults: Sequence[str]) -> None:
         self.faults = tuple(faults)
@@ -20,32 +20,25 @@ class OntologyError(WorldModelError):
 
 
 class UnknownNameError(OntologyError, LookupError):
-    """No class, attribute or instance has the name that was asked for."""
+    """No class, attribute or instance of this name."""
 
 
 class FactError(WorldModelError, ValueError):
-    """A fact, or an argument of a world model, that the checks refuse."""
+    """Fact or world-model argument refused by the checks."""
 
 
 class NeedError(WorldModelError, ValueError):
-    """An information need that names no existing attribute, class or instance, or two of them at once."""
+    """Information need with an unknown uid, invalid requirements, or both class and instance."""
 
 
 class QueryError(WorldModelError, ValueError):
-    """A SPARQL query that cannot be answered."""
+    """SPARQL query that cannot be evaluated."""
 
 
 def suggestion(name: str, known: Iterable[str]) -> str:
-    """Return the end of an error message that proposes the known name most like ``name``.
+    """Return the end of an error message that proposes the known name nearest to ``name``.
 
-    This is the one "did you mean" of the project; it is written behind the list of what is allowed.
-
-    Args:
-        name: the name that the user wrote.
-        known: the names that are allowed; of names equally alike the order decides, as in difflib.
-
-    Returns:
-        ``"; did you mean 'x'?"``, or nothing when no known name is similar (difflib's ratio is below 0.6).
+    Empty if no name has a difflib ratio of at least 0.6; of equal ratios the order in ``known`` decides.
 
     >>> suggestion("positon", ["position", "location"])
     "; did you mean 'position'?"
@@ -57,13 +50,7 @@ def suggestion(name: str, known: Iterable[str]) -> str:
 
 
 def unknown_name(what: str, name: str, known: Iterable[str]) -> UnknownNameError:
-    """Return the error for a name that nothing bears.
-
-    Args:
-        what: the kind of thing that was asked for, such as "class".
-        name: the name that was asked for.
-        known: the names that would have been found.
-    """
+    """Return the error for an unknown name; ``what`` is the kind of name, such as "class"."""
     names = sorted(known)
     allowed = ", ".join(names) or "none"
     return UnknownNameError([f"no {what} is named {name!r}; allowed: {allowed}{suggestion(name, names)}"])

@@ -1,4 +1,4 @@
-"""The values that a world model is made of: facts, blocks, instances, changes and faults."""
+"""Values of a world model: facts, blocks, instances, changes and faults."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -7,25 +7,25 @@ from typing import NamedTuple, cast
 from worldmodel.ontology.fields import Value
 
 Guid = tuple[int, int, int]
-"""(origin, epoch, sequence): the name of an item or of a private block, unique in the whole fleet."""
+"""(origin, epoch, sequence) of an item or private block, unique in the fleet."""
 
 BlockKey = tuple[float, int, int, int]
-"""(time_s, origin, epoch, order): from old to new. It is total but for statuses, and does not depend on arrival."""
+"""(time_s, origin, epoch, order): total order except for statuses, independent of arrival."""
 
 STATUS = -1
-"""The sequence of every status."""
+"""Sequence of every status."""
 EPOCHS = 256
-"""A vehicle can restart this often, less one: epochs are 0 to 255."""
+"""Number of epochs: 0 to 255, one per restart."""
 MOST_ITEMS = 1 << 20
-"""The number of items that one origin may record in one epoch; it bounds what a bad sequence can cost."""
+"""Maximum number of items per origin and epoch; it bounds the cost of a corrupt sequence."""
 _PRIVATE_ORDER = -(1 << 40)
 
 
 class PropertyValue(NamedTuple):
-    """One value of one attribute of one instance; its block says when and by whom it was observed.
+    """Value of one attribute of one instance; its block has time and origin.
 
-    ``uncertainty`` is the standard deviation of a number or point, the probability of any other value, or None.
-    It never decides which of two values counts.
+    ``uncertainty`` is the standard deviation of a number or point, the probability of any other value, or None. It does
+    not affect which value is the latest.
     """
 
     subject: int
@@ -35,20 +35,19 @@ class PropertyValue(NamedTuple):
 
     @property
     def target(self) -> int:
-        """The uid that the value is: of a class for a type, of an instance for a link."""
+        """Value as a uid: of a class for a type, of an instance for a link."""
         return cast(int, self.value)
 
 
 class Block(NamedTuple):
-    """Facts recorded together: kept, sent and acknowledged as a whole or not at all.
+    """Facts recorded together; stored, sent and acknowledged as a whole.
 
-    ``time_s`` is the time of observation on the origin's clock, in seconds since the mission began. ``epoch`` grows
-    when the origin restarts without its memory. ``sequence`` tells three kinds of blocks apart:
+    ``time_s`` is the observation time on the origin's clock, in seconds since mission start. ``epoch`` grows when the
+    origin restarts without its memory. ``sequence`` gives the kind:
 
-    - 0 and more: an *item*. The items of one origin and epoch are numbered without gaps.
-    - ``STATUS``: a *status*, whose facts are all of attributes with rm:latestOnly. It replaces, fact by fact, what
-      its origin said before.
-    - -2 and less: a *private* block, counted down, which its origin keeps to itself.
+    - 0 and more: *item*, numbered without gaps per origin and epoch.
+    - ``STATUS``: *status* of attributes with rm:latestOnly; it replaces older statuses of its origin, fact by fact.
+    - -2 and less: *private* block, counted down, never sent.
     """
 
     origin: int
@@ -59,30 +58,30 @@ class Block(NamedTuple):
 
     @property
     def guid(self) -> Guid:
-        """(origin, epoch, sequence); statuses have no name of their own."""
+        """(origin, epoch, sequence); not unique for statuses."""
         return (self.origin, self.epoch, self.sequence)
 
     @property
     def key(self) -> BlockKey:
-        """(time_s, origin, epoch, order); order is the sequence, but private blocks come first, as recorded."""
+        """(time_s, origin, epoch, order): the sequence, with private blocks first, as recorded."""
         sequence = self.sequence
         order = sequence if sequence >= STATUS else _PRIVATE_ORDER - sequence
         return (self.time_s, self.origin, self.epoch, order)
 
     @property
     def is_status(self) -> bool:
-        """True if it is a status."""
+        """True for a status."""
         return self.sequence == STATUS
 
     @property
     def is_item(self) -> bool:
-        """True if it is an item."""
+        """True for an item."""
         return self.sequence >= 0
 
 
 @dataclass(frozen=True, slots=True)
 class Instance:
-    """An individual of the ABox; ``class_uid`` is the class it was created with."""
+    """Individual of the ABox; ``class_uid`` is its class of creation."""
 
     uid: int
     class_uid: int
@@ -90,41 +89,41 @@ class Instance:
 
 
 class Observation(NamedTuple):
-    """A fact in the block it came in."""
+    """Fact with its block; ``position`` is the index in the block."""
 
     block: Block
     position: int
 
     @property
     def fact(self) -> PropertyValue:
-        """The fact itself."""
+        """Observed fact."""
         return self.block.facts[self.position]
 
     @property
     def value(self) -> Value:
-        """The value observed."""
+        """Observed value."""
         return self.block.facts[self.position].value
 
     @property
     def time_s(self) -> float:
-        """Time of observation on the origin's clock (s)."""
+        """Observation time on the origin's clock (s)."""
         return self.block.time_s
 
     @property
     def origin(self) -> int:
-        """The vehicle that observed it."""
+        """Observing vehicle."""
         return self.block.origin
 
 
 class Change(NamedTuple):
-    """A block that has gone in; ``new_latest`` are those of its facts that are now the latest of their slot."""
+    """Accepted block; ``new_latest`` are those of its facts that are now the latest."""
 
     block: Block
     new_latest: tuple[PropertyValue, ...]
 
 
 class FaultCode(StrEnum):
-    """The kinds of faults that a check finds in a block."""
+    """Kinds of faults in a block."""
 
     UNKNOWN_ORIGIN = "unknown origin"
     BAD_SEQUENCE = "bad sequence"
@@ -148,7 +147,7 @@ class FaultCode(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """One fault of the block (origin, epoch, sequence)."""
+    """Fault of the block (origin, epoch, sequence)."""
 
     code: FaultCode
     origin: int
@@ -158,18 +157,15 @@ class Fault:
 
     @property
     def guid(self) -> Guid:
-        """The name of the block."""
+        """GUID of the block."""
         return (self.origin, self.epoch, self.sequence)
 
 
 class Lacking(NamedTuple):
-    """An instance that blocks wait for.
+    """Missing instance that blocks are pending for.
 
-    Attributes:
-        uid: of the instance: nobody has announced it, or not as of the class that the blocks ask for.
-        origin: the vehicle that can announce it, by number; None for an instance that all knew from the beginning.
-        age_s: for how long the block that came first has waited (s).
-        guids: the blocks that wait for it.
+    ``origin`` is the vehicle that can announce it, None for a common instance of insufficient class. ``age_s`` is the
+    pending time of the oldest block (s).
     """
 
     uid: int
@@ -179,7 +175,7 @@ class Lacking(NamedTuple):
 
 
 class Merged(NamedTuple):
-    """What a merge did: ``changes`` in the order in which blocks went in, ``faults`` of the blocks refused."""
+    """Result of a merge: ``changes`` in order of acceptance, ``faults`` of refused blocks."""
 
     changes: tuple[Change, ...]
     faults: tuple[Fault, ...]

@@ -1,44 +1,38 @@
-"""Fusion: one estimate of an attribute of what several origins observed. It is a view; nothing fused is stored or sent.
+"""Fusion: one estimate of a property from the observations of several origins.
 
-Every observation counts whose error is its own. Only values that carry an uncertainty are fused, since nobody can weigh
-the others; where none does, the newest stands as it is.
+Estimates are never stored or sent. Only values with an uncertainty are fused; without any, the newest value stands.
+Observation errors are independent.
 
-Numbers and points, each axis alike, by a Kalman filter (Kalman 1960) over the observations in order of time. What is
-observed is at rest, or drifts as a random walk of ``drift`` per square root of a second (``rm:drift`` in the ontology).
-Before the first observation anything is as likely; since the last one the variance has grown by drift^2 a second, until
-the time that is asked for. At rest this is the mean by inverse variance (Cochran 1937)::
+Numbers and points, per axis: Kalman filter (Kalman 1960) over the observations in order of time. The observed value is
+at rest or a random walk of ``drift`` per square root of a second (``rm:drift``). The prior is flat; after the last
+observation the variance grows by drift^2 per second. At rest the result is the inverse-variance mean (Cochran 1937)::
 
     estimate = sum(x / sigma^2) / sum(1 / sigma^2)        sigma of the estimate = sum(1 / sigma^2)^-1/2
 
-Observations of one origin may share an error beside, of standard deviation ``shared``: of its navigation, say. The
-filter then estimates these errors too, one for each origin, and no number of observations outdoes them.
+Observations of one origin may also share an error of standard deviation ``shared``, such as that of its navigation. The
+filter then estimates one such error per origin, so that repeated observations cannot average it out.
 
-Truth values, symbols, types and links by Bayes' theorem. A value with probability p says: my value is right with
-probability p, and each of the other n - 1 hypotheses is as likely as any other to have looked like it::
+Truth values, symbols, types and links: Bayes' theorem. A value with probability p is right with probability p; each of
+the other n - 1 hypotheses is equally likely to have caused it::
 
     P(said v | true h) = p if h = v, else (1 - p) / (n - 1)     posterior(h) ~ prior(h) * product over observations
 
-The hypotheses are both truth values, or all symbols. Of types and links they are those that anybody named, and one more
-that stands for all others. The prior is even, unless the caller gives another.
+The hypotheses are both truth values or all symbols; of types and links, all observed ones plus one for the rest. The
+prior is uniform unless given.
 
-Where origins may have heard of each other (``independent=False``), the most certain origin counts alone, of truth
-values and the like by its newest observation. This is what covariance intersection comes to where errors have one
-variance: it weighs two estimates so that the variance is least whatever their correlation, and the least is that of the
-better one (Julier and Uhlmann 1997).
+If origins may depend on each other (``independent=False``), only the most certain origin counts; of truth values and
+the like, by its newest observation. For errors of one variance this equals covariance intersection, which minimises the
+variance over all correlations (Julier and Uhlmann 1997).
 
-Doubt: which origin says of numbers and points what does not agree with what all others say.
-
-What each origin says of a slot comes to one estimate, with a variance. Where all are right, the squared deviations from
-their mean by inverse variance, in units of these variances, add up to a chi-square variable (Cochran 1937)::
+Doubt: origins whose numbers and points contradict those of the others. Each origin has one estimate with a variance per
+property. If all are correct, the weighted squared deviations from the mean are chi-square (Cochran 1937)::
 
     Q = sum over slots, axes and origins of (estimate - mean)^2 / variance        n = sum of axes * (origins - 1)
 
-If Q is beyond what happens in one of a hundred cases, somebody errs otherwise than he says: the one without whom Q is
-least. Of two nobody can tell, so both are named. The limit is that of Wilson and Hilferty (1931),
-n (1 - 2 / (9 n) + 2.3263 (2 / (9 n))^1/2)^3, for 10 degrees 23.24 (tables: 23.21).
-
-The errors of one origin in two slots are taken for independent. Where they have a part in common, such as that of its
-navigation in one dive, more than one of a hundred is doubted in vain.
+If Q exceeds its 99 % quantile, the origin whose removal minimises Q is doubted; of only two origins, both. The quantile
+is that of Wilson and Hilferty (1931), n (1 - 2 / (9 n) + 2.3263 (2 / (9 n))^1/2)^3, for 10 degrees 23.24 (tables:
+23.21). Errors of one origin in two properties count as independent; a common part, such as a navigation error, raises
+the false-alarm rate above 1 %.
 """
 
 import math
@@ -52,15 +46,15 @@ from worldmodel.ontology.tbox import MEASURED, Attribute, ValueKind
 
 
 class Estimate(NamedTuple):
-    """What several origins say of one attribute of one instance, together.
+    """Estimate of one attribute of one instance from several origins.
 
     Attributes:
         value: mean of numbers and points, off their grid; else the most probable value.
-        uncertainty: sigma of numbers and points, in the unit of the attribute; else the probability of the value. None
-            where no value carries one.
-        time_s: when the newest of the observations was made.
-        origins: whose observations count.
-        probabilities: of every hypothesis that is not ruled out, the most probable first; empty for numbers and points.
+        uncertainty: sigma of numbers and points, in the unit of the attribute; else the probability. None if no value
+            has
+            one.
+        time_s: of the newest observation that counts.
+        probabilities: of each possible hypothesis, most probable first; empty for numbers and points.
     """
 
     value: Value
@@ -79,24 +73,20 @@ def fused(
     shared: float = 0.0,
     at_s: float | None = None,
 ) -> Estimate | None:
-    """Return the estimate that observations of one slot come to, in whatever order they are given.
+    """Return the estimate from observations of one property, given in any order.
+
+    ``drift``, ``shared`` and ``at_s`` apply to numbers and points only.
 
     Args:
-        attribute: of the slot.
-        observations: of the slot, such as ``WorldModel.history`` gives them, without banned ones.
-        prior: weight of each hypothesis of a truth value or symbol before anything was observed, 0 or more; what is not
-            listed has weight 0. Even if None.
-        independent: False where origins may have taken over what others said; the most certain then counts alone.
-        drift: of what is observed, per square root of a second, in the unit of the attribute and of each axis alike;
-            what the ontology declares if None. Numbers and points only.
-        shared: standard deviation of the error that all observations of one origin have in common, in the unit of the
-            attribute. Numbers and points only.
-        at_s: when what is observed has the value that is asked for; at the last observation if None or before that.
-            Numbers and points only.
+        observations: as from ``WorldModel.history``, without excluded origins.
+        prior: weight (0 or more) of each truth value or symbol, 0 if not listed; uniform if None.
+        independent: False if origins may have adopted values of each other; only the most certain then counts.
+        drift: random walk per square root of a second, in the unit of the attribute; if None, that of the ontology.
+        shared: standard deviation of the error common to one origin, in the unit of the attribute.
+        at_s: time of the estimate (s); the last observation if None or earlier.
 
-    Raises:
-        FactError: a prior for another kind of attribute, or one without a positive finite sum; a drift or shared error
-            that is below 0 or not finite.
+    Raises FactError for a prior of another kind or without a positive finite sum, and for a drift or shared error that
+    is negative or not finite.
     """
     drift = attribute.drift if drift is None else drift
     for name, given in (("drift", drift), ("shared", shared)):
@@ -131,10 +121,10 @@ def _key(observation: Observation) -> tuple[object, ...]:
 
 
 def _filtered(weighed: Sequence[Observation], drift: float, shared: float, until_s: float | None) -> Estimate:
-    """The estimate at the time of the last observation, or at a later one.
+    """Return the Kalman estimate at the last observation or later.
 
-    The state is the value, and behind it the shared error of each origin; axes differ in their means alone. The first
-    observation makes the state known, so that nothing has to stand for complete ignorance.
+    The state is the value followed by the shared error of each origin; axes differ in their means only. The first
+    observation initialises the state, which avoids an infinite prior variance.
     """
     origins = sorted({observation.origin for observation in weighed})
     n = 1 + len(origins) if shared > 0.0 else 1
@@ -154,7 +144,7 @@ def _filtered(weighed: Sequence[Observation], drift: float, shared: float, until
             continue
         covariance[0][0] += drift * drift * (observation.time_s - at_s)
         at_s = observation.time_s
-        along = [row[0] + (row[own] if own else 0.0) for row in covariance]  # of what is observed with each part
+        along = [row[0] + (row[own] if own else 0.0) for row in covariance]  # covariance of the observed value with each state
         gains = [part / (along[0] + (along[own] if own else 0.0) + sigma * sigma) for part in along]
         for mean, axis in zip(means, axes, strict=True):
             surprise = axis - mean[0] - (mean[own] if own else 0.0)
@@ -180,7 +170,7 @@ def _by_bayes(attribute: Attribute, weighed: Sequence[Observation], prior: Mappi
         others *= else_p
     total = math.fsum((*weights, others))
     origins = tuple(sorted({observation.origin for observation in weighed}))
-    if total == 0.0:  # all that was said is ruled out by the prior
+    if total == 0.0:  # the prior excludes all observed values
         last = max(weighed, key=_key)
         return Estimate(last.value, 0.0, last.time_s, origins)
     ranked = sorted(
@@ -192,7 +182,7 @@ def _by_bayes(attribute: Attribute, weighed: Sequence[Observation], prior: Mappi
 
 
 def _hypotheses(attribute: Attribute, weighed: Sequence[Observation]) -> tuple[list[Value], int]:
-    """What may be the case, in order, and 1 if anything else may be too."""
+    """Return the hypotheses in order, and 1 if others are possible."""
     if attribute.kind is ValueKind.BOOLEAN:
         return [False, True], 0
     if attribute.kind is ValueKind.SYMBOL:
@@ -213,21 +203,20 @@ def _time_s(weighed: Sequence[Observation]) -> float:
 
 
 BEYOND_99 = 2.3263478740408408
-"""The quantile of the normal distribution at 0.99."""
+"""Quantile of the normal distribution at 0.99."""
 
 
 class _Said(NamedTuple):
-    """What an origin says of a slot, all in all."""
+    """Estimate of one origin for one property."""
 
     axes: tuple[float, ...]
     variance: float
 
 
 def doubted(slots: Iterable[tuple[Attribute, Sequence[Observation]]]) -> tuple[int, ...]:
-    """The origin that contradicts the others; none if all agree, two if it is one of two.
+    """Return the origin that contradicts the others; none if all agree, both if there are two.
 
-    Args:
-        slots: attribute and observations of each; only numbers and points with an uncertainty count.
+    Only numbers and points with an uncertainty count.
     """
     said = [_said(observations, attribute) for attribute, observations in slots if attribute.kind in MEASURED]
     if not _is_beyond(*_deviation(said)):
@@ -241,7 +230,7 @@ def doubted(slots: Iterable[tuple[Attribute, Sequence[Observation]]]) -> tuple[i
 
 
 def _said(observations: Sequence[Observation], attribute: Attribute) -> dict[int, _Said]:
-    """By origin, at the time of the newest observation."""
+    """Return the estimate of each origin at the time of the newest observation."""
     at_s = max((one.time_s for one in observations), default=0.0)
     found = {}
     for origin in sorted({one.origin for one in observations if one.fact.uncertainty is not None}):
@@ -254,7 +243,7 @@ def _said(observations: Sequence[Observation], attribute: Attribute) -> dict[int
 
 
 def _deviation(slots: Iterable[dict[int, _Said]]) -> tuple[float, int]:
-    """Q, and its degrees of freedom."""
+    """Return Q and its degrees of freedom."""
     terms, degrees = [], 0
     for said in slots:
         for axis in zip(*(one.axes for one in said.values()), strict=True):

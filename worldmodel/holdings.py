@@ -1,14 +1,8 @@
-"""The blocks of one store: which have arrived, which are held, and by what two stores see whether they agree.
+"""Blocks and instances of one store.
 
-``digest`` says which items have arrived: in, waiting, refused or pruned. ``state_hash`` says what they say. Both are
-the same before and after pruning, so vehicles that prune differently, or not at all, still agree.
-
-The numbered blocks of one origin and epoch: where the sequence is the index.
-
-A log knows which sequences have arrived and holds those blocks that are in the store. A block that waits, was refused
-or was pruned has arrived but is not held.
-
-The instances that one store knows of: their uids, classes and names, and what has arrived about them.
+``digest`` covers the items that have arrived: accepted, pending, refused or pruned. ``state_hash`` covers their
+content. Pruning changes neither, so vehicles that prune differently still agree. A ``BlockLog`` marks each arrived
+sequence of an origin and epoch; pending, refused and pruned blocks have arrived but are not stored in it.
 """
 
 import hashlib
@@ -23,25 +17,25 @@ from worldmodel.ontology.tbox import TBox, ValueKind
 
 
 class BlockLog:
-    """Blocks by sequence: a list of those without a gap before them, and the others behind it."""
+    """Blocks of one origin and epoch: list up to the first gap, dictionary after it."""
 
     __slots__ = ("ahead", "blocks", "mask")
 
     def __init__(self) -> None:
         self.blocks: list[Block | None] = []
-        """The sequences 0, 1, ... up to the first gap; None stands for one that has arrived and is not held."""
+        """Sequences 0, 1, ... up to the first gap; None for one that arrived but is not stored."""
         self.ahead: dict[int, Block | None] = {}
-        """The same for what is behind the first gap, by sequence."""
+        """Sequences after the first gap; None as in ``blocks``."""
         self.mask = 0
         """Bit k is set if the sequence ``len(blocks) + k`` has arrived."""
 
     @property
     def digest(self) -> tuple[int, int]:
-        """(highest contiguous sequence or -1, mask of those above); bit k stands for that sequence + 1 + k."""
+        """Highest contiguous sequence or -1, and mask of later ones: bit k stands for that + 1 + k."""
         return len(self.blocks) - 1, self.mask
 
     def __iter__(self) -> Iterator[Block]:
-        """The blocks that are held, by sequence."""
+        """Yield the stored blocks, by sequence."""
         for block in self.blocks:
             if block is not None:
                 yield block
@@ -54,11 +48,11 @@ class BlockLog:
         return 0 <= sequence < len(self.blocks) or sequence in self.ahead
 
     def get(self, sequence: int) -> Block | None:
-        """Return the block if it is held."""
+        """Return the block if it is stored."""
         return self.blocks[sequence] if 0 <= sequence < len(self.blocks) else self.ahead.get(sequence)
 
     def put(self, sequence: int, block: Block | None) -> None:
-        """Note that the sequence has arrived, and hold its block from now on, or none."""
+        """Mark a sequence as arrived and store its block, or None."""
         blocks = self.blocks
         if sequence == len(blocks):
             blocks.append(block)
@@ -77,7 +71,7 @@ class BlockLog:
         self.mask >>= len(self.blocks) - n_before
 
     def forget(self, sequence: int) -> None:
-        """Be as if the sequence, which has arrived, had not."""
+        """Mark an arrived sequence as missing again."""
         if sequence >= len(self.blocks):
             del self.ahead[sequence]
             self.mask ^= 1 << (sequence - len(self.blocks))
@@ -89,7 +83,7 @@ class BlockLog:
 
 
 class Individuals:
-    """The common instances have the uids 0, 1, ...; behind them each origin has a range for those that it creates."""
+    """Common instances with uids 0, 1, ..., followed by one uid range per origin."""
 
     def __init__(
         self,
@@ -100,7 +94,7 @@ class Individuals:
         waiting_s: float,
         waiting_blocks: int,
     ) -> None:
-        """Know the common instances; see ``Store`` for the arguments."""
+        """Create the common instances; see ``Store`` for the arguments."""
         _refuse_bad_instances(tbox, instances)
         if run_time_instances_per_origin < 0:
             raise FactError(f"run_time_instances_per_origin is {run_time_instances_per_origin}; allowed: 0 or more")
@@ -114,14 +108,14 @@ class Individuals:
         self.common_instances = tuple(instances)
         self.n_uids = len(instances) + n_origins * run_time_instances_per_origin
         self.tables = compiled_attributes(tbox)
-        """The attributes, compiled for the checks."""
+        """Compiled attribute checks."""
         self.index = Index(tbox, instances)
         links = frozenset(a.uid for a in tbox.attributes if a.kind is ValueKind.LINK)
         self.arrivals = Arrivals(links, waiting_s, waiting_blocks)
         self._instance_named = {instance.name: instance for instance in instances}
 
     def instance(self, uid: int) -> Instance | None:
-        """Return the instance if it is common or has been announced, even by a banned origin."""
+        """Return a common or announced instance, even if an excluded origin announced it."""
         if 0 <= uid < len(self.common_instances):
             return self.common_instances[uid]
         created = self.arrivals.created_as(uid)
@@ -130,42 +124,40 @@ class Individuals:
         return Instance(uid, created, f"{self.tbox.classes[created].name}-{uid}")
 
     def instance_uids(self) -> Iterable[int]:
-        """Return the uids of all known instances, also of those that a banned origin announced."""
+        """Return the uids of all known instances, those of excluded origins included."""
         return self.index.masks.keys()
 
     def instance_named(self, name: str) -> Instance:
-        """Return a common instance by its name; raises UnknownNameError, which proposes a similar name."""
+        """Return a common instance by name; raises UnknownNameError with the nearest name."""
         try:
             return self._instance_named[name]
         except KeyError:
             raise unknown_name("common instance", name, self._instance_named) from None
 
     def class_mask(self, uid: int) -> int:
-        """Return the classes an instance is known to belong to, bit c for class c; 0 when it is not known."""
+        """Return the known classes of an instance, bit c for class c; 0 if unknown."""
         return self.index.masks.get(uid, 0)
 
     def created_as(self, uid: int) -> int | None:
-        """Return the class an instance was created with, even while the block that creates it waits."""
+        """Return the class of creation of an instance, even while the creating block is pending."""
         if 0 <= uid < len(self.common_instances):
             return self.common_instances[uid].class_uid
         return self.arrivals.created_as(uid)
 
     def owner_of(self, uid: int) -> int | None:
-        """Return the origin whose range a uid is from; None for a common instance and outside all ranges."""
+        """Return the origin that owns the range of a uid; None for a common instance or no range."""
         if not len(self.common_instances) <= uid < self.n_uids:
             return None
         return (uid - len(self.common_instances)) // self.run_time_instances_per_origin
 
     def first_uid_of(self, origin: int) -> int:
-        """Return the first uid of the range from which ``origin`` takes the uids of its instances."""
+        """Return the first uid in the range of ``origin``."""
         return len(self.common_instances) + origin * self.run_time_instances_per_origin
 
     def base_mask(self, uid: int, has_creator: bool) -> int:
-        """Return the classes that an instance has whatever others say of it, bit c for class c.
+        """Return the classes that an instance has by creation alone, bit c for class c.
 
-        Args:
-            uid: the instance.
-            has_creator: True if the block that created it is in, and its class of creation is not in question.
+        ``has_creator``: the creating block is accepted and the class of creation is certain.
         """
         if 0 <= uid < len(self.common_instances):
             return self.tbox.ancestor_mask(self.common_instances[uid].class_uid)
@@ -202,7 +194,7 @@ class StoredItems(Individuals):
         waiting_s: float,
         waiting_blocks: int,
     ) -> None:
-        """Hold nothing; see ``Store`` for the arguments."""
+        """Create empty logs; see ``Store`` for the arguments."""
         super().__init__(tbox, instances, n_origins, run_time_instances_per_origin, waiting_s, waiting_blocks)
         try:
             self.clock_grid = Grid(0.0, time_resolution_s)
@@ -210,48 +202,43 @@ class StoredItems(Individuals):
             raise FactError(f"time_resolution_s: {error}") from None
         self.time_resolution_s = time_resolution_s
         self.time_ratio = self.clock_grid.ratio
-        """The step of times as (numerator, denominator), for the paths that every fact takes."""
+        """Time step as (numerator, denominator), for the fast paths."""
         self.logs: dict[tuple[int, int], BlockLog] = {}
         """Items, by (origin, epoch)."""
-        self._private: dict[tuple[int, int], BlockLog] = {}  # the same for private blocks, counted up
+        self._private: dict[tuple[int, int], BlockLog] = {}  # private blocks, numbered upwards here
         self.content_of_pruned = 0
-        """Sum of the contents of the items that are held no longer, as numbers."""
+        """Sum of the content digests of pruned items."""
 
     def block(self, guid: Guid) -> Block | None:
-        """Return the item or private block if it is in."""
+        """Return an item or private block if it is accepted and stored."""
         log, sequence = self._place(guid)
         return None if log is None else log.get(sequence)
 
     def blocks(self) -> Iterator[Block]:
-        """Yield the items that are in, by origin, epoch and sequence."""
+        """Yield the accepted items, by origin, epoch and sequence."""
         for key in sorted(self.logs):
             yield from self.logs[key]
 
     def private_blocks(self) -> Iterator[Block]:
-        """Yield what the owner has recorded and keeps to itself."""
+        """Yield the owner's private blocks."""
         for key in sorted(self._private):
             yield from self._private[key]
 
     def arrived(self, guid: Guid) -> Block | None:
-        """Return the block if it is in, waits or was refused."""
+        """Return a block that is accepted, pending or refused."""
         return self.block(guid) or self.arrivals.get(guid)
 
     def has_arrived(self, guid: Guid) -> bool:
-        """True if the block need not come again, even if it was pruned since."""
+        """True if peers need not send the block again, even if it was pruned since."""
         log, sequence = self._place(guid)
         return log is not None and log.has(sequence)
 
     def digest(self) -> dict[tuple[int, int], tuple[int, int]]:
-        """Return which items need not come again, by (origin, epoch).
-
-        Each is (highest contiguous sequence or -1, mask of those above): bit k of the mask stands for that sequence
-        + 1 + k. Items count that are in, wait, were refused or were pruned. Stores that hold the same, pruned or
-        not, have equal digests.
-        """
+        """Return the arrived items by (origin, epoch), each as in ``BlockLog.digest``."""
         return {key: log.digest for key, log in self.logs.items() if log.blocks or log.ahead}
 
     def items(self) -> Iterator[tuple[Guid, Block | None]]:
-        """Yield the items that have arrived, by origin, epoch and sequence; None for one that is held no longer."""
+        """Yield the arrived items, by origin, epoch and sequence; None for a pruned one."""
         for origin, epoch in sorted(self.logs):
             log = self.logs[origin, epoch]
             for sequence in sorted((*range(len(log.blocks)), *log.ahead)):
@@ -259,17 +246,16 @@ class StoredItems(Individuals):
                 yield guid, self.arrived(guid)
 
     def state_hash(self) -> str:
-        """Return a digest of TBox, common instances and set of items: equal if, and only if, these are.
+        """Return a digest of TBox, common instances and accepted items, equal only if these are.
 
-        An item that went in counts also after it was pruned. So stores that pruned differently have equal hashes.
-        Statuses and private blocks do not count.
+        Pruned items count; statuses and private blocks do not.
         """
         total = self.content_of_pruned + sum(self._content_number(block) for block in self.blocks())
         state = (self.tbox.hash, self.common_instances, self.n_origins, self.n_uids, total % (1 << 256))
         return hashlib.sha256(repr(state).encode()).hexdigest()
 
     def content(self, block: Block) -> bytes:
-        """Return a digest of all that a block of good form says, taken over integers."""
+        """Return a digest of GUID, time and facts of a valid block, computed on integers."""
         attributes = self.tbox.attributes
         facts = [(f.subject, f.attribute, attributes[f.attribute].encode(f.value), f.uncertainty) for f in block.facts]
         tick = self.clock_grid.index_of(block.time_s)
@@ -279,11 +265,10 @@ class StoredItems(Individuals):
         return int.from_bytes(self.content(block), "big")
 
     def quantise_time(self, time_s: float) -> float:
-        """Return the time on the grid of ``time_resolution_s`` that is nearest to ``time_s`` (s)."""
+        """Return the grid time nearest to ``time_s`` (s)."""
         return self.clock_grid.value_at(self.clock_grid.index_of(time_s))
 
     def _place(self, guid: Guid, create: bool = False) -> tuple[BlockLog | None, int]:
-        """Return the log that a block belongs into, if there is one, and its sequence there."""
         origin, epoch, sequence = guid
         logs, index = (self.logs, sequence) if sequence >= 0 else (self._private, STATUS - 1 - sequence)
         log = logs.get((origin, epoch))
@@ -292,13 +277,13 @@ class StoredItems(Individuals):
         return log, index
 
     def hold(self, guid: Guid, block: Block | None = None) -> None:
-        """Note that an item or private block has arrived; ``block`` is what is held of it."""
+        """Mark an item or private block as arrived and store ``block``, if given."""
         log, sequence = self._place(guid, create=True)
         if log is not None:
             log.put(sequence, block)
 
     def drop(self, block: Block) -> None:
-        """Let a block that waits or was refused come again."""
+        """Remove a pending or refused block so that it can be received again."""
         self.arrivals.take(block.guid)
         log, sequence = self._place(block.guid)
         if log is not None:

@@ -1,13 +1,12 @@
-"""The facts of one store by slot, the classes of its instances, and who rests on them.
+"""Index of one store: facts by property, classes of instances, and dependencies on them.
 
-A slot is an attribute of an instance. Its facts are sorted from old to new; of the statuses in it only the newest of
-each origin is there. To save memory slots have no names of their own, but are found by attribute and then by instance,
-and a fact stands in its slot as its block alone if the block has no other.
-Facts of banned vehicles stand apart, so that to ask takes the same steps with a ban and without.
+A property (here: slot) is an attribute of an instance. Its facts are sorted from old to new; of statuses, only the
+newest of each origin is present. For memory, properties are nested dictionaries by attribute and instance, and the only
+fact of a block is stored as the block itself. Facts of excluded origins are stored separately, so that queries cost the
+same.
 
-Attributes compiled to functions, for the two paths that every fact takes: recording and merging.
-
-``Attribute.quantise`` explains what is wrong with a value; a compiled function only says that something is.
+Attributes are compiled to functions for the fast paths of record and merge. ``Attribute.quantise`` explains a bad
+value; a compiled function only rejects it.
 """
 
 import math
@@ -22,16 +21,16 @@ from worldmodel.ontology.fields import Field, bytes_of
 from worldmodel.ontology.tbox import TYPE_UID, Attribute, TBox, ValueKind
 
 Quantise = Callable[[Any], Any]
-"""Returns the value as it is stored, or None for one that a closer look has to judge."""
+"""Return the stored value, or None for a value that needs the full check."""
 
 MOST_SHARED = 1 << 16
-"""The number of steps up to which the values of a field are kept and shared by all facts."""
+"""Maximum number of grid steps for which a field caches and shares its values."""
 
 NO_CLASS = -1
 
 
 class AttributeRow(NamedTuple):
-    """One attribute: how its values are stored, and the classes that it asks of subject and target."""
+    """Compiled attribute: quantiser, class of the subject, class of the target or ``NO_CLASS``."""
 
     quantise: Quantise
     domain: int
@@ -39,7 +38,7 @@ class AttributeRow(NamedTuple):
 
 
 class CompiledAttributes:
-    """The compiled attributes of one TBox; ``rows`` has them by uid, all but those that need a closer look."""
+    """Compiled attributes of one TBox; ``rows`` maps uids to them, ``type`` left out."""
 
     def __init__(self, tbox: TBox) -> None:
         self._tbox = tbox
@@ -53,36 +52,36 @@ class CompiledAttributes:
             if attribute.kind is not ValueKind.TYPE
         }
         self.unpacked = {uid: (row.quantise, row.domain, row.range_class) for uid, row in self.rows.items()}
-        """The rows as bare tuples, which are unpacked faster."""
+        """Rows as bare tuples, which unpack faster."""
         self.latest_only = frozenset(attribute.uid for attribute in tbox.attributes if attribute.latest_only)
         self.deciding = deciding(tbox)
-        """The attributes whose values decide who is believed."""
+        """Attributes that exclude origins."""
         followed = tbox.rules.heeded | self.deciding
         self.unlinked = frozenset(
             uid for uid, row in self.rows.items() if row.range_class == NO_CLASS and uid not in followed
         )
-        """The attributes of whose values nothing follows: no links, no bans, none that a definition asks for."""
+        """Attributes whose values affect nothing else: no links, exclusions or rules."""
         self.plain = {
             uid: (row.quantise, row.domain)
             for uid, row in self.rows.items()
             if uid in self.unlinked and uid not in self.latest_only
         }
-        """By uid, how values are stored and the class asked of the subject; without links and status."""
+        """Quantiser and subject class, by uid, of unlinked attributes of items."""
         self.statuses = {
             uid: (row.quantise, row.domain)
             for uid, row in self.rows.items()
             if uid in self.unlinked and uid in self.latest_only
         }
-        """The same for attributes of which only the latest value counts."""
+        """Quantiser and subject class, by uid, of unlinked attributes with rm:latestOnly."""
         below = [sum(1 << d for d in tbox.subclasses(c.uid)) for c in tbox.classes]
         self._descendants = tuple(below)
 
     def trust(self) -> Bans:
-        """Return what a vehicle knows of who is believed, before it has heard anything: all are."""
+        """Return exclusions without any excluded origin."""
         return Bans(self._tbox)
 
     def have_common_subclass(self, c: int, d: int) -> bool:
-        """True if something may be of both classes by one of its types."""
+        """True if a class is below, or equal to, both."""
         return bool(self._descendants[c] & self._descendants[d])
 
     def __reduce__(self) -> tuple[Callable[[TBox], "CompiledAttributes"], tuple[TBox]]:
@@ -91,7 +90,7 @@ class CompiledAttributes:
 
 @lru_cache(maxsize=8)
 def compiled_attributes(tbox: TBox) -> CompiledAttributes:
-    """Return the compiled attributes of an ontology, the same for all its world models."""
+    """Return the compiled attributes of an ontology, shared by its world models."""
     return CompiledAttributes(tbox)
 
 
@@ -131,7 +130,7 @@ def _number(field: Field) -> Quantise:
     low, high, step = field.minimum, field.maximum, field.resolution
     value_at: Callable[[int], float] = field.grid.value_at
     n_shared = field.n_values if field.n_values <= MOST_SHARED else 0
-    shared: list[float | None] = []  # made when the first value comes: few attributes of an ontology are used
+    shared: list[float | None] = []  # lazy: few attributes of an ontology are used
 
     def of_few(value: Any) -> float | None:
         if (type(value) is not float and type(value) is not int) or not low <= value <= high:
@@ -179,64 +178,64 @@ def _point(east: Field, north: Field) -> Quantise:
 Slot = tuple[int, int]
 """(subject, attribute)."""
 Entry = Block | Observation
-"""A fact in a slot."""
+"""Fact in the index."""
 StatusSlot = tuple[int, int, int]
 """(subject, attribute, origin)."""
 Slots = dict[int, dict[int, list[Entry]]]
-"""The facts of slots, oldest first, by attribute and subject; no slot is empty."""
+"""Facts by attribute and subject, oldest first; no list is empty."""
 EMPTY: dict[int, list[Entry]] = {}
-"""The slots of an attribute of which nothing is known."""
+"""Facts of an attribute without any."""
 
 
 def block_of(entry: Entry) -> Block:
-    """Return the block of a fact in a slot."""
+    """Return the block of an indexed fact."""
     return entry if isinstance(entry, Block) else entry.block
 
 
 def observed_at_s(entry: Entry) -> float:
-    """Return when a fact in a slot was observed (s)."""
+    """Return the observation time (s) of an indexed fact."""
     return entry.time_s
 
 
 def sort_key(entry: Entry) -> tuple[BlockKey, int]:
-    """Return what the facts of a slot are sorted by."""
+    """Return the sort key of an indexed fact."""
     return (entry.key, 0) if isinstance(entry, Block) else (entry.block.key, entry.position)
 
 
 def observation_of(entry: Entry) -> Observation:
-    """Return a fact in a slot with its block and position."""
+    """Return an indexed fact with its block and position."""
     return Observation(entry, 0) if isinstance(entry, Block) else entry
 
 
 class Index:
-    """Facts by slot, and what follows from types and links."""
+    """Facts by property, and the consequences of types and links."""
 
     def __init__(self, tbox: TBox, instances: Sequence[Instance]) -> None:
         self._tbox = tbox
         self._tables = compiled_attributes(tbox)
         self._base = [tbox.ancestor_mask(instance.class_uid) for instance in instances]
         self.slots: Slots = {}
-        """The facts that count."""
+        """Facts that count."""
         self.apart: Slots = {}
-        """Those of banned vehicles, which do not count."""
+        """Facts of excluded origins, which do not count."""
         self.trust = self._tables.trust()
-        """Who is believed, by the facts that are held."""
+        """Exclusions that follow from the stored facts."""
         self.turned: set[Slot] = set()
-        """Slots in which other facts count since a ban was told or taken back; who reads it empties it."""
+        """Properties whose counting facts an exclusion changed; the reader clears the set."""
         self.statuses: dict[StatusSlot, Block] = {}
-        """The newest status of each slot and origin, as a block of one fact."""
+        """Newest status per property and origin, as a block of one fact."""
         self.masks: dict[int, int] = dict(enumerate(self._base))
-        """By uid, the classes an instance is known to belong to, bit c for class c."""
+        """Known classes of each instance, bit c for class c."""
         self.heeded: frozenset[int] = frozenset()
-        """The attributes from which something is concluded."""
+        """Attributes used by inference."""
         self.touched: set[Slot] = set()
-        """Their slots that have changed since conclusions were drawn."""
+        """Changed properties of these attributes since the last inference."""
         self.version_of_types = 0
-        """It grows whenever a type fact goes in or out."""
-        self._linking: dict[int, dict[tuple[Guid] | StatusSlot, Block]] = {}  # instance uid -> blocks that link to it
+        """Counter of added and removed type facts."""
+        self._linking: dict[int, dict[tuple[Guid] | StatusSlot, Block]] = {}  # instance uid -> blocks linking to it
 
     def enter(self, fact: PropertyValue, entry: Entry) -> None:
-        """Add a fact to its slot."""
+        """Add a fact."""
         subject, attribute = fact.subject, fact.attribute
         slots = self._slots_of(block_of(entry)) if self.trust.from_s else self.slots
         of_attribute = slots.setdefault(attribute, {})
@@ -259,7 +258,7 @@ class Index:
             self._turn(self.trust.note(observation_of(entry)))
 
     def leave(self, fact: PropertyValue, entry: Entry) -> None:
-        """Take a fact out of its slot."""
+        """Remove a fact."""
         slot, block = (fact.subject, fact.attribute), block_of(entry)
         of_attribute = self._slots_of(block)[fact.attribute]
         entries = of_attribute[fact.subject]
@@ -279,7 +278,7 @@ class Index:
             self._turn(self.trust.forget(observation_of(entry)))
 
     def all_of(self, slot: Slot) -> Sequence[Entry]:
-        """The facts of a slot, whether they count or not; in order among those that count, and among the others."""
+        """Return all facts of a property: counting ones in order, then excluded ones in order."""
         subject, attribute = slot
         counting = self.slots.get(attribute, EMPTY).get(subject, ())
         return (*counting, *self.apart.get(attribute, EMPTY).get(subject, ())) if self.apart else counting
@@ -288,7 +287,7 @@ class Index:
         return self.apart if self.trust.hides(block.origin, block.time_s) else self.slots
 
     def _turn(self, origins: frozenset[int]) -> None:
-        """Sort anew what counts and what does not, in the slots in which these origins have said anything."""
+        """Redistribute counting and excluded facts of properties observed by these origins."""
         if not origins:
             return
         both = self.slots, self.apart
@@ -319,7 +318,7 @@ class Index:
     # Statuses ------------------------------------------------------------------------------------
 
     def place(self, status: Block) -> list[tuple[PropertyValue, Block]]:
-        """Let a status replace, fact by fact, what its origin said before; return the facts that are held now."""
+        """Replace older statuses of the origin, fact by fact; return the facts stored now."""
         placed = []
         for fact in status.facts:
             single = status if len(status.facts) == 1 else status._replace(facts=(fact,))
@@ -336,11 +335,7 @@ class Index:
         return placed
 
     def succeed(self, new: Block) -> bool:
-        """Let a status of one fact take the place of an earlier one of its origin, if nothing follows from either.
-
-        Returns:
-            True if so; else nothing has changed.
-        """
+        """Replace an older status on the fast path; False, without change, if not possible."""
         subject, attribute, _, _ = new.facts[0]
         slot = subject, attribute, new.origin
         held = self.statuses.get(slot)
@@ -361,7 +356,7 @@ class Index:
         return True
 
     def _order(self, status: Block) -> tuple[float, int, tuple[int, ...], bool, float]:
-        """The order of statuses of one slot and origin; content breaks ties, so that any order gives the same."""
+        """Return the order of statuses of one property and origin; content breaks ties."""
         (fact,) = status.facts
         index = self._tbox.attributes[fact.attribute].encode(fact.value)
         return status.time_s, status.epoch, index, fact.uncertainty is not None, fact.uncertainty or 0.0
@@ -369,14 +364,9 @@ class Index:
     # What rests on the classes of an instance ----------------------------------------------------
 
     def resting_on(self, uid: int, base: int, creator: Guid | None) -> Iterable[Block]:
-        """Return the items and private blocks that might not fit if an instance had but the classes of a mask.
+        """Return the items and private blocks that may not fit an instance of classes ``base``.
 
-        Those that give it a type are among them, but for the block that created it.
-
-        Args:
-            uid: the instance.
-            base: the classes that it has in any case, bit c for class c.
-            creator: the block that created it.
+        Blocks that give it a type are included, except its ``creator``. ``base`` is a mask: bit c for class c.
         """
         blocks: dict[Guid, Block] = {}
         for attribute in self._tbox.attributes:
@@ -391,7 +381,7 @@ class Index:
         return blocks.values()
 
     def drop_statuses(self, uid: int, base: int) -> None:
-        """Drop the statuses that would not fit if an instance had but the classes of the mask ``base``."""
+        """Drop the statuses that do not fit if an instance has only the classes of mask ``base``."""
         dropped = [
             block
             for attribute in self._tbox.attributes
@@ -407,7 +397,7 @@ class Index:
                 self.leave(fact, block)
 
     def _asks(self, block: Block, uid: int, base: int) -> bool:
-        """True if a block links to the instance by an attribute whose range is not among the classes ``base``."""
+        """True if a block links to the instance by an attribute whose range is not in ``base``."""
         rows = self._tables.rows
         return any(
             fact.attribute != TYPE_UID
@@ -419,5 +409,4 @@ class Index:
 
 
 def _link_name(slot: Slot, block: Block) -> tuple[Guid] | StatusSlot:
-    """What a block is called among those that link to an instance."""
     return (*slot, block.origin) if block.is_status else (block.guid,)

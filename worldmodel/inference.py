@@ -1,14 +1,13 @@
-"""What follows from the facts that are seen: classes that an instance meets the definition of, and further links.
+"""Inference: classes whose definitions an instance meets, and further links.
 
-Conclusions are a function of the *seen* facts: of each slot the latest value, the types that an instance was given,
-and the common facts; banned origins left out. So they depend on no order of arrival, and what rested on a value that
-was replaced or banned goes with it. The checks of blocks ask for told types alone: what is merged must not depend on
-a view.
+Conclusions are a function of the *seen* facts: latest values, asserted types and common facts, without excluded
+origins. They do not depend on the arrival order, and disappear with the values that they depend on. Block checks use
+asserted types only, since the merge must not depend on a view.
 
-``Inference`` reads the slots that changed since it was last asked, and only those of attributes that the rules heed.
-Classes are worked out for the instances that such a change can reach along the links that conditions are about, and
-kept. Where something was taken back, what may have rested on it is forgotten first, and then concluded anew as far as
-it still holds; so two instances cannot hold up each other. Links that follow are walked when they are asked for.
+``Inference`` reads only the properties that changed, of attributes used by rules. It recomputes the classes of
+instances reachable along the links of conditions. After a retraction it first drops everything that may depend on it
+and then infers it again, so two instances cannot support each other. Inferred links are traversed on request, not
+stored.
 """
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
@@ -25,33 +24,31 @@ Slot = tuple[int, int]
 
 
 class FactSource(Protocol):
-    """The facts that conclusions are drawn from."""
+    """Facts that inference reads, without those of excluded origins."""
 
     def value(self, subject: int, attribute: int) -> Value | None:
-        """Return the latest value of a slot, banned origins left out."""
+        """Return the latest value of a property."""
 
     def told_classes(self, uid: int) -> int:
-        """Return the classes of the types that an instance was given, bit c for class c, banned origins left out."""
+        """Return the classes of the asserted types of an instance, bit c for class c."""
 
     @property
     def banned(self) -> Collection[int]:
-        """The origins that are left out, equal as long as nothing changes."""
+        """Excluded origins; equal as long as nothing changes."""
 
 
 class Concluded(NamedTuple):
-    """What became true and what is true no longer: (instance uid, class uid) each."""
+    """Gained and lost memberships, each as (instance uid, class uid)."""
 
     gained: frozenset[tuple[int, int]]
     lost: frozenset[tuple[int, int]]
 
 
 class Inference:
-    """The conclusions from one world model.
+    """Conclusions of one world model.
 
-    Attributes:
-        heeded: the attributes from whose values something is concluded.
-        touched: their slots that changed and were not looked at since.
-        version: grows whenever a class of an instance or a link may have changed.
+    ``heeded`` are the attributes used, ``touched`` their unprocessed changed properties. ``version`` grows whenever a
+    class or link may have changed.
     """
 
     def __init__(
@@ -62,14 +59,11 @@ class Inference:
         touched: set[Slot],
         common_facts: Iterable[PropertyValue] = (),
     ) -> None:
-        """Know the common instances and facts.
+        """Create the conclusions of the common instances and facts.
 
         Args:
-            tbox: the ontology; its rules are what is concluded by.
-            seen: answers what is told.
-            instances: the common instances.
-            touched: to which slots of attributes ``heeded`` are added as they change.
-            common_facts: facts about them that all know before the mission; those of one slot hold side by side.
+            touched: shared set to which the store adds changed properties of attributes in ``heeded``.
+            common_facts: initial facts known to all; several links of one property may coexist.
         """
         self.rules = tbox.rules
         self.version = 0
@@ -91,7 +85,7 @@ class Inference:
         self._banned: Collection[int] = seen.banned
         self._graph = _Links(self.rules)
         self._base = {instance.uid: self.rules.closed(tbox.ancestor_mask(instance.class_uid)) for instance in instances}
-        self._met: dict[int, int] = {}  # conditions that are met by links
+        self._met: dict[int, int] = {}  # instance uid -> conditions met by links
         self._classes: dict[int, int] = {}
         self._links = {a.uid for a in tbox.attributes if a.kind is ValueKind.LINK}
         self._bits_on: dict[int, int] = {}  # attribute -> conditions on its links
@@ -106,39 +100,39 @@ class Inference:
     # Questions -----------------------------------------------------------------------------------
 
     def classes(self, uid: int) -> int:
-        """Return the classes that an instance is seen to be of, told and concluded, bit c for class c."""
+        """Return the asserted and inferred classes of an instance, bit c for class c."""
         if not self.rules.is_needed:
             return self._seen.told_classes(uid)
         self.settle()
         return self._classes_of(uid) & (1 << self.rules.n_classes) - 1
 
     def concluded_classes(self, uid: int) -> int:
-        """Return the classes among ``classes`` that no type of the instance has above it."""
+        """Return the inferred classes that are not asserted, bit c for class c."""
         return self.classes(uid) & ~self._seen.told_classes(uid)
 
     def links(self, subject: int, attribute: int) -> tuple[int, ...]:
-        """Return what an instance links to: by its latest value, by common facts, and by conclusion; uids in order."""
+        """Return the sorted targets of an instance: latest value, common facts and inferred links."""
         self.settle()
         return tuple(sorted({*self.told_links(subject, attribute), *self._graph.reached(subject, attribute)}))
 
     def linking(self, target: int, attribute: int) -> tuple[int, ...]:
-        """Return the instances that link to ``target`` in the same sense, by one of ``linked_attributes``."""
+        """Return the sorted instances that link to ``target`` in the sense of ``links``."""
         self.settle()
         return tuple(sorted(set(self._graph.reached(target, attribute, backward=True))))
 
     def told_links(self, subject: int, attribute: int) -> tuple[int, ...]:
-        """Return those of ``links`` that are told: the latest value, and common facts."""
+        """Return the asserted targets: common facts and latest value."""
         value = self._seen.value(subject, attribute)
         return tuple(dict.fromkeys(map(_uid, (*self._common.get((subject, attribute), ()), *_all(value)))))
 
     def linked_attributes(self) -> frozenset[int]:
-        """Return the attributes of which there may be links that are not the latest value of a slot."""
+        """Return the attributes that may have links beyond the latest value."""
         return self.rules.derived | {attribute for _, attribute in self._common}
 
     # Changes -------------------------------------------------------------------------------------
 
     def settle(self) -> Concluded:
-        """Draw the conclusions from what was touched; return what has changed."""
+        """Process the changed properties; return the gained and lost classes."""
         if self._banned != self._seen.banned:
             self._banned = self._seen.banned
             self.version += 1
@@ -157,7 +151,7 @@ class Inference:
         return self._changed(before)
 
     def _look_at(self, slot: Slot, doubted: dict[int, int], grown: set[int]) -> None:
-        """Read one slot; note whose conditions are in doubt by what it said, and who gained something."""
+        """Read one property; collect instances with conditions in doubt and instances with gains."""
         subject, attribute = slot
         if attribute in self._links:
             graph, old, new = self._graph, self._graph.told(slot), self.told_links(subject, attribute)
@@ -178,7 +172,7 @@ class Inference:
                 grown.add(subject)
 
     def _base_now(self, uid: int) -> int:
-        """Return the classes and conditions that follow from the types and values of an instance by themselves."""
+        """Return the classes and conditions that follow from an instance's own types and values."""
         mask = self._seen.told_classes(uid)
         for attribute, conditions in self._of_values.items():
             value = self._seen.value(uid, attribute)
@@ -195,7 +189,7 @@ class Inference:
         return self._base_of(uid) if known is None else known
 
     def _forget(self, doubted: dict[int, int], before: dict[int, int]) -> None:
-        """Drop the conditions in doubt, with all that may rest on them, which is added to ``doubted``."""
+        """Drop the conditions in doubt and all that may depend on them; extend ``doubted`` by these."""
         front = list(doubted)
         while front:
             uid = front.pop()
@@ -209,7 +203,7 @@ class Inference:
                     front.append(resting)
 
     def _conclude(self, front: set[int], before: dict[int, int]) -> None:
-        """Work out the classes of those in ``front``, and of all that rest on what they gain."""
+        """Infer the classes of ``front`` and of all instances that depend on their gains."""
         while front:
             uid = front.pop()
             old = self._classes_of(uid)
@@ -229,7 +223,7 @@ class Inference:
         return any(self._classes_of(end) >> condition.filler & 1 for end in ends)
 
     def _resting_on(self, uid: int, classes: int) -> Iterator[tuple[int, int]]:
-        """Yield the instances that meet a condition by linking to this one if it is of ``classes``, and its bit."""
+        """Yield each instance and bit of a condition met by a link to ``uid`` as one of ``classes``."""
         for condition in self.rules.of_links:
             if condition.filler is not None and classes >> condition.filler & 1:
                 bit = self.rules.bit_of(condition)
@@ -248,10 +242,9 @@ class Inference:
 
 
 class _Links:
-    """Told links, from both ends; those that follow from them are walked when asked."""
+    """Asserted links, indexed from both ends."""
 
     def __init__(self, rules: CompiledAxioms) -> None:
-        """Hold no link; ``rules`` have the links that follow from others."""
         self._rules = rules
         self._targets: dict[Slot, tuple[int, ...]] = {}
         self._linking: dict[Slot, dict[int, None]] = {}  # (target, attribute) -> subjects
@@ -261,28 +254,28 @@ class _Links:
         ]
 
     def told(self, slot: Slot) -> tuple[int, ...]:
-        """Return the targets that were told last."""
+        """Return the targets of the last assertion."""
         return self._targets.get(slot, ())
 
     def add(self, subject: int, attribute: int, target: int) -> None:
-        """Add a told link."""
+        """Add an asserted link."""
         self._targets[subject, attribute] = (*self.told((subject, attribute)), target)
         self._linking.setdefault((target, attribute), {})[subject] = None
 
     def take(self, subject: int, attribute: int, target: int) -> None:
-        """Take a told link away."""
+        """Remove an asserted link."""
         slot = (subject, attribute)
         self._targets[slot] = tuple(linked for linked in self._targets[slot] if linked != target)
         del self._linking[target, attribute][subject]
 
     def reached(self, uid: int, attribute: int, backward: bool = False) -> Iterator[int]:
-        """Yield what the links of an attribute lead to, or come from if ``backward``; some more than once."""
+        """Yield the targets of an attribute, or its sources if ``backward``; may repeat."""
         yield from self._step(uid, attribute, backward)
         for leading, flipped in self._leading[attribute]:
             yield from self._walk(uid, leading, backward != flipped)
 
     def _walk(self, uid: int, attribute: int, backward: bool) -> Iterator[int]:
-        """Yield all that an attribute that leads on reaches."""
+        """Yield all instances reachable along a transitive attribute."""
         reached: set[int] = set()
         front = [uid]
         while front:
@@ -300,12 +293,7 @@ class _Links:
     def concerned(
         self, subject: int, attribute: int, target: int, conditional: Iterable[int]
     ) -> Iterator[tuple[int, int]]:
-        """Yield the instances of whose links a told one is a part, each with the attribute of those; it is still there.
-
-        Args:
-            subject, attribute, target: the told link.
-            conditional: the attributes that count.
-        """
+        """Yield (uid, attribute) of the ``conditional`` links that use an asserted, present link."""
         entailed = self._rules.entailed[attribute]
         for asked in conditional:
             for flipped in (False, True):
@@ -314,7 +302,7 @@ class _Links:
             for leading, turned in self._leading[asked]:
                 for flipped in (False, True):
                     if (leading, flipped) in entailed:
-                        # the end of the link from which the condition is asked, and all from which one gets there
+                        # the end that the condition starts from, and all instances that reach it
                         end = target if flipped != turned else subject
                         yield end, asked
                         for uid in self._walk(end, leading, not turned):

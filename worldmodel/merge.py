@@ -1,38 +1,26 @@
-"""Adding blocks to a store, in any order, any number of times, with one outcome.
+"""Commutative, associative, idempotent merge of blocks into a store.
 
-The state that counts is the set A of blocks of good form that have arrived, one for each GUID. From A follow
+The state is the set A of arrived blocks of valid form, one per GUID. From A follow
 
-- the class that each run-time instance was created with: the type that the owner of its uid gave it in the
-  block of least sequence;
-- the set S of blocks that are *in*: the least set that contains every block of A which fits
-  (checks.check_fit) with those classes and with S itself.
+- the class of creation of each run-time instance: the type in the owner's block of least rank (``rank_of``);
+- the set S of accepted blocks: the least set with every block of A that fits (``check_fit``) these classes and S.
 
-The blocks of A outside S are refused, or wait. Which of the two may depend on the order of arrival: a fault of
-a block that waits is found only when the block is checked again.
+Blocks of A outside S are refused or pending. Which of both may depend on the arrival order, since a pending block is
+checked again only after its dependency arrives.
 
-Given those classes, more facts never turn a block that fits into one that does not. So S grows one block at a
-time to the same set whatever the order, and a merge is the union of the A's: commutative, associative and
-idempotent. Two rare events break this growth. The classes of creation change when an origin contradicts or
-refines itself and its blocks come out of order. A block of A is replaced when an origin uses a GUID twice: of
-two contents the one of smaller digest stays. Then ``worldmodel.merge`` takes out what rests on the classes
-that have changed, and settles it anew.
+More facts never make a fitting block unfit as long as the classes of creation stay. S thus grows to the same set in any
+order. Two rare events break this growth. An origin contradicts or refines a class of creation and its blocks arrive out
+of order. Or it uses a GUID for two contents, of which the smaller digest stays. ``Revision`` then removes exactly the
+blocks that depend on the changed classes, transitively, and ``merge`` settles them again. Its cost depends on the
+blocks about these instances, not on the size of the store.
 
-The paper's recipient may discard a block whose dependencies are missing, or request what is lacking (Maurelli
-et al., Multi-robot cooperation, section IV). Here it is kept, ``Store.lacking`` says what to request, and
-``expire`` discards it after a time. Blocks that need one another's instances would wait in vain: such facts
-belong into one block.
+The paper's recipient may discard a block with missing dependencies or request them (Maurelli et al., Multi-robot
+cooperation, section IV). Here the block is pending, ``Store.lacking`` lists the missing instances, and ``expire``
+discards it after a timeout. Blocks that need instances of one another stay pending: put such facts in one block.
 
-Statuses are outside A and S: of each slot and origin the newest is held. A status that does not fit when it comes
-is dropped. So is a block of the future, later than its arrival and the tolerance allow: a flipped bit in a time
-would hide the truth until that time comes. It has not arrived, so a sound copy may come later.
-
-Taking out of a store what rests on classes that have changed, and nothing else.
-
-A block rests on the classes of the instances that it speaks of. When the block that gave an instance a class is
-replaced, or the instance turns out to have been created as something else, the blocks that ask for more than the
-instance has in any case come out; so do, in turn, those that rest on the classes which these gave. What remains speaks
-of no instance in question, or asks no more of it than it has. So it stays, and the outcome is the same as of working
-everything out anew. The cost depends on the blocks about these instances, not on the size of the store.
+Statuses are outside A and S: per property and origin the newest stays, and one that does not fit is dropped. A block
+from the future beyond the clock tolerance is dropped too, so that a bit error in a time does not mask newer values. It
+does not count as arrived, so an intact copy is accepted later.
 """
 
 import math
@@ -47,26 +35,21 @@ from worldmodel.store import Store
 
 
 class Revision:
-    """The blocks that have been taken out of one store, to be settled again."""
+    """Blocks removed from a store because classes that they depend on changed."""
 
     def __init__(self, store: Store, created_anew: Iterable[int]) -> None:
-        """Take out what rests on the classes of some instances.
-
-        Args:
-            store: the store.
-            created_anew: the instances whose class of creation is now another.
-        """
+        """Remove the blocks that depend on classes of instances with another class of creation."""
         self._store = store
         self._loose: dict[Guid, tuple[Block, float | None]] = {}
-        self._in_question: deque[tuple[int, bool]] = deque()  # instance uid, whether it was created anew
+        self._in_question: deque[tuple[int, bool]] = deque()  # instance uid, whether its class of creation changed
         self.was_in: set[Guid] = set()
-        """The names of blocks that were in before."""
+        """GUIDs of removed blocks that had been accepted."""
         self.was_refused: set[Guid] = set()
-        """The names of blocks that were refused before."""
+        """GUIDs of removed blocks that had been refused."""
         self._question((uid, True) for uid in created_anew)
 
     def replace(self, old: Block, new: Block) -> None:
-        """Put a block of other content in the place of one that has arrived; it is settled with the others."""
+        """Replace a block by another content of its GUID."""
         store, guid = self._store, old.guid
         self._loosen(old)
         for known in (self.was_in, self.was_refused):
@@ -81,11 +64,7 @@ class Revision:
         self._question((uid, True) for uid in changed)
 
     def withdraw(self, block: Block) -> None:
-        """Let what a block created be created by others, or by nobody, unless it has come again.
-
-        Args:
-            block: that was dropped.
-        """
+        """Redo the creations of a discarded block from the remaining blocks."""
         arrivals = self._store.arrivals
         created = {f.subject: arrivals.created_as(f.subject) for f in block.facts if f.attribute == TYPE_UID}
         for uid in created:
@@ -94,13 +73,13 @@ class Revision:
         self._question((uid, True) for uid, class_uid in created.items() if arrivals.created_as(uid) != class_uid)
 
     def loose(self, block: Block | None = None) -> list[tuple[Block, float | None]]:
-        """Return what is to be settled, ``block`` too, by name, each with since when it waited (s), if it did."""
+        """Return all blocks to settle, sorted by GUID, with the start of pending (s) or None."""
         if block is not None:
             self._loose[block.guid] = (block, None)
         return [self._loose[guid] for guid in sorted(self._loose)]
 
     def _create_anew(self, uid: int) -> None:
-        """Work out the creation of an instance of the blocks that are left."""
+        """Recompute the creation of an instance from the remaining blocks."""
         store = self._store
         store.arrivals.forget_creation(uid)
         others = [observation.block for observation in store.facts_of(uid, TYPE_UID)]
@@ -109,7 +88,7 @@ class Revision:
             store.note_creations(block)
 
     def _question(self, uids: Iterable[tuple[int, bool]]) -> None:
-        """Take out what rests on the classes of instances, and what rests on that."""
+        """Remove the blocks that depend on the classes of these instances, transitively."""
         store, arrivals = self._store, self._store.arrivals
         self._in_question.extend(uids)
         while self._in_question:
@@ -138,21 +117,18 @@ class Revision:
 
 
 _NEVER_S = math.inf
-_new = tuple.__new__  # makes a named tuple of a tuple, in half the time
+_new = tuple.__new__  # builds a named tuple in half the time of its constructor
 
 
 def merge(store: Store, blocks: Iterable[Block], now_s: float | None = None, judged: bool = False) -> Merged:
-    """Add ``blocks``, local or received, in whatever order; those already known are passed over.
+    """Merge local or received blocks in any order; skip known ones.
 
     Args:
-        store: the store or world model to add them to.
-        blocks: the blocks; nothing that a block contains raises an error.
-        now_s: when they arrived (s); without it no block is of the future, and a block that waits is taken to have
-            come when it was recorded.
-        judged: True if all values are known to be as their attributes have them: who decoded them has said so.
+        blocks: of any content; invalid ones become faults.
+        now_s: arrival time (s); if None, accept any time and count pending time from the observation.
+        judged: the decoder guarantees values of the right kind, in range and on their grid.
 
-    Returns:
-        The blocks that went in, with those that an earlier ``record`` set free, and the faults found.
+    Returns the accepted blocks, with those that an earlier ``record`` or ``expire`` released, and the faults.
     """
     arrivals = store.arrivals
     unreported, arrivals.unreported = arrivals.unreported, NOTHING
@@ -179,7 +155,7 @@ def merge(store: Store, blocks: Iterable[Block], now_s: float | None = None, jud
 
 
 def _is_sound(store: Store, block: Block, judged: bool) -> bool:
-    """Look quickly at an item or status of another vehicle: True if both checks pass, False if in doubt."""
+    """Check a peer's item or status on the fast path; False if only the full checks can decide."""
     origin, sequence, time_s, facts, epoch = block
     if not (0 <= origin < store.n_origins and STATUS <= sequence < MOST_ITEMS and 0 <= epoch < EPOCHS and facts):
         return False
@@ -206,14 +182,10 @@ def _is_sound(store: Store, block: Block, judged: bool) -> bool:
 
 
 def expire(store: Store, now_s: float) -> tuple[Fault, ...]:
-    """Drop the blocks that have waited for too long, so that they may come again; return a fault for each.
+    """Discard blocks pending longer than ``waiting_s`` at ``now_s`` (s); return one fault each.
 
-    What they, and those that were crowded out since, said of the classes of instances counts no longer. The next
-    ``merge`` reports what that set free.
-
-    Args:
-        store: the store or world model; its ``waiting_s`` says how long is too long.
-        now_s: the time now (s).
+    They can be received again. Creations by discarded blocks no longer count; the next ``merge`` reports released
+    blocks.
     """
     arrivals = store.arrivals
     faults = tuple(
@@ -231,12 +203,9 @@ def expire(store: Store, now_s: float) -> tuple[Fault, ...]:
 
 
 def enter(store: Store, block: Block, known: Block | None = None) -> Merged:
-    """Add an item or private block of good form; blocks that waited for it go in with it.
+    """Add a new item or private block of valid form; accept blocks that were pending for it.
 
-    Args:
-        store: the store or world model to add it to.
-        block: a block that has not arrived yet with this content.
-        known: the block of other content that has arrived under the same GUID, if any.
+    ``known`` is the arrived block of other content under the same GUID, if any.
     """
     if known is None:
         changed = store.note_creations(block)
@@ -254,7 +223,7 @@ def enter(store: Store, block: Block, known: Block | None = None) -> Merged:
 
 
 def _look_closer(store: Store, block: Block, latest_s: float) -> Merged:
-    """Add one block of which it is not clear that it is new, right in itself, and fits."""
+    """Add a block that failed the fast path: known, invalid, private or not yet fitting."""
     known = None
     if not block.is_status:
         known = store.arrived(block.guid)
@@ -283,7 +252,7 @@ def _take_status(store: Store, block: Block) -> Merged:
 
 
 def _settle(store: Store, block: Block, since_s: float | None = None) -> Merged:
-    """Put a block of A where it belongs, and then the blocks that waited for it."""
+    """Accept, suspend or refuse a block of A; then settle the blocks pending for it."""
     merged = _put(store, block, since_s)
     if not merged.changes or not store.arrivals.waiting:
         return merged
@@ -300,7 +269,6 @@ def _settle(store: Store, block: Block, since_s: float | None = None) -> Merged:
 
 
 def _put(store: Store, block: Block, since_s: float | None) -> Merged:
-    """Put one block of A in, among the waiting or among the refused."""
     result = check_fit(store, block)
     if not (result.faults or result.missing):
         return Merged((store.insert(block),), ())
@@ -316,7 +284,6 @@ def _put(store: Store, block: Block, since_s: float | None) -> Merged:
 
 
 def _dropped(store: Store, block: Block, code: FaultCode, detail: str) -> Fault:
-    """Forget a block that waits; return the fault that says so."""
     store.drop(block)
     if any(fact.attribute == TYPE_UID for fact in block.facts):
         store.arrivals.dropped.append(block)
@@ -324,7 +291,7 @@ def _dropped(store: Store, block: Block, code: FaultCode, detail: str) -> Fault:
 
 
 def _resettled(store: Store, block: Block | None, revision: Revision) -> Merged:
-    """Settle what a revision took out, and ``block``, if there is one; return what is new."""
+    """Settle the removed blocks and ``block``; return only what differs from before."""
     settled = [_settle(store, each, since_s) for each, since_s in revision.loose(block)]
     changes: list[Change] = [change for merged in settled for change in merged.changes]
     faults = [fault for merged in settled for fault in merged.faults]

@@ -1,13 +1,11 @@
-"""The needs of a vehicle: values of an attribute of a class, or of one instance, with a priority.
+"""Information needs: values of an attribute of a class or of one instance, with a priority.
 
-"Each need specifies a named attribute of either an ontological class or specific class instance, referenced
-by UID" (Maurelli et al., Multi-robot cooperation, section IV). ``NeedsIndex`` groups the same needs of
-different peers and answers for one fact in two dictionary look-ups, since it enters a need of a class for
-every subclass. Needs that follow from something else answer in its place, see ``Needs``.
+"Each need specifies a named attribute of either an ontological class or specific class instance, referenced by UID"
+(Maurelli et al., Multi-robot cooperation, section IV). ``NeedsIndex`` merges the needs of all peers and answers in two
+dictionary look-ups, since it enters a class need for every subclass. ``Needs`` is the interface for derived needs.
 
-Several may need one attribute on different terms. What serves them all goes out: the highest priority, the longest time
-to live, the shortest blackout, the longest queue; newest first, and acknowledged, if anybody asks for it. So nobody is
-served worse for the need of another.
+Delivery requirements are merged so that they serve all peers: highest priority, longest time to live, shortest
+blackout, longest queue, newest first and acknowledged if any peer demands it.
 """
 
 import math
@@ -23,19 +21,19 @@ Wanted = tuple[int, int]
 """(bit mask of the peers that need a fact, highest priority among them)."""
 
 NOBODY: Wanted = (0, 0)
-"""Nobody needs a fact."""
+"""Result for a fact that no peer needs."""
 
 
 @dataclass(frozen=True, slots=True)
 class Terms:
-    """How those who need something want it served.
+    """Delivery requirements of a need.
 
     Attributes:
-        time_to_live_s: age beyond which a value is of no use, and is not said any more (s).
-        blackout_s: least time between two packets of one vehicle with values of this attribute of one instance (s).
-        queue_limit: most items that wait at one vehicle; None for as many as its queue has room for.
-        newest_first: the newest value goes first, else the one that has waited longest.
-        acknowledged: said until all who need it are known to hold it, else said once.
+        time_to_live_s: age beyond which a value is no longer sent (s).
+        blackout_s: minimum time between packets of a vehicle with this attribute of an instance (s).
+        queue_limit: maximum number of queued items per vehicle; None for the queue's capacity.
+        newest_first: send the newest value first, else the one queued longest.
+        acknowledged: repeat until all interested nodes are known to hold the value, else send once.
 
     >>> Terms(time_to_live_s=60.0, blackout_s=90.0)
     Traceback (most recent call last):
@@ -60,7 +58,7 @@ class Terms:
             raise NeedError(f"queue_limit is {self.queue_limit}; allowed: 1 or more, or None")
 
     def merged(self, other: "Terms") -> "Terms":
-        """Terms that serve both.
+        """Return the requirements that satisfy both.
 
         >>> Terms(blackout_s=9.0, queue_limit=5).merged(Terms(time_to_live_s=60.0, newest_first=True))
         Terms(time_to_live_s=inf, blackout_s=0.0, queue_limit=None, newest_first=True, acknowledged=True)
@@ -78,34 +76,24 @@ class Terms:
 
 
 PLAIN = Terms()
-"""Of no limits, the longest waiting first, and acknowledged."""
+"""Default: no limits, longest queued first, acknowledged."""
 
 
 class Needs(Protocol):
-    """Who needs what, as one vehicle believes; the answers may change while the program runs."""
+    """Needs of all peers as estimated by one vehicle; answers may change during the run."""
 
     def priority_of(self, fact: PropertyValue, class_uid: int) -> Wanted:
-        """Which peers need a fact, and the highest priority among them.
-
-        Args:
-            fact: told of an instance.
-            class_uid: of the class of that instance.
-        """
+        """Return the peers that need a fact about a ``class_uid`` and their highest priority."""
         ...
 
     def terms_of(self, fact: PropertyValue, class_uid: int) -> Terms:
-        """How those who need the fact want it served; ``PLAIN`` if they say nothing of it, or nobody needs it.
-
-        Args:
-            fact: told of an instance.
-            class_uid: of the class of that instance.
-        """
+        """Return the merged delivery requirements of these peers; ``PLAIN`` without any."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class InformationNeed:
-    """The need for values of ``attribute``: of all instances of ``class_uid``, or of one ``instance``.
+    """Need for ``attribute`` values of all instances of ``class_uid``, or of one ``instance``.
 
     >>> InformationNeed(attribute=3, priority=1, class_uid=2, instance=4)
     Traceback (most recent call last):
@@ -128,10 +116,10 @@ class InformationNeed:
 
 
 class NeedsIndex:
-    """The needs of all peers, indexed by class or instance and attribute."""
+    """Needs of all peers, indexed by class or instance and attribute."""
 
     def __init__(self, tbox: TBox, needs_by_peer: Mapping[int, Iterable[InformationNeed]]) -> None:
-        """Index the needs of each peer (0, 1, ...); raises NeedError when a need names an unknown uid."""
+        """Index the needs of each peer (0, 1, ...); raises NeedError for an unknown uid."""
         self._of_class: dict[tuple[int, int], Wanted] = {}
         self._of_instance: dict[tuple[int, int], Wanted] = {}
         self._terms_of_class: dict[tuple[int, int], Terms] = {}
@@ -157,23 +145,13 @@ class NeedsIndex:
                 self._terms_of_class[key] = need.terms.merged(self._terms_of_class.get(key, need.terms))
 
     def priority_of(self, fact: PropertyValue, class_uid: int) -> Wanted:
-        """Which peers need a fact, and the highest priority among them.
-
-        Args:
-            fact: told of an instance; its value makes no difference here.
-            class_uid: of the class of that instance.
-        """
+        """Return the peers that need a fact and their highest priority; its value has no effect."""
         by_class = self._of_class.get((class_uid, fact.attribute), NOBODY)
         by_instance = self._of_instance.get((fact.subject, fact.attribute))
         return by_class if by_instance is None else _together(by_class, by_instance)
 
     def terms_of(self, fact: PropertyValue, class_uid: int) -> Terms:
-        """How those who need the fact want it served, all together.
-
-        Args:
-            fact: told of an instance; its value makes no difference here.
-            class_uid: of the class of that instance.
-        """
+        """Return the merged delivery requirements of these peers; its value has no effect."""
         by_class = self._terms_of_class.get((class_uid, fact.attribute))
         by_instance = self._terms_of_instance.get((fact.subject, fact.attribute))
         if by_class is None or by_instance is None:

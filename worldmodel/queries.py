@@ -1,11 +1,7 @@
-"""Queries of a world model: the values of an attribute, the members of a class, their history, and what is new.
+"""Queries of a world model: values, history, members of a class, subscriptions.
 
-The observations of one slot from one time to another, read where they stand.
-
-Subscriptions: what is new of an attribute, of one instance or of all instances of a class, fetched when it suits.
-
-Nobody is called. A subscription is a value; the store keeps what came in for it until its news are fetched. A block
-pays for one look-up in a dictionary per fact, and nothing at all while nobody has subscribed.
+A subscription collects new observations until the caller fetches them; there are no callbacks. Each fact of a block
+costs one dictionary look-up, and nothing without subscriptions.
 """
 
 from bisect import bisect_left, bisect_right
@@ -22,12 +18,9 @@ from worldmodel.ontology.tbox import TYPE_UID, TBox, ValueKind
 
 
 class History(Sequence[Observation]):
-    """Observations of one slot, oldest first; equal to any sequence of the same observations.
+    """View of the observations of one property, oldest first; equal to any equal sequence.
 
-    Args:
-        entries: the facts of the slot, oldest first; nothing of them is copied.
-        since_s: observed at this time or later (s); None from the first.
-        until_s: observed at this time or before (s); None to the last.
+    ``entries`` is not copied. ``since_s`` and ``until_s`` (s) are inclusive; None for no limit.
     """
 
     __slots__ = ("_entries", "_positions")
@@ -71,9 +64,9 @@ def _same(value: object, other: object) -> bool:
 
 
 class Subscription(NamedTuple):
-    """A wish for the news of ``attribute``: of one ``instance``, or of all instances of ``class_uid``.
+    """Subscription to ``attribute`` of one ``instance``, or of all instances of ``class_uid``.
 
-    ``number`` tells two of the same wish apart: each fetches all news.
+    ``number`` makes equal subscriptions distinct; each receives all updates.
     """
 
     number: int
@@ -83,11 +76,9 @@ class Subscription(NamedTuple):
 
 
 class Subscriptions:
-    """The subscriptions of one store, and what came in for each since its news were fetched.
+    """Subscriptions of one store, and the observations not yet fetched.
 
-    Args:
-        tbox: of the store.
-        class_mask: classes that an instance is known to belong to, bit c for class c.
+    ``class_mask`` returns the known classes of an instance, bit c for class c.
     """
 
     __slots__ = ("_class_mask", "_n", "_news", "_tbox", "n_noted", "waiting", "watching")
@@ -98,22 +89,16 @@ class Subscriptions:
         self._n = 0
         self._news: dict[Subscription, list[Observation]] = {}
         self.watching: dict[int, list[Subscription]] = {}
-        """Subscriptions by attribute; while there is none, nothing need be noted."""
+        """Subscriptions by attribute; without any, the store skips ``note``."""
         self.waiting: set[Subscription] = set()
-        """Those that have news."""
+        """Subscriptions with updates."""
         self.n_noted = 0
-        """How often something was kept for somebody: as long as it stays, nobody has news."""
+        """Number of updates collected; while it stays, no subscription has a new one."""
 
     def add(self, attribute: int, *, instance: int | None = None, class_uid: int | None = None) -> Subscription:
-        """Keep, from now on, what comes in of an attribute of one instance, or of all of a class; see ``Store.news``.
+        """Subscribe to an attribute of one instance, or of a class and its subclasses.
 
-        Args:
-            attribute: its uid.
-            instance: uid of the instance.
-            class_uid: of a class, instead; its subclasses are meant too.
-
-        Raises:
-            FactError: there is no such attribute or class, or not exactly one of instance and class.
+        Raises FactError for an unknown attribute or class, or unless exactly one of instance and class is given.
         """
         if not 0 <= attribute < len(self._tbox.attributes):
             allowed = len(self._tbox.attributes) - 1
@@ -129,7 +114,7 @@ class Subscriptions:
         return subscription
 
     def remove(self, subscription: Subscription) -> None:
-        """Keep no news any more; raises FactError for a subscription that is not one of this store."""
+        """Remove a subscription; raises FactError if it is not one of this store."""
         self._kept(subscription)
         self.waiting.discard(subscription)
         del self._news[subscription]
@@ -139,7 +124,7 @@ class Subscriptions:
             del self.watching[subscription.attribute]
 
     def note(self, observation: Observation) -> None:
-        """Keep an observation that has come in for whoever watches its attribute and instance."""
+        """Collect an observation for the subscriptions that match it."""
         fact = observation.block.facts[observation.position]
         for subscription in self.watching.get(fact.attribute, ()):
             if subscription.instance == fact.subject or (
@@ -150,7 +135,7 @@ class Subscriptions:
                 self.n_noted += 1
 
     def fetch(self, subscription: Subscription) -> tuple[Observation, ...]:
-        """Return what has come in since the last time, in the order of arrival."""
+        """Return the observations since the last fetch, in order of arrival."""
         kept = self._kept(subscription)
         news = tuple(kept)
         kept.clear()
@@ -165,7 +150,7 @@ class Subscriptions:
 
 
 class Answers(StoredItems):
-    """Answers about what is held; what banned vehicles said is no part of them."""
+    """Answers about stored facts, without excluded origins."""
 
     def __init__(
         self,
@@ -178,14 +163,14 @@ class Answers(StoredItems):
         waiting_blocks: int,
         common_facts: Sequence[PropertyValue],
     ) -> None:
-        """Hold nothing; see ``Store`` for the arguments."""
+        """Create an empty store; see ``Store`` for the arguments."""
         super().__init__(
             tbox, instances, time_resolution_s, n_origins, run_time_instances_per_origin, waiting_s, waiting_blocks
         )
         self.subscriptions = Subscriptions(tbox, self.class_mask)
-        """What is kept for whoever has subscribed."""
+        """Updates for subscribers."""
         self._members: dict[int, tuple[Instance, ...]] = {}
-        self._members_of = (0, 0)  # versions of types and of conclusions for which they hold
+        self._members_of = (0, 0)  # versions of types and conclusions of this cache
         self.common_facts = tuple(common_facts)
         self._common_values = {
             (f.subject, f.attribute): f.value
@@ -193,16 +178,13 @@ class Answers(StoredItems):
             if tbox.attributes[f.attribute].kind is not ValueKind.LINK
         }
         self.inference = Inference(tbox, self, instances, self.index.touched, common_facts)
-        """What follows from the facts that are seen."""
+        """Conclusions from the visible facts."""
         self.index.heeded = self.inference.heeded
 
     def latest(self, subject: int, attribute: int, at_s: float | None = None) -> Observation | None:
-        """Return the newest observation of a slot, what is banned left out.
+        """Return the newest observation of a property, by ``at_s`` (s) if given.
 
-        Args:
-            subject: uid of the instance.
-            attribute: its uid.
-            at_s: of those observed by this time, in s; of all if None. Of statuses only the newest is held.
+        Of statuses only the newest is stored.
         """
         entries = self.index.slots.get(attribute, EMPTY).get(subject)
         if entries is None:
@@ -215,41 +197,33 @@ class Answers(StoredItems):
     def history(
         self, subject: int, attribute: int, since_s: float | None = None, until_s: float | None = None
     ) -> History:
-        """Return the observations of a slot, oldest first, what is banned left out, without copying them.
+        """Return the observations of a property, oldest first, as a view.
 
-        Of statuses the newest of each origin is there. Keep a ``tuple`` of it where more is recorded meanwhile.
-
-        Args:
-            subject: uid of the instance.
-            attribute: its uid.
-            since_s: observed at this time or later, in s; from the first if None.
-            until_s: observed at this time or before, in s; to the last if None.
+        Of statuses only the newest per origin is present. Copy the view to a ``tuple`` before recording further facts.
+        ``since_s`` and ``until_s`` (s) are inclusive; None for no limit.
         """
         return History(self.index.slots.get(attribute, EMPTY).get(subject, ()), since_s, until_s)
 
     def since(self, origin: int, time_s: float) -> Iterator[Block]:
-        """Yield the items of an origin that it observed at a time (s) or later, in order of epoch and sequence.
-
-        What is banned is left out.
-        """
+        """Yield an origin's items observed at ``time_s`` (s) or later, by epoch and sequence."""
         for key in sorted(key for key in self.logs if key[0] == origin):
             for block in self.logs[key]:
                 if block.time_s >= time_s and self.is_seen(block):
                     yield block
 
     def is_seen(self, block: Block) -> bool:
-        """True unless its origin is banned from its time on or from an earlier one."""
+        """True unless the origin of the block is excluded at its time."""
         return not self.index.trust.hides(block.origin, block.time_s)
 
     @property
     def banned(self) -> Mapping[int, float]:
-        """From which time on vehicles are not believed (s), by origin; another mapping whenever that changes."""
+        """Start (s) of the exclusion of each excluded origin; replaced on each change."""
         return self.index.trust.from_s
 
     def news(self, subscription: Subscription) -> tuple[Observation, ...]:
-        """Return what has come in since the last time, in the order in which it did, what is banned left out.
+        """Return the observations since the last call, in order of arrival.
 
-        Raises FactError for a subscription that is not one of this store; see ``subscriptions.add``.
+        Raises FactError for a subscription of another store; see ``subscriptions.add``.
         """
         news = self.subscriptions.fetch(subscription)
         return (
@@ -259,7 +233,7 @@ class Answers(StoredItems):
         )
 
     def value(self, subject: int, attribute: int, default: Value | None = None) -> Value | None:
-        """Return the latest value of a slot, else what all know from the start, or ``default`` when there is none."""
+        """Return the latest value of a property, else the common initial value, else ``default``."""
         entries = self.index.slots.get(attribute, EMPTY).get(subject)
         if entries is None:
             return self._common_values.get((subject, attribute), default)
@@ -267,25 +241,21 @@ class Answers(StoredItems):
         return newest.facts[0].value if isinstance(newest, Block) else newest.value
 
     def common_values(self, subject: int, attribute: int) -> tuple[Value, ...]:
-        """Return what all know of a slot from the start: one value, or none; links are the inference's."""
+        """Return the common initial value of a property, if any; links belong to ``inference``."""
         value = self._common_values.get((subject, attribute))
         return () if value is None else (value,)
 
     def statuses(self) -> Iterator[Block]:
-        """Yield the statuses that are held, the newest of each slot and origin, each as a block of one fact."""
+        """Yield the newest status per property and origin, each as a block of one fact."""
         for slot in sorted(self.index.statuses):
             yield self.index.statuses[slot]
 
     def lacking(self, now_s: float) -> tuple[Lacking, ...]:
-        """Return what blocks wait for, and who can announce it, by uid.
-
-        Args:
-            now_s: to which ages are counted (s).
-        """
+        """Return the missing instances of pending blocks, by uid, with ages at ``now_s`` (s)."""
         return self.arrivals.lacking(now_s, self.owner_of)
 
     def instances_of(self, class_uid: int) -> tuple[Instance, ...]:
-        """Return the instances of a class, told or concluded, by uid, what is banned left out."""
+        """Return the asserted and inferred instances of a class, by uid."""
         self.inference.settle()
         holds_for = self.index.version_of_types, self.inference.version
         if self._members_of != holds_for:
@@ -299,7 +269,7 @@ class Answers(StoredItems):
         return members
 
     def told_classes(self, uid: int) -> int:
-        """Return the classes of the types an instance was given, bit c for class c, what is banned left out."""
+        """Return the classes of the asserted types of an instance, bit c for class c."""
         common = self.common_instances[uid : uid + 1]
         mask = self.tbox.ancestor_mask(common[0].class_uid) if common else 0
         for observation in self.history(uid, TYPE_UID):

@@ -1,16 +1,13 @@
-"""The store of one vehicle: blocks of time-stamped facts, an index over them, and the instances they are about.
+"""Store of one vehicle: blocks of time-stamped facts, their index and their instances.
 
-Nothing that is known is ever overwritten: blocks are told apart by their GUID and "merely add to the total
-knowledge store" (Maurelli et al., Multi-robot cooperation, section IV). What is current is a view. Of the
-facts of one slot, an attribute of an instance, the *latest* is the one with the greatest (time_s, origin,
-sequence, position in its block). That order is total and does not depend on arrival, so two vehicles with the
-same blocks see the same. A vehicle whose clock lags can therefore record a value that is not the latest of its
-slot; times are kept as observed, and the guard against bad clocks is left to those who read them.
+No fact is overwritten: blocks have a GUID and "merely add to the total knowledge store" (Maurelli et al., Multi-robot
+cooperation, section IV). Current values are a view. Of the facts of one property (instance and attribute), the *latest*
+has the greatest (time_s, origin, sequence, position in its block). This total order does not depend on arrival, so
+vehicles with equal blocks have equal views. A vehicle with a slow clock can record a value that is not the latest;
+times are stored as observed.
 
-The common instances of a scenario have the uids 0, 1, ... before the mission. An origin that creates an
-instance takes its uid out of a range of its own and announces it by a value of the attribute ``type``.
-
-Checks and merging work on a ``Store``; they are the only ones who put blocks in.
+The common instances of a scenario have the uids 0, 1, ... An origin creates further instances with uids from its own
+range and announces them by a value of the attribute ``type``. Only the checks and ``merge`` add blocks.
 """
 
 from collections.abc import Sequence
@@ -33,11 +30,11 @@ from worldmodel.ontology.tbox import TYPE_UID, Attribute, TBox
 from worldmodel.queries import Answers
 
 CLOCK_TOLERANCE_S = 1.0
-"""By how much a fact may be later than its arrival (s)."""
+"""Tolerated lead of an observation time over its arrival (s)."""
 
 
 def prunable(tbox: TBox) -> tuple[Attribute, ...]:
-    """Return the attributes whose old values may be dropped: not types, nor what decides who is believed."""
+    """Return the attributes whose old values may be dropped: all but ``type`` and exclusions."""
     deciding = compiled_attributes(tbox).deciding
     return tuple(
         attribute for attribute in tbox.attributes if attribute.uid != TYPE_UID and attribute.uid not in deciding
@@ -45,14 +42,14 @@ def prunable(tbox: TBox) -> tuple[Attribute, ...]:
 
 
 class PruneRule(NamedTuple):
-    """Values of an attribute of the instances of a class are dropped when they are older than ``older_than_s`` (s)."""
+    """Rule: drop values of an attribute in a class once older than ``older_than_s`` (s)."""
 
     class_uid: int
     attribute: int
     older_than_s: float
 
     def check(self, tbox: TBox) -> None:
-        """Raise FactError if there is no such class or attribute, or none whose values may go."""
+        """Raise FactError for an unknown class, a negative age or an attribute not ``prunable``."""
         if not 0 <= self.class_uid < len(tbox.classes):
             raise FactError(f"pruning: class {self.class_uid} is unknown; allowed: 0..{len(tbox.classes) - 1}")
         allowed = {attribute.uid for attribute in prunable(tbox)}
@@ -65,14 +62,13 @@ class PruneRule(NamedTuple):
 
 
 class Keeping(NamedTuple):
-    """What a store knows beforehand, and what it takes and keeps of what it hears; the same at all vehicles of a fleet.
+    """Initial facts and acceptance limits of a store; equal at all vehicles of a fleet.
 
     Attributes:
-        clock_tolerance_s: by how much a fact may be later than its arrival (s).
-        waiting_s: for how long a block waits for what it rests on (s).
-        waiting_blocks: how many blocks of one origin wait at most; the oldest is dropped.
-        pruning: what ``tidy`` drops.
-        common_facts: what all know of common instances before the mission; these facts have no time and origin.
+        clock_tolerance_s: tolerated lead of an observation time over its arrival (s).
+        waiting_s: time after which a pending block is discarded (s).
+        waiting_blocks: maximum number of pending blocks per origin; the oldest is discarded.
+        common_facts: facts about common instances that all vehicles know initially, without time and origin.
     """
 
     clock_tolerance_s: float = CLOCK_TOLERANCE_S
@@ -84,11 +80,11 @@ class Keeping(NamedTuple):
 
 USUAL = Keeping()
 _NONE = (None,)
-_new = tuple.__new__  # makes a named tuple of a tuple, in half the time
+_new = tuple.__new__  # builds a named tuple in half the time of its constructor
 
 
 class Store(Answers):
-    """The blocks that one vehicle holds, indexed by slot; ``version`` grows whenever an answer may change."""
+    """Indexed blocks of one vehicle; ``version`` grows whenever an answer may change."""
 
     def __init__(
         self,
@@ -102,23 +98,17 @@ class Store(Answers):
         epoch: int = 0,
         keeping: Keeping = USUAL,
     ) -> None:
-        """Know the common ``instances``, and no fact about them.
+        """Create a store without facts.
 
-        All vehicles of a fleet must be given the same arguments, except ``owner`` and ``epoch``.
+        All vehicles of a fleet pass equal arguments except ``owner`` and ``epoch``.
 
         Args:
-            tbox: the classes and attributes that facts may use.
-            owner: the origin of what is recorded here, 0 to ``n_origins - 1``.
-            instances: the common instances, with the uids 0, 1, ... in this order and different names; the first
-                ``n_origins`` of them are the vehicles, each the origin of its number.
-            time_resolution_s: the step of all times (s).
-            n_origins: the number of vehicles that may record facts.
-            run_time_instances_per_origin: the number of instances that each origin may create.
-            epoch: how often the owner has restarted, 0 to 255.
-            keeping: what is known beforehand, taken and kept.
+            owner: origin of the facts recorded here, 0 to ``n_origins - 1``.
+            instances: in uid order, with unique names; the first ``n_origins`` are the vehicles.
+            time_resolution_s: step of all times (s).
+            epoch: number of restarts of the owner, 0 to 255.
 
-        Raises:
-            FactError: an argument cannot be right; the message names all bad instances.
+        Raises FactError for invalid arguments; the message lists all bad instances.
         """
         super().__init__(
             tbox,
@@ -145,22 +135,22 @@ class Store(Answers):
         self.clock_tolerance_s = clock_tolerance_s
         self.version = 0
         self.next_sequence = 0
-        """The sequence of the next item that the owner records."""
+        """Sequence of the owner's next item."""
         self.own_log = self.logs[owner, epoch] = BlockLog()
-        """The items that the owner records."""
+        """Items recorded by the owner in this epoch."""
         self.next_private = STATUS - 1
-        """The sequence of the next block that the owner keeps to itself."""
+        """Sequence of the owner's next private block."""
         self.own_instances: set[int] = set()
-        """The uids taken out of the owner's range, as far as is known."""
+        """Known uids already allocated in the owner's range."""
 
     # For checks and merging ----------------------------------------------------------------------
 
     def latest_time_s(self, now_s: float) -> float:
-        """Return the latest time of observation that what arrives at ``now_s`` may have; times are on a grid (s)."""
+        """Return the latest acceptable observation time of a block that arrives at ``now_s`` (s)."""
         return max(now_s + self.clock_tolerance_s, self.quantise_time(now_s))
 
     def append(self, block: Block) -> Change | None:
-        """Index an item that has passed the checks and gives no types; None if it has arrived before."""
+        """Index a checked item without type facts; return None if it has arrived before."""
         origin, sequence, time_s, facts, epoch = block
         log = self.logs.get((origin, epoch))
         if log is None:
@@ -179,14 +169,7 @@ class Store(Answers):
         return self._indexed(block)
 
     def index_plain(self, block: Block, subject: int, attribute: int, time_s: float) -> Change:
-        """Index an item of one fact, of which nothing follows for the classes, links and beliefs that are known.
-
-        Args:
-            block: the item, which its log holds.
-            subject: of the fact.
-            attribute: of the fact.
-            time_s: of the item (s).
-        """
+        """Index a logged item with one fact that affects no class, link or exclusion."""
         self.version += 1
         index = self.index
         if index.trust.from_s:
@@ -206,13 +189,12 @@ class Store(Answers):
         return _new(Change, (block, block[3]))
 
     def insert(self, block: Block) -> Change:
-        """Index an item or private block that is not in and has passed the checks. Call ``merge`` to add blocks."""
+        """Index a new, checked item or private block. Callers use ``merge`` instead."""
         self.hold(block.guid, block)
         self.version += 1
         return self._indexed(block)
 
     def _indexed(self, block: Block) -> Change:
-        """Enter the facts of a block into their slots."""
         facts = block.facts
         entries: list[Entry]
         entries = [block] if len(facts) == 1 else [Observation(block, position) for position in range(len(facts))]
@@ -228,13 +210,13 @@ class Store(Answers):
         )
 
     def _turned(self) -> tuple[PropertyValue, ...]:
-        """The latest facts of slots in which others count since the last ban; the ban's own slot is among them."""
+        """Return the latest facts of all properties whose valid facts an exclusion changed."""
         turned = [self.latest(*slot) for slot in sorted(self.index.turned)]
         self.index.turned.clear()
         return tuple(observation.fact for observation in turned if observation is not None)
 
     def place_status(self, block: Block) -> Change:
-        """Let a status that has passed the checks replace what its origin said before."""
+        """Replace older statuses of the origin by a checked status."""
         facts, watching, slots = block.facts, self.subscriptions.watching, self.index.slots
         if len(facts) == 1 and facts[0].attribute not in watching and self.index.succeed(block):
             self.version += 1
@@ -250,23 +232,23 @@ class Store(Answers):
         )
 
     def facts_of(self, subject: int, attribute: int) -> list[Observation]:
-        """Return all observations of a slot, those of banned origins too."""
+        """Return all observations of a property, excluded origins included."""
         return [observation_of(entry) for entry in sorted(self.index.all_of((subject, attribute)), key=sort_key)]
 
     def take_out(self, block: Block) -> None:
-        """Take an item or private block out of all indexes; it has still arrived."""
+        """Remove an item or private block from all indexes; it still counts as arrived."""
         self.hold(block.guid)
         self.version += 1
         for position, fact in enumerate(block.facts):
             self.index.leave(fact, block if len(block.facts) == 1 else Observation(block, position))
 
     def prune(self, block: Block) -> None:
-        """Hold an item no longer; call ``worldmodel.world_model.prune``, which knows what may go."""
+        """Drop the content of an item, for ``worldmodel.world_model.prune``, which checks the rules."""
         self.content_of_pruned += int.from_bytes(self.content(block), "big")
         self.take_out(block)
 
     def note_creations(self, block: Block) -> set[int]:
-        """Enter the instances that a block creates; return those whose class of creation is now another."""
+        """Record the instances that a block creates; return those whose class of creation changed."""
         if block.origin == self.owner:
             self._note_own(block)
         changed: set[int] = set()
@@ -280,7 +262,7 @@ class Store(Answers):
         return changed
 
     def _note_own(self, block: Block) -> None:
-        """Never use again the sequence or a uid of this block, which the owner sent before a restart."""
+        """Advance the counters past a block that the owner sent before a restart."""
         if block.epoch == self.epoch:
             self.next_sequence = max(self.next_sequence, block.sequence + 1)
             self.next_private = min(self.next_private, block.sequence - 1)

@@ -1,7 +1,7 @@
-"""Values of facts as text, for a table, and back.
+"""Exact text form of values in tables, and its parser.
 
-Values are text that Python reads back exactly: numbers by ``repr``, ``true`` and ``false``, symbols as they
-are, points as ``POINT (east north)``, classes by name, and linked instances by their uid and name: ``3 bay``.
+Numbers by ``repr``, ``true`` and ``false``, symbols as they are, points as ``POINT (east north)``, classes by name,
+linked instances by uid and name: ``3 bay``.
 """
 
 from typing import cast
@@ -13,7 +13,7 @@ from worldmodel.store import Store
 
 
 def stored_as_text(model: Store, attribute: Attribute, stored: Value) -> str:
-    """A value that a world model holds as text that ``from_text`` reads back exactly; see the head of this module."""
+    """Return a stored value as text that ``from_text`` restores exactly."""
     match attribute.kind:
         case ValueKind.TYPE:
             return model.tbox.classes[cast(int, stored)].name
@@ -34,17 +34,17 @@ def stored_as_text(model: Store, attribute: Attribute, stored: Value) -> str:
 
 
 def uncertainty_as_text(fact: PropertyValue) -> str:
-    """The uncertainty of a fact as text that can be read back exactly; empty where it carries none."""
+    """Return an uncertainty as exact text; empty if None."""
     return "" if fact.uncertainty is None else repr(fact.uncertainty)
 
 
 def uncertainty_from_text(text: str) -> float | None:
-    """The uncertainty that a text of ``uncertainty_as_text`` stands for; raises ValueError for any other text."""
+    """Parse a text of ``uncertainty_as_text``; raises ValueError for any other text."""
     return float(text) if text else None
 
 
 def from_text(tbox: TBox, attribute: Attribute, text: str) -> Value:
-    """The value that such a text stands for; raises ValueError or UnknownNameError for any other text."""
+    """Parse a text of ``stored_as_text``; raises ValueError or UnknownNameError otherwise."""
     match attribute.kind:
         case ValueKind.TYPE:
             return tbox.class_named(text).uid

@@ -1,22 +1,11 @@
-"""The world model of one vehicle: its store, and the recording of what the vehicle itself observes.
+"""World model of one vehicle: recording of observations, pruning, restore after a restart.
 
-What a vehicle knows: its world model, and when and from whom it received what it did not observe itself.
-
-Keeping a store small: what is old and was said anew since may go.
-
-Of a slot the newest value of each origin always stays, and so does all that a ban hides. So a ban leaves what other
-origins have said, and of the banned one the newest value from before the ban. An item goes as a whole or not at all:
-only if every one of its facts may go, by whichever rule. Types never go, nor who is believed, nor do statuses, which
-replace one another, nor what the owner keeps to itself.
-
-The latest values and the classes of all instances are the same as before, and so are ``digest`` and ``state_hash``: a
-pruned item has still arrived, is passed over when it comes again, and its content still counts. What is lost are the
-old values: of history, of a value as of a time before, and of an origin that is banned later from an earlier time on.
-Do not prune an attribute of which all values ever told matter, as of a list of findings. An item not held cannot be
-compared with another content of the same GUID. If an origin is caught in such a contradiction, what was pruned stays
-counted even where it rested on the content that went.
-
-Taking over what a world model knew into one that begins anew, in another epoch of the same owner.
+Pruning drops a value that is older than a limit and not the newest of its origin. It drops an item only as a whole: if
+each of its facts matches some rule. Types, exclusions (``bannedFrom``), statuses, private blocks and facts of excluded
+origins stay. Latest values, classes, ``digest`` and ``state_hash`` do not change: a pruned item still counts as
+arrived. Lost are history, values as of an earlier time, and values before an exclusion issued later. Do not prune an
+attribute whose values all matter, such as detections. A pruned item cannot be compared with other content of its GUID;
+``state_hash`` keeps counting it even if the content that it depends on is replaced.
 """
 
 import math
@@ -32,38 +21,31 @@ from worldmodel.ontology.fields import Value
 from worldmodel.store import PruneRule, Store
 
 _NEVER_S = math.inf
-_new = tuple.__new__  # makes a named tuple of a tuple, in half the time
+_new = tuple.__new__  # builds a named tuple in half the time of its constructor
 
 Stated = tuple[int, int, Value] | tuple[int, int, Value, float | None]
-"""Subject, attribute, value; and the uncertainty of the value, if there is one."""
+"""Subject, attribute uid, value; optionally the uncertainty of the value."""
 
 PLACES = 16
-"""Epochs whose instances begin far apart in the range of their owner."""
+"""Number of epochs whose uid ranges start evenly spaced in the range of their owner."""
 
 
 class WorldModel(Store):
-    """What one vehicle knows of the world.
-
-    The owner adds facts with ``record``; blocks of other vehicles come in through ``worldmodel.merge``.
-    """
+    """Store that records observations of its owner; ``worldmodel.merge`` adds blocks of peers."""
 
     def record(self, facts: Iterable[Stated], now_s: float, private: bool = False) -> Change:
-        """Record facts that the owner observed together; blocks that waited for them go in at once.
+        """Record facts observed together; accept blocks that were pending for them.
 
-        They become a status if their attributes all have rm:latestOnly, else an item. The next ``merge`` reports the
-        blocks that were set free.
+        If all attributes have rm:latestOnly, the block is a status, else an item. The next ``merge`` reports released
+        blocks.
 
         Args:
-            facts: (subject, attribute uid, value) each, or with the uncertainty behind; both are rounded to the grids
-                of the attribute. It is a standard deviation or a probability, see ``PropertyValue``.
-            now_s: time of observation since the mission began (s), rounded to ``time_resolution_s``.
-            private: True for what the owner keeps to itself: it is numbered apart and is no part of ``digest``.
+            facts: value and uncertainty are rounded to the grids of the attribute; see ``PropertyValue``.
+            now_s: observation time since mission start (s), rounded to ``time_resolution_s``.
+            private: never send the block; it has its own numbering and is not part of ``digest``.
 
-        Returns:
-            The block as it is stored here and everywhere, and those of its facts that are now the latest.
-
-        Raises:
-            FactError: the checks refuse the facts or an instance is not known; nothing is recorded.
+        Returns the block as stored, with those of its facts that are now the latest. If the checks refuse a fact or an
+        instance is unknown, raises FactError and records nothing.
         """
         if type(facts) is not tuple:
             facts = tuple(facts)
@@ -73,7 +55,7 @@ class WorldModel(Store):
             plain = self.tables.plain.get(attribute)
             if plain is not None and self.index.masks.get(subject, 0) >> plain[1] & 1:
                 stored = plain[0](value)
-                if stored is not None:  # one fact that is right at first sight, and no type, link or status
+                if stored is not None:  # fast path: one valid fact, no type, link or status
                     numerator, denominator = self.time_ratio
                     time_s = round(now_s / self.time_resolution_s) * numerator / denominator
                     stored_facts = (_new(PropertyValue, (subject, attribute, stored, None)),)
@@ -95,7 +77,6 @@ class WorldModel(Store):
         return self._record_closely(facts, now_s, private)
 
     def _record_closely(self, facts: tuple[Stated, ...], now_s: float, private: bool) -> Change:
-        """Record any facts."""
         if not math.isfinite(now_s) or now_s < 0:
             raise FactError(f"now_s is {now_s}; allowed: seconds since the mission began")
         stored = self._quantised(facts)
@@ -121,7 +102,6 @@ class WorldModel(Store):
         return change
 
     def _sequence(self, facts: tuple[PropertyValue, ...], private: bool) -> int:
-        """The sequence of the next block with these facts."""
         if private:
             return self.next_private
         is_status = facts and self.tables.latest_only.issuperset(fact.attribute for fact in facts)
@@ -144,12 +124,10 @@ class WorldModel(Store):
         return tuple(stored)
 
     def new_instance_uid(self) -> int:
-        """Take the next uid out of the owner's range; record its type to create the instance.
+        """Allocate the next uid in the owner's range; record its type to create the instance.
 
-        Each epoch begins at a place of its own in the range, the first ``PLACES`` far apart and later ones between,
-        since after a restart the owner may not know yet which instances it has created.
-
-        Raises FactError when the owner has created all instances that it may.
+        Each epoch starts at another place in the range, since a restarted owner may not yet know its earlier instances.
+        Raises FactError if the range is exhausted.
         """
         allowed, first = self.run_time_instances_per_origin, self.first_uid_of(self.owner)
         start = (self.epoch % PLACES * allowed + self.epoch // PLACES * allowed // (EPOCHS // PLACES)) // PLACES
@@ -162,13 +140,10 @@ class WorldModel(Store):
 
 
 class Reception(NamedTuple):
-    """A block that a vehicle received.
+    """Block received by a vehicle.
 
-    Attributes:
-        block: what it received.
-        sender: the vehicle whose packet brought it, or the last part of it, by number; not always its
-            origin. None where that was not noted.
-        time_s: when that packet had been heard (s).
+    ``sender`` is the node whose packet completed the block, not always its origin; None if not recorded. ``time_s`` is
+    the reception time of that packet (s).
     """
 
     block: Block
@@ -177,50 +152,31 @@ class Reception(NamedTuple):
 
 
 class Knowledge(NamedTuple):
-    """What one vehicle knows.
-
-    Attributes:
-        model: its world model.
-        receptions: of blocks that the model holds; none where nobody noted them.
-    """
+    """World model of one vehicle with the receptions of its blocks; empty if not recorded."""
 
     model: Store
     receptions: tuple[Reception, ...] = ()
 
 
 def prune(store: Store, class_uid: int, attribute: int, before_s: float) -> int:
-    """Drop the values of one attribute that are old and not the newest of their origin.
+    """Drop old values of an attribute in instances of a class; return the number of items.
 
-    Args:
-        store: the store or world model.
-        class_uid: whose instances are concerned.
-        attribute: its uid; see ``store.prunable`` for those that are allowed.
-        before_s: values observed at this time or later stay (s).
-
-    Returns:
-        The number of items dropped.
-
-    Raises:
-        FactError: there is no such class or attribute, or its values never go.
+    Values observed at ``before_s`` (s) or later stay, and so does the newest value of each origin. Raises FactError for
+    an unknown class or an attribute that is not ``prunable``.
     """
     PruneRule(class_uid, attribute, 0.0).check(store.tbox)
     return _drop(store, [(class_uid, attribute, before_s)])
 
 
 def tidy(store: Store, now_s: float) -> tuple[Fault, ...]:
-    """Drop what waited for too long, with a fault for each, and what the rules of pruning say.
-
-    Args:
-        store: the store or world model.
-        now_s: the time now (s).
-    """
+    """Discard blocks pending too long at ``now_s`` (s), one fault each; apply the pruning rules."""
     if store.pruning:
         _drop(store, [(rule.class_uid, rule.attribute, now_s - rule.older_than_s) for rule in store.pruning])
     return expire(store, now_s)
 
 
 def _drop(store: Store, limits: Iterable[tuple[int, int, float]]) -> int:
-    """Drop the items of which each fact may go by one of the limits (class, attribute, before_s); return how many."""
+    """Drop items whose facts all match a (class, attribute, before_s); return their number."""
     may_go: dict[Guid, set[int]] = {}
     blocks: dict[Guid, Block] = {}
     for class_uid, attribute, before_s in limits:
@@ -237,7 +193,7 @@ def _drop(store: Store, limits: Iterable[tuple[int, int, float]]) -> int:
 
 
 def _outdated(entries: list[Entry], before_s: float) -> Iterator[Entry]:
-    """Of the facts that count in a slot those of items older than ``before_s`` that are not the newest of an origin."""
+    """Yield facts of items older than ``before_s`` that are not the newest of their origin."""
     if not entries or block_of(entries[0]).time_s >= before_s:
         return
     newest: set[int] = set()
@@ -251,17 +207,10 @@ def _outdated(entries: list[Entry], before_s: float) -> Iterator[Entry]:
 
 
 def remember(model: WorldModel, kept: WorldModel, now_s: float) -> Merged:
-    """Let a model know what another one knew; what waited there waits here from now on.
+    """Copy the contents of ``kept`` to the empty ``model`` of a new epoch.
 
-    What was recorded while a clock was ahead stays known, though it is of the future now.
-
-    Args:
-        model: that knows nothing yet.
-        kept: of the same fleet.
-        now_s: the time now (s).
-
-    Returns:
-        What items and statuses changed, and the faults; of what the owner keeps to itself nothing is said.
+    Pending blocks stay pending. Blocks recorded while the clock was ahead are accepted. The result covers items and
+    statuses, not private blocks.
     """
     private, blocks = list(kept.private_blocks()), []
     merge(model, private, _by(private, now_s))
@@ -276,5 +225,5 @@ def remember(model: WorldModel, kept: WorldModel, now_s: float) -> Merged:
 
 
 def _by(blocks: Iterable[Block], now_s: float) -> float:
-    """The time now, or of the newest of the blocks, whichever is later (s)."""
+    """Return ``now_s`` or the time of the newest block, whichever is later (s)."""
     return max(now_s, max((block.time_s for block in blocks), default=now_s))
