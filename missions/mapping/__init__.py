@@ -1,6 +1,6 @@
-"""The mission of the REMORAS paper: vehicles map areas together, then meet.
+"""Mapping mission of the REMORAS paper: joint survey of areas, then a rendezvous.
 
-Its scenarios are ``mapping-rendezvous``, that of the paper, and ``mapping-patches``, with more areas than vehicles.
+Scenarios: ``mapping-rendezvous`` (that of the paper) and ``mapping-patches`` (more areas than vehicles).
 """
 
 from missions.mapping.mission import MappingMission

@@ -1,7 +1,7 @@
-"""A first scenario of one's own by six answers: squares side by side, vehicles that start south of them and meet there.
+"""Wizard for a new scenario: six answers give adjacent squares and a fleet south of them.
 
-The text is a template beside this file, in which the tables of areas, of their roles, of vehicles and of faults stand
-once, each between ``#: each ...`` and ``#: end``.
+The TOML template beside this file repeats the text between ``#: each KIND`` and ``#: end`` for each area, role, vehicle
+or fault.
 """
 
 from __future__ import annotations
@@ -20,22 +20,14 @@ from missions.errors import ConfigurationError, ConfigurationFault
 TEMPLATE = Path(__file__).with_name("new-scenario.toml.txt")
 EACH = re.compile(r"^#: each (\w+)\n(.*?)^#: end\n", re.MULTILINE | re.DOTALL)
 SWATH_M, SURVEY_MPS, TRANSIT_MPS, POWER_W = 25.0, 1.5, 2.5, 100.0
-"""Of the template's vehicles: how wide they see, how fast they are, and more than they need while they survey."""
+"""Sensor width and speeds of the template's vehicles; upper limit (W) of their survey power."""
 MARGIN_M = 100.0
-"""From the start to the first area, and around all of them."""
+"""Distance from the start to the first area, and free margin around all areas."""
 
 
 @dataclass(frozen=True)
 class Inquiry:
-    """One thing to know of a new scenario.
-
-    Args:
-        name: of the answer.
-        text: the question.
-        default: the answer of who gives none.
-        allowed: for messages.
-        value: of an answer, or None if it is not allowed.
-    """
+    """A question of the wizard; ``value`` parses an answer and returns None if not allowed."""
 
     name: str
     text: str
@@ -45,7 +37,6 @@ class Inquiry:
 
 
 def _number(low: float, high: float, kind: type = int) -> Callable[[str], Any]:
-    """The value of a number from ``low`` to ``high``, None of anything else."""
 
     def value(text: str) -> Any:
         try:
@@ -58,11 +49,7 @@ def _number(low: float, high: float, kind: type = int) -> Callable[[str], Any]:
 
 
 def questions_of(modems: Mapping[str, float]) -> tuple[Inquiry, ...]:
-    """The six questions, in the order in which they are asked.
-
-    Args:
-        modems: nominal range (m) of each modem that may be named.
-    """
+    """Return the six questions in order; ``modems`` maps modem names to nominal ranges (m)."""
     return (
         Inquiry("vehicles", "How many AUVs?", "3", "2 to 16", _number(2, 16)),
         Inquiry("areas", "How many areas are they to map?", "4", "1 to 36", _number(1, 36)),
@@ -77,18 +64,10 @@ def questions_of(modems: Mapping[str, float]) -> tuple[Inquiry, ...]:
 
 
 def scenario_text(name: str, answers: Mapping[str, Any], modems: Mapping[str, float]) -> str:
-    """The TOML text of a scenario.
+    """Return the scenario as TOML text.
 
-    The squares stand in rows, as many as there are columns at most. The mission may last half as long again as the
-    vehicles that are left need for all of the areas, and five minutes more.
-
-    Args:
-        name: of the scenario.
-        answers: values of the answers, by the names of the questions.
-        modems: as for ``questions_of``.
-
-    Raises:
-        ConfigurationError: no vehicle would be left; or one would be too far away to be heard.
+    The time limit is 1.5 times the time that the vehicles left after all faults need for all areas, plus five minutes,
+    rounded up to ten minutes. Raises ``ConfigurationError`` if no vehicle remains or a corner is out of modem range.
     """
     n_vehicles, n_areas, n_lost, side_m = (answers[key] for key in ("vehicles", "areas", "lost", "side"))
     n_columns = math.ceil(math.sqrt(n_areas))

@@ -1,15 +1,12 @@
-"""Behaviours of mission mapping.
+"""Behaviours of the mapping mission.
 
-The vehicle plans one row ahead: at the end of each row it looks up which cells it does not know to be mapped, and takes
-the way over them by which it is done soonest. So it goes on where another one stopped, skips rows that others have
-mapped, and leaves a row early where news of its cells come in. What its own sensor maps does not shorten a row.
+A vehicle plans one row ahead. At the end of each row it looks up the cells not known to be mapped and takes the fastest
+path over them. It therefore continues the surveys of other vehicles and skips rows that they have mapped. Received
+updates about cells ahead shorten a row; cells that its own sensor maps do not.
 
-A cell that stays unknown although its row was passed is tried once more at the end, then given up. Two whole rows
-without any yield, with the sensor on, mean that the sensor gives nothing: the vehicle has failed. It has, too, if twice
-it learned where it is and mapped nothing until it had to learn it again: then no row can be known to be mapped.
-
-The speed along a row is one over ground. A vehicle that makes no way, since the water carries it off as fast as it may
-go, has failed, too, and no sensor is to blame.
+A cell still unmapped after its row was passed is tried once more at the end, then given up. The vehicle fails in three
+cases: two whole rows without yield while the sensor is on (dead sensor); two position fixes in succession with nothing
+mapped in between (position too uncertain); no progress over ground, as in a strong current.
 """
 
 from __future__ import annotations
@@ -45,25 +42,17 @@ from remoras.picture import Picture
 from remoras.work import Point
 
 ROOM = 1.25
-"""A place is this many times as far from the leader as the two keep clear: the leader has moved on since it was heard.
-
-Nearer, followers drive their leader before them, at full speed and away from where it has to go.
-"""
+"""Factor on the leader's clearance for formation places: it has moved since its last report."""
 
 
 def formation_of(scenario: MappingScenario) -> dict[tuple[str, str], tuple[str, str]]:
-    """Places in the formation by group and role."""
+    """Return (row, side) of positional roles by (group, role)."""
     roles = [(group.name, role) for group in scenario.group for role in group.role]
     return {(group, role.name): role.position for group, role in roles if role.position is not None}
 
 
 def room_of(vehicles: Iterable[VehicleData], separation_m: float) -> dict[str, float]:
-    """How far from a vehicle, by name, a place has to be (m), so that who holds it is not in its way in transit.
-
-    Args:
-        vehicles: of the fleet.
-        separation_m: that they keep.
-    """
+    """Least distance (m) of formation places from each vehicle, clear of its transit."""
     return {
         data.name: ROOM * clearance_m(separation_m, data.transit_speed_mps, data.turn_rate_radps) for data in vehicles
     }
@@ -77,13 +66,9 @@ def positioning(
     spacing_m: float,
     room_m: Mapping[str, float],
 ) -> Positioning:
-    """To keep a place in the formation; in its middle behind the leader.
+    """Return the behaviour that holds a formation place; the middle is behind the leader.
 
-    Args:
-        place: row and side; leaders: of the group, by name.
-        group: its name; data: of the vehicle.
-        spacing_m: distance between places, as the mission has it.
-        room_m: least distance from each vehicle; the widest of the leaders and the vehicle itself counts.
+    Places keep ``spacing_m``, or the largest ``room_m`` of the leaders and of the vehicle itself if that is more.
     """
     spacing_m = max(spacing_m, room_m[data.name], *(room_m[name] for name in leaders))
     row, side = place
@@ -94,23 +79,23 @@ def positioning(
 
 
 DEAD_ROWS = 2
-"""A sensor that yields nothing on so many whole rows is taken for dead."""
+"""Whole rows without yield after which a sensor is presumed dead."""
 BRAKING_S = 2.0
-"""A vehicle that has to slow down before a row begins to so much earlier than it must."""
+"""Margin by which braking before a row starts early."""
 LONG_LINK = 2.0
-"""From a row to the next one that is more swaths away than this, a vehicle goes at transit speed."""
+"""Distance to the next row, in swaths, above which the vehicle goes at transit speed."""
 
 
 WORTH_FINISHING = 0.42
-"""Stimulus of the last of the work: an exploration that was interrupted there outweighs homing still (0.6 to 0.3)."""
+"""Stimulus of the last remaining work: above homing (0.6 to 0.3), so that it is resumed."""
 
 
 def due(share_left: float, half_left: float) -> float:
-    """Stimulus of work of which a share is left: 0 if none is, else from ``WORTH_FINISHING`` to 1.
+    """Stimulus of remaining work: 0 if none is left, else between ``WORTH_FINISHING`` and 1.
 
     Args:
         share_left: 0..1.
-        half_left: share at which the stimulus is half way between the two; 0 if it does not fall.
+        half_left: share at which the stimulus is midway between its bounds; 0 for a constant stimulus.
 
     >>> round(due(1.0, 0.25), 3), due(0.25, 0.25), due(0.0, 0.25)
     (0.884, 0.71, 0.0)
@@ -121,13 +106,9 @@ def due(share_left: float, half_left: float) -> float:
 
 
 class WorkLeft:
-    """How much is left of the area of which most is left, as far as a vehicle knows: a measure of the work to come.
+    """Largest remaining share of any area of a group, as known to one vehicle.
 
-    It is the same for all areas, so that a vehicle which holds several of them finishes one before it begins the next.
-
-    Args:
-        jobs: surveys of the areas of the group.
-        half_left: share of an area at which the stimulus is half.
+    All areas share this stimulus, so that a vehicle finishes one area before it starts the next.
     """
 
     def __init__(self, jobs: Sequence[SurveyJob], half_left: float) -> None:
@@ -137,13 +118,13 @@ class WorkLeft:
         self._stimulus = 0.0
 
     def stimulus(self, facts: Known) -> float:
-        """Stimulus of that area, see ``due``."""
+        """Stimulus of the area with the largest remaining share, see ``due``."""
         if self._n_told != facts.n_told:
             self._n_told, self._stimulus = facts.n_told, due(self._greatest(facts), self._half_left)
         return self._stimulus
 
     def _greatest(self, facts: Known) -> float:
-        """Greatest share left of any area, 0..1; what is done once stays done and is not looked at again."""
+        """Return the largest remaining share, 0..1; drop finished areas from later checks."""
         most, done = 0.0, []
         for job in self._jobs:
             share = job.left(facts).share_left
@@ -160,16 +141,7 @@ class WorkLeft:
 
 @dataclass(slots=True)
 class _Passage:
-    """The row that a vehicle is to pass, or is passing.
-
-    Attributes:
-        row: its number; begin_m, end_m: of what is left of it.
-        cells: bits of the cells for which it is passed.
-        speed_mps: on the way to its begin.
-        since_s: when it was begun; None before.
-        sensed: True while the sensor was on all the time since.
-        target_m: where the vehicle goes now: to the begin, then to the end.
-    """
+    """Row that the vehicle approaches or passes; ``since_s`` is None before its begin."""
 
     row: int
     begin_m: Point
@@ -185,16 +157,10 @@ class _Passage:
 
 
 class ZigzagExploring(Behaviour):
-    """Explores what is left of an area along rows: in transit to the first one, then as fast as the sensor maps.
+    """Survey of the remaining cells of an area, row by row.
 
-    Its stimulus falls with the work that is left; until it has begun, also with the distance to the first point.
-
-    Args:
-        job: the survey of the area.
-        data: of the vehicle.
-        work: what is left of all areas of the group; of this one alone if None.
-        half_left: share of the area at which the stimulus is half then.
-        others: vehicles that are already at it; the vehicle begins as far from them as it can.
+    The stimulus falls with ``work`` (None: of this area alone, with ``half_left``); before the first row also with the
+    distance to it. The vehicle starts as far as possible from ``others`` already in the area.
     """
 
     def __init__(
@@ -224,20 +190,20 @@ class ZigzagExploring(Behaviour):
         self._n_dead = 0
         self._n_fixes, self._fixed_s = 0, -math.inf
         self._left = job.bits
-        self._n_told, self._rest = -1, job.bits  # what is left, as far as was told by then
+        self._n_told, self._rest = -1, job.bits  # remaining cells as of fact number `_n_told`
         self._ahead: Reference | None = None
         self._seen_s = 0.0
-        self._due = IDLE  # what was perceived last when it was under way
+        self._due = IDLE  # last perception under way
         self._approach = Approach(self._speed_mps)
 
     @property
     def _survey(self) -> Survey:
         return self._job.on.survey(self._swath_m)
 
-    # What the vehicle perceives and does ---------------------------------------------------------
+    # Perception and action ---------------------------------------------------------
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due while cells are left that the vehicle can map; turning at the end of a row is progress."""
+        """Pending while mappable cells remain; the turn at a row's end counts as progress."""
         facts = picture.facts
         if self._n_told != facts.n_told:
             self._n_told, self._rest = facts.n_told, self._job.left(facts).bits
@@ -270,7 +236,7 @@ class ZigzagExploring(Behaviour):
         return self._due
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """To the begin of the next row, then to its end; None if there is nothing that the vehicle can map."""
+        """Head for the begin of the next row, then its end; None if no cell can be mapped."""
         to_go_m, passage = self._follow(motion, picture), self._passage
         if passage is None:
             return None
@@ -282,10 +248,7 @@ class ZigzagExploring(Behaviour):
         return self._ahead
 
     def accuracy_m(self, motion: Motion, picture: Picture) -> float:
-        """On a row what its cells leave of half the swath, less how far from a point it counts as reached.
-
-        At the begin of one, too: a row of a single point is begun and passed at once, and would be again without end.
-        """
+        """Largest allowed position error (m) on a row and at its begin: slack less capture radius."""
         passage = self._passage
         if passage is None or (passage.since_s is None and distance_m(motion, passage.begin_m) > CAPTURE_M):
             return math.inf
@@ -296,14 +259,14 @@ class ZigzagExploring(Behaviour):
         return self._survey.slack_m - CAPTURE_M
 
     def _brake_m(self, passage: _Passage) -> float:
-        """How far before a row the vehicle slows down: not at all if row and swath leave it room to do so there."""
+        """Return the braking distance before a row; 0 if row and swath leave room to brake on it."""
         least_m = min(self._swath_m / 2.0, distance(passage.begin_m, passage.end_m))
         return self._braking_m if least_m < self._braking_m else 0.0
 
     # Row by row ----------------------------------------------------------------------------------
 
     def _follow(self, motion: Motion, picture: Picture) -> float:
-        """Pass the points that are reached, and plan the next row where one ends; how far it is then to a point (m)."""
+        """Advance past reached points and plan the next row; return the distance (m) to the target."""
         body = picture.body
         if self._passage is None:
             self._plan(motion, picture)
@@ -325,7 +288,6 @@ class ZigzagExploring(Behaviour):
         return math.inf if self._passage is None else distance_m(motion, self._passage.target_m)
 
     def _plan(self, motion: Motion, picture: Picture) -> None:
-        """Choose the row to pass next; none if there is none that could yield anything."""
         self._passage = None
         if self._n_dead >= DEAD_ROWS:
             return
@@ -342,7 +304,7 @@ class ZigzagExploring(Behaviour):
         self._approach = Approach(speed_mps)
 
     def _over_a_missed_cell(self, missed: int, motion: Motion) -> _Passage | None:
-        """Right over the nearest of the cells that rows have missed: to pass it as before would miss it again."""
+        """Return a passage over the nearest missed cell: repeating its row would miss it again."""
         found = [index for index in range(missed.bit_length()) if missed >> index & 1]
         if not found:
             return None
@@ -353,7 +315,7 @@ class ZigzagExploring(Behaviour):
         return _Passage(row, centre_m, centre_m, 1 << index, self._speed_mps)
 
     def _way(self, part: SurveyJob, motion: Motion, picture: Picture) -> Way | None:
-        """The way by which the vehicle is done soonest; before it has begun, from the row farthest from the others."""
+        """Return the fastest path; before the start, that from the row farthest from ``others``."""
         survey, positions_m = self._survey, picture.peers.positions_m
         others_m = [survey.across_m(positions_m[name]) for name in self._others if name in positions_m]
         if self._begun or not others_m:
@@ -366,14 +328,14 @@ class ZigzagExploring(Behaviour):
         return max(survey.ways(part.bits), key=preference, default=None)
 
     def _note_fixes(self, picture: Picture) -> None:
-        """Note a fix after which nothing was mapped before the next one: the place is never known well enough."""
+        """Count successive fixes with nothing mapped in between: the position is too uncertain."""
         body = picture.body
         is_futile = self._n_fixes > 0 and body.last_yield_s < self._fixed_s
         self._n_dead = self._n_dead + 1 if is_futile else 0
         self._n_fixes, self._fixed_s = body.n_fixes, body.now_s
 
     def _note_passed(self, passage: _Passage, picture: Picture) -> None:
-        """Note which cells of a row that was passed with the sensor on are still not known to be mapped."""
+        """Record cells still unmapped after a row was passed with the sensor on."""
         if not passage.sensed or passage.since_s is None:
             return
         missed = passage.cells & self._job.left(picture.facts).bits
@@ -386,10 +348,10 @@ class ZigzagExploring(Behaviour):
         elif missed and is_sure and not again:
             self._n_dead += 2 * missed.bit_count() >= self._survey.rows[passage.row].cells.bit_count()
 
-    # What is heard of others ---------------------------------------------------------------------
+    # Updates received from others ---------------------------------------------------------------------
 
     def _hear(self, left: int, motion: Motion, since_s: float) -> None:
-        """Shorten the row, or choose another one, where others have mapped cells of it that lie ahead."""
+        """Shorten or replace the row if others have mapped cells of it ahead."""
         news, self._left = self._left & ~left, left
         moved_m, passage = self._data.transit_speed_mps * since_s, self._passage
         if passage is None or not (news & passage.cells):
@@ -415,7 +377,7 @@ class ZigzagExploring(Behaviour):
             self._passage = None
 
     def _not_near(self, cells: int, motion: Motion, reach_m: float) -> int:
-        """Those of the cells that the vehicle has not just mapped itself, being too far from them."""
+        """Return the cells too far away to have just been mapped by the vehicle itself."""
         far = 0
         while cells:
             bit = cells & -cells
@@ -426,20 +388,15 @@ class ZigzagExploring(Behaviour):
 
 
 class MappingAlong(Working):
-    """Maps what is explored: productive work, which is the less due the less is left of the areas.
-
-    Args:
-        patience_s: how long it waits for the next yield.
-        work: what is left of the areas of the group.
-    """
+    """Productive mapping while exploring; its stimulus falls with the remaining work."""
 
     def __init__(self, patience_s: float, work: WorkLeft) -> None:
         super().__init__(patience_s)
         self._work = work
-        self._due = IDLE  # what was perceived last
+        self._due = IDLE  # last perception
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due as far as work is left; advancing as all productive work is."""
+        """Pending while work remains; progress is that of all productive work."""
         advance, stimulus = super().perceive(motion, picture, performed).advance, self._work.stimulus(picture.facts)
         if self._due.stimulus != stimulus or self._due.advance != advance:
             self._due = Perception(stimulus, advance)

@@ -1,10 +1,9 @@
-"""Detected features, and their inspection by a second vehicle.
+"""Detected features, and their inspection by a second, closer pass.
 
-A mapping sensor that maps the cell of a feature finds it: the fact ``foundAt`` makes its job known. The job is a
-second, closer pass: the vehicle goes there and stays, slowly and near, until its sensor has seen enough. How long that
-takes only shows on site; plans expect the mean. Where features lie and how long each takes is drawn by seed and number,
-in a stream of its own. So no strategy, loss rate or fault changes a feature, and more of them leave the first ones as
-they are.
+A mapping sensor detects a feature when it maps the feature's cell; the fact ``foundAt`` creates the job. The inspecting
+vehicle stays near the feature, slowly, until its sensor has seen enough. The dwell shows only on site; plans assume the
+mean. Places and dwells are sampled by seed and number in a separate stream. Strategies, losses and faults therefore
+never change a feature, and a larger number of features leaves the first ones unchanged.
 """
 
 from __future__ import annotations
@@ -44,11 +43,11 @@ from remoras.work import Outlook, Point
 INSPECTING = "Inspecting"
 """Objective of a role with a find."""
 NEEDED = ("foundAt", "inspectedBy")
-"""Attributes that vehicles need of each other where there is something to be found."""
+"""Attributes that vehicles need from each other in scenarios with features."""
 
 
 def find_names(number: int) -> tuple[str, ...]:
-    """Names of so many features.
+    """Return the names of ``number`` features.
 
     >>> find_names(2)
     ('find 1', 'find 2')
@@ -57,14 +56,7 @@ def find_names(number: int) -> tuple[str, ...]:
 
 
 def seabed_with_finds(seabed: Seabed, finds: FindsTable, seed: int, objects: tuple[SeaObject, ...] = ()) -> Seabed:
-    """The seabed with the features of the run with that seed: each in a cell of its own, every cell as likely.
-
-    Args:
-        seabed: cells of all areas, at least as many as there are features.
-        finds: how many there are, and what they ask for.
-        seed: root of all draws.
-        objects: that lie in the sea.
-    """
+    """Return the seabed with a run's sampled features: at most one per cell, equally likely."""
     if not (finds.number or objects):
         return seabed
     free = list(seabed.cells)
@@ -79,13 +71,7 @@ def seabed_with_finds(seabed: Seabed, finds: FindsTable, seed: int, objects: tup
 
 
 def weight_in_cells(finds: FindsTable, cell_m: float, able: Sequence[VehicleData]) -> float:
-    """How many cells a find counts for in the goal: its mean stay over the mean time that a cell takes.
-
-    Args:
-        finds: what they ask for.
-        cell_m: side of a cell.
-        able: vehicles that map.
-    """
+    """Weight of a find in the goal: its mean dwell over the mean time per cell of ``able``."""
     if not able:
         return 1.0
     cell_s = math.fsum(cell_m * cell_m / (swath_m(data) * mapping_speed_mps(data)) for data in able) / len(able)
@@ -94,15 +80,9 @@ def weight_in_cells(finds: FindsTable, cell_m: float, able: Sequence[VehicleData
 
 @dataclass(frozen=True)
 class InspectionJob:
-    """The closer pass at a find: a ``remoras.work.DivisibleJob`` that comes up when somebody says where it is.
+    """Closer pass at a find, known once its place is reported: a ``remoras.work.DivisibleJob``.
 
-    Attributes:
-        name: of the find.
-        stay_s: mean of how long it takes on site.
-        place_m: where it was found; the origin of the map before.
-        share_left: 1 until it is done, then 0.
-        needs: nothing must be done before.
-        resumed: who takes it over begins anew.
+    ``place_m`` is the origin before the report. ``stay_s`` is the mean dwell. A successor restarts the job.
     """
 
     name: str
@@ -114,22 +94,22 @@ class InspectionJob:
 
     @property
     def done(self) -> Key:
-        """Somebody has inspected it."""
+        """Fact that a vehicle has inspected the find."""
         return "inspectedBy", self.name
 
     def is_able(self, data: VehicleData) -> bool:
-        """True if the vehicle has a mapping sensor."""
+        """Return True if the vehicle has a mapping sensor."""
         return swath_m(data) > 0.0
 
     def left(self, facts: Known) -> InspectionJob | None:
-        """The job at the place known; None while nobody has said where it is."""
+        """Return the job at the reported place; None before any report."""
         place_m = facts.get(("foundAt", self.name))
         if place_m is None:
             return None
         return replace(self, place_m=place_m, share_left=1.0 if facts.get(self.done) is None else 0.0)
 
     def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
-        """When the vehicle will be free if it inspects the find next: its way, and a stay of mean length."""
+        """Return the outlook after travel and a mean dwell; None without a mapping sensor."""
         if not self.is_able(data):
             return None
         if self.share_left == 0.0:
@@ -138,7 +118,7 @@ class InspectionJob:
 
 
 def inspecting(groups: Iterable[Group], inspections: Collection[str]) -> list[Objective]:
-    """To inspect, for every role with a find."""
+    """Return an inspection objective for every role with a find."""
     return [
         Objective(group.name, role.name, INSPECTING, role.job)
         for group in groups
@@ -147,15 +127,14 @@ def inspecting(groups: Iterable[Group], inspections: Collection[str]) -> list[Ob
     ]
 
 
-# What a scenario gains ---------------------------------------------------------------------------
+# Additions to a scenario ---------------------------------------------------------------------------
 
 
 def with_inspectors(scenario: MappingScenario) -> MappingScenario:
-    """A scenario with a role for each find, and what comes with it; as it is where nothing is to be found.
+    """Return the scenario with an inspector role for each find; unchanged without finds.
 
-    The roles join those that explore areas, in the first group that has such roles, or are those of the group that this
-    one forms at sea. Every vehicle that has a sensor and is able to explore is able to play them, unless some vehicle
-    lists them itself. What is listed already stays.
+    The roles join the first group with exploring roles, or the group that it forms at run time. Every vehicle that has
+    a sensor and may explore may play them, unless some vehicle lists them explicitly. Listed entries stay.
     """
     areas = {area.name for area in scenario.area}
     exploring = [key for key, role in scenario.roles.items() if role.job in areas]
@@ -189,19 +168,13 @@ def with_inspectors(scenario: MappingScenario) -> MappingScenario:
 
 
 BRAKING_S = 2.0
-"""A vehicle begins to slow down so much earlier than it must."""
+"""Margin by which braking starts early."""
 PATIENCE_S = 60.0
-"""A vehicle that has been on site so much longer than any find takes has a sensor that shows nothing."""
+"""Time on site beyond the longest dwell after which a sensor is presumed dead."""
 
 
 class Inspecting(Behaviour):
-    """Goes to a find in transit and stays on site until the sensor has seen enough, which nobody can tell before.
-
-    Args:
-        find: its name.
-        finds: how near and how slowly it is inspected, and how long that may take.
-        data: of the vehicle.
-    """
+    """Inspection of a find: transit, then dwell until the sensor has seen enough."""
 
     def __init__(self, find: str, finds: FindsTable, data: VehicleData) -> None:
         self._find = find
@@ -215,10 +188,7 @@ class Inspecting(Behaviour):
         self._seen_s: float | None = None
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due once the find is known, the less the farther away; on site it advances for as long as a find may take.
-
-        It has failed where nothing is seen on site for longer.
-        """
+        """Pending once the find is known; fails ``PATIENCE_S`` after the longest dwell on site."""
         place_m, now_s = self._place(picture), picture.body.now_s
         if place_m is None:
             return IDLE
@@ -237,7 +207,7 @@ class Inspecting(Behaviour):
         return Perception(attracted(to_go_m).stimulus, None if advance is None else max(0.0, advance))
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """To the find in transit, slowly over the last metres; there it stays. None while it is not known."""
+        """Head for the find in transit, brake near it, then hold; None while its place is unknown."""
         place_m = self._place(picture)
         if place_m is None:
             return None
@@ -254,11 +224,7 @@ class Inspecting(Behaviour):
 
 
 class FindsWatch:
-    """Watches the features of one run from outside.
-
-    Args:
-        seabed: with the features that lie in it.
-    """
+    """Ground truth of the features of one run."""
 
     def __init__(self, seabed: Seabed) -> None:
         self._seabed = seabed
@@ -267,7 +233,7 @@ class FindsWatch:
         self._inspected: set[str] = set()
 
     def is_new(self, cell: Cell, vehicle: str) -> bool:
-        """Note that a vehicle has covered a cell; True if a feature lies there that nobody had found."""
+        """Record a cell covered by a vehicle; return True if it holds a feature not detected before."""
         feature = self._seabed.features.get(cell)
         if feature is None:
             return False
@@ -276,7 +242,7 @@ class FindsWatch:
         return len(finders) == 1
 
     def n_inspected_by(self, vehicle: VehicleView, now_s: float) -> int:
-        """How many features a vehicle has inspected with this look that nobody had."""
+        """Return the number of features that this observation of a vehicle inspects first."""
         stays = self._stays.setdefault(vehicle.name, Stays())
         over = stays.inspected(self._seabed, vehicle.position_m, vehicle.speed_mps, now_s)
         new = {feature.name for feature in over} - self._inspected
@@ -285,21 +251,17 @@ class FindsWatch:
 
     @property
     def n_inspected(self) -> int:
-        """How many features have been inspected."""
+        """Number of inspected features."""
         return len(self._inspected)
 
     def has_open(self, left: Set[str]) -> bool:
-        """True while a vehicle of those that are left has found something that nobody has inspected."""
+        """Return True if vehicles ``left`` have detected a feature that is still uninspected."""
         return any(
             not finders.isdisjoint(left) for name, finders in self._finders.items() if name not in self._inspected
         )
 
     def n_within_reach(self, able: Mapping[str, bool]) -> int:
-        """How many features are not inspected though somebody left could find or has found them, and inspect them.
-
-        Args:
-            able: by area, whether a vehicle that is able to map it is left.
-        """
+        """Number of uninspected features that remaining vehicles can inspect; ``able`` is by area."""
         if not any(able.values()):
             return 0
         cells = self._seabed.cells

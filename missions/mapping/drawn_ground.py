@@ -1,8 +1,7 @@
-"""Grounds drawn from seeds, for the split of a benchmark by which strategies are judged.
+"""Random scenarios by seed, for the held-out split of a benchmark.
 
-A drawn ground is a given one with other areas: the pieces of a drawn rectangle, cut across again and again. How many
-they are, whether each has room for two vehicles, and how many vehicles map them is drawn, too. The same seed gives the
-same ground.
+The areas are pieces of a random rectangle that is cut repeatedly. The number of pieces, their capacity (one vehicle or
+two) and the number of mapping vehicles are random too. Equal seeds give equal scenarios.
 """
 
 from __future__ import annotations
@@ -14,12 +13,12 @@ from typing import Any
 from exchange.acoustics.loss import GROUNDS, uniform
 
 MAPPERS = (3, 4)
-"""Vehicles that map; with the surface vehicle as many as the least of the measured networks has nodes."""
+"""Mapping vehicles; with the surface vehicle, the size of the smallest measured networks."""
 PIECES = (5, 13)
 WIDTHS, CELLS = (12, 26), (240, 480)
-"""Least and most cells of a side of the rectangle, and of all of it."""
+"""Limits (cells) of the rectangle's width and of its area."""
 LEAST_SIDE = 2
-"""Fewest cells of a side of a piece."""
+"""Shortest side of a piece, in cells."""
 
 Piece = tuple[int, int, int, int]
 """Column, row, width and height, in cells of the rectangle."""
@@ -32,12 +31,9 @@ def drawn_ground(
     n_pieces: tuple[int, int] = PIECES,
     n_cells: tuple[int, int] = CELLS,
 ) -> dict[str, Any]:
-    """The tables of a scenario with drawn areas and a drawn fleet.
+    """Return scenario tables with random areas and a random fleet.
 
-    Args:
-        tables: of a scenario of this mission with ``fleet.copies_of``, and one group with areas.
-        seed: of the draws, 0 to 2^62.
-        n_mappers, n_pieces, n_cells: least and most of what is drawn.
+    The input needs ``fleet.copies_of`` and one group with areas. Pairs are least and greatest values.
     """
     draws, found = _draws(seed), deepcopy(dict(tables))
     cell_m, (x_m, y_m) = found["world"]["cell_m"], (found["world"]["x_m"], found["world"]["y_m"])
@@ -80,7 +76,7 @@ def drawn_ground(
 
 
 def _draws(seed: int) -> Iterator[float]:
-    """Numbers in [0, 1), one after another."""
+    """Yield uniform numbers in [0, 1)."""
     number = 0
     while True:
         yield uniform(seed, GROUNDS, number, 0, 1)
@@ -88,17 +84,12 @@ def _draws(seed: int) -> Iterator[float]:
 
 
 def _whole(draws: Iterator[float], least: int, most: int) -> int:
-    """A drawn whole number of a range, both of whose ends are in it."""
+    """Sample an integer from ``least`` to ``most``, both included."""
     return least + int((most - least + 1) * next(draws))
 
 
 def _cut(whole: Piece, n: int, draws: Iterator[float]) -> list[Piece]:
-    """A rectangle in pieces: always the largest is cut across its longer side.
-
-    Args:
-        whole: the rectangle.
-        n: pieces; draws: where each cut is.
-    """
+    """Cut a rectangle into ``n`` pieces; each cut halves the longer side of the largest piece."""
     pieces = [whole]
     while len(pieces) < n:
         piece = max(pieces, key=lambda piece: (piece[2] * piece[3], piece))

@@ -1,18 +1,16 @@
-"""Remaining work: the way over the cells of an area that are left, row by row.
+"""Coverage path over the remaining cells of an area, row by row.
 
-Rows are those of ``survey``, for the swath of the vehicle. Each cell belongs to the row that passes it nearest. A row
-of which some cells are mapped is cut to the span of those that are left; a row of which none is left is not run. Rows
-are run upwards or downwards, each from the end from which the whole way is shortest, so a vehicle never goes farther
-where less is left. An area of which nothing is mapped is run to and fro, as ``zigzag`` says. Beside a slanted
-border rows are longer than those of ``survey``: they reach every cell.
+Rows are those of ``survey`` for the vehicle's swath; beside a slanted border they extend to every cell. Each cell
+belongs to its nearest row. A row with some mapped cells is cut to the span of the others; one without remaining cells
+is skipped. Rows run upwards or downwards, each from the end that gives the shortest path. Hence fewer remaining cells
+never make the path longer. An unmapped area is run in zigzag rows, see ``survey.zigzag``.
 
-Where vehicles err about their place, rows may overlap. A vehicle on one of n rows may be off by a_n and still map all
-of its cells; it learns its place anew once it may be farther off. With the error K that it comes to on the way for
-which a fix takes the time, n rows take n (1 + K / a_n) times as long as one does. Of as many rows as one swath takes to
-twice as many, the n with the least is taken. Where cells are as wide as the swath, a_n is half a swath without overlap.
+With position errors, rows may overlap. On one of n rows a vehicle may be off by a_n and still map all cells; beyond
+that it takes a new fix. If K is the error accumulated in the time of one fix, n rows take n (1 + K / a_n) times as long
+as one. The n with the least time is chosen, from the rows of one swath to twice as many. If cells are as wide as the
+swath, a_n is half a swath without overlap.
 
-Cells left are the bits of one whole number, by their index in the area: such a number is compared, remembered and cut
-to a row without looking at single cells.
+Remaining cells are bits of one integer by index in the area, so that comparing, caching and cutting need no loop.
 """
 
 from __future__ import annotations
@@ -31,12 +29,9 @@ TOLERANCE_M = 1e-6
 
 
 class SurveyRow(NamedTuple):
-    """A row of a survey.
+    """A row of a survey, its ends from the lower to the higher coordinate.
 
-    Attributes:
-        ends_m: from the lower to the higher coordinate.
-        cells: bits of the cells that it passes nearest.
-        lines: bits of these by line of cells; in a line the coordinate along the row rises with the bit.
+    Bits in ``cells`` mark its nearest cells; ``lines`` splits them by line of cells, in rising order along the row.
     """
 
     ends_m: tuple[Point, Point]
@@ -45,12 +40,7 @@ class SurveyRow(NamedTuple):
 
 
 class Way(NamedTuple):
-    """One way over all that is left.
-
-    Attributes:
-        first_m, last_m: its ends; length_m: of the way between them.
-        row: number of the row that it begins with; ends_m: of what is left of that row, in the order of passage.
-    """
+    """A path over all remaining cells; ``row`` and ``ends_m`` describe its first row."""
 
     first_m: Point
     last_m: Point
@@ -60,13 +50,9 @@ class Way(NamedTuple):
 
 
 class Ground:
-    """The cells of one area, and the ways over them; all runs of a study share it.
+    """Cells of one area (row by row from the south-west) and paths over them.
 
-    Args:
-        corners_m: of the area, in order.
-        cell_m: side of a cell.
-        cells: of the area, by index: row by row, from the south-west.
-        fix_m: error that vehicles come to on the way for which a fix takes the time; 0 where they make none.
+    ``fix_m`` is the position error accumulated in the time of one fix; 0 without position errors.
     """
 
     def __init__(self, corners_m: Sequence[Point], cell_m: float, cells: Sequence[Cell], fix_m: float = 0.0) -> None:
@@ -76,7 +62,7 @@ class Ground:
         self.cells = tuple(cells)
         self.survey = lru_cache(maxsize=64)(self._survey)
         self.work = (1 << len(self.cells)) - 1
-        """Bits of all the cells."""
+        """Bits of all cells."""
         self._bit_of: dict[float, int] = {index: 1 << index for index in range(len(self.cells))}
 
     def centre_m(self, index: int) -> Point:
@@ -85,7 +71,7 @@ class Ground:
         return (column + 0.5) * self.cell_m, (row + 0.5) * self.cell_m
 
     def bits(self, indices: Iterable[float]) -> int:
-        """Bits of the cells of these indices; those of the world model are floats."""
+        """Return the bits of cells by index; the world model stores indices as floats."""
         bit_of = self._bit_of
         return sum([bit_of.get(index, 0) for index in set(indices)])
 
@@ -100,19 +86,13 @@ class Ground:
         return min((plain, *closer), key=self._costs)
 
     def _costs(self, survey: Survey) -> float:
-        """Rows, and what their fixes take of the time of one; infinite where no error is small enough."""
+        """Relative survey time with fixes; infinite if no position error is small enough."""
         accuracy_m = survey.slack_m - CAPTURE_M
         return len(survey.rows) * (1.0 + self._fix_m / accuracy_m) if accuracy_m > 0.0 else math.inf
 
 
 class Survey:
-    """Rows over a ground with a swath of one width.
-
-    Args:
-        ground: the area.
-        swath_m: distance between rows.
-        sensor_m: width that the sensor covers, if that is more.
-    """
+    """Rows over an area, ``swath_m`` apart; ``sensor_m`` is the sensor's width, if larger."""
 
     def __init__(self, ground: Ground, swath_m: float, sensor_m: float = 0.0) -> None:
         self.ground = ground
@@ -136,10 +116,7 @@ class Survey:
         self.ways = lru_cache(maxsize=4096)(self._ways)
 
     def _nearest(self, index: int, ends: Sequence[tuple[Point, Point]]) -> int | None:
-        """The row that passes a cell nearest; None if all are farther than the swath reaches.
-
-        Notes where on the row the cell is passed: beyond its end if it cannot be seen from there.
-        """
+        """Nearest row of a cell, None if out of reach; records the cell's coordinate along it."""
         centre_m, axis = self.ground.centre_m(index), self._axis
         reach_m = self.swath_m / 2.0 + TOLERANCE_M
         off_m, number = min(
@@ -155,7 +132,7 @@ class Survey:
         return number
 
     def _lengthen(self, number: int) -> None:
-        """Let a row reach the cells that it is to pass: beside a slanted border they lie beyond its ends."""
+        """Extend a row to its cells, some of which lie beyond its ends beside a slanted border."""
         row, axis = self.rows[number], self._axis
         at_m = [self._along_m[index] for index in range(len(self.ground.cells)) if row.cells >> index & 1]
         low_m, high_m = min([row.ends_m[0][axis], *at_m]), max([row.ends_m[1][axis], *at_m])
@@ -163,7 +140,7 @@ class Survey:
 
     @cached_property
     def slack_m(self) -> float:
-        """How far a vehicle on its row may be beside it and still map every cell of the row, but for its ends."""
+        """Largest cross-track error (m) at which a vehicle still maps every cell of its row."""
         axis, off_m = self._axis, 0.0
         for row in self.rows:
             level_m, bits = row.ends_m[0][1 - axis], row.cells
@@ -184,7 +161,7 @@ class Survey:
         return point[1 - self._axis]
 
     def span_m(self, number: int, left: int) -> tuple[float, float] | None:
-        """Lowest and highest coordinate of what is left of a row; None if nothing is."""
+        """Lowest and highest coordinate of the remaining part of a row; None if nothing remains."""
         row = self.rows[number]
         if not (here := left & row.cells):
             return None
@@ -198,12 +175,12 @@ class Survey:
         return low, high
 
     def point_m(self, number: int, along_m: float) -> Point:
-        """The point of a row at a coordinate along it."""
+        """Point of a row at a coordinate along it."""
         level_m = self.rows[number].ends_m[0][1 - self._axis]
         return (along_m, level_m) if self._axis == 0 else (level_m, along_m)
 
     def _ways(self, left: int) -> tuple[Way, ...]:
-        """The shortest way from each end that a survey of ``left`` may begin at; none if no row covers any."""
+        """Return the shortest path from each possible start; empty if rows miss all remaining cells."""
         left &= self.reach
         if left == self.reach and self._runs_all:
             return self._whole()
@@ -214,7 +191,6 @@ class Survey:
         return (*_onwards(lines), *_onwards(lines[::-1]))
 
     def _whole(self) -> tuple[Way, ...]:
-        """To and fro over all rows, from each end that this may begin at."""
         lines = [row.ends_m for row in self.rows]
         found: dict[Point, Way] = {}
         for number in (0, len(lines) - 1):
@@ -225,7 +201,7 @@ class Survey:
 
 
 def _onwards(lines: Sequence[tuple[int, tuple[Point, Point]]]) -> list[Way]:
-    """The shortest way over rows in this order, from either end of the first one; found from the last row backwards."""
+    """Return the shortest path over rows in this order from either end (backward recursion)."""
     then: list[tuple[float, Point]] = []
     before: tuple[Point, Point] | None = None
     for _, ends_m in reversed(lines):
@@ -251,7 +227,7 @@ def _onwards(lines: Sequence[tuple[int, tuple[Point, Point]]]) -> list[Way]:
 
 @lru_cache(maxsize=256)
 def ground_of(corners_m: tuple[Point, ...], cell_m: float) -> Ground:
-    """The ground of an area that stands alone."""
+    """Ground of a single area."""
     return Ground(corners_m, cell_m, tuple(Seabed.of_areas(cell_m, {"": corners_m}).cells))
 
 
@@ -259,7 +235,7 @@ def ground_of(corners_m: tuple[Point, ...], cell_m: float) -> Ground:
 def grounds_of(
     cell_m: float, corners_m: tuple[tuple[str, tuple[Point, ...]], ...], fix_m: float = 0.0
 ) -> dict[str, Ground]:
-    """The grounds of areas by name; the runs of a study share theirs. ``fix_m`` as of ``Ground``."""
+    """Grounds of areas by name, cached for the runs of a study; ``fix_m`` as for ``Ground``."""
     cells: dict[str, list[Cell]] = {name: [] for name, _ in corners_m}
     for cell, (name, _) in seabed_of(cell_m, corners_m).cells.items():
         cells[name].append(cell)

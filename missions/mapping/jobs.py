@@ -1,4 +1,4 @@
-"""The jobs of the mapping mission: each is the survey of one area, as far as it is left."""
+"""Jobs of the mapping mission: surveys of the remaining cells of one area each."""
 
 from __future__ import annotations
 
@@ -17,20 +17,15 @@ from remoras.organisation import Group
 from remoras.work import Outlook, Point
 
 CELL_M = 25.0
-"""Side of the cells of an area that is given without any."""
+"""Side of the cells of an area without a given grid."""
 
 MOST_PARTS = 4096
-"""Parts of a survey that are remembered."""
+"""Capacity of the cache of partial surveys."""
 
 
 @dataclass(slots=True)
 class _Left:
-    """What is left of a survey by a set of mapped cells, which only grows.
-
-    Attributes:
-        of: the set.
-        seen: what it had when that was worked out; rest: what was left then.
-    """
+    """Remaining survey for a set of mapped cells, which only grows."""
 
     of: weakref.ref[Set[float]]
     seen: set[float]
@@ -38,7 +33,7 @@ class _Left:
 
 
 class _Memory:
-    """What is left by the identity of a set of mapped cells: remembered, as a cache is."""
+    """Cache of remaining surveys by identity of the set of mapped cells."""
 
     __slots__ = ("by_set",)
 
@@ -48,16 +43,12 @@ class _Memory:
 
 @dataclass(frozen=True)
 class SurveyJob:
-    """The survey of one area in zigzag rows, by a vehicle with a mapping sensor: a ``remoras.work.DivisibleJob``.
+    """Zigzag survey of one area with a mapping sensor: a ``remoras.work.DivisibleJob``.
 
     Attributes:
-        name: of the area.
-        corners_m: of the area, in order.
-        needs: areas that are to be mapped before.
-        ground: the cells of the area; made of cells of 25 m if None.
-        cells: bits of the cells that are left; all if None.
-        parts: of the same survey, by the bits of their cells: each is made once.
-        depth_m: that a vehicle has to stand.
+        ground: cells of the area; None: cells of 25 m.
+        cells: bits of the remaining cells; None: all.
+        parts: cache of partial surveys by cell bits.
     """
 
     name: str
@@ -70,12 +61,12 @@ class SurveyJob:
 
     @cached_property
     def on(self) -> Ground:
-        """The cells of the area."""
+        """Cells of the area."""
         return self.ground or ground_of(self.corners_m, CELL_M)
 
     @cached_property
     def bits(self) -> int:
-        """Bits of the cells that are left."""
+        """Bits of the remaining cells."""
         return self.on.work if self.cells is None else self.cells
 
     @cached_property
@@ -86,21 +77,21 @@ class SurveyJob:
 
     @cached_property
     def done(self) -> Key:
-        """Somebody has finished the area."""
+        """Fact that a vehicle has finished the area."""
         return "areaDone", self.name
 
     @cached_property
     def share_left(self) -> float:
-        """Share of the cells that are left, 0..1."""
+        """Share of remaining cells, 0..1."""
         work = self.on.work
         return self.bits.bit_count() / work.bit_count() if work else 0.0
 
     def is_able(self, data: VehicleData) -> bool:
-        """True if the vehicle has a mapping sensor and stands the depth."""
+        """Return True if the vehicle has a mapping sensor and withstands the depth."""
         return swath_m(data) > 0.0 and data.depth_limit_m >= self.depth_m
 
     def left(self, facts: Known) -> SurveyJob:
-        """The survey of the cells that a vehicle which knows ``facts`` does not know to be mapped."""
+        """Return the survey of the cells not known to be mapped."""
         mapped = facts.values(("mappedCell", self.name))
         key, left = id(mapped), self._left.by_set
         known = left.get(key)
@@ -117,7 +108,7 @@ class SurveyJob:
         return _Memory()
 
     def of(self, cells: int) -> SurveyJob:
-        """The survey of these cells of the area."""
+        """Return the survey of these cells of the area."""
         if cells == self.bits:
             return self
         part = self.parts.get(cells)
@@ -128,7 +119,7 @@ class SurveyJob:
         return part
 
     def way(self, position_m: Point, data: VehicleData) -> Way | None:
-        """The way over what is left by which the vehicle is done soonest; None if there is none for it."""
+        """Return the fastest path over the remaining cells; None if the vehicle cannot survey them."""
         swath, survey_mps = swath_m(data), mapping_speed_mps(data)
         if swath <= 0.0 or survey_mps <= 0.0 or data.depth_limit_m < self.depth_m:
             return None
@@ -142,10 +133,7 @@ class SurveyJob:
         return soonest
 
     def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
-        """When and where the vehicle will be free if it surveys what is left next.
-
-        None without a sensor, if the area is too deep for it, or if its rows pass none of the cells that are left.
-        """
+        """Outlook after this survey; None without sensor, if too deep, or if rows pass no open cell."""
         if not self.bits:
             return outlook
         way = self.way(outlook.position_m, data)
@@ -158,13 +146,7 @@ class SurveyJob:
 def swaths_of(
     groups: Iterable[Group], database: AUVDatabase, depths_m: Mapping[str, float]
 ) -> dict[str, dict[str, float]]:
-    """Swaths (m) of the vehicles that are able to map each area, by name of area and vehicle.
-
-    Args:
-        groups: whose roles have areas.
-        database: static data of all vehicles.
-        depths_m: of all areas, by name.
-    """
+    """Swaths (m) of the vehicles able to map each area, by area and vehicle."""
     found: dict[str, dict[str, float]] = {area: {} for area in depths_m}
     for group, role in ((declared, role) for declared in groups for role in declared.roles):
         for data in database.able_to_play(group.name, role.name) if role.job in found else ():

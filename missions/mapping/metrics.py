@@ -1,4 +1,4 @@
-"""Metrics and figures of mission mapping."""
+"""Metrics and figures of the mapping mission."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 SHARES = (50, 80, 95, 100)
-"""Shares of the goal (%) whose times are measured."""
+"""Shares of the goal (%) for the time metrics."""
 
 
 def _n_cells(run: MeasuredRun) -> int:
@@ -37,15 +37,15 @@ def _mapped(run: MeasuredRun) -> set[tuple[int, int]]:
 
 
 def coverage_fraction(run: MeasuredRun) -> float:
-    """Share of the cells of all areas that somebody mapped; 0 without areas."""
+    """Share of all cells that any vehicle mapped; 0 without areas."""
     n_cells = _n_cells(run)
     return len(_mapped(run)) / n_cells if n_cells else 0.0
 
 
 def believed_fraction(run: MeasuredRun) -> float | Absent:
-    """Share of the cells that the vehicles take for mapped, all together; it applies where they err about their place.
+    """Share of cells in the vehicles' joint beliefs; not applicable without position errors.
 
-    What is surely mapped counts alone, so it is not greater than ``coverage_fraction``.
+    Only surely mapped cells count, so the value never exceeds ``coverage_fraction``.
     """
     n_cells = _n_cells(run)
     if place_error_m(run.scenario, ()) is None or not n_cells:
@@ -54,7 +54,7 @@ def believed_fraction(run: MeasuredRun) -> float | Absent:
 
 
 def time_to_s(share: float) -> Callable[[MeasuredRun], float | None]:
-    """A metric: when that share (0..1) of the goal had been reached on the ground; None if it never was."""
+    """Return the metric for the time to a share (0..1) of the goal; None if never reached."""
 
     def reached_s(run: MeasuredRun) -> float | None:
         reached = (time_s for time_s, fraction in run.recorder.rows(GOAL.name) if fraction >= share - 1e-9)
@@ -65,23 +65,22 @@ def time_to_s(share: float) -> Callable[[MeasuredRun], float | None]:
 
 
 def duplicate_fraction(run: MeasuredRun) -> float:
-    """Share of the mapping that was done again by another vehicle."""
+    """Share of the mapping that repeated the work of another vehicle."""
     rows = run.recorder.rows("coverage")
     return 1.0 - len(_mapped(run)) / len(rows) if rows else 0.0
 
 
 def area_roles(scenario: Scenario) -> set[tuple[str, str]]:
-    """(group, role) of the roles whose holder explores an area."""
+    """Return (group, role) of the roles that explore an area."""
     areas = {area.name for area in cast("MappingScenario", scenario).area}
     return {(group.name, role.name) for group in scenario.group for role in group.role if role.job in areas}
 
 
 def least_mapped_fraction(run: MeasuredRun) -> float | None:
-    """Utility of the worst vehicle: the smallest share of the mapped cells that was first mapped by one vehicle.
+    """Smallest share of mapped cells mapped first by one vehicle; None without any.
 
-    Over the vehicles that held a role with an area at any time. With n of them it is 1/n if they shared the work
-    equally and 0 if one did nothing; None if nobody held such a role or nothing was mapped. (Egalitarian welfare:
-    Brandt et al., Handbook of Computational Social Choice, 2016, chapter 12.)
+    Over all that ever held a role with an area: 1/n for n equal contributions, 0 if one did nothing. (Egalitarian
+    welfare: Brandt et al., Handbook of Computational Social Choice, 2016, chapter 12.)
     """
     recorder, roles = run.recorder, area_roles(run.scenario)
     first: dict[tuple[int, int], str] = {}
@@ -93,7 +92,7 @@ def least_mapped_fraction(run: MeasuredRun) -> float | None:
 
 
 def finds_inspected_fraction(run: MeasuredRun) -> float | Absent:
-    """Share of the features that were found and really inspected; not applicable where there are none."""
+    """Share of all features detected and truly inspected; not applicable without features."""
     finds = cast("MappingScenario", run.scenario).finds
     if finds is None or not finds.number:
         return NOT_APPLICABLE
@@ -101,15 +100,15 @@ def finds_inspected_fraction(run: MeasuredRun) -> float | Absent:
 
 
 REGION = 2.4477468306808166
-"""A normal error on two axes is within so many standard deviations in 95 % of cases: (-2 ln 0.05)^1/2 (Rayleigh)."""
+"""Radius of the 95 % region in standard deviations per axis: (-2 ln 0.05)^1/2 (Rayleigh)."""
 
 
 def courses_m(
     items: Iterable[tuple[Any, ...]], vehicles: Iterable[str], objects_m: Sequence[Point]
 ) -> Iterator[list[tuple[float, float]]]:
-    """For each object told of, after each look: how far off its fused place is, and the radius of the 95 % region (m).
+    """Yield (error of the fused place, 95 % radius) after each observation, per reported object.
 
-    An object told of is the one that lies nearest to the last of these places.
+    The reported object is matched to the true one nearest to its last place.
     """
     for places in places_m(items, vehicles):
         truth_m = min(objects_m, key=lambda lies_m: distance(lies_m, places[-1][0]))
@@ -117,7 +116,7 @@ def courses_m(
 
 
 def within_region_fraction(run: MeasuredRun) -> float | Absent | None:
-    """Share of the objects told of that lie in the 95 % region about their fused place; None if there are none."""
+    """Share of reported objects inside their 95 % region; None without reports."""
     objects_m = [one.position_m for one in cast("MappingScenario", run.scenario).object]
     if not objects_m:
         return NOT_APPLICABLE
@@ -130,17 +129,17 @@ def _first_given_up(run: MeasuredRun) -> Milestone | None:
 
 
 def given_up_s(run: MeasuredRun) -> float | Absent:
-    """When the first vehicle turned away for good from an area that was not finished."""
+    """Time at which the first vehicle finally abandoned an unfinished area."""
     stopped = _first_given_up(run)
     return NOT_APPLICABLE if stopped is None else round(stopped.time_s, 4)
 
 
 AT_ONCE_S = 1e-3
-"""Vehicles end a round some microseconds one after another; what all see counts from the last of them on."""
+"""Tolerance for the end of a consultation round, which vehicles reach microseconds apart."""
 
 
 def left_when_given_up(run: MeasuredRun) -> float | Absent:
-    """Share of its area that nobody had covered when the first vehicle gave up; of several the greatest share."""
+    """Uncovered share of its area when the first vehicle gave up; the largest of several."""
     stopped = _first_given_up(run)
     if stopped is None:
         return NOT_APPLICABLE
@@ -202,7 +201,7 @@ SHADE = 0.16
 
 
 def first_mapped(results: RunResults) -> dict[tuple[int, int], tuple[float, str]]:
-    """For every mapped cell (column, row): when (s), and by whom, it was first mapped."""
+    """Return time (s) and vehicle of the first mapping of each cell (column, row)."""
     found: dict[tuple[int, int], tuple[float, str]] = {}
     for row in results.table("coverage").to_pylist():
         found.setdefault((row["cell_x"], row["cell_y"]), (row["time_s"], row["vehicle"]))
@@ -210,7 +209,7 @@ def first_mapped(results: RunResults) -> dict[tuple[int, int], tuple[float, str]
 
 
 def draw_coverage(axes: Axes, results: RunResults, style: Style) -> str:
-    """Steps of the mapped share in per cent, for the fleet and for each vehicle."""
+    """Draw the mapped share (%) of the fleet and of each vehicle over time."""
     end_s = max(float(results.summary["mission_time_s"]), 1.0)
     cells = sorted(first_mapped(results).values())
     share = 100.0 * results.summary["coverage_fraction"] / len(cells) if cells else 0.0
@@ -232,7 +231,7 @@ def draw_coverage(axes: Axes, results: RunResults, style: Style) -> str:
 
 
 def draw_mapped_cells(axes: Axes, results: RunResults, style: Style) -> str:
-    """Mapped cells as squares in the tint of the vehicle that mapped them first."""
+    """Draw mapped cells in the tint of the vehicle that mapped them first."""
     from matplotlib.collections import PolyCollection
 
     cells = first_mapped(results)
@@ -249,7 +248,7 @@ def draw_mapped_cells(axes: Axes, results: RunResults, style: Style) -> str:
 
 
 def draw_objects(axes: Axes, results: RunResults, style: Style) -> str:
-    """Objects where they lie, with what they are, and a cross for each place at which a classifier saw one."""
+    """Draw true objects with their class, and a cross for each classifier sighting."""
     objects = results.scenario_tables.get("object", [])
     if not objects:
         return ""
@@ -268,7 +267,7 @@ def draw_objects(axes: Axes, results: RunResults, style: Style) -> str:
 
 
 def draw_places(axes: Axes, results: RunResults, style: Style) -> str:
-    """How far off the fused place of each object is after each look, over the radius of the region that is stated."""
+    """Draw the error of fused object places over the reported radius, after each observation."""
     scenario = results.scenario_tables
     objects_m = [thing["position_m"] for thing in scenario.get("object", [])]
     rows = (tuple(row.values()) for row in results.table("items").to_pylist())
@@ -312,7 +311,7 @@ FIGURES: tuple[Declared, ...] = (
 
 
 def places(scenario: MappingScenario) -> tuple[Place, ...]:
-    """Areas to be mapped, with their cells, and points to meet at."""
+    """Return areas with their cells, and rally points."""
     corners_m = tuple((area.name, area.corners_m) for area in scenario.area)
     size_m = scenario.world.cell_m
     areas = [

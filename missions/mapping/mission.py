@@ -1,25 +1,25 @@
-"""Mission mapping: areas surveyed in zigzags, and the rendezvous after it.
+"""Mapping mission: zigzag surveys of areas, then a rendezvous.
 
-Its tasks, top down. Missions become objectives of roles (the social layer plans them)::
+Missions decompose into objectives of roles (planned by the social layer)::
 
     Supervision(group)   give the other groups their missions; meet at the rally point
-    AreaMapping(group)   allocate roles; explore and map every area; inspect what is found; meet at the rally point;
-                         where a group is declared for that: form it once something is found, dissolve it in the end
-    Inspection(group)    of a group formed at sea: recruit members, and allocate what is found among them
+    AreaMapping(group)   allocate roles; explore and map every area; inspect finds; meet at the rally point;
+                         with a group declared for inspections: form it after the first find, dissolve it at the end
+    Inspection(group)    of a group formed at run time: recruit members, allocate finds among them
 
-Objectives become activities (each vehicle plans its own, with its own characteristics; Table II)::
+Objectives decompose into activities (planned by each vehicle with its own characteristics; Table II)::
 
     GroupSupervision  -> OrganisationalPerformanceOptimiser + MissionPlanner | LeaderInformationGathering
                          | Following (Leader to ...)
     MissionGathering  -> Following (Follower to ...)
     RendezVous(p)     -> Homing(p)
-    Exploring(area)   -> ZigzagExploring(area), while nobody has finished the area
-    Mapping           -> Mapping, at the side of ZigzagExploring
-    Inspecting(find)  -> Inspecting(find), while nobody has inspected it
+    Exploring(area)   -> ZigzagExploring(area), while the area is unfinished
+    Mapping           -> Mapping, beside ZigzagExploring
+    Inspecting(find)  -> Inspecting(find), while uninspected
     Positioning       -> Positioning(place in the formation)
 
-Activities that one method names side by side are performed simultaneously; ``|`` separates those that need not.
-Nothing in here says when a vehicle turns from one to another: that is decided by motivations alone.
+The activities of one method are performed simultaneously; ``|`` separates alternatives. Motivations alone decide when a
+vehicle switches between activities.
 """
 
 from __future__ import annotations
@@ -92,22 +92,17 @@ from remoras.sensor import SensorSettings
 from remoras.work import Point
 
 MAX_CELLS = 4096
-"""Cells of one area that ``mappedCell`` can name."""
+"""Largest number of cells per area that ``mappedCell`` can encode."""
 
 
 def mapping_faults(scenario: MappingScenario, missions: Sequence[str]) -> Iterator[ConfigurationFault]:
-    """All faults of areas, of roles that explore them, of importances, and of the goal.
-
-    Args:
-        scenario: the whole input.
-        missions: names of missions, which no area may have.
-    """
+    """Yield all faults of areas, exploring roles, importances and the goal."""
     found = list(_of_tables(scenario, missions))
     yield from found or [*_overlaps(scenario), *_goal(scenario)]
 
 
 def _of_tables(scenario: MappingScenario, missions: Sequence[str]) -> Iterator[ConfigurationFault]:
-    """Faults of everything but overlaps and the goal, which can be judged only where there are none."""
+    """Yield all faults except overlaps and the goal, which presume valid tables."""
     yield from _names(scenario, missions)
     corners = [(f"area.{area.name}.corners_m", at_m) for area in scenario.area for at_m in area.corners_m]
     yield from scenario.world.outside(corners)
@@ -136,7 +131,6 @@ def _names(scenario: MappingScenario, missions: Sequence[str]) -> Iterator[Confi
 
 
 def _areas(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
-    """Areas too deep for every vehicle with a sensor, or of too many cells."""
     cell_m, limits_m = scenario.world.cell_m, [one.depth_limit_m for one in scenario.vehicle if one.sensor]
     deepest_m = max(limits_m, default=0.0)
     for area in scenario.area:
@@ -150,7 +144,7 @@ def _areas(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
 
 
 def _overlaps(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
-    """Areas on the same ground: its cells would be work twice over, and each would be mapped for two areas."""
+    """Yield areas on common ground, whose cells would be mapped twice."""
     for number, area in enumerate(scenario.area):
         for other in scenario.area[:number]:
             if overlap(area.corners_m, other.corners_m):
@@ -159,14 +153,13 @@ def _overlaps(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
 
 
 def _n_cells(corners: Sequence[tuple[float, float]], cell_m: float) -> int:
-    """Cells of an area; where there are far too many, about how many."""
+    """Number of cells of an area; an estimate if it is far too large."""
     xs, ys = [x for x, _ in corners], [y for _, y in corners]
     in_box = (max(xs) - min(xs)) * (max(ys) - min(ys)) / (cell_m * cell_m)
     return int(in_box) if in_box > 4 * MAX_CELLS else len(Seabed.of_areas(cell_m, {"": tuple(corners)}).cells)
 
 
 def _explorers(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
-    """Roles whose area is not there, or that nobody with a mapping sensor is able to play."""
     jobs = [*(area.name for area in scenario.area), *find_names(scenario.n_finds)]
     for (group, name), role in scenario.roles.items():
         key, able = f"group.{group}.role.{name}", scenario.able_to_play(group, name)
@@ -177,10 +170,7 @@ def _explorers(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
 
 
 def _mappers(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
-    """Groups with fewer places for those who map than vehicles that may explore: somebody would explore in vain.
-
-    Whoever has a role without a job, which none has from the start, maps what it explores.
-    """
+    """Yield groups with fewer mapping places (roles without a job) than potential explorers."""
     for group in scenario.group:
         exploring = [role.name for role in group.role if role.job is not None]
         mapping = [role for role in group.role if role.job is None and not role.founding]
@@ -199,7 +189,6 @@ def _mappers(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
 
 
 def _finds(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
-    """More finds than there are cells, names that are taken, and a radius larger than a cell."""
     cell_m, number = scenario.world.cell_m, scenario.n_finds
     if scenario.finds is None or not number:
         return
@@ -220,7 +209,6 @@ def _finds(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
 
 
 def _goal(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
-    """A goal that asks for more cells than the areas have that some vehicle is able to map."""
     goal, areas = scenario.mission.goal, tuple((area.name, area.corners_m) for area in scenario.area)
     n_cells = {name: len(ground.cells) for name, ground in grounds_of(scenario.world.cell_m, areas).items()}
     lacking = [area.name for area in scenario.area if not _is_able_to_map(scenario, area)]
@@ -235,7 +223,6 @@ def _goal(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
 
 
 def _is_able_to_map(scenario: MappingScenario, area: Area) -> bool:
-    """True if a vehicle with a sensor that stands its depth is able to play a role with the area."""
     roles = [key for key, role in scenario.roles.items() if role.job == area.name]
     able = (vehicle for role in roles for vehicle in scenario.able_to_play(*role) if vehicle.sensor)
     return any(vehicle.depth_limit_m >= (area.depth_m or 0.0) for vehicle in able)
@@ -251,37 +238,29 @@ ACTIVITY_TYPES = {
 }
 
 LEADS_SET = ("Positioning", "ZigzagExploring")
-"""Activities whose behaviour speaks for the set they are performed in."""
+"""Activities whose behaviour represents the set in which they are performed."""
 
 SENSING = ("Mapping", "Inspecting")
-"""Activities that switch the sensors of a vehicle on."""
+"""Activities that switch the sensors on."""
 
 NO_FINDS = FindsTable.usual()
 FINDS_WORDS = Path(__file__).with_name("finds.ttl")
 
 SENSORS: Mapping[str, type[SensorSettings]] = {"mapping": SwathSettings, "classifier": ClassifierSettings}
-"""Kinds of sensors that scenarios name shortly."""
+"""Sensor kinds by short name."""
 
 ACTIVITY_NEEDS = {"Mapping": "ZigzagExploring"}
 
 
 class MappingMission(Mission):
-    """The mission, made from the parts of a scenario.
+    """Mapping mission, built from the components of a scenario.
 
     Args:
-        settings: the ``[mission]`` table.
-        groups: groups with the demands of their roles.
-        formation: place in the formation (row, side) of positional roles, by (group, role).
-        room_m: least distance of such a place from each vehicle, by name.
-        corners_m: corners of every area, by name; rally_points_m: rally points by name.
-        cell_m: side of a seabed cell.
-        swaths_m: of the vehicles that are able to map each area, by name of area and vehicle.
-        places: what pictures show.
-        finds: what may be found.
-        find_weight: cells that a find counts for in the goal.
-        depths_m: of the areas that are deep, by name.
-        objects: that lie in the sea.
-        fix_m: error that vehicles come to in the time of a fix; 0 where they make none.
+        formation: (row, side) of positional roles by (group, role).
+        room_m: least distance of a formation place from each vehicle, by name.
+        swaths_m: of the vehicles able to map each area, by area and vehicle.
+        find_weight: weight of a find in the goal, in cells.
+        fix_m: position error accumulated in the time of one fix; 0 without position errors.
     """
 
     Scenario = MappingScenario
@@ -338,7 +317,7 @@ class MappingMission(Mission):
 
     @classmethod
     def from_scenario(cls, scenario: MappingScenario) -> Self:
-        """The mission of a scenario."""
+        """Create the mission of a scenario."""
         groups, database = groups_of(scenario), database_of(scenario, cls)
         depths_m = {area.name: area.depth_m or 0.0 for area in scenario.area}
         swaths_m = swaths_of(groups, database, depths_m)
@@ -363,48 +342,48 @@ class MappingMission(Mission):
 
     @classmethod
     def completed(cls, scenario: MappingScenario) -> MappingScenario:
-        """With a role for everything that may be found."""
+        """Add a role for every find."""
         return with_inspectors(scenario)
 
     @classmethod
     def check(cls, scenario: MappingScenario) -> Iterable[ConfigurationFault]:
-        """What is wrong with areas, with the roles that explore them, and with importances."""
+        """Yield faults of areas, exploring roles and importances."""
         return mapping_faults(scenario, cls.group_missions)
 
     @cached_property
     def social_domain(self) -> Domain:
-        """Supervision and AreaMapping into objectives of roles."""
+        """Decomposition of Supervision and AreaMapping into objectives of roles."""
         return social_domain(self.groups, self.meeting, self.jobs, self._inspections)
 
     @property
     def jobs(self) -> Mapping[str, SurveyJob | InspectionJob]:
-        """A survey for each area, and an inspection for everything that may be found."""
+        """One survey per area, one inspection per find."""
         return {**self._surveys, **self._inspections}
 
     @property
     def instances(self) -> Sequence[tuple[str, str]]:
-        """The areas, what may be found, and the mission of groups that are formed for it."""
+        """Areas, finds, and the mission of groups formed at run time."""
         given = [("Mission", INSPECTION)] if _forms(self.groups) else []
         return [*(("Area", area) for area in self.corners_m), *(("Find", find) for find in self._inspections), *given]
 
     @property
     def vocabulary_used(self) -> tuple[Path, ...]:
-        """Without the words for finds where there is nothing to be found, and those for groups where none is formed."""
+        """Vocabulary without the terms for finds and formed groups if the scenario has none."""
         used = {FINDS_WORDS: self._inspections, FORMATION_WORDS: _forms(self.groups)}
         return tuple(path for path in self.vocabulary if used.get(path, True))
 
     @property
     def instances_found_per_vehicle(self) -> int:
-        """As many as a vehicle may take for different ones of the objects that lie in the sea."""
+        """Upper limit of objects that one vehicle may distinguish."""
         return FOUND_PER_OBJECT * len(self._objects)
 
     @property
     def most_observations(self) -> int:
-        """A vehicle maps every cell once at the most, finds and inspects everything once, and looks at objects."""
+        """Upper limit per vehicle: cells, detections, inspections and object observations."""
         return len(self._seabed.cells) + 2 * len(self._inspections) + MOST_LOOKS * len(self._objects)
 
     def world(self, seed: int) -> Seabed:
-        """The cells of all areas, and what lies in them in the run with that seed."""
+        """Cells of all areas with the features and objects of the run."""
         return seabed_with_finds(self._seabed, self.finds, seed, self._objects)
 
     @cached_property
@@ -412,7 +391,7 @@ class MappingMission(Mission):
         return seabed_of(self._cell_m, tuple(self.corners_m.items()))
 
     def truth(self, recorder: Recorder, world: Seabed) -> MappingTruth:
-        """Keeps the map of what was really covered, and watches for the ends of surveys and for meetings."""
+        """Create the ground truth of coverage, surveys and rendezvous."""
         return MappingTruth(self.meeting, world, self.swaths_m, self.settings.goal, recorder, self._find_weight)
 
     @property
@@ -421,22 +400,22 @@ class MappingMission(Mission):
         return self._places
 
     def founding_objectives(self) -> Sequence[Objective]:
-        """Heads supervise their groups; what the holder of a role with a find is to do needs no word."""
+        """Supervision of the groups by their leaders, and the inspections, which need no order."""
         return [*self.meeting.founding_objectives(), *inspecting(self.groups.values(), self._inspections)]
 
     def is_individual(self, objective: Objective) -> bool:
-        """True for exploring and mapping."""
+        """Return True for exploring and mapping."""
         return objective.name not in COLLECTIVE
 
     def activity_sets(
         self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point
     ) -> tuple[tuple[ActivitySet, ...], frozenset[Key]]:
-        """Those of the meeting; the others are planned, see ``activities``."""
+        """Activity sets of the rendezvous; ``activities`` plans the others."""
         return self.meeting.activity_sets(objective, data.name, facts)
 
     @cached_property
     def activity_domain(self) -> Domain:
-        """Exploring, mapping, inspecting and positioning into activities."""
+        """Decomposition of exploring, mapping, inspecting and positioning into activities."""
         return activity_domain(self.jobs)
 
     def activities(
@@ -447,7 +426,7 @@ class MappingMission(Mission):
         facts: FactsLike,
         position_m: Point,
     ) -> tuple[tuple[ActivitySet, ...], frozenset[Key]]:
-        """Activities of Table II, with the vehicle's own characteristics."""
+        """Activities of Table II with the vehicle's own characteristics."""
         rests_on: set[Key] = set()
         sets = []
         for names in ([step.name for step in together] for together in steps):
@@ -464,7 +443,7 @@ class MappingMission(Mission):
         return tuple(sets), frozenset(rests_on)
 
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
-        """The behaviour that carries out the set which ``activity`` leads."""
+        """Return the behaviour of the activity set led by ``activity``."""
         settings, parameters = self.settings, activity.parameters
         unfinished = self._unfinished(_own(self._surveys, self.swaths_m, data.name))
         match activity.name:
@@ -486,22 +465,22 @@ class MappingMission(Mission):
         raise _unknown(activity.name)
 
     def is_enough(self, facts: Known) -> bool:
-        """True if no more is left than the goal spares, and every find is inspected."""
+        """Return True if the goal tolerates the remaining cells and every find is inspected."""
         return not self._unfinished_by_all.is_work_left(facts)
 
     def _work(self, group: str) -> WorkLeft:
-        """What is left of the areas of a group."""
         jobs = [self._surveys[role.job] for role in self.groups[group].roles if role.job in self._surveys]
         return WorkLeft(jobs, self.settings.half_left)
 
     def findings(
         self, group: Group, organisation: Organisation, beliefs: Beliefs, picture: Picture, motion: Motion
     ) -> Sequence[Finding]:
-        """A head at the rally point that has lately heard all others there takes the group for gathered.
+        """Return the leader's finding that its group has gathered, or orders that reassign areas.
 
-        As long as a find is known that nobody has inspected, an area given anew is not done, or all others seem to be
-        absent and an area is not done, it waits, but not beyond the deadline or its patience. A group that was formed
-        to inspect does not meet. After a meeting see ``given_anew``.
+        A leader at the rally point declares its group gathered after receiving all other present members. It defers
+        while a find is uninspected, a reassigned area is unfinished, or all others are absent and an area is
+        unfinished. Deadline and patience limit this. Groups formed for inspections do not meet. After a rendezvous see
+        ``given_anew``.
         """
         if group.formed_by is not None:
             return ()
@@ -519,14 +498,14 @@ class MappingMission(Mission):
         return () if is_left else found
 
     def completion(self, objective: Objective, vehicle: str) -> Finding | None:
-        """An area that is explored is done."""
+        """Report an explored area as done."""
         return Finding(objective.argument, "areaDone", vehicle) if objective.name == "Exploring" else None
 
 
 def _parameters(
     mission: MappingMission, name: str, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point
 ) -> tuple[tuple[Any, ...], set[Key]]:
-    """Parameters of an activity, and the facts looked up for them."""
+    """Return the parameters of an activity and the keys of the facts used."""
     group = mission.groups[objective.group]
     head_key = ("members", f"{group.name}.{group.head_role}")
     match name:
@@ -551,12 +530,11 @@ def _parameters(
 def _own(
     surveys: Mapping[str, SurveyJob], swaths_m: Mapping[str, Mapping[str, float]], vehicle: str
 ) -> Iterable[SurveyJob]:
-    """Surveys that a vehicle is able to do: it may hear of no others; all, if it is able to do none."""
+    """Surveys that the vehicle can do, since others may not reach it; all if it can do none."""
     return [job for name, job in surveys.items() if vehicle in swaths_m[name]] or surveys.values()
 
 
 def _forms(groups: Mapping[str, Group]) -> bool:
-    """True if some of the groups are formed at sea."""
     return any(group.formed_by is not None for group in groups.values())
 
 
@@ -567,8 +545,7 @@ def _unknown(activity: str) -> PlanningError:
 def _at_it_before(
     corners_m: Sequence[Point], me: str, holders: Sequence[str], facts: FactsLike, position_m: Point
 ) -> tuple[str, ...]:
-    """Vehicles that are at an area before this one: none if it is there itself; else those that are, else who is
-    listed before it."""
+    """Vehicles before this one in an area: none if inside; else those inside or listed before."""
     if contains(corners_m, position_m):
         return ()
     positions_m = {name: facts.get(("position", name)) for name in holders if name != me}
@@ -577,7 +554,7 @@ def _at_it_before(
 
 
 def _switched_on(activity: str, data: VehicleData) -> tuple[str, ...]:
-    """Names of the sensors that an activity of the vehicle switches on: all that it has, while it maps or inspects."""
+    """Return all sensors for mapping and inspecting, else none."""
     if activity not in SENSING or data.sensor(SwathSettings) is None:
         return ()
     return tuple(sensor.name for sensor in data.sensors)

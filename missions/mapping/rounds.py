@@ -1,9 +1,9 @@
-"""Rounds: what mapping all areas takes at least, for the bound of a benchmark.
+"""Lower bound on the time to map all areas, for benchmarks.
 
-A cell counts as mapped once a vehicle comes within half a swath of its centre. Along the rows of a survey, n cells of
-an area so take n - 1 sides of a cell at least, less what corners are cut where a waypoint counts as reached before its
-time. From area to area it is not farther than between their nearest cells, each seen from half a swath away. Cells that
-the goal leaves out, time to turn, and whatever has to be found first, count for nothing.
+A cell counts as mapped once a vehicle is within half a swath of its centre. Along survey rows, n cells of an area take
+at least n - 1 cell sides. Waypoints count as reached within the capture radius, so corners are cut. Between two areas
+the path is at least the distance of their nearest cells, each seen from half a swath away. Cells outside the goal,
+turning time, and features still to be detected count as zero.
 """
 
 from __future__ import annotations
@@ -23,12 +23,9 @@ from remoras.database import VehicleData
 
 
 def rounds(scenario: Scenario, vehicles: Sequence[VehicleData], meets: bool = True) -> Rounds:
-    """The least ways and work of a scenario of this mission.
+    """Return the least paths and work of a scenario.
 
-    Args:
-        scenario: of the mapping mission.
-        vehicles: as they really are in a run.
-        meets: False where vehicles may be lost that then need not come to the meeting.
+    Vehicles have their true data. ``meets`` is False if vehicles may be lost, which then need not meet.
     """
     assert isinstance(scenario, MappingScenario)
     able = [vehicle for vehicle in vehicles if swath_m(vehicle) > 0.0]
@@ -62,5 +59,5 @@ def rounds(scenario: Scenario, vehicles: Sequence[VehicleData], meets: bool = Tr
 
 
 def _apart_m(one: Sequence[Point], other: Sequence[Point], reach_m: float) -> float:
-    """Least distance between points of two sets, less what is seen from afar."""
+    """Least distance between two point sets less ``reach_m``, at least 0."""
     return max(0.0, min((distance(a, b) for a in one for b in other), default=math.inf) - reach_m)

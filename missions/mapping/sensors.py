@@ -1,9 +1,10 @@
-"""Sensors of mission mapping, and the objects that they perceive.
+"""Sensors of the mapping mission, and the objects that they observe.
 
-Whoever comes near sees where an object is and what it seems to be, both with an error, and says how sure it is: of the
-place by the error of its sensor and that of its own place, which all looks of a dive have in common. The
-first that tells of it creates an instance of the ontology; whoever sees something near to what it knows of takes it for
-the same. Each draw is keyed by seed, object, vehicle and look: no strategy, loss or fault changes what a look shows.
+A classifier observes place and class of an object in range, both with errors. It reports the class with its
+probability. The reported place uncertainty combines the sensor error with the vehicle's own position error, which all
+observations of a dive share. The first report creates an ontology instance; an observation near a known instance is
+associated with it. Draws are keyed by seed, object, vehicle and observation number. Strategies, losses and faults
+therefore never change an observation.
 """
 
 from __future__ import annotations
@@ -27,35 +28,35 @@ from remoras.sensor import MOST_SIGMA_M, SELF, Observation, Pose, SensorSettings
 from remoras.work import Point
 
 CLASSES = ("wreck", "pipeline", "anomaly")
-"""What an object may be, and seem to be: the values of ``rm:classification`` but ``unknown``."""
+"""Classes of objects: the values of ``rm:classification`` except ``unknown``."""
 SIGHTINGS = Table("sightings", (
     TIME, VEHICLE, Column("object", "str"), Column("classification", "str"), Column("x_m", "float", "m"),
     Column("y_m", "float", "m"),
 ))  # fmt: skip
-"""What classifying sensors showed before any fault of theirs, and by which object; vehicles do not know the latter."""
+"""Classifier outputs before sensor faults, with the true object, which vehicles do not know."""
 MOST_SHARE = 0.999
-"""A normal error is cut off here, and at the other end: at 3.1 standard deviations."""
+"""Quantile at which normal errors are cut off on both sides (3.1 standard deviations)."""
 FOUND_PER_OBJECT = 4
-"""Instances of one object that one vehicle creates at most; more than one if its readings jump."""
+"""Most instances that one vehicle creates per object; more than one if its readings jump."""
 
 MOST_LOOKS = 256
-"""Looks of one vehicle at one object; it then takes no more, since numbers on the wire are as wide as this."""
+"""Most observations of one object per vehicle: the range of the number on the wire."""
 
 
 class ObjectTable(Section):
-    """One ``[[object]]``: something in the sea that no vehicle knows of."""
+    """One ``[[object]]``: an object in the sea unknown to all vehicles."""
 
     name: Name = Field(description="name of the object in tables; vehicles do not know it")
     position_m: PointM = Field(description="where it lies, x east, y north")
     classification: Literal["wreck", "pipeline", "anomaly"] = Field(description="what it is")
 
     def lying(self) -> SeaObject:
-        """The object as a value."""
+        """Return the object as a value."""
         return SeaObject(self.name, self.position_m, self.classification)
 
 
 class ClassifierSettings(SensorSettings):
-    """The table ``[vehicle.sensor]`` of a classifying sensor."""
+    """Table ``[vehicle.sensor]`` of a classifier."""
 
     range_m: float = Field(80.0, gt=0.0, description="farthest object that it sees")
     p_right: float = Field(
@@ -73,17 +74,12 @@ class ClassifierSettings(SensorSettings):
     )
 
     def make(self, data: VehicleData) -> Classifier:
-        """The sensor of a vehicle."""
+        """Create the sensor of a vehicle."""
         return Classifier(self, data.node)
 
 
 class Classifier:
-    """Sees objects within its range: where each is and what it seems to be.
-
-    Args:
-        settings: its table.
-        node: of the vehicle that carries it; its draws are its own.
-    """
+    """Sensor of place and class of objects within its range; ``node`` keys its draws."""
 
     table = SIGHTINGS
 
@@ -93,12 +89,12 @@ class Classifier:
         self._next_s: dict[int, float] = {}
         self._n_looks: Counter[int] = Counter()
         self._n_of_dive: Counter[int] = Counter()  # by object
-        self._most_m = 0.0  # standard deviation of its own place in this dive
+        self._most_m = 0.0  # largest own position error of this dive
 
     def sense(self, pose: Pose, world: Seabed, now_s: float) -> list[Observation]:
-        """An observation of each object in range that it has not looked at lately.
+        """Observe each object in range that is scheduled.
 
-        A dive is over once the vehicle knows its place twice as exactly as it did at worst.
+        A dive ends once the vehicle's position error falls below half its maximum in the dive.
         """
         found = []
         if pose.sigma_m < self._most_m / 2.0:
@@ -137,22 +133,15 @@ class Classifier:
 
 Cell = tuple[int, int]
 COVERAGE = Table("coverage", (TIME, VEHICLE, Column("cell_x", "int", "cell"), Column("cell_y", "int", "cell")))
-"""Cells that a vehicle really covered for the first time; what its sensor claims is in the world models alone."""
+"""Cells truly covered, first time per vehicle; sensor claims exist only in world models."""
 
 LIMIT_TOLERANCE = 1.000001
-"""A vehicle at the greatest speed still maps."""
+"""Factor on speed limits, so that a vehicle at the limit still maps."""
 
 
 @dataclass(frozen=True, slots=True)
 class SeabedFeature:
-    """A feature of the seabed that is found when its cell is mapped, and inspected by who stays near it.
-
-    Attributes:
-        name: of the find.
-        position_m: where it lies.
-        stay_s: how long an inspection takes.
-        close_radius_m, close_speed_mps: it counts from no farther away and no faster.
-    """
+    """Feature of the seabed: detected when its cell is mapped, inspected by a slow dwell nearby."""
 
     name: str
     position_m: Point
@@ -163,7 +152,7 @@ class SeabedFeature:
 
 @dataclass(frozen=True, slots=True)
 class SeaObject:
-    """Something in the sea that no vehicle knows of: its name in tables, where it lies, and what it is."""
+    """Object in the sea unknown to all vehicles; ``name`` appears in tables only."""
 
     name: str
     position_m: Point
@@ -172,12 +161,11 @@ class SeaObject:
 
 @dataclass(frozen=True)
 class Seabed:
-    """Cells of the areas to be mapped: the area, and the index in it, of each; and the features that lie in cells.
+    """Cells of the areas to map, with features and objects.
 
-    ``cells`` maps (column, row) of the world grid to (area name, index in the area). A cell covers
-    ``cell_m`` by ``cell_m``; its centre is ((column + 0.5) cell_m, (row + 0.5) cell_m). ``under(x_m, y_m, reach_m)``
-    gives the cells of areas whose centre is within ``reach_m`` of a place; the last are remembered, since the truth
-    looks where a sensor has. ``objects`` lie in the sea; ``seed`` is the root of what sensors show of them.
+    ``cells`` maps (column, row) of the world grid to (area name, index in the area). A cell's centre is ((column + 0.5)
+    cell_m, (row + 0.5) cell_m). ``under(x_m, y_m, reach_m)`` returns the cells with centres within ``reach_m``; it is
+    cached, since the ground truth repeats the queries of sensors. ``seed`` is the root of observations.
     """
 
     cell_m: float
@@ -194,7 +182,7 @@ class Seabed:
 
     @classmethod
     def of_areas(cls, cell_m: float, corners_m: Mapping[str, Sequence[Point]]) -> Seabed:
-        """Cells whose centre lies in an area; row by row, from the south-west, their index in it."""
+        """Create the seabed from cells centred in an area; indices by row from the south-west."""
         cells: dict[Cell, tuple[str, int]] = {}
         for name, corners in corners_m.items():
             xs, ys = [x for x, _ in corners], [y for _, y in corners]
@@ -209,7 +197,7 @@ class Seabed:
 
     @property
     def box_m(self) -> tuple[float, float, float, float]:
-        """Rectangle around all cells (x_min, y_min, x_max, y_max); empty without cells."""
+        """Bounding box of all cells (x_min, y_min, x_max, y_max); empty without cells."""
         if not self.cells:
             return math.inf, math.inf, -math.inf, -math.inf
         columns, rows = [column for column, _ in self.cells], [row for _, row in self.cells]
@@ -225,14 +213,9 @@ class Seabed:
         return tuple(found)
 
     def _centres_about(self, column: int, row: int, reach_m: float) -> list[tuple[Cell, float, float]]:
-        """Cells of areas whose centre may be within ``reach_m`` of a place in a quarter of a cell, and their centres.
-
-        Args:
-            column, row: of the quarter, in halves of cells.
-            reach_m: how far a sensor sees.
-        """
-        size, reach = self.cell_m, 2.0 * reach_m / self.cell_m + 1e-6  # in halves, and no cell is missed by rounding
-        columns, rows = (  # how far their centres are off at least
+        """Cells, with centres, possibly within ``reach_m`` of a quarter cell (half-cell indices)."""
+        size, reach = self.cell_m, 2.0 * reach_m / self.cell_m + 1e-6  # in half cells, with rounding margin
+        columns, rows = (  # least distance of their centres
             [(n, max(2 * n - at, at - 2 * n - 1, 0)) for n in range(int(at - reach) // 2, int(at + reach) // 2 + 1)]
             for at in (column, row)
         )
@@ -246,12 +229,12 @@ class Seabed:
 
 @lru_cache(maxsize=8)
 def seabed_of(cell_m: float, corners_m: tuple[tuple[str, tuple[Point, ...]], ...]) -> Seabed:
-    """The seabed of areas by name; the runs of a study share theirs."""
+    """Seabed of areas by name, cached for the runs of a study."""
     return Seabed.of_areas(cell_m, dict(corners_m))
 
 
 class SwathSettings(SensorSettings):
-    """The table ``[vehicle.sensor]`` of a mapping sensor."""
+    """Table ``[vehicle.sensor]`` of a mapping sensor."""
 
     EQUIPMENT: ClassVar[str] = "MappingSonar"
 
@@ -259,20 +242,20 @@ class SwathSettings(SensorSettings):
     speed_limit_mps: float = Field(gt=0.0, description="greatest speed over ground at which it maps")
 
     def make(self, data: VehicleData) -> SwathSensor:
-        """The sensor; a vehicle that is slower or faster than its data maps at its own speed all the same."""
+        """Create the sensor; its speed limit scales with the vehicle's true speed."""
         return SwathSensor(self.swath_m, data.speed_factor * self.speed_limit_mps, data.name)
 
 
 VISIT_GAP_S = 1.5
-"""Two looks that are farther apart belong to two visits; a motion tick is a second at most."""
+"""Longest gap between observations of one visit; a motion tick is at most one second."""
 
 
 KNOWN = STILL = (0.0, 0.0)
-"""Error of a vehicle that knows where it is; velocity of water that stands."""
+"""Error of an exactly known position; velocity of still water."""
 
 
 class Stays:
-    """How long one vehicle has stayed at features, near and slowly enough; several visits add up."""
+    """Dwell of one vehicle at features, near and slow; several visits add up."""
 
     def __init__(self) -> None:
         self._stayed_s: dict[str, float] = {}
@@ -280,7 +263,7 @@ class Stays:
         self._over: set[str] = set()
 
     def inspected(self, seabed: Seabed, at_m: Point, speed_mps: float, now_s: float) -> list[SeabedFeature]:
-        """Features whose inspection is over with this look."""
+        """Return the features whose inspection this observation completes."""
         over: list[SeabedFeature] = []
         for feature in seabed.features.values():
             name = feature.name
@@ -299,14 +282,9 @@ class Stays:
 
 
 class SwathSensor:
-    """Maps the cells below it while it is on and the vehicle is slow enough; finds features, and inspects them.
+    """Mapping sensor: maps cells below while on and slow enough; detects and inspects features.
 
-    A cell counts only if the swath reaches its centre wherever the vehicle may be, as far as it knows its place.
-
-    Args:
-        swath_m: width that it covers.
-        speed_limit_mps: greatest speed at which it maps.
-        vehicle: that carries it.
+    A cell counts only if the swath covers its centre for every position within the uncertainty.
     """
 
     table = None
@@ -320,7 +298,7 @@ class SwathSensor:
         self._found: set[str] = set()
 
     def sense(self, pose: Pose, world: Seabed, now_s: float) -> list[Observation]:
-        """Cells mapped now that this sensor had not mapped before, and features found or inspected."""
+        """Return newly mapped cells and detected or inspected features."""
         speed_mps = pose.speed_mps if pose.flow_mps == STILL else pose.ground_mps
         if speed_mps > self._speed_limit_mps:
             return []
@@ -342,7 +320,6 @@ class SwathSensor:
         return found
 
     def _found_off(self, pose: Pose, world: Seabed) -> list[Observation]:
-        """Features below a vehicle that takes itself to be elsewhere, where it takes them to be; each once."""
         found = []
         for cell in world.under(pose.x_m, pose.y_m, self._reach_m) if world.features else ():
             feature = world.features.get(cell)
@@ -354,13 +331,13 @@ class SwathSensor:
 
 
 def swath_m(data: VehicleData) -> float:
-    """Width that the vehicle's mapping sensor covers (m), 0 without one."""
+    """Swath of the vehicle's mapping sensor; 0 without one."""
     sensor = data.sensor(SwathSettings)
     return 0.0 if sensor is None else sensor.swath_m
 
 
 def mapping_speed_mps(data: VehicleData) -> float:
-    """Speed at which the vehicle surveys: its survey speed, or less where its sensor forces it."""
+    """Survey speed, limited by the mapping sensor."""
     sensor = data.sensor(SwathSettings)
     if sensor is None:
         return data.survey_speed_mps

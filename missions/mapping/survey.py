@@ -1,8 +1,8 @@
-"""Zigzag surveys: rows over an area, as far apart as the swath is wide.
+"""Zigzag surveys: parallel rows over an area, one swath apart.
 
-Areas are convex polygons, given by their corners in order. Rows run along x (east), or along y where the area is longer
-that way; the first and last row, and the ends of every row, keep half a swath from the border. Where cells are smaller
-than the swath, rows that end half a cell before the border cover the corners too.
+Areas are convex polygons with corners in order. Rows run along the longer side, x (east) if equal. The first and last
+row, and the ends of every row, keep half a swath from the border. If cells are smaller than the swath, rows end half a
+cell before the border and so cover the corners too.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from exchange.arithmetic import distance, length
 
 Point = tuple[float, float]
 ROUNDING_M = 0.01
-"""By how much polygons with a common border may overlap in numbers."""
+"""Numerical tolerance for the overlap of polygons with a common border."""
 
 
 def _crossings(corners: Sequence[Point], axis: int, level: float) -> list[float]:
-    """Where the border crosses ``coordinate[axis] == level``: the other coordinate, ascending."""
+    """Other coordinates, ascending, of border points with ``coordinate[axis] == level``."""
     found = []
     for (ax, ay), (bx, by) in zip(corners, [*corners[1:], corners[0]], strict=True):
         a, b = ((ax, ay), (bx, by)) if axis == 1 else ((ay, ax), (by, bx))
@@ -31,18 +31,15 @@ def _crossings(corners: Sequence[Point], axis: int, level: float) -> list[float]
 
 
 def runs_along_x(corners: Sequence[Point]) -> bool:
-    """True if rows run along x (east), False if along y."""
+    """Return True if rows run along x (east), False along y."""
     xs, ys = [x for x, _ in corners], [y for _, y in corners]
     return max(xs) - min(xs) >= max(ys) - min(ys)
 
 
 def rows(corners: Sequence[Point], swath_m: float, inset_m: float | None = None) -> list[tuple[Point, Point]]:
-    """Ends of the survey rows, each from its lower to its higher coordinate.
+    """Return the ends of survey rows, each from the lower to the higher coordinate.
 
-    Args:
-        corners: of the area, shape (n, 2), metres.
-        swath_m: distance between rows.
-        inset_m: how far the ends of rows keep from the border; half a swath if None.
+    ``swath_m`` is the row spacing; ``inset_m`` the distance of row ends from the border, None: half a swath.
 
     >>> rows([(100, 100), (100, 350), (350, 350), (350, 100)], 25.0)[0]
     ((112.5, 112.5), (337.5, 112.5))
@@ -65,7 +62,7 @@ def rows(corners: Sequence[Point], swath_m: float, inset_m: float | None = None)
 
 
 def zigzag(corners: Sequence[Point], swath_m: float, start_m: Point, inset_m: float | None = None) -> list[Point]:
-    """Waypoints of the survey, from the end nearest to ``start_m``: two for every row.
+    """Return waypoints of the survey, two per row, from the row end nearest to ``start_m``.
 
     >>> zigzag([(0, 0), (0, 20), (40, 20), (40, 0)], 10.0, (0.0, 30.0))
     [(5.0, 15.0), (35.0, 15.0), (35.0, 5.0), (5.0, 5.0)]
@@ -74,7 +71,7 @@ def zigzag(corners: Sequence[Point], swath_m: float, start_m: Point, inset_m: fl
 
 
 def to_and_fro(lines: Sequence[tuple[Point, Point]], start_m: Point) -> list[Point]:
-    """Waypoints along all lines, one after the other, from the end of the first or last one nearest to ``start_m``."""
+    """Return waypoints along all lines, from the outer line's end nearest to ``start_m``."""
     corners_first = [(distance(start_m, lines[r][e]), r, e) for r in (0, len(lines) - 1) for e in (0, 1)]
     _, first_row, first_end = min(corners_first)
     ordered = lines if first_row == 0 else lines[::-1]
@@ -86,19 +83,17 @@ def to_and_fro(lines: Sequence[tuple[Point, Point]], start_m: Point) -> list[Poi
 
 
 def length_m(waypoints: Sequence[Point]) -> float:
-    """Length of the way along the waypoints."""
+    """Length of the path along the waypoints."""
     return math.fsum(distance(a, b) for a, b in pairwise(waypoints))
 
 
 def contains(corners: Sequence[Point], point: Point) -> bool:
-    """Is the point inside the polygon (even-odd rule)? One on a border is in the polygon east, or else north, of it."""
+    """Return True if the point is inside (even-odd rule); a border counts to its east or north."""
     return sum(x > point[0] for x in _crossings(corners, 1, point[1])) % 2 == 1
 
 
 def overlap(one: Sequence[Point], other: Sequence[Point]) -> bool:
-    """True if two convex polygons share ground, by more than rounding along a common border.
-
-    Two that share none have a side of one of them between them.
+    """Return True if convex polygons overlap by over ``ROUNDING_M`` (separating axis theorem).
 
     >>> overlap([(0, 0), (10, 0), (10, 10), (0, 10)], [(10, 0), (20, 0), (20, 10), (10, 10)])
     False

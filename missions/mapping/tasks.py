@@ -1,9 +1,8 @@
-"""HTN tasks of mission mapping, and the work that is left unfinished.
+"""HTN tasks of the mapping mission, and the calls that unfinished work suppresses.
 
-A vehicle that is called weighs what answering can change. A mission whose goal is not reached is not complete, however
-early its groups meet: the head waits for who has work to do, or all meet in vain. So as long as a vehicle does not know
-that enough is mapped and every find is inspected, the behaviours of the meeting answer no call. Otherwise vehicles that
-wait would call others off work that nobody else does.
+A mission is not complete before its goal is reached, however early its groups meet. While a vehicle does not know that
+enough is mapped and every find inspected, its rendezvous behaviours answer no call. Otherwise waiting vehicles would
+call others away from work that remains undone.
 """
 
 from __future__ import annotations
@@ -30,13 +29,13 @@ from remoras.picture import Picture
 from remoras.work import Job
 
 EXPLORING = "objectiveExploring"
-"""The fact that gives a role an area."""
+"""Fact that assigns an area to a role."""
 MOST_ANEW = 3
-"""So often an area is given anew; what is reported in spite of that is believed."""
+"""Most reassignments of an area; a later report of its completion is accepted."""
 
 
 def is_to_be_inspected(facts: FactsLike, find: str) -> bool:
-    """True while a find is known and not known to be inspected."""
+    """Return True while a find is known and not known to be inspected."""
     return facts.get(("foundAt", find)) is not None and facts.get(("inspectedBy", find)) is None
 
 
@@ -48,18 +47,11 @@ def given_anew(
     beliefs: Beliefs,
     picture: Picture,
 ) -> list[Finding]:
-    """Orders for areas of a group that are held or said to be done, and of which not all cells are known to be mapped.
+    """Return orders for areas assigned or reported done that are not known to be fully mapped.
 
-    Whoever is done with an area knows all its cells, and tells them when it meets the others. So half the patience
-    after a meeting that shows the job unfinished the report counts no longer, whoever has heard it; who holds an area
-    and does not do it may know by a report that the head has not heard that it is done. After ``MOST_ANEW`` times a
-    report is believed: it may be that some cells cannot be mapped, or be heard of.
-
-    Args:
-        group: whose head asks; organisation: without the absent.
-        surveys: of all areas, by name.
-        meeting: of all groups.
-        beliefs: of the head; picture: what else it knows.
+    A vehicle that finishes an area reports all its cells at the rendezvous. If half the patience after it the job is
+    still unfinished, the report is void; so is one that the leader has not received. After ``MOST_ANEW`` reassignments
+    the report is accepted: some cells may be impossible to map or to report.
     """
     met_s = meeting.met_s(group, beliefs, picture)
     if met_s is None or picture.body.now_s - met_s < meeting.patience_s / 2.0:
@@ -78,7 +70,7 @@ def given_anew(
 
 
 def is_open_again(group: Group, surveys: Mapping[str, SurveyJob], beliefs: Beliefs) -> bool:
-    """True while an area of a group that was given anew is not known to be done; arguments as of ``given_anew``."""
+    """Return True while a reassigned area is not known to be done; see ``given_anew``."""
     jobs = (surveys[role.job] for role in group.roles if role.job is not None and role.job in surveys)
     again = (job for job in jobs if beliefs.n_over(job.done))
     return any(not beliefs.values(job.done) and job.left(beliefs).bits for job in again)
@@ -87,9 +79,9 @@ def is_open_again(group: Group, surveys: Mapping[str, SurveyJob], beliefs: Belie
 def is_alone_with_work(
     group: Group, organisation: Organisation, surveys: Mapping[str, SurveyJob], beliefs: Beliefs
 ) -> bool:
-    """True while a head has nobody left in its group, and areas of it are not known to be done.
+    """Return True while a leader without present members has areas not known to be done.
 
-    Losses may bring a silence of a lease about: whom it takes for absent may be at work, and would stop if it met.
+    A silent member may still be at work, and would stop if the leader met.
     """
     if set(organisation.members(group.name)).difference(organisation.heads(group.name)):
         return False
@@ -98,13 +90,7 @@ def is_alone_with_work(
 
 
 class Unfinished:
-    """Whether a vehicle knows that the goal is reached.
-
-    Args:
-        surveys: of all areas.
-        goal: share of their cells.
-        finds: names of what may be found.
-    """
+    """Knowledge of one vehicle about the goal, a share of all cells, and about all finds."""
 
     def __init__(self, surveys: Iterable[SurveyJob], goal: float, finds: Collection[str]) -> None:
         self._surveys = list(surveys)
@@ -115,21 +101,21 @@ class Unfinished:
         self._holds = True
 
     def holds(self, facts: Known) -> bool:
-        """True while more is left than the goal spares, as far as is known."""
+        """Return True while more work is known to remain than the goal tolerates."""
         if self._n_told != facts.n_told:
             self._n_told, self._holds = facts.n_told, self.is_work_left(facts)
         return self._holds
 
     def answers(self, group: str, picture: Picture) -> float:
-        """How much of a call to a group's meeting is settled by coming to it: nothing before the goal is reached."""
+        """Effect of joining the rendezvous on a call, 0..1; 0 before the goal is reached."""
         return 0.0 if self.holds(picture.facts) else awaited(group, picture)
 
     def settled(self, found: Perception, facts: Known) -> float:
-        """How much of a call the behaviour of the meeting settles that has perceived this: nothing before then."""
+        """Effect of the rendezvous behaviour's perception on a call; 0 before the goal is reached."""
         return 0.0 if self.holds(facts) else found.settled
 
     def is_work_left(self, facts: Known) -> bool:
-        """The same of any vehicle's knowledge; nothing is remembered of it."""
+        """Evaluate ``holds`` for any vehicle's knowledge, without the cache."""
         if any(facts.values(("foundAt", find)) and not facts.values(("inspectedBy", find)) for find in self._finds):
             return True
         n_left = 0
@@ -141,20 +127,15 @@ class Unfinished:
 
 
 class AfterWork(Behaviour):
-    """A behaviour of the meeting, which answers no call while the goal is not reached.
-
-    Args:
-        meeting: the behaviour itself.
-        unfinished: says so.
-    """
+    """Rendezvous behaviour that answers no call before the goal is reached."""
 
     def __init__(self, meeting: Behaviour, unfinished: Unfinished) -> None:
         self._meeting = meeting
         self._unfinished = unfinished
-        self._found = self._perceived = IDLE  # when it was due last, and what was made of that
+        self._found = self._perceived = IDLE  # last pending perception, original and modified
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """As the behaviour itself, but for the calls that it answers where it is due."""
+        """Perceive as the behaviour, with the effect on calls replaced."""
         found = self._meeting.perceive(motion, picture, performed)
         if found.stimulus <= 0.0:
             return found
@@ -164,21 +145,21 @@ class AfterWork(Behaviour):
         return self._perceived
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """As the behaviour itself."""
+        """Reference of the behaviour."""
         return self._meeting.reference(motion, picture)
 
     def accuracy_m(self, motion: Motion, picture: Picture) -> float:
-        """As the behaviour itself."""
+        """Accuracy of the behaviour."""
         return self._meeting.accuracy_m(motion, picture)
 
 
 MISSIONS = SUPERVISION, AREA_MAPPING = "Supervision", "AreaMapping"
 INSPECTION = "Inspection"
-"""Mission of a group that is formed at sea; a scenario gives it to none."""
+"""Mission of a group formed at run time; scenarios never assign it."""
 EXPLORE = "Explore"
 """Task of a group, one of its roles and the role's area."""
 HAVE_INSPECTED = "HaveInspected"
-"""Task of a group that is formed at sea: to be there as long as there is something to inspect."""
+"""Task of a group formed at run time: exist while finds need inspection."""
 
 
 def social_domain(
@@ -187,13 +168,7 @@ def social_domain(
     jobs: Mapping[str, Job],
     finds: Collection[str],
 ) -> Domain:
-    """Missions of groups into orders.
-
-    Args:
-        groups: by name; meeting: of the groups.
-        jobs: by name.
-        finds: names of those of them that may be found.
-    """
+    """Return the HTN domain from missions of groups to orders; ``finds`` names the find jobs."""
 
     def orders(group: str, role: str) -> list[Task]:
         of = groups[group].role(role)
@@ -211,12 +186,9 @@ def social_domain(
 
 
 def supervision_methods(groups: Mapping[str, Group]) -> list[Method]:
-    """Supervision: the groups that are supervised get their missions, then the own group meets.
+    """Supervision: give supervised groups their missions, then meet.
 
-    Groups that supervise others get supervision too, the rest mapping.
-
-    Args:
-        groups: by name.
+    Groups that supervise others receive Supervision, the rest AreaMapping.
     """
     supervised = supervised_by(group for group in groups.values() if group.formed_by is None)
 
@@ -233,11 +205,9 @@ def supervision_methods(groups: Mapping[str, Group]) -> list[Method]:
 
 
 def mapping_methods(by_name: Mapping[str, Group], finds: Collection[str]) -> list[Method]:
-    """AreaMapping: roles are allocated, every area is explored and every find inspected, then the group meets.
+    """AreaMapping: allocate roles, explore every area, inspect every find, then meet.
 
-    Args:
-        by_name: groups with their roles.
-        finds: names of what may be found; a plan rests on what has been.
+    A plan depends on the detected among ``finds``.
     """
 
     def unfinished(facts: FactsLike, group: Group) -> list[tuple[str, str]]:
@@ -248,7 +218,10 @@ def mapping_methods(by_name: Mapping[str, Group], finds: Collection[str]) -> lis
         ]
 
     def has_work(facts: FactsLike, group: str) -> bool:
-        to_do = unfinished(facts, by_name[group]), waiting(facts, by_name[group], finds)  # a plan rests on all of them
+        to_do = (
+            unfinished(facts, by_name[group]),
+            waiting(facts, by_name[group], finds),
+        )  # a plan depends on all of them
         return any(to_do)
 
     def inspected(group: str) -> list[Task]:
@@ -275,17 +248,12 @@ def mapping_methods(by_name: Mapping[str, Group], finds: Collection[str]) -> lis
 
 
 def waiting(facts: FactsLike, group: Group, finds: Collection[str]) -> list[str]:
-    """What is found and not inspected of that which roles of a group inspect."""
+    """Return the detected and uninspected finds of a group's roles."""
     return [role.job for role in group.roles if role.job and role.job in finds and is_to_be_inspected(facts, role.job)]
 
 
 def inspection_methods(by_name: Mapping[str, Group], finds: Collection[str]) -> list[Method]:
-    """Inspection: members are recruited, and roles allocated among them, whenever something is found or inspected.
-
-    Args:
-        by_name: groups with their roles.
-        finds: names of what may be found.
-    """
+    """Inspection: recruit members and allocate roles after each detection or inspection."""
 
     def has_work(facts: FactsLike, group: str) -> bool:
         return bool(waiting(facts, by_name[group], finds))
@@ -297,13 +265,9 @@ def inspection_methods(by_name: Mapping[str, Group], finds: Collection[str]) -> 
 
 
 def forming_methods(by_name: Mapping[str, Group], finds: Collection[str]) -> list[Method]:
-    """HaveInspected: a group is formed once something is found, given its mission, and dissolved once all is inspected.
+    """HaveInspected: form a group after a find, dissolve it after the last inspection.
 
-    Where nobody of it is there any more it is dissolved too, to be formed anew of others.
-
-    Args:
-        by_name: groups with their roles.
-        finds: names of what may be found.
+    A group without present members is dissolved too, so that others can form it again.
     """
 
     def is_there(facts: FactsLike, group: str) -> bool:
@@ -319,7 +283,7 @@ def forming_methods(by_name: Mapping[str, Group], finds: Collection[str]) -> lis
         if not is_there(facts, group):
             return False
         paths = [by_name[group].path(role.name) for role in by_name[group].roles if role.founding]
-        holders = [facts.get(("members", path)) for path in paths]  # a plan rests on all of them
+        holders = [facts.get(("members", path)) for path in paths]  # a plan depends on all of them
         return not has_work(facts, group) or not any(holders)
 
     def mission(facts: FactsLike, group: str) -> list[Task]:
@@ -334,19 +298,15 @@ def forming_methods(by_name: Mapping[str, Group], finds: Collection[str]) -> lis
 
 
 def activity_domain(jobs: Mapping[str, Job]) -> Domain:
-    """Objectives into activities; every task has the objective and the data of its vehicle as arguments.
+    """Objectives into activities; task arguments are the objective and the vehicle data.
 
-    ==================  ====================  ==========================  ============================
-    elementary task     test                  effect                      expected
-    ==================  ====================  ==========================  ============================
-    ZigzagExploring     a mapping sensor      the area is explored        way and work, as of its job
-    Inspecting          the find is known     it is inspected             way and work, as of its job
-    Mapping             a mapping sensor      the group has met           nobody can tell
-    Positioning         none                  none: it goes on            nobody can tell
-    ==================  ====================  ==========================  ============================
-
-    Args:
-        jobs: of the mission, by name.
+    ==================  ====================  ==========================  ============================ elementary task
+    test                  effect                      expected ==================  ====================
+    ==========================  ============================ ZigzagExploring     a mapping sensor      the area is
+    explored        travel and work of its job Inspecting          the find is known     it is inspected
+    travel and work of its job Mapping             a mapping sensor      the group has met           unknown Positioning
+    none                  none: it is permanent       unknown ==================  ====================
+    ==========================  ============================
     """
 
     def has_sensor(facts: FactsLike, objective: Objective, data: VehicleData) -> bool:

@@ -1,13 +1,11 @@
-"""Truth of the mapping and rendezvous mission: what was really covered, and who finished or gave up.
+"""Ground truth of the mapping mission: true coverage, finished and abandoned surveys.
 
-The truth keeps its own map, by geometry alone: a cell is covered once its centre was within half a swath of a vehicle
-whose mapping sensor was on, worked, and was carried slowly enough. What sensors claim does not count.
+Coverage is geometric. A cell is covered once its centre is within half a swath of a vehicle with a working mapping
+sensor that is on and slow enough. Claims of sensors do not count. A find is inspected once a vehicle with a working
+sensor has stayed near it, slowly, for its dwell. In the goal a find weighs as many cells as are mapped in a mean dwell.
 
-A find is inspected once a vehicle whose sensor worked has really stayed near it, slowly, for as long as it takes. In
-the goal it counts for as many cells as could be mapped in the mean time of a stay.
-
-The goal is judged over all cells and all finds, whoever is left to map and inspect them, and whether or not a find was
-ever found. What the vehicles left are able to map and inspect counts in the reachable fraction alone.
+The goal covers all cells and all finds, detected or not, whichever vehicles remain. Only the reachable fraction depends
+on the abilities of the remaining vehicles.
 """
 
 from __future__ import annotations
@@ -27,26 +25,20 @@ from remoras.recorder import TIME, Column, Recorder, Table
 from remoras.truth import left
 
 GOAL = Table("goal", (TIME, Column("goal_fraction", "float")))
-"""Share of the goal that was reached on the ground, whenever it changed."""
+"""Achieved share of the goal, at each change."""
 
 
 class Swath(NamedTuple):
-    """What a mapping sensor really sees: as far as ``reach_m`` on both sides, up to a speed."""
+    """True reach of a mapping sensor on both sides (m), and its speed limit."""
 
     reach_m: float
     speed_limit_mps: float
 
 
 class MappingTruth(MeetingTruth):
-    """Watches the run: what is covered, when consultation ends, who finishes or gives up, which group is together.
+    """Referee of a run: coverage, consultation, finished and abandoned surveys, gathered groups.
 
-    Args:
-        meeting: of the mission.
-        seabed: cells of all areas.
-        swaths_m: of the vehicles that are able to map each area, by name of area and vehicle.
-        goal: share of the cells that must be covered for the mission to complete.
-        recorder: takes the rows of what is covered.
-        find_weight: cells that a find counts for.
+    ``swaths_m`` is by area and able vehicle; ``find_weight`` in cells.
     """
 
     work = "map"
@@ -68,7 +60,7 @@ class MappingTruth(MeetingTruth):
         self._goal = goal
         self._coverage, self._progress = recorder.rows("coverage"), recorder.rows(GOAL.name)
         self._covered: defaultdict[str, set[Cell]] = defaultdict(set)  # by vehicle
-        self._swaths: dict[tuple[str, Sequence[str]], list[Swath]] = {}  # by vehicle, and which of its sensors are on
+        self._swaths: dict[tuple[str, Sequence[str]], list[Swath]] = {}  # by vehicle and active sensors
         self._all_covered: set[Cell] = set()
         self._n_uncovered = dict.fromkeys(swaths_m, 0)
         for area, _ in seabed.cells.values():
@@ -85,20 +77,20 @@ class MappingTruth(MeetingTruth):
         self._stopped: dict[str, Milestone] = {}
         self._finished: set[Objective] = set()
 
-    # What is covered -----------------------------------------------------------------------------
+    # Coverage -----------------------------------------------------------------------------
 
     @property
     def goal_fraction(self) -> float:
-        """Share of the goal that is reached on the ground, 0..1; without areas that of the meeting."""
+        """Achieved share of the goal, 0..1; without areas that of the rendezvous."""
         return self._goal_fraction if self._seabed.cells else super().goal_fraction
 
     @property
     def open_fraction(self) -> float:
-        """Share of the work that is not done."""
+        """Share of unfinished work."""
         return 1.0 - self._done_fraction
 
     def reachable_fraction(self, fleet: FleetView) -> float:
-        """With all cells of the areas that somebody left is able to map, and all finds that may be inspected."""
+        """Share of the goal achievable with the cells and finds that remaining vehicles can do."""
         if not self._seabed.cells:
             return super().reachable_fraction(fleet)
         able = self._able(fleet)
@@ -109,18 +101,18 @@ class MappingTruth(MeetingTruth):
         return self._share_of_goal((n_done + n_within) / (n_done + n_open))
 
     def _able(self, fleet: FleetView) -> dict[str, bool]:
-        """By area, whether somebody left is able to map it: by its role, its working sensor and its depth."""
+        """Return by area if a remaining vehicle can map it (role, working sensor, depth limit)."""
         mappers = {vehicle.name for vehicle, data in left(fleet) if data.sensor(SwathSettings) is not None}
         return {area: not mappers.isdisjoint(names) for area, names in self._swaths_m.items()}
 
     def out_of_reach(self, fleet: FleetView) -> Sequence[str]:
-        """Areas with cells left that nobody left is able to map; none by name if these are all of them."""
+        """Unfinished areas that no remaining vehicle can map; empty if these are all of them."""
         able = self._able(fleet)
         areas = [area for area, n in self._n_uncovered.items() if n]
         return [area for area in areas if not able[area]] if any(able[area] for area in areas) else ()
 
     def observe(self, fleet: FleetView, now_s: float) -> bool:
-        """Keep the map, and note what has happened; True once the goal is reached and the last group is together."""
+        """Update coverage and milestones; return True once goal and last rendezvous are complete."""
         self._now_s, self._fleet = now_s, fleet
         changed = False
         for vehicle in fleet.vehicles:
@@ -137,15 +129,14 @@ class MappingTruth(MeetingTruth):
 
     @property
     def _there(self) -> set[str]:
-        """Names of the vehicles that are alive or will be back."""
         return {vehicle.name for vehicle in self._fleet.vehicles if vehicle.is_alive or vehicle.will_return}
 
     def _is_open(self, fleet: FleetView) -> bool:
-        """True while a head does not take its group for gathered: it waits for somebody, or has given work anew.
+        """Return True while a leader does not declare its group gathered.
 
-        Or it is patient, and goes on with what is left when it is so no longer.
-
-        Or it has not heard yet that the groups which meet after its own have: then it finds out what is left.
+        It waits for members, has reassigned work, or is within the isolation grace period and resumes work after it. Or
+        it has not yet received that the groups which meet after its own have gathered, after which it sees remaining
+        work.
         """
         heads = ((v, group) for v in fleet.vehicles if v.is_alive for group in self._meeting if v.leads(group))
         for head, group in heads:
@@ -163,7 +154,6 @@ class MappingTruth(MeetingTruth):
         )
 
     def _swaths_of(self, vehicle: VehicleView, sensing: Sequence[str]) -> list[Swath]:
-        """What those of the mapping sensors of a vehicle see that are on."""
         data = vehicle.data
         swaths = self._swaths[vehicle.name, sensing] = [
             Swath(sensor.swath_m / 2.0, data.speed_factor * sensor.speed_limit_mps * LIMIT_TOLERANCE)
@@ -173,7 +163,7 @@ class MappingTruth(MeetingTruth):
         return swaths
 
     def _look_under(self, vehicle: VehicleView, sensing: Sequence[str], now_s: float) -> bool:
-        """Note what the sensors of a vehicle that are on pass; True if the fleet has got on by it."""
+        """Record what the active sensors cover; return True on progress of the fleet."""
         x_m, y_m = vehicle.position_m
         x_min, y_min, x_max, y_max = self._beside_m
         if not (x_min <= x_m <= x_max and y_min <= y_m <= y_max):  # no swath reaches an area from there
@@ -182,14 +172,14 @@ class MappingTruth(MeetingTruth):
         swaths, covered = self._swaths.get((name, sensing)), self._covered[name]
         for swath in self._swaths_of(vehicle, sensing) if swaths is None else swaths:
             under = self._seabed.under(x_m, y_m, swath.reach_m)
-            if not covered.issuperset(under) and vehicle.speed_mps <= swath.speed_limit_mps:  # mostly nothing is new
+            if not covered.issuperset(under) and vehicle.speed_mps <= swath.speed_limit_mps:  # mostly no new cell
                 changed |= self._cover(name, under, now_s)
         if self._seabed.features and self._swaths[name, sensing]:
             changed |= self._inspect(vehicle, now_s)
         return changed
 
     def _cover(self, name: str, cells: Sequence[Cell], now_s: float) -> bool:
-        """Note those of the cells that a vehicle covers for the first time; True if nobody had covered one of them."""
+        """Record a vehicle's newly covered cells; return True if any is new to the fleet."""
         covered, changed = self._covered[name], False
         for cell in cells:
             if cell in covered:
@@ -205,21 +195,21 @@ class MappingTruth(MeetingTruth):
         return changed
 
     def _inspect(self, vehicle: VehicleView, now_s: float) -> bool:
-        """Note what a vehicle has inspected; True if nobody had before."""
+        """Record a vehicle's inspections; return True if any is new to the fleet."""
         n_new = self._finds.n_inspected_by(vehicle, now_s)
         if n_new:
             self.milestones += [Milestone(now_s, "inspected", vehicle.name)] * n_new
         return n_new > 0
 
     def is_worked_off(self, group: Group) -> bool:
-        """True unless somebody who is left has found something in the group's areas that waits to be inspected."""
+        """Return True unless remaining vehicles know an uninspected feature of the group's areas."""
         return not (self._finds.has_open(self._there) and any(role.job in self._swaths_m for role in group.roles))
 
     def _share_of_goal(self, share: float) -> float:
         return min(1.0, share / self._goal + 1e-9)
 
     def _done_and_open(self) -> tuple[float, float]:
-        """How many cells are covered and how many are not, with what finds count for."""
+        """Return the covered and uncovered cells, finds included by weight."""
         n_done: float = len(self._all_covered)
         n_open: float = len(self._seabed.cells) - len(self._all_covered)
         if self._seabed.features:
@@ -228,7 +218,6 @@ class MappingTruth(MeetingTruth):
         return n_done, n_open
 
     def _judge(self, now_s: float) -> None:
-        """Work out the share of the goal that is reached."""
         n_done, n_open = self._done_and_open()
         self._done_fraction = n_done / (n_done + n_open)
         fraction = self._share_of_goal(self._done_fraction)
@@ -236,15 +225,15 @@ class MappingTruth(MeetingTruth):
             self._goal_fraction = fraction
             self._progress.append((now_s, fraction))
 
-    # How it ends ---------------------------------------------------------------------------------
+    # End of the mission ---------------------------------------------------------------------------------
 
     @property
     def is_over(self) -> bool:
-        """True once the groups have met without the goal, and for the patience nobody goes on or will be back."""
+        """True if, within the patience after an incomplete rendezvous, no vehicle works or returns."""
         return super().is_over or (self._met_s is not None and self._now_s - self._met_s > self._patience_s)
 
     def close(self, fleet: FleetView, now_s: float) -> str:
-        """Add who gave up; say who is missing where, and how much of the work is done if it is not enough."""
+        """Add abandoned surveys; return the reason of failure: missing vehicles, share of work done."""
         self.milestones += self._stopped.values()
         self.milestones.sort(key=lambda milestone: milestone.time_s)
         reason = super().close(fleet, now_s)
@@ -256,7 +245,7 @@ class MappingTruth(MeetingTruth):
         return f"{reason}; {share}" if reason else f"together after {now_s:.0f} s: {share}"
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
-        """Note who finishes an area, and who turns away from one."""
+        """Record vehicles that finish or abandon an area."""
         for number, vehicle in enumerate(fleet.vehicles):
             performed = vehicle.performed
             if performed is self._last_performed.get(number) or not vehicle.is_alive:
