@@ -144,7 +144,7 @@ def _filtered(weighed: Sequence[Observation], drift: float, shared: float, until
             continue
         covariance[0][0] += drift * drift * (observation.time_s - at_s)
         at_s = observation.time_s
-        along = [row[0] + (row[own] if own else 0.0) for row in covariance]  # covariance of the observed value with each state
+        along = [row[0] + (row[own] if own else 0.0) for row in covariance]  # covariance with the observation
         gains = [part / (along[0] + (along[own] if own else 0.0) + sigma * sigma) for part in along]
         for mean, axis in zip(means, axes, strict=True):
             surprise = axis - mean[0] - (mean[own] if own else 0.0)

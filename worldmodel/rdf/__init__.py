@@ -1,7 +1,7 @@
-"""What one vehicle knows as RDF: triples answered from the index of its world model, SPARQL over them, and files.
+"""World model as RDF: triples from its index, SPARQL, and files.
 
-``query`` asks, ``as_graph`` and ``as_dataset`` give rdflib a view that copies nothing, ``written`` gives text.
-Nothing in ``worldmodel`` itself imports this package, so a fleet runs without it.
+``as_graph`` and ``as_dataset`` are rdflib views without copies, ``query`` evaluates SPARQL, ``written`` returns text.
+``worldmodel`` itself does not import this package, so a fleet runs without it.
 """
 
 from worldmodel.rdf.sparql import query

@@ -1,8 +1,8 @@
-"""Triple patterns over what a world model knows, each answered from the smallest index that the bound terms allow.
+"""Triple patterns over a world model.
 
-Nothing is copied: an instance leads to its slots, an attribute to the slots of all instances, the IRI of a fact to its
-block. What each origin said is indexed when it is first asked for, and anew when the world model has changed. Each
-pattern is answered exactly, so its answer equals the filter over all triples.
+Each uses the smallest index that the bound terms allow. Nothing is copied: an instance leads to its properties, an
+attribute to those of all instances, a fact IRI to its block. An index by origin is built on request and again after
+changes. Each answer equals the filter over all triples.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -27,14 +27,14 @@ from worldmodel.world_model import Knowledge
 
 Triple = tuple[Node, Node, Node]
 Pattern = tuple[Node | None, Node | None, Node | None]
-# a term of a namespace is made anew each time it is named
+# constants, since each access to a namespace creates a term
 _HAS = SIT.hasPropertyValue
 _OF_ATTRIBUTE, _ORIGIN, _PROPERTY_VALUE = SIT.ofAttribute, SIT.origin, SIT.PropertyValue
 OfFact = Callable[[Observation], Node | None]
 
 
 def parts_of_facts(tbox: TBox, terms: RdfTerms) -> dict[Node, OfFact]:
-    """Return the properties of facts: what each leads to, None where a fact does not have it."""
+    """Return the RDF properties of facts as functions to an object or None."""
     is_link = tuple(attribute.kind in (ValueKind.LINK, ValueKind.TYPE) for attribute in tbox.attributes)
     is_measured = tuple(attribute.kind in (ValueKind.NUMBER, ValueKind.POINT) for attribute in tbox.attributes)
 
@@ -59,11 +59,7 @@ def parts_of_facts(tbox: TBox, terms: RdfTerms) -> dict[Node, OfFact]:
 
 
 class Abox:
-    """What one world model knows as triples; what is recorded later is seen at once.
-
-    Args:
-        known: a world model, and when and from whom its vehicle received blocks that it holds.
-    """
+    """Live view of one world model as triples."""
 
     def __init__(self, known: Knowledge) -> None:
         model = known.model
@@ -83,7 +79,7 @@ class Abox:
         self._version = model.version
 
     def triples(self, pattern: Pattern) -> Iterable[Triple]:
-        """Return the triples that match a pattern, where None matches all."""
+        """Return the triples that match a pattern; None matches all terms."""
         if self._version != self.model.version:
             self._facts.clear()
             self._said = self._typed = None
@@ -100,7 +96,7 @@ class Abox:
         return ()
 
     def triples_of(self, origin: int, pattern: Pattern) -> Iterator[Triple]:
-        """Yield those of the matching triples that say what ``origin`` said: its facts, and whose values they are."""
+        """Yield the matching triples about facts of ``origin``: the facts and the links to them."""
         if pattern == (None, None, None):
             for told in self.said_by(origin):
                 iri = self.iri(told)
@@ -113,7 +109,7 @@ class Abox:
                 yield triple
 
     def observation(self, iri: Node) -> Observation | None:
-        """Return the observation that the IRI of a fact stands for, unless its origin is banned."""
+        """Return the observation with a fact IRI; None if unknown or of an excluded origin."""
         observation = self._facts.get(iri)
         if (
             observation is None
@@ -134,7 +130,7 @@ class Abox:
     # Facts ---------------------------------------------------------------------------------------
 
     def iri(self, observation: Observation) -> URIRef:
-        """The IRI of a fact, which is then known by it."""
+        """Return and cache the IRI of a fact."""
         iri = fact_iri(observation)
         if len(self._facts) >= MOST_REMEMBERED:
             self._facts.clear()
@@ -160,7 +156,7 @@ class Abox:
     def of_one(
         self, subject: Node, observation: Observation, predicate: Node | None, target: Node | None
     ) -> Iterable[Triple]:
-        """Return the triples of one fact."""
+        """Return the matching triples of one fact."""
         if predicate is not None:
             of = self._of_fact.get(predicate)
             term = None if of is None else of(observation)
@@ -173,14 +169,13 @@ class Abox:
     # Instances -----------------------------------------------------------------------------------
 
     def _uid(self, iri: Node) -> int | None:
-        """The instance that an IRI stands for, None for another term."""
+        """Return the instance uid of an IRI; None for another term."""
         uid = self._uids.get(iri)
         if uid is None and (uid := instance_uid(iri)) is not None:
             self._uids[self.terms.instance(uid)] = uid
         return uid
 
     def _of_instance(self, uid: int, subject: Node, predicate: Node | None, target: Node | None) -> Iterable[Triple]:
-        """Return the triples of one instance."""
         if predicate == _HAS:
             return self._histories(uid, subject, target)
         if predicate is None:
@@ -188,7 +183,7 @@ class Abox:
         return self.states.triples(uid, subject, predicate, target)
 
     def _histories(self, uid: int, subject: Node, target: Node | None) -> Iterable[Triple]:
-        """Return what leads from an instance to its facts."""
+        """Return the links from an instance to its facts."""
         if target is None:
             return ((subject, _HAS, self.iri(observation)) for observation in self.of_subject(uid))
         known = self.observation(target)
@@ -210,7 +205,6 @@ class Abox:
         return ()
 
     def _of_anything(self, target: Node | None) -> Iterator[Triple]:
-        """Yield the triples of all subjects."""
         yield from self._of_instances(None, target)
         yield from self._of_receptions(None, target)
         for predicate in self._of_fact:
@@ -220,7 +214,7 @@ class Abox:
             yield from self._facts_with(TYPE, target)
 
     def _of_type(self, target: Node | None) -> Iterable[Triple]:
-        """Return who is of a class, by one of the types given to it; of all classes if ``target`` is None."""
+        """Return the members of a class by asserted or inferred types; of all classes if None."""
         if target in self._class_uids:
             return self._members().get(target, ())
         if target is None:
@@ -234,7 +228,7 @@ class Abox:
         return ()
 
     def _members(self) -> dict[Node, list[Triple]]:
-        """The types of all instances, by class."""
+        """Return the type triples of all instances, by class."""
         if self._typed is None:
             self._typed = {}
             for uid in self.model.instance_uids():

@@ -1,11 +1,8 @@
-"""World models asked in SPARQL.
+"""SPARQL over world models, with a time limit.
 
-rdflib answers over the world model itself and copies nothing.
-
-A limit of time for queries: what is asked may be of any length, and so may its answer.
-
-An alarm of the system interrupts Python, a regular expression that it searches too. There is none on Windows or in
-another thread than the first: there ``give_up``, which may end the process, is called a little later.
+rdflib evaluates queries on the world model without copying it. An alarm signal interrupts Python code, regular
+expressions included. On Windows and outside the main thread there is none: ``give_up``, which may end the process, is
+called shortly after the limit.
 """
 
 from __future__ import annotations
@@ -36,7 +33,7 @@ from worldmodel.store import Store
 from worldmodel.world_model import Knowledge
 
 QueryValue = str | float | bool | None
-"""A value of a query's answer."""
+"""Value in a query result."""
 Row = dict[str, Node]
 _GRAPH = re.compile(r"\bGRAPH\b", re.IGNORECASE)
 _GROUP_BY = re.compile(r"\bGROUP\s+BY\b", re.IGNORECASE)
@@ -48,28 +45,23 @@ def query(
     sparql: str,
     most_rows: int | None = None,
 ) -> tuple[tuple[str, ...], list[tuple[QueryValue, ...]]]:
-    """Ask what one vehicle knows, or each of several, in SPARQL.
+    """Evaluate a SPARQL query on the knowledge of one vehicle, or of each of several.
 
-    The prefixes of the ontology files are bound, and ``sit:``, ``rm:`` and ``run:`` in any case. Several are asked one
-    after the other: an aggregate is over the knowledge of one vehicle. For example, the roles of all vehicles, each
-    with the time and the vehicle that said so::
+    The prefixes of the ontology files, ``sit:``, ``rm:`` and ``run:`` are bound. Several vehicles are queried one by
+    one, so aggregates are per vehicle. Example, the roles of all vehicles with time and origin::
 
         SELECT ?player ?role ?time_s ?by WHERE {
             ?player sit:hasPropertyValue ?fact .
             ?fact sit:ofAttribute rm:playsRole ; sit:linkValue ?role ; sit:timestamp ?time_s ; sit:origin ?by }
 
     Args:
-        known: a world model, with or without receptions, or several by the names of their vehicles.
+        known: one world model, or several by vehicle name.
         sparql: a SELECT or ASK query.
-        most_rows: at which it stops; None for all.
+        most_rows: maximum number of rows; None for all.
 
-    Returns:
-        The names of the columns, and the rows. For several models the first column is ``vehicle``. ASK gives the
-        column ``answer``. Instances, vehicles among them, are given by their names, other IRIs as ``rm:Vehicle``,
-        points as ``POINT (3.5 4.0)``; None stands for what is not bound.
-
-    Raises:
-        QueryError: the text is no such query, or it names a variable ``?vehicle`` for several models.
+    Returns column names and rows. Several models add the first column ``vehicle``; ASK gives the column ``answer``.
+    Instances appear by name, other IRIs as ``rm:Vehicle``, points as ``POINT (3.5 4.0)``, unbound variables as None.
+    Raises QueryError for any other text, or for a variable ``?vehicle`` with several models.
     """
     if not isinstance(known, Mapping):
         return _answer(_knowledge(known), sparql, most_rows)
@@ -103,11 +95,11 @@ def _answer(
 
 @lru_cache(maxsize=64)
 def _prepared(tbox: TBox, sparql: str) -> Query:
-    """A query, parsed; raises QueryError if it is none."""
+    """Return the parsed query; raises QueryError if it is invalid or has FROM or SERVICE."""
     prefixes = prefixes_of(tbox)
     try:
         prepared = prepareQuery(sparql, initNs=prefixes)
-    except Exception as error:  # rdflib's parser raises whatever a query leads it to
+    except Exception as error:  # rdflib's parser raises many kinds of errors
         raise _fault(error, prefixes) from error
     kind = prepared.algebra.name.removesuffix("Query").upper()
     if kind not in {"SELECT", "ASK"}:
@@ -120,7 +112,7 @@ def _prepared(tbox: TBox, sparql: str) -> Query:
 
 
 def _asks_others(part: Any) -> bool:
-    """True if a part of a query asks another server."""
+    """True if a part of a query calls another server."""
     if isinstance(part, Mapping):
         return getattr(part, "name", "") == "ServiceGraphPattern" or any(map(_asks_others, part.values()))
     return isinstance(part, list | tuple) and any(map(_asks_others, part))
@@ -141,22 +133,20 @@ def _fault(error: Exception, prefixes: Mapping[str, str]) -> QueryError:
 
 def _rows(known: Knowledge, prepared: Query, sparql: str, most_rows: int | None) -> tuple[tuple[str, ...], list[Row]]:
     try:
-        # rdflib's data set costs a little more than its graph
+        # rdflib's data set is slower than its graph
         result = evalQuery(as_dataset(known) if _GRAPH.search(sparql) else as_graph(known), prepared, {})
         if result["type_"] == "ASK":
             return ("answer",), [{"answer": Literal(bool(result["askAnswer"]))}]
         columns = tuple(str(variable) for variable in result.get("vars_") or ())
         bindings = islice(result["bindings"], most_rows)
         rows: list[Row] = [{str(name): term for name, term in binding.items()} for binding in bindings]
-        # of nothing rdflib makes one empty group; SPARQL 1.1 has none then (section 11.2)
+        # without solutions rdflib returns one empty group; SPARQL 1.1 has none (section 11.2)
         return columns, [] if rows == [{}] and _GROUP_BY.search(sparql) else rows
-    except Exception as error:  # rdflib's evaluator raises whatever a query leads it to
+    except Exception as error:  # rdflib's evaluator raises many kinds of errors
         raise _fault(error, prefixes_of(known.model.tbox)) from error
 
 
 class _Shown:
-    """Terms as values of an answer."""
-
     def __init__(self, model: Store) -> None:
         self._model = model
         self._names = graph_of(model.tbox).namespace_manager
@@ -164,7 +154,7 @@ class _Shown:
             self._names.bind(prefix, namespace)
 
     def value(self, term: Node | None) -> QueryValue:
-        """A plain value: a name, a number, a truth value, a text; None for nothing."""
+        """Return a name, number, truth value or text; None if unbound."""
         if isinstance(term, URIRef):
             uid = instance_uid(term)
             instance = None if uid is None else self._model.instance(uid)
@@ -176,13 +166,13 @@ class _Shown:
 
 
 AGAIN_S = 0.5
-"""Time after which the alarm comes again: rdflib may have caught the first."""
+"""Interval (s) at which the alarm repeats, since rdflib may catch the first."""
 LATER_S = 1.0
-"""Time that the alarm has before ``give_up`` is called."""
+"""Delay (s) of ``give_up`` after the limit."""
 
 
 class _TimeIsUp(BaseException):
-    """The alarm; nothing that answers queries catches it on purpose."""
+    """Raised by the alarm; query code does not catch it."""
 
 
 def _ring(*_: Any) -> None:
@@ -191,14 +181,9 @@ def _ring(*_: Any) -> None:
 
 @contextmanager
 def time_limit(limit_s: float | None, give_up: Callable[[str], None] | None = None) -> Iterator[None]:
-    """End what is done within if it takes longer.
+    """Abort the enclosed block after ``limit_s`` (s) with QueryError; None for no limit.
 
-    Args:
-        limit_s: time that it may take (s); None for any.
-        give_up: called with a message, in another thread, if the alarm cannot end it; None for nothing.
-
-    Raises:
-        QueryError: it took longer.
+    ``give_up`` is called with a message, in another thread, if the alarm cannot end the block; None for no call.
     """
     if limit_s is None:
         yield

@@ -1,6 +1,6 @@
-"""RDF terms of a world model, and back: IRIs of instances, facts and receptions, and literals of values.
+"""RDF terms of a world model and their inverse: IRIs, and literals of values.
 
-Terms are made in great numbers and again and again, so those of values and times are remembered within a bound.
+A bounded cache holds the literals of values and times.
 """
 
 import re
@@ -18,7 +18,7 @@ from worldmodel.store import Store
 
 RUN = Namespace("https://w3id.org/remoras/run/")
 MOST_REMEMBERED = 1 << 16
-"""The number of literals to remember; beyond it all are forgotten."""
+"""Maximum number of cached literals; the cache is then cleared."""
 
 _INSTANCE = str(RUN) + "instance-"
 _FACT = str(RUN) + "fact-"
@@ -34,12 +34,12 @@ def instance_iri(uid: int) -> URIRef:
 
 
 def attribute_iri(attribute: Attribute) -> URIRef:
-    """Return the IRI of an attribute in facts; rdf:type, which OWL reserves, goes by the name of sit:type."""
+    """Return the IRI of an attribute in facts; sit:type replaces rdf:type, which OWL reserves."""
     return SIT.type if attribute.uid == TYPE_UID else URIRef(attribute.iri)
 
 
 def term_of(tbox: TBox, attribute: Attribute, value: Value) -> Node:
-    """Return a stored value as an RDF term: a uid as an IRI, all else as a literal of the attribute's own datatype."""
+    """Return a stored value: IRI for a uid, else a literal of the attribute's datatype."""
     stored: Any = attribute.quantise(value)
     match attribute.kind:
         case ValueKind.TYPE:
@@ -67,7 +67,7 @@ def _number_literal(number: float, datatype: str) -> Literal:
 
 
 def block_name(block: Block) -> str:
-    """Return the name of a block inside IRIs; a status is named as the view holds it, with one fact."""
+    """Return the name of a block in IRIs; a status must have one fact."""
     if block.is_status:
         fact = block.facts[0]
         return f"status-{block.origin}-{fact.subject}-{fact.attribute}-{block.time_s!r}"
@@ -80,7 +80,7 @@ def block_name(block: Block) -> str:
 def fact_iri(observation: Observation) -> URIRef:
     """Return the IRI of a fact."""
     block = observation.block
-    # letters, digits, dots and hyphens need no check, which is what takes the time in URIRef(...)
+    # URIRef(...) would check the characters, which is slow; these are all valid
     if block.sequence >= 0 and not block.epoch:
         return str.__new__(URIRef, f"{_FACT}{block.origin}-{block.sequence}-{observation.position}")
     name = block_name(block)
@@ -93,17 +93,17 @@ def reception_iri(receiver: int, block: Block) -> URIRef:
 
 
 def instance_uid(iri: Node) -> int | None:
-    """Return the uid of the instance that an IRI stands for, None for another term."""
+    """Return the uid of an instance IRI; None for another term."""
     return _number_after(_INSTANCE, iri)
 
 
 def is_fact(iri: Node) -> bool:
-    """True if the IRI is of the form that those of facts have."""
-    return isinstance(iri, URIRef) and str.startswith(iri, (_FACT, _STATUS))  # that of rdflib takes no tuple
+    """True if an IRI has the form of a fact IRI."""
+    return isinstance(iri, URIRef) and str.startswith(iri, (_FACT, _STATUS))  # rdflib's own startswith takes no tuple
 
 
 def fact_of(model: Store, iri: Node) -> Observation | None:
-    """Return the fact that an IRI stands for in a world model, of whatever origin; None if it holds none such."""
+    """Return the fact of an IRI, excluded origins included; None if it is not stored."""
     if not isinstance(iri, URIRef):
         return None
     if str.startswith(iri, _STATUS):
@@ -137,7 +137,7 @@ def _number_after(prefix: str, iri: Node) -> int | None:
 
 
 class RdfTerms:
-    """Terms of one world model; those made before are given again."""
+    """Cached terms of one world model."""
 
     def __init__(self, tbox: TBox) -> None:
         self._tbox = tbox
@@ -148,14 +148,14 @@ class RdfTerms:
         self._numbers: dict[float, Literal] = {}
 
     def instance(self, uid: int) -> URIRef:
-        """The IRI of an instance."""
+        """Return the IRI of an instance."""
         iri = self._instances.get(uid)
         if iri is None:
             iri = self._instances[uid] = instance_iri(uid)
         return iri
 
     def value(self, attribute: int, value: Value) -> Node:
-        """A stored value of an attribute."""
+        """Return the term of a stored value."""
         key = (attribute, value)
         term = self._values.get(key)
         if term is None:
@@ -165,7 +165,7 @@ class RdfTerms:
         return term
 
     def number(self, number: float) -> Literal:
-        """A time (s), a standard deviation or a probability."""
+        """Return the literal of a time (s), standard deviation or probability."""
         literal = self._numbers.get(number)
         if literal is None:
             if len(self._numbers) >= MOST_REMEMBERED:

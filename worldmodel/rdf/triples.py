@@ -1,24 +1,18 @@
-"""A world model as triples: instances and their current state, conclusions, estimates, and receptions.
+"""World model as triples: current state, conclusions, estimates, receptions.
 
-Conclusions of a world model as triples: types and links that follow, and the links that all know from the start.
+Of the inferred classes of an instance, only the most specific appear. The graph ``run:conclusions`` holds inferred
+triples that no origin asserted; the default graph holds asserted and inferred ones.
 
-Of the classes that follow, the most specific ones stand with an instance, as of the types that it was given. The graph
-``run:conclusions`` has what follows and was told by nobody; the default graph has it beside what was told.
-
-What was fused, as triples: one estimate for each slot of which somebody said something with an uncertainty.
-
-They stand in the named graph ``run:fused`` alone, like facts that nobody told::
+Estimates are in the named graph ``run:fused`` only, in the form of facts, one per property with uncertain values::
 
     run:instance-7 sit:hasPropertyValue run:estimate-7-15 .
     run:estimate-7-15 a sit:PropertyValue ; sit:ofAttribute rm:location ; sit:dataValue "POINT (3.52 4.01)" ;
         sit:standardUncertainty 0.31e0 ; sit:timestamp 12.3e0 ; sit:origin run:instance-2 , run:instance-4 .
 
-7-15 is subject and attribute by uids. Of symbols, truth values, types and links there is one for each hypothesis, with
-its sit:probability, the most probable as run:estimate-7-15, the next as run:estimate-7-15-1. Values are off the grid of
-what is told; the time is that of the newest observation, and the origins are all whose observations count. Fusion is
-that of ``worldmodel.fused`` with the drift that the ontology declares.
-
-The triples of receptions: when and from whom a vehicle received what it knows of others.
+7-15 are the uids of subject and attribute. Symbols, truth values, types and links have one estimate per hypothesis with
+its sit:probability: run:estimate-7-15 for the most probable, then run:estimate-7-15-1. Values are off the grid, the
+time is that of the newest observation, the origins are those that count. ``worldmodel.fused`` computes them with the
+drift of the ontology.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -35,22 +29,21 @@ from worldmodel.store import Store
 from worldmodel.world_model import Knowledge, Reception
 
 CONCLUSIONS = RUN.conclusions
-"""Name of the graph of all that follows."""
+"""Name of the graph of inferred triples."""
 _TYPE = RDF.type
 
 
 class Inferences:
-    """What follows in one world model, in terms of RDF."""
+    """Conclusions of one world model as RDF terms."""
 
     def __init__(self, model: Store, terms: RdfTerms) -> None:
-        """Follow the world model."""
         self._model = model
         self._terms = terms
         self.linked = model.inference.linked_attributes()
-        """Attributes of which an instance may have links beside its latest value."""
+        """Attributes that may have links beyond the latest value."""
 
     def classes(self, uid: int) -> list[int]:
-        """Return the classes that follow for an instance, without those above another one."""
+        """Return the most specific inferred classes of an instance."""
         mask, tbox = self._model.inference.concluded_classes(uid), self._model.tbox
         if not mask:
             return []
@@ -58,7 +51,7 @@ class Inferences:
         return [c for c in each if not any(d != c and tbox.is_a(d, c) for d in each)]
 
     def states(self, uid: int, attribute: int, concluded: bool = True) -> tuple[Node, ...]:
-        """Return what an attribute is now: the latest value, links that all know, if ``concluded`` what follows."""
+        """Return the current objects: latest value, common links, inferred ones if ``concluded``."""
         if attribute in self.linked:
             inference = self._model.inference
             known = inference.links(uid, attribute) if concluded else inference.told_links(uid, attribute)
@@ -67,7 +60,7 @@ class Inferences:
         return () if value is None else (self._terms.value(attribute, value),)
 
     def triples(self) -> Iterator[tuple[Node, Node, Node]]:
-        """Yield what follows and was told by nobody."""
+        """Yield the inferred triples that are not asserted."""
         inference, terms = self._model.inference, self._terms
         for uid in self._model.instance_uids():
             iri = terms.instance(uid)
@@ -84,13 +77,7 @@ TYPE, LABEL = RDF.type, RDFS.label
 
 
 class States:
-    """What instances are, are called, and have now.
-
-    Args:
-        model: the world model.
-        terms: of it.
-        conclusions: what follows in it.
-    """
+    """Types, names and current values of instances."""
 
     def __init__(self, model: Store, terms: RdfTerms, conclusions: Inferences) -> None:
         self._model = model
@@ -102,7 +89,7 @@ class States:
     def triples(
         self, uid: int, subject: Node, predicate: Node | None, target: Node | None, concluded: bool = True
     ) -> Iterator[tuple[Node, Node, Node]]:
-        """Yield the matching triples of one instance; without ``concluded`` only what was told."""
+        """Yield the matching triples of one instance; without ``concluded`` asserted ones only."""
         if predicate is None or predicate == TYPE:
             for term in self.types(uid, concluded=concluded):
                 if target is None or target == term:
@@ -117,12 +104,9 @@ class States:
                     yield (subject, iri, state)
 
     def types(self, uid: int, items_only: bool = False, concluded: bool = False) -> Iterator[URIRef]:
-        """Yield the classes that an instance was created with and given since.
+        """Yield the asserted classes of an instance, from items only if ``items_only``.
 
-        Args:
-            uid: the instance.
-            items_only: only what it was created with, and given by items.
-            concluded: those that follow too.
+        The class of a common instance is always included; ``concluded`` adds inferred classes.
         """
         model = self._model
         classes = {
@@ -139,17 +123,12 @@ class States:
 
 
 FUSED = RUN.fused
-"""Name of the graph of all estimates."""
+"""Name of the graph of estimates."""
 Triple = tuple[Node, Node, Node]
 
 
 class Estimates:
-    """What the facts of one world model come to, made anew when it has changed.
-
-    Args:
-        model: the world model.
-        terms: of it.
-    """
+    """Fused estimates of one world model, cached until it changes."""
 
     def __init__(self, model: Store, terms: RdfTerms) -> None:
         self._model, self._terms = model, terms
@@ -157,7 +136,7 @@ class Estimates:
         self._triples: list[Triple] = []
 
     def triples(self) -> list[Triple]:
-        """Return all triples of estimates."""
+        """Return the triples of all estimates."""
         if self._version != self._model.version:
             self._triples = list(self._all())
             self._version = self._model.version
@@ -172,7 +151,7 @@ class Estimates:
                     yield from self._of(uid, attribute.uid, estimate)
 
     def _of(self, uid: int, attribute: int, estimate: Estimate) -> Iterator[Triple]:
-        """The triples of the estimate of a slot: of each hypothesis, if there are several."""
+        """Yield the triples of an estimate, per hypothesis if there are several."""
         terms, kind = self._terms, self._model.tbox.attributes[attribute].kind
         is_link = kind in (ValueKind.LINK, ValueKind.TYPE)
         how_sure = SIT.standardUncertainty if kind in MEASURED else SIT.probability
@@ -198,12 +177,9 @@ RECEPTION, RECEIVED = SIT.Reception, SIT.received
 
 
 class Receptions:
-    """The receptions of one vehicle, by their IRIs and by what was received.
+    """Receptions of one vehicle, by IRI and by block.
 
-    Args:
-        known: what the vehicle knows.
-        terms: of its world model.
-        is_seen: tells whether a fact of that IRI is in the view.
+    ``is_seen`` is True for the IRI of a fact in the view.
     """
 
     def __init__(self, known: Knowledge, terms: RdfTerms, is_seen: Callable[[Node], bool]) -> None:
@@ -223,10 +199,10 @@ class Receptions:
             SIT.receivedAt: lambda reception: terms.number(reception.time_s),
         }
         self.predicates = frozenset({*self._parts, RECEIVED} - {RDF.type})
-        """Predicates that receptions alone have."""
+        """Predicates used by receptions only."""
 
     def get(self, iri: Node) -> Reception | None:
-        """Return the reception of that IRI, if it is one."""
+        """Return the reception with an IRI; None if there is none."""
         return self._by_iri.get(iri)
 
     def triples(
@@ -245,12 +221,12 @@ class Receptions:
                     yield (subject, RECEIVED, iri)
 
     def of_fact(self, fact: Node, observation: Observation | None) -> Iterable[tuple[Node, Node, Node]]:
-        """Return the triple that leads to a fact."""
+        """Return the triple from the reception of a fact to the fact."""
         reception = None if observation is None else self._of_block.get(block_name(observation.block))
         return () if reception is None else ((reception_iri(self._owner, reception.block), RECEIVED, fact),)
 
     def all_triples(self, predicate: Node | None, target: Node | None) -> Iterator[tuple[Node, Node, Node]]:
-        """Yield the matching triples of all receptions; ``target`` is no fact."""
+        """Yield the matching triples of all receptions; none if ``target`` is a fact."""
         if target is None or not is_fact(target):
             for iri, reception in self._by_iri.items():
                 yield from self.triples(iri, reception, predicate, target)

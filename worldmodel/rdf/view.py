@@ -1,27 +1,24 @@
-"""The world model as RDF, for SPARQL: a read-only rdflib store that copies nothing.
+"""World model as RDF: a read-only rdflib store without copies.
 
-Each fact is a sit:PropertyValue, after the situation-awareness TBox:
+Each fact is a sit:PropertyValue of the situation-awareness TBox:
 
     run:instance-7 sit:hasPropertyValue run:fact-2-15-0 .
     run:fact-2-15-0 a sit:PropertyValue ; sit:ofAttribute rm:location ; sit:dataValue "POINT (3.5 4.0)" ;
         sit:timestamp 12.3e0 ; sit:origin run:instance-2 .
 
-2-15-0 is origin, sequence and position in the block; 2.e1-15-0 is of epoch 1, 2-p1-0 of the first block that the
-origin keeps to itself. A status is run:status-2-7-4-12.3: origin, subject and attribute by uids, and time. An origin
-is a vehicle, and the common instance of its number. A link has sit:linkValue in place of sit:dataValue; the link of a
-fact of sit:type leads to a class. Literals have the datatype that the ontology declares; a point is a string, which
-rm:Point restricts. That an attribute is a sit:Attribute follows from the range of sit:ofAttribute and is not written:
-tools complain of properties that are individuals too.
+2-15-0 is origin, sequence and position in the block; 2.e1-15-0 is of epoch 1, 2-p1-0 of the first private block. A
+status is run:status-2-7-4-12.3: origin, uids of subject and attribute, time. An origin is the common instance of its
+number. A link has sit:linkValue in place of sit:dataValue; for sit:type its object is a class. Literals have the
+datatype of the ontology; a point is a string, which rm:Point restricts. Attributes are not written as sit:Attribute,
+which follows from the range of sit:ofAttribute, since tools warn about properties that are also individuals.
 
-Beside this history stands the current state, one triple for each slot: run:instance-7 rm:location "POINT (3.5 4.0)".
-The types of an instance stand without their times: rdf:type with the class that it was created with and all that it
-was given since. So do conclusions: classes of which it meets the definition, and further links. A common instance has
-its name as rdfs:label. Banned origins are left out.
+Beside this history is the current state, one triple per property: run:instance-7 rm:location "POINT (3.5 4.0)". Types
+appear without time, as rdf:type, asserted and inferred; so do inferred links. A common instance has its name as
+rdfs:label. Excluded origins are left out.
 
-What follows from definitions, inverses and the like stands beside what was told, and by itself in the named graph
-run:conclusions. What each origin said is a named graph too, under the IRI of the origin: ``GRAPH ?by { ... }``. A
-graph of another name is empty. The default graph is the union of everything that was told or follows. What the
-observations of all come to together is in ``GRAPH run:fused { ... }`` alone (``estimates``), which ?by does not name.
+The default graph is the union of asserted and inferred triples. Named graphs are run:conclusions with the inferred
+ones, the facts of each origin under its IRI (``GRAPH ?by { ... }``), and run:fused with estimates, which neither ?by
+nor the default graph includes. A graph of another name is empty.
 """
 
 from collections.abc import Generator, Iterator
@@ -47,11 +44,7 @@ _NO_CONTEXTS: Iterator[None] = iter(())
 
 
 class RdfView(rdflib_store.Store):
-    """rdflib's way into one world model and its TBox; what is recorded later is seen at once.
-
-    Args:
-        known: a world model, with or without when and from whom its vehicle received what it holds.
-    """
+    """rdflib store of one world model and its TBox; later records are visible at once."""
 
     context_aware = True
     graph_aware = True
@@ -67,7 +60,7 @@ class RdfView(rdflib_store.Store):
             self._tbox_graph.bind(prefix, namespace)
 
     def triples(self, triple_pattern: Any, context: Any = None) -> Iterator[tuple[Triple, Iterator[None]]]:
-        """Yield the triples that match a pattern, where None matches all; of an origin alone if its graph is asked."""
+        """Yield the matching triples, of one named graph if ``context`` names it; None matches all."""
         abox, none = self.abox, _NO_CONTEXTS
         if (origin := self._origin_asked(context)) is not None:
             for triple in abox.triples_of(origin, triple_pattern):
@@ -98,18 +91,18 @@ class RdfView(rdflib_store.Store):
             yield triple, none
 
     def _origin_asked(self, context: Any) -> int | None:
-        """The origin whose graph is asked; None for the union of everything."""
+        """Return the origin whose graph is queried; None for other graphs."""
         identifier = getattr(context, "identifier", None)
         return instance_uid(identifier) if isinstance(identifier, URIRef) else None
 
     @staticmethod
     def _is_named(context: Any) -> bool:
-        """True if a graph is asked by a name; the union of everything has none."""
+        """True for a named graph, False for the default union."""
         identifier = getattr(context, "identifier", None)
         return isinstance(identifier, URIRef) and identifier != DATASET_DEFAULT_GRAPH_ID
 
     def contexts(self, triple: Any = None) -> Generator[Graph, None, None]:
-        """Yield the named graphs: of each origin that said something, or ``triple``, and of what follows."""
+        """Yield the named graphs with ``triple``, or all: origins with facts, and conclusions."""
         for origin in range(self.abox.model.n_origins):
             pattern = triple or (None, None, None)
             if next(self.abox.triples_of(origin, pattern), None) is not None:
@@ -121,7 +114,7 @@ class RdfView(rdflib_store.Store):
         return sum(1 for _ in self.triples((None, None, None), context))
 
     def bind(self, prefix: str, namespace: URIRef, override: bool = True) -> None:
-        """Bind a prefix; the names are kept with the graph of the TBox."""
+        """Bind a prefix in the TBox graph, which all views of the TBox share."""
         self._tbox_graph.store.bind(prefix, namespace, override)
 
     def namespace(self, prefix: str) -> URIRef | None:
@@ -137,14 +130,14 @@ class RdfView(rdflib_store.Store):
         return self._tbox_graph.store.namespaces()
 
     def add_graph(self, graph: Graph) -> None:
-        """Do nothing: there are the graphs of the origins, and rdflib's default graph, which is their union."""
+        """Do nothing: the graphs of a view are fixed."""
 
     def add(self, triple: Any, context: Any, quoted: bool = False) -> None:
-        """Refuse: facts are recorded or merged, never written as triples."""
+        """Refuse: callers record or merge facts instead."""
         raise TypeError("the RDF view is read-only; call WorldModel.record or merge")
 
     def remove(self, triple: Any, context: Any = None) -> None:
-        """Refuse: nothing that is known is ever removed."""
+        """Refuse: known facts are never removed."""
         raise TypeError("the RDF view is read-only; nothing that is known is removed")
 
 
@@ -154,17 +147,17 @@ def _matches(triple: Triple, pattern: Any) -> bool:
 
 @lru_cache(maxsize=8)
 def _terms_of(tbox: TBox) -> tuple[frozenset[Node], frozenset[Node], frozenset[Node]]:
-    """The subjects, predicates and objects of the ontology files: a pattern with another term is not about them."""
+    """Return the subjects, predicates and objects of the ontology files, to skip other patterns."""
     triples = list(graph_of(tbox))
     subjects, predicates, targets = (frozenset(triple[place] for triple in triples) for place in range(3))
     return subjects, predicates, targets
 
 
 def as_graph(known: Store | Knowledge) -> Graph:
-    """Return the TBox and what a vehicle knows as one read-only graph, which follows the world model."""
+    """Return TBox and knowledge of a vehicle as one live read-only graph."""
     return Graph(store=RdfView(known))
 
 
 def as_dataset(known: Store | Knowledge) -> Dataset:
-    """Return the same as ``as_graph``, and what each origin said as a named graph beside it."""
+    """Return ``as_graph`` with the facts of each origin as named graphs."""
     return Dataset(store=RdfView(known), default_union=True)

@@ -1,12 +1,11 @@
-"""World models as RDF text: N-Triples, Turtle, TriG and JSON-LD, straight from the index.
+"""World models as RDF text: N-Triples, Turtle, TriG and JSON-LD, written from the index.
 
-What is written is what is known, without the ontology: a header names it as import. In a file with named graphs the
-default graph holds what no origin said by a fact: instances, types, names, the current state, receptions. What was
-told by nobody and follows is a graph of its own there, ``run:conclusions``, and beside the rest in other files.
+The ontology is not written; a header imports it. In formats with named graphs, the default graph of a single vehicle
+holds instances, types, names, current state and receptions, and ``run:conclusions`` the inferred triples. Other formats
+hold all in one graph.
 
-The canonical graph of items has their facts and the instances that these are about, as sorted N-Triples. Statuses,
-private facts, receptions and the current state are no part of it, so vehicles that hold the same items write the same
-bytes.
+The canonical graph has the facts of items and their instances as sorted N-Triples, without statuses, private facts,
+receptions and current state. Vehicles with equal items thus write equal bytes.
 """
 
 import json
@@ -35,7 +34,7 @@ LOCAL = re.compile(r"[A-Za-z0-9_](?:[A-Za-z0-9_.-]*[A-Za-z0-9_-])?", re.ASCII)
 
 
 class RdfFormat(StrEnum):
-    """Formats of RDF that a world model can be written in."""
+    """RDF formats of a written world model."""
 
     TURTLE = "ttl"
     TRIG = "trig"
@@ -44,7 +43,7 @@ class RdfFormat(StrEnum):
 
     @property
     def has_graphs(self) -> bool:
-        """True if a file of this format can hold named graphs."""
+        """True if the format supports named graphs."""
         return self in (RdfFormat.TRIG, RdfFormat.JSON_LD)
 
 
@@ -56,13 +55,10 @@ class Graph(NamedTuple):
 
 
 def written(known: Mapping[str, Knowledge], form: RdfFormat, header: bool = True) -> str:
-    """Return what vehicles know as text.
+    """Return the knowledge of vehicles as text.
 
-    Args:
-        known: by the names of the vehicles.
-        form: with named graphs, these are what each origin said where there is one vehicle, and what each knows where
-            there are several; else all is in one graph, and what several know is their union.
-        header: name the ontologies that are used, and the vehicles whose graphs there are.
+    Named graphs, if the format has them, are one per origin for a single vehicle, else one per vehicle. Other formats
+    write the union. ``header`` adds the imported ontologies and the vehicle names.
     """
     tbox = next(iter(known.values())).model.tbox
     graphs = list(_graphs(known) if form.has_graphs else _union(known))
@@ -75,14 +71,14 @@ def written(known: Mapping[str, Knowledge], form: RdfFormat, header: bool = True
 
 
 def canonical_items(known: Iterable[Store]) -> str:
-    """Return the canonical graph of the items that world models hold: sorted N-Triples; see the head of this module."""
+    """Return the canonical graph of the items of world models, as sorted N-Triples."""
     names = _Names({})
     return "".join(sorted({line for model in known for line in _lines(item_triples(Abox(Knowledge(model))), names)}))
 
 
 @lru_cache(maxsize=8)
 def prefixes_of(tbox: TBox) -> Mapping[str, str]:
-    """Return namespaces by prefix: of runs, of RDF and OWL, and those of the terms in the ontology files."""
+    """Return namespaces by prefix: of runs, RDF, OWL and the terms in the ontology files."""
     graph = graph_of(tbox)
     terms = {str(term) for triple in graph for term in triple if isinstance(term, URIRef)}
     bound = {str(prefix): str(iri) for prefix, iri in graph.namespaces() if prefix}
@@ -92,7 +88,7 @@ def prefixes_of(tbox: TBox) -> Mapping[str, str]:
 
 
 def _header(tbox: TBox, known: Mapping[str, Knowledge]) -> Iterator[Triple]:
-    """Yield the ontologies that the knowledge is told in, and the vehicles whose graphs follow."""
+    """Yield the imported ontologies and the vehicle of each graph."""
     whole = URIRef(str(RUN).rstrip("/"))
     yield (whole, RDF.type, OWL.Ontology)
     ontologies = (iri for iri in graph_of(tbox).subjects(RDF.type, OWL.Ontology) if isinstance(iri, URIRef))
@@ -103,7 +99,7 @@ def _header(tbox: TBox, known: Mapping[str, Knowledge]) -> Iterator[Triple]:
 
 
 def knowledge_iri(node: int) -> URIRef:
-    """Return the name of the graph of what a vehicle knows."""
+    """Return the graph name of the knowledge of a vehicle."""
     return RUN[f"knowledge-{node}"]
 
 
@@ -133,7 +129,7 @@ def _union(known: Mapping[str, Knowledge]) -> Iterator[Graph]:
 
 
 def all_triples(abox: Abox, concluded: bool = True) -> Iterator[Triple]:
-    """Yield all that is known, by subject; without ``concluded`` instances, their state and receptions alone."""
+    """Yield all triples by subject; without ``concluded`` only instances, state and receptions."""
     for uid in abox.model.instance_uids():
         iri = abox.terms.instance(uid)
         yield from abox.states.triples(uid, iri, None, None, concluded=concluded)
@@ -147,7 +143,7 @@ def all_triples(abox: Abox, concluded: bool = True) -> Iterator[Triple]:
 
 
 def item_triples(abox: Abox) -> Iterator[Triple]:
-    """Yield the facts of all items, and the types and names of the instances that they are about."""
+    """Yield the facts of all items, with types and names of their subjects."""
     told: set[int] = set()
     for observation in abox.all_facts():
         if observation.block.is_item:
@@ -166,13 +162,13 @@ def item_triples(abox: Abox) -> Iterator[Triple]:
 
 
 class _Names(dict[Node, str]):
-    """Terms as text, each worked out once."""
+    """Cache of terms as text."""
 
     def __init__(self, prefixes: Mapping[str, str]) -> None:
         super().__init__()
         self._prefixes = tuple((namespace, prefix) for prefix, namespace in prefixes.items())
         self.used: dict[str, str] = {}
-        """Namespaces that a text needs, by prefix."""
+        """Used namespaces, by prefix."""
 
     def __missing__(self, term: Node) -> str:
         name = self[term] = self._literal(term) if isinstance(term, Literal) else self._iri(str(term))
@@ -210,7 +206,7 @@ def _turtle(graphs: Iterable[Graph], prefixes: Mapping[str, str]) -> str:
 
 
 def _sentences(triples: Iterable[Triple], names: _Names) -> Iterator[str]:
-    """Yield the triples, those of one subject in one sentence."""
+    """Yield the triples, one sentence per run of equal subjects."""
     before: Node | None = None
     for subject, predicate, target in triples:
         verb = "a" if predicate == RDF.type else names[predicate]
