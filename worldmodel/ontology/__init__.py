@@ -1,4 +1,4 @@
-"""The ontology: from Turtle files to a ``TBox``, and its terms in words."""
+"""Ontology: compilation of Turtle files to a ``TBox``, and description of its terms."""
 
 from functools import lru_cache
 from pathlib import Path
@@ -24,38 +24,26 @@ _CORE = ("situation", "marine", "platforms", "equipment", "seabed", "work", "fau
 
 
 def ontology_path(name: str) -> Path:
-    """Return a shipped Turtle file, which is read only where a scenario uses the subject of its words.
-
-    Args:
-        name: of the file.
-    """
+    """Return the path of a shipped Turtle file; scenarios read it only if they use its terms."""
     return ONTOLOGY_FOLDER / f"{name}.ttl"
 
 
 def core_ontology_paths() -> tuple[Path, ...]:
-    """Return the Turtle files that every vehicle reads, without the alignments to other vocabularies."""
+    """Return the core Turtle files, without alignments to other vocabularies."""
     return tuple(map(ontology_path, _CORE))
 
 
 def read_tbox(*files: Path | Source) -> TBox:
-    """Compile Turtle files, usually those of the core ontology and a mission's own vocabulary.
+    """Compile Turtle files, usually the core ontology and a mission's vocabulary.
 
-    A vocabulary may add classes (subclasses of core classes, say), attributes and individuals. Each term is
-    defined in one file: a file that redefines a class or an attribute of another is refused.
+    A vocabulary may add classes, attributes and individuals, but not redefine a class or attribute of another file.
 
-    Class uids follow the order of the IRIs, compared as strings, over all files together; attribute uids do
-    so too, after ``type``, which has uid 0. They depend neither on the order of the files nor on the order of
-    the triples. A file whose IRIs sort before those of another therefore shifts the uids of the other; all
-    vehicles of a fleet must read the same files.
+    Class uids follow the string order of the IRIs over all files; so do attribute uids, after ``type`` with uid 0. The
+    order of files and triples has no effect. An added file can shift the uids of another, so all vehicles of a fleet
+    must read the same files.
 
-    Args:
-        files: Turtle files in UTF-8, or the text of such, in any order; a file given twice counts once.
-
-    Returns:
-        The tables; files with the same text give the same object.
-
-    Raises:
-        OntologyError: the faults, each with file, term, what is wrong and what is allowed.
+    Files are paths or texts in UTF-8; duplicates count once. Equal texts return the same object. Raises OntologyError
+    with all faults, each with file, term, fault and allowed values.
 
     >>> tbox = read_tbox(*core_ontology_paths())
     >>> tbox.attribute_named("type").uid, tbox.class_named("ASV").uid < tbox.class_named("AUV").uid
@@ -74,7 +62,7 @@ def read_tbox(*files: Path | Source) -> TBox:
 
 
 def graph_of(tbox: TBox) -> "Graph":
-    """Return the files of a TBox as one rdflib graph, without individuals; read it, do not write to it."""
+    """Return the files of a TBox as one shared, read-only graph without individuals."""
     from worldmodel.ontology.compiler import terminology
 
     return terminology(tbox.sources)
@@ -88,13 +76,13 @@ def _compiled(sources: tuple[Source, ...]) -> TBox:
 
 
 class Term(NamedTuple):
-    """A class or an attribute in words.
+    """Description of a class or attribute.
 
     Attributes:
-        name: the local part of its IRI.
+        name: local part of its IRI.
         kind: ``class below Vehicle``, or ``attribute of Vehicle: 0 to 20 m/s, steps of 0.05``.
-        meaning: its definition, empty if no file has one.
-        file: the name of the file that declares it, without folder and ending.
+        meaning: rdfs:comment, or empty.
+        file: declaring file, without folder and ending.
     """
 
     name: str
@@ -134,7 +122,7 @@ def terms_of(tbox: TBox) -> tuple[Term, ...]:
 
 
 def _values(tbox: TBox, attribute: Attribute) -> str:
-    """Return the values of an attribute in words."""
+    """Describe the values of an attribute."""
     if attribute.range_class is not None:
         return tbox.classes[attribute.range_class].name
     if attribute.symbols:

@@ -1,4 +1,4 @@
-"""Units, grids, uncertainty, lengths and statuses that the rm: annotations of an attribute state of its values."""
+"""Reader of the rm: annotations of attributes: units, grids, uncertainty, lengths, statuses."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -15,7 +15,7 @@ RM = Namespace("https://w3id.org/remoras/marine#")
 BOUNDS = (RM.minimum, RM.maximum, RM.resolution)
 ANNOTATIONS = frozenset({*BOUNDS, RM.unit, RM.latestOnly, RM.sigma, RM.probability, RM.drift, RM.maxBytes})
 SIGMAS = 64
-"""Standard deviations that a value may carry: as many steps of ``rm:sigma``, six bits."""
+"""Number of standard deviations of a value: multiples of ``rm:sigma`` in six bits."""
 
 QUDT_UNITS = "http://qudt.org/vocab/unit/"
 """Namespace of the units of QUDT, http://qudt.org."""
@@ -37,11 +37,11 @@ _SYMBOLS = {
 }
 
 Fault = Callable[[Node, str, str], None]
-"""Takes a fault: its subject, what is wrong, and what is allowed."""
+"""Fault handler: subject, fault, allowed values."""
 
 
 def symbol_of(iri: str) -> str | None:
-    """Return the symbol of a unit of QUDT, or its name where none is listed; None for other IRIs.
+    """Return the symbol of a QUDT unit, or its name if not listed; None for other IRIs.
 
     >>> symbol_of("http://qudt.org/vocab/unit/M"), symbol_of("http://qudt.org/vocab/unit/NanoFARAD"), symbol_of("m")
     ('m', 'NanoFARAD', None)
@@ -51,17 +51,10 @@ def symbol_of(iri: str) -> str | None:
 
 
 class Annotations:
-    """The annotations of one attribute, which are read on request."""
+    """Annotations of one attribute, read on request."""
 
     def __init__(self, graph: Graph, iri: URIRef, kind: ValueKind, fault: Fault) -> None:
-        """Read annotations.
-
-        Args:
-            graph: the ontology.
-            iri: the attribute.
-            kind: of its values.
-            fault: takes the faults.
-        """
+        """Refuse annotations of another kind of values; ``fault`` receives all faults."""
         self._graph, self._iri, self._kind, self._fault = graph, iri, kind, fault
         of_numbers = (*BOUNDS, RM.unit, RM.drift)
         refused = {
@@ -75,11 +68,11 @@ class Annotations:
 
     @property
     def latest_only(self) -> bool:
-        """Whether older values are obsolete."""
+        """True if older values are obsolete (rm:latestOnly)."""
         return self._one(RM.latestOnly, (bool,), "true or false, once") or False
 
     def fields(self, datatype: Node) -> tuple[Field, ...]:
-        """Return the grid of a number, or of both numbers of a point; empty for others and where there is a fault."""
+        """Return the grid of a number, twice for a point; empty for other kinds or after a fault."""
         if self._kind not in MEASURED:
             return ()
         bounds = [self._number(predicate, "one number", is_needed=True) for predicate in BOUNDS]
@@ -102,7 +95,7 @@ class Annotations:
         return (field,) * (2 if self._kind is ValueKind.POINT else 1)
 
     def uncertainty(self, fields: Sequence[Field]) -> Field | None:
-        """Return the grid of uncertainties: 64 steps of a standard deviation, all of a probability from 0 to 1."""
+        """Return the grid of uncertainties: 64 sigmas, or probabilities between 0 and 1."""
         own = RM.sigma if self._kind in MEASURED else RM.probability
         step = self._number(own, "one number, the step")
         if step is None:
@@ -118,7 +111,7 @@ class Annotations:
 
     @property
     def drift(self) -> float:
-        """Random walk of a number or point per square root of a second; 0 where nothing is stated."""
+        """Random walk of a number or point per square root of a second; 0 by default."""
         drift = self._number(RM.drift, "one number of 0 or more")
         if drift is not None and not 0.0 <= drift < math.inf:
             self._wrong(f"rm:drift is {drift}", "one number of 0 or more")
@@ -126,7 +119,7 @@ class Annotations:
 
     @property
     def most_bytes(self) -> int:
-        """The greatest length of a text in UTF-8; 0 for another kind."""
+        """Maximum length of a text in bytes of UTF-8; 0 for other kinds."""
         if self._kind is not ValueKind.TEXT:
             return 0
         allowed = f"one whole number for a text, 1 to {LONGEST_BYTES}"
@@ -140,7 +133,7 @@ class Annotations:
         return None if number is None else float(number)
 
     def _one(self, predicate: URIRef, types: tuple[type, ...], allowed: str, is_needed: bool = False) -> Any:
-        """Return the one value of an annotation; None, with a fault, where it has not one of such a type."""
+        """Return the single value of an annotation; else record a fault, if needed or wrong."""
         terms = self._graph.objects(self._iri, predicate)
         values = [term.toPython() if isinstance(term, Literal) else term for term in terms]
         if len(values) == 1 and type(values[0]) in types:

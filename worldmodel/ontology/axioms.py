@@ -1,11 +1,10 @@
-"""Axioms of an ontology, and the tables by which conclusions are drawn from them.
+"""Axioms of an ontology and their compiled inference tables.
 
-``Axioms`` are as stated: definitions of classes, and relations between attributes that link instances.
-``CompiledAxioms`` are their consequences for every world model of that ontology. A condition such as "some part of it
-is a Sonar" is one more bit of a mask, so that classes follow from classes by masks alone. ``superclasses`` completes
-the hierarchy before the first fact comes, by the rules of OWL 2 EL for subclasses, intersections and existential
-restrictions (Baader, Brandt, Lutz, Pushing the EL envelope, 2005). The rules of OWL 2 RL, which owlrl has, cannot: they
-do not put a class below an intersection.
+``Axioms`` are as declared: class definitions, and relations between links. ``CompiledAxioms`` are their consequences. A
+condition such as "some part of it is a Sonar" is a further bit of the class mask, so that masks alone infer classes.
+``superclasses`` completes the hierarchy in advance by the OWL 2 EL rules for subclasses, intersections and existential
+restrictions (Baader, Brandt, Lutz, Pushing the EL envelope, 2005). OWL 2 RL rules, as in owlrl, do not suffice: they
+put no class below an intersection.
 """
 
 from collections.abc import Sequence
@@ -16,7 +15,7 @@ from worldmodel.ontology.fields import Value
 
 @dataclass(frozen=True, slots=True)
 class ValueCondition:
-    """A condition on the values of one attribute: one is an instance of class ``filler``, or is ``value``."""
+    """Condition on an attribute: a value is of class ``filler``, or equals ``value``."""
 
     attribute: int
     filler: int | None = None
@@ -25,9 +24,9 @@ class ValueCondition:
 
 @dataclass(frozen=True, slots=True)
 class Definition:
-    """Classes and conditions that the instances of a class meet.
+    """Classes and conditions that all instances of a class meet.
 
-    ``is_sufficient``: an instance that meets them is of the class.
+    ``is_sufficient``: an instance that meets them belongs to the class.
     """
 
     class_uid: int
@@ -38,13 +37,11 @@ class Definition:
 
 @dataclass(frozen=True, slots=True)
 class Axioms:
-    """The axioms of an ontology beyond hierarchy and disjointness, all uids.
+    """Axioms beyond hierarchy and disjointness, as uids.
 
     Attributes:
-        definitions: of classes, by equivalence or by necessary conditions.
-        inverses: pairs of attributes, each the other way round.
-        transitive: attributes that lead on.
-        sub_attributes: pairs of an attribute and one above it.
+        definitions: by equivalence or necessary conditions.
+        sub_attributes: pairs of an attribute and its super-attribute.
     """
 
     definitions: tuple[Definition, ...] = ()
@@ -57,28 +54,26 @@ NO_AXIOMS = Axioms()
 
 
 class CompiledAxioms:
-    """The axioms compiled. All masks have bit c for class c, and behind these a bit for each condition.
+    """Compiled axioms. Masks have bit c for class c, followed by one bit per condition.
 
     Attributes:
-        n_classes: the number of classes.
-        conditions: those of sufficient definitions; ``bit_of`` has their bits.
-        of_links: the conditions that are about links.
-        superclasses: of each class all classes and conditions of its instances, itself included.
-        entailed: for each attribute the links that follow from one: (attribute, whether reversed), itself first.
-        sources: for each attribute the attributes from whose links one follows, in the same form.
-        transitive: attributes that lead on, inverses included.
-        derived: attributes that may have links which nobody told.
-        heeded: attributes of which a value may lead to a conclusion.
-        is_needed: whether facts may lead to conclusions.
+        conditions: of sufficient definitions; ``bit_of`` returns their bits.
+        of_links: conditions on links.
+        superclasses: mask of all classes and conditions of the instances of each class, itself included.
+        entailed: links that follow from a link of each attribute: (attribute, reversed), itself first.
+        sources: inverse of ``entailed``: attributes whose links entail one of each attribute.
+        transitive: inverses included.
+        derived: attributes that may have inferred links.
+        heeded: attributes whose values may lead to a conclusion.
+        is_needed: True if facts may lead to conclusions.
     """
 
     def __init__(self, told: Sequence[int], ends: Sequence[tuple[int, int | None]], axioms: Axioms) -> None:
         """Compile axioms.
 
         Args:
-            told: of each class the mask of itself and its stated superclasses.
-            ends: of each attribute its domain and, of a link, its range.
-            axioms: to compile.
+            told: for each class, the mask of itself and its declared superclasses.
+            ends: for each attribute, its domain and, for a link, its range.
         """
         self.n_classes = len(told)
         self.entailed = _entailments(len(ends), axioms)
@@ -105,11 +100,11 @@ class CompiledAxioms:
         self.is_needed = bool(sufficient or self.heeded)
 
     def bit_of(self, condition: ValueCondition) -> int:
-        """Return the mask of a condition of a sufficient definition."""
+        """Return the mask of a condition in ``conditions``."""
         return self._bits[condition]
 
     def closed(self, mask: int) -> int:
-        """Return all classes and conditions of an instance of those in ``mask``, which has all above its classes."""
+        """Return all classes and conditions that follow from a mask closed under superclasses."""
         closure = self._closed.get(mask)
         if closure is None:
             closure = self._closed[mask] = self._close(mask, self.superclasses)
@@ -127,7 +122,7 @@ class CompiledAxioms:
     def _saturated(
         self, told: Sequence[int], ends: Sequence[tuple[int, int | None]], definitions: Sequence[Definition]
     ) -> tuple[int, ...]:
-        """Return ``superclasses``: all that follows from definitions, applied until nothing new does."""
+        """Return ``superclasses``, by applying the definitions up to a fixed point."""
         masks = list(told)
         asked: list[set[ValueCondition]] = [set() for _ in masks]
         for each in definitions:
@@ -147,7 +142,7 @@ class CompiledAxioms:
         return tuple(masks)
 
     def _met_by(self, asked: ValueCondition, masks: Sequence[int], ends: Sequence[tuple[int, int | None]]) -> int:
-        """Return the conditions that an instance meets since it meets ``asked``."""
+        """Return the mask of sufficient conditions that condition ``asked`` implies."""
         if asked.filler is None:
             return self._bits.get(asked, 0)
         range_class = ends[asked.attribute][1]
@@ -160,7 +155,7 @@ class CompiledAxioms:
         return sum(map(self.bit_of, met))
 
     def _led_on(self, asked: ValueCondition, all_asked: Sequence[set[ValueCondition]]) -> set[ValueCondition]:
-        """Return the conditions that follow from ``asked`` by attributes that lead on."""
+        """Return the conditions that follow from ``asked`` by transitive attributes."""
         if asked.filler is None:
             return set()
         return {
@@ -173,11 +168,11 @@ class CompiledAxioms:
 
 
 Entailed = tuple[tuple[int, bool], ...]
-"""Attributes of the links that follow from a link, each with whether it is reversed."""
+"""Attributes of the links that follow from a link, each with True if reversed."""
 
 
 def _entailments(n_attributes: int, axioms: Axioms) -> tuple[Entailed, ...]:
-    """Return the links that follow from a link of each attribute by inverses and attributes above it, itself first."""
+    """Return the entailments by inverses and super-attributes, for each attribute; itself first."""
     steps: list[set[tuple[int, bool]]] = [set() for _ in range(n_attributes)]
     for a, b in axioms.inverses:
         steps[a].add((b, True))
@@ -187,7 +182,7 @@ def _entailments(n_attributes: int, axioms: Axioms) -> tuple[Entailed, ...]:
     entailed = []
     for uid in range(n_attributes):
         reached = [(uid, False)]
-        for a, flipped in reached:  # grows while it is read
+        for a, flipped in reached:  # grows during the iteration
             for b, turned in sorted(steps[a]):
                 if (link := (b, flipped != turned)) not in reached:
                     reached.append(link)

@@ -1,11 +1,10 @@
-"""Compile OWL: from Turtle files, which rdflib reads, to the tables of a ``TBox``, or to a list of faults.
+"""OWL compiler: from Turtle files to the tables of a ``TBox`` or a list of faults.
 
-Compiled are classes, attributes (owl:DatatypeProperty and owl:ObjectProperty) and individuals outside the situation
-vocabulary. ``_ALLOWED`` has all constructs; any other is refused by name. Annotations change no answer: labels,
-comments, properties declared as owl:AnnotationProperty, and vocabularies that share no namespace with the files.
-A class expression is an owl:intersectionOf declared classes and restrictions, or a restriction:
-owl:someValuesFrom a declared class, of a link, or owl:hasValue a literal, of any other attribute. The range of an
-attribute decides the kind of its values:
+It compiles classes, attributes (owl:DatatypeProperty, owl:ObjectProperty) and individuals outside the situation
+vocabulary. ``_ALLOWED`` lists all constructs; any other is refused by name. Annotations have no effect: labels,
+comments, owl:AnnotationProperty, and vocabularies that share no namespace with the files. A class expression is an
+owl:intersectionOf declared classes and restrictions, or a restriction: owl:someValuesFrom a declared class for a link,
+owl:hasValue a literal for any other attribute. The range of an attribute gives the kind of its values:
 
     xsd:double, xsd:decimal, xsd:integer   NUMBER    needs rm:minimum, rm:maximum, rm:resolution; may have rm:unit
     rm:Point                               POINT     the same, for both axes
@@ -14,8 +13,8 @@ attribute decides the kind of its values:
     xsd:string                             TEXT      needs rm:maxBytes
     a declared class                       LINK
 
-An individual has one class and those above it, links to others, and at most one value of each other attribute, which
-all know from the start; a value holds until a vehicle states another. Two names are two things.
+An individual has one most specific class, links to others, and at most one value of each other attribute. All vehicles
+know these initially; a value holds until a vehicle records another. Names are unique: two names are two individuals.
 """
 
 import re
@@ -38,7 +37,7 @@ from worldmodel.ontology.fields import Value
 from worldmodel.ontology.tbox import TYPE_UID, Attribute, Individual, OntologyClass, Source, TBox, ValueKind, closure
 
 CORE, MARINE = URIRef("https://w3id.org/remoras/core"), URIRef("https://w3id.org/remoras/marine")
-"""The file that brings those of the core to other tools, and one of these: its import needs no file."""
+"""File that imports the core for other tools, and a core file: this import needs no file."""
 SIT = Namespace("https://w3id.org/remoras/situation#")
 
 _KINDS: dict[Node, ValueKind] = {
@@ -47,7 +46,7 @@ _KINDS: dict[Node, ValueKind] = {
     XSD.boolean: ValueKind.BOOLEAN,
     XSD.string: ValueKind.TEXT,
 }
-"""Kinds of values by range; a declared class and a list of texts are the others."""
+"""Kinds of values by range, except declared classes and lists of strings."""
 _RANGES = (
     "xsd:double, xsd:decimal, xsd:integer, xsd:boolean, xsd:string, rm:Point, owl:oneOf (strings) or a declared class"
 )
@@ -56,7 +55,7 @@ _DEFINING = {
     *(RDF.type, RDFS.subClassOf, OWL.equivalentClass, OWL.disjointWith),
     *(RDFS.domain, RDFS.range, RDFS.subPropertyOf, OWL.inverseOf, *ANNOTATIONS),
 }
-"""Predicates that define their subject, which one file alone may do; any file may add labels and alignments."""
+"""Predicates that define their subject, in one file only; any file may annotate."""
 _HARMLESS = {
     *(RDF.type, RDFS.label, RDFS.comment, RDFS.seeAlso, RDFS.isDefinedBy, OWL.versionInfo, OWL.versionIRI),
     *(OWL.deprecated, OWL.priorVersion, OWL.backwardCompatibleWith, OWL.incompatibleWith),
@@ -75,7 +74,7 @@ _ALLOWED: dict[str, tuple[Node, ...]] = {
     ),
     "anything else": (OWL.Ontology, OWL.AnnotationProperty, RDFS.Datatype, OWL.equivalentClass),
 }
-"""Types and predicates that may be stated of what; and annotations."""
+"""Allowed types and predicates by kind of subject, besides annotations."""
 _EXPRESSIONS = (
     "owl:intersectionOf declared classes and restrictions; of a declared link owl:someValuesFrom a declared class, "
     "of another declared attribute owl:hasValue a literal of its datatype that is stored as it is"
@@ -86,10 +85,9 @@ _POINT = re.compile(r"POINT \((\S+) (\S+)\)")
 
 @dataclass(frozen=True)
 class Parsed:
-    """The union of the files.
+    """Union of the files.
 
-    ``file_of`` is the first file that has triples of a subject; ``definitions`` lists the files that define
-    a term, in the order given.
+    ``file_of`` is the first file with triples of a subject; ``definitions`` are the defining files of a term, in order.
     """
 
     graph: Graph
@@ -98,9 +96,9 @@ class Parsed:
 
 
 def parse_turtle(sources: Iterable[Source]) -> Parsed:
-    """Parse the files into one graph, without the imports that are among them.
+    """Parse the files into one graph, without imports among them.
 
-    Raises OntologyError naming every file that is not Turtle or imports one that is not given.
+    Raises OntologyError for each file that is not Turtle or imports a file not given.
     """
     union = Graph()
     file_of: dict[Node, str] = {}
@@ -110,8 +108,8 @@ def parse_turtle(sources: Iterable[Source]) -> Parsed:
         graph = Graph()
         try:
             graph.parse(data=source.text, format="turtle")
-            deque((list(graph.items(node)) for node in graph.subjects(RDF.rest)), 0)  # a list may bite its own tail
-        except Exception as error:  # rdflib's parsers raise errors of many kinds for a broken text
+            deque((list(graph.items(node)) for node in graph.subjects(RDF.rest)), 0)  # a cyclic list raises
+        except Exception as error:  # rdflib's parsers raise many kinds of errors
             faults.append(f"{source.path}: is not Turtle: {_reason(error)}; allowed: what Turtle 1.1 allows")
             continue
         for subject in graph.subjects(unique=True):
@@ -131,7 +129,7 @@ def parse_turtle(sources: Iterable[Source]) -> Parsed:
 
 @lru_cache(maxsize=8)
 def terminology(sources: tuple[Source, ...]) -> Graph:
-    """Return the graph of the files without individuals: the world models have them, under names of instances."""
+    """Return the graph of the files without individuals, which world models hold as instances."""
     graph = parse_turtle(sources).graph
     for individual in list(_stated_subjects(graph, set(graph.subjects(RDF.type, OWL.Class)))):
         graph.remove((individual, None, None))
@@ -139,7 +137,7 @@ def terminology(sources: tuple[Source, ...]) -> Graph:
 
 
 def compile_tbox(sources: tuple[Source, ...]) -> TBox:
-    """Compile the files; raises OntologyError with the faults of every subject."""
+    """Compile the files; raises OntologyError with all faults found."""
     parsed = parse_turtle(sources)
     if faults := sorted(_redefinitions(parsed)):
         raise OntologyError(faults)
@@ -159,7 +157,7 @@ def compile_tbox(sources: tuple[Source, ...]) -> TBox:
 
 
 def _reason(error: Exception) -> str:
-    """Return the message of a parser in one line: of a syntax error its line, what is wrong, and the text there."""
+    """Return the message of a parser in one line; for a syntax error with line and text."""
     if isinstance(error, BadSyntax):
         text = error._str.decode(errors="replace") if isinstance(error._str, bytes) else error._str
         here = " ".join(text[error._i :].split("\n")[0].split())
@@ -168,7 +166,7 @@ def _reason(error: Exception) -> str:
 
 
 def _unmet_imports(union: Graph, file_of: dict[Node, str]) -> list[str]:
-    """Return a fault for every import that is none of the files, by name or by version."""
+    """Return a fault for each import whose ontology or version is not among the files."""
     read = {*union.subjects(RDF.type, OWL.Ontology), *union.objects(None, OWL.versionIRI)}
     allowed = ", ".join(sorted(map(str, union.subjects(RDF.type, OWL.Ontology))))
     return [
@@ -180,7 +178,7 @@ def _unmet_imports(union: Graph, file_of: dict[Node, str]) -> list[str]:
 
 
 def _redefinitions(parsed: Parsed) -> Iterator[str]:
-    """Yield a fault for every file that changes the meaning of a term of another file."""
+    """Yield a fault for each file that redefines a term of another file."""
     shown = parsed.graph.namespace_manager.normalizeUri
     allowed = (
         "one file that defines a term; leave that of the other file alone, and add a class below it "
@@ -198,7 +196,7 @@ def _redefinitions(parsed: Parsed) -> Iterator[str]:
 
 
 def _stated_subjects(graph: Graph, classes: Set[Node]) -> Iterator[Node]:
-    """Yield the subjects that are of one of these classes, or an owl:NamedIndividual."""
+    """Yield instances of ``classes`` or owl:NamedIndividual outside the situation vocabulary."""
     for subject in set(graph.subjects(unique=True)) - classes:
         kinds = set(graph.objects(subject, RDF.type))
         if not str(subject).startswith(SIT) and (OWL.NamedIndividual in kinds or kinds & classes):
@@ -214,7 +212,7 @@ def _namespace(iri: Node) -> str:
 
 
 class _Reader:
-    """Reads the graph, and collects the faults."""
+    """Reader of the graph that collects faults."""
 
     def __init__(self, parsed: Parsed) -> None:
         self.graph, self.file_of = parsed.graph, parsed.file_of
@@ -225,31 +223,31 @@ class _Reader:
         self.stated = sorted(_stated_subjects(self.graph, self.class_uid.keys()), key=str)
 
     def _declared(self, *owl_types: URIRef) -> list[URIRef]:
-        """Return the terms of one of ``owl_types`` outside the situation vocabulary, by IRI."""
+        """Return the terms of these types outside the situation vocabulary, by IRI."""
         declared = {s for owl_type in owl_types for s in self.graph.subjects(RDF.type, owl_type)}
         return sorted(iri for iri in declared if isinstance(iri, URIRef) and not iri.startswith(SIT))
 
     # Faults --------------------------------------------------------------------------------------
 
     def fault(self, subject: Node, wrong: str, allowed: str) -> None:
-        """Note one fault of ``subject``."""
+        """Record a fault of ``subject``."""
         self.faults.append(f"{self.file_of.get(subject, 'TBox')}: {self.shown(subject)}: {wrong}; allowed: {allowed}")
 
     def refuse_if_any(self) -> None:
-        """Raise the faults."""
+        """Raise OntologyError if there are faults."""
         if self.faults:
             raise OntologyError(sorted(set(self.faults)))
 
     def shown(self, term: Node) -> str:
-        """Return a term as a Turtle file would write it."""
+        """Return a term in Turtle syntax."""
         return term.n3(self.graph.namespace_manager) if isinstance(term, (URIRef, Literal)) else "[ ]"
 
     def hint(self, term: Node, known: Iterable[Node]) -> str:
-        """Propose the known term most like an unknown one."""
+        """Return a text that proposes the known term nearest to an unknown one."""
         return suggestion(_local_name(str(term)), sorted(_local_name(str(each)) for each in known))
 
     def refuse_others(self) -> None:
-        """Refuse each construct that is not compiled, and each term of a declared namespace that is not declared."""
+        """Refuse unsupported constructs, and undeclared terms of a declared namespace."""
         roles: dict[Node, str] = {
             **dict.fromkeys(self.stated, "an individual"),
             **{iri: "a link" if self._is_link(iri) else "an attribute" for iri in self.attribute_iris},
@@ -278,16 +276,16 @@ class _Reader:
                 self.fault(self._owner(subject), says, f"of {role} {names}{more}, and annotations{hint}")
 
     def _owner(self, node: Node) -> Node:
-        """Return the named subject of whose description a node without a name is a part; itself if there is none."""
+        """Return the named subject that a blank node describes; the node itself without one."""
         front = [node]
-        for above in front:  # grows while it is read
+        for above in front:  # grows during the iteration
             if isinstance(above, URIRef):
                 return above
             front += [each for each in self.graph.subjects(None, above) if each not in front]
         return node
 
     def _refuse_names(self, iris: Sequence[URIRef], pattern: re.Pattern[str], taken: dict[str, URIRef]) -> None:
-        """Refuse names (the local parts of IRIs) that do not fit, and names that two IRIs share."""
+        """Refuse local names that do not match ``pattern`` or belong to two IRIs."""
         places = {file: place for place, file in enumerate(dict.fromkeys(self.file_of.values()))}
         for iri in iris:
             name = _local_name(iri)
@@ -295,7 +293,7 @@ class _Reader:
                 allowed = "a letter, then letters, digits, " + ("_" if pattern is _NAME else "- and _")
                 self.fault(iri, f"its name {name!r} is not an identifier", allowed)
             elif (other := taken.setdefault(name, iri)) != iri:
-                # the file that is read later is at fault
+                # the later file is at fault
                 first, later = sorted((other, iri), key=lambda each: places.get(self.file_of.get(each, ""), -1))
                 where = f" in {self.file_of[first]}" if first in self.file_of else ""
                 self.fault(later, f"its name {name!r} is that of <{first}>{where} too", "one IRI for each name")
@@ -303,13 +301,13 @@ class _Reader:
     # Classes -------------------------------------------------------------------------------------
 
     def classes(self) -> list[OntologyClass]:
-        """Compile the classes; a class without a named superclass is below Thing."""
+        """Compile the classes; the default superclass is Thing."""
         self._refuse_names(self.class_iris, _NAME, {"Thing": OWL.Thing})
         thing, compiled = self.class_uid[OWL.Thing], []
         for iri, uid in self.class_uid.items():
             parents = set(self._parents_of(iri)) or ({thing} - {uid})
             compiled.append(OntologyClass(uid, _local_name(str(iri)), str(iri), tuple(sorted(parents))))
-        # take away the classes whose parents are all taken away, again and again; below a cycle some stay
+        # repeatedly remove classes without remaining parents; classes on or below a cycle stay
         remaining = {c.uid: set(c.parents) for c in compiled}
         while free := [uid for uid, parents in remaining.items() if not parents & remaining.keys()]:
             for uid in free:
@@ -319,7 +317,7 @@ class _Reader:
         return compiled
 
     def _parents_of(self, iri: Node) -> Iterator[int]:
-        """Yield the named classes right above a class, also those that its definitions name."""
+        """Yield the named direct superclasses of a class, those in its definitions included."""
         for predicate in (RDFS.subClassOf, OWL.equivalentClass):
             for target in self.graph.objects(iri, predicate):
                 if predicate == OWL.equivalentClass and target in self.class_uid:
@@ -331,16 +329,16 @@ class _Reader:
                 yield from (self.class_uid[part] for part in self._parts(target) if part in self.class_uid)
 
     def _is_class(self, term: Node) -> bool:
-        """True if the term is declared, also by the situation vocabulary, which stays in the graph."""
+        """True if the class is declared, even by the situation vocabulary."""
         return term == OWL.Thing or (isinstance(term, URIRef) and (term, RDF.type, OWL.Class) in self.graph)
 
     def _parts(self, expression: Node) -> list[Node]:
-        """Return the members of an intersection, or an expression alone."""
+        """Return the members of an intersection, or the expression itself."""
         listed = self.graph.value(expression, OWL.intersectionOf)
         return [expression] if listed is None else list(Collection(self.graph, listed))
 
     def disjoint_pairs(self) -> list[tuple[int, int]]:
-        """Return the pairs of classes declared disjoint, by uid."""
+        """Return the declared disjoint pairs of class uids."""
         groups = [(a, [a, b]) for a, b in self.graph.subject_objects(OWL.disjointWith)]
         members = self.graph.subject_objects(OWL.members)
         groups += [(axiom, list(Collection(self.graph, listed))) for axiom, listed in members]
@@ -355,7 +353,7 @@ class _Reader:
     def classified(
         self, classes: Sequence[OntologyClass], attributes: Sequence[Attribute], axioms: Axioms
     ) -> list[OntologyClass]:
-        """Return the classes with every superclass that follows from the axioms."""
+        """Return the classes with all superclasses that follow from the axioms."""
         told = closure(classes)
         rules = CompiledAxioms(told, [(a.domain, a.range_class) for a in attributes], axioms)
         self._refuse_unlike_ends(rules, attributes)
@@ -371,7 +369,7 @@ class _Reader:
         return classified
 
     def _refuse_unlike_ends(self, rules: CompiledAxioms, attributes: Sequence[Attribute]) -> None:
-        """Refuse links from which another link follows of things that need not be of its domain and range."""
+        """Refuse links that entail another link beyond the domain or range of that."""
         for attribute in attributes:
             for uid, flipped in rules.entailed[attribute.uid]:
                 entailed = attributes[uid]
@@ -450,7 +448,7 @@ class _Reader:
     # Axioms --------------------------------------------------------------------------------------
 
     def axioms(self, attributes: Sequence[Attribute]) -> Axioms:
-        """Compile definitions of classes, and relations between links."""
+        """Compile class definitions and relations between links."""
         named: dict[Node, Attribute] = {URIRef(attribute.iri): attribute for attribute in attributes[1:]}
         definitions = [
             self._definition(iri, node, predicate == OWL.equivalentClass, named)
@@ -475,7 +473,7 @@ class _Reader:
         return Definition(self.class_uid[iri], tuple(dict.fromkeys(classes)), kept, is_sufficient)
 
     def _condition(self, iri: URIRef, node: Node, named: dict[Node, Attribute]) -> ValueCondition | None:
-        """Return the condition of a restriction; None, and a fault of the class ``iri``, if it is none."""
+        """Return the condition of a restriction; record a fault of class ``iri`` if invalid."""
         says = sorted((p, o) for p, o in self.graph.predicate_objects(node) if p != RDF.type)
         by = dict(says)
         on, filler, literal = (by.get(p) for p in (OWL.onProperty, OWL.someValuesFrom, OWL.hasValue))
@@ -496,7 +494,7 @@ class _Reader:
         return sorted(named[iri].uid for iri in self.graph.subjects(RDF.type, kind) if iri in named)
 
     def _pairs(self, predicate: URIRef, named: dict[Node, Attribute]) -> Iterator[tuple[int, int]]:
-        """Yield the pairs of links that ``predicate`` relates; any other pair is a fault."""
+        """Yield the pairs of links related by ``predicate``; any other pair is a fault."""
         links = {iri for iri, attribute in named.items() if attribute.kind is ValueKind.LINK}
         for iri in links:
             for target in self.graph.objects(iri, predicate):
@@ -559,7 +557,7 @@ class _Reader:
     def _target(
         self, iri: URIRef, attribute: Attribute, term: Node, found: dict[Node, int], above: Sequence[int]
     ) -> str:
-        """Return the name of the end of a link; note a fault of one that is no individual, or not of the range."""
+        """Return the target name of a link; record a fault unless it is an individual of the range."""
         if term not in found:
             self.fault(iri, f"its {attribute.name} is {self.shown(term)}", "an individual of these files")
         elif not above[found[term]] >> (attribute.range_class or 0) & 1:
@@ -568,7 +566,7 @@ class _Reader:
         return _local_name(str(term))
 
     def _refuse_many(self, attributes: Sequence[Attribute]) -> None:
-        """Refuse individuals that state several links by an attribute that allows one."""
+        """Refuse several links of a functional or inverse functional attribute."""
         for kind, way in ((OWL.FunctionalProperty, "lead to"), (OWL.InverseFunctionalProperty, "come from")):
             for attribute in (a for a in attributes if (URIRef(a.iri), RDF.type, kind) in self.graph):
                 pairs = list(self.graph.subject_objects(URIRef(attribute.iri)))
@@ -578,7 +576,7 @@ class _Reader:
                     self.fault(end, wrong, f"one, by {self.shown(kind)}")
 
     def refuse_contradictions(self, tbox: TBox) -> None:
-        """Refuse classes without instances, and individuals that are, by what follows, of two disjoint classes."""
+        """Refuse classes disjoint with themselves, and individuals of two disjoint classes."""
         for c in tbox.classes:
             if tbox.are_disjoint(c.uid, c.uid):
                 self.fault(URIRef(c.iri), "it is disjoint with itself", "superclasses that are not disjoint")
@@ -592,7 +590,7 @@ class _Reader:
 
 
 def _classes_of_individuals(tbox: TBox) -> dict[str, int]:
-    """Return the classes of each individual by all that the files state, bit c for class c."""
+    """Return the classes of each individual, asserted and inferred, bit c for class c."""
     rules = tbox.rules
     links = {(i.name, attribute, target) for i in tbox.individuals for attribute, target in i.links}
     masks = {i.name: tbox.ancestor_mask(i.class_uid) for i in tbox.individuals}
@@ -615,7 +613,7 @@ def _classes_of_individuals(tbox: TBox) -> dict[str, int]:
 
 
 def _stored(attribute: Attribute, term: Node) -> Value | None:
-    """Return the value of a literal, if it is of the datatype of the attribute and stored as it is."""
+    """Return the value of a literal; None if its datatype, range or grid does not match."""
     if not isinstance(term, Literal) or term.language is not None or term.value is None:
         return None
     own, asked, value = term.datatype or XSD.string, URIRef(attribute.datatype), term.toPython()

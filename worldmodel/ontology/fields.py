@@ -1,9 +1,8 @@
-"""Numbers on a grid (bounds, resolution, and the integer that stands for a value on the wire) and bounded texts.
+"""Numbers on a grid with bounds and integer codes; bounded texts.
 
-Two vehicles hold the same value only if they hold the same double. A value is therefore stored as the double
-nearest to the decimal number ``minimum + index * resolution``: a function of the integer ``index`` alone, worked
-out in exact integers and rounded once. The sizes follow the DCCL rule (Schneider and Schmidt 2010, table of field
-encodings): ceil(log2((maximum - minimum) / resolution + 1)) bits.
+Two vehicles hold the same value only if they hold the same double. The stored value is the double nearest to the
+decimal ``minimum + index * resolution``, computed in exact integers and rounded once. Sizes follow the DCCL rule
+(Schneider and Schmidt 2010, table of field encodings): ceil(log2((maximum - minimum) / resolution + 1)) bits.
 """
 
 import math
@@ -11,16 +10,18 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 Value = float | int | bool | str | tuple[float, float]
-"""TYPE: class uid. NUMBER: float. POINT: (east, north). BOOLEAN: bool. SYMBOL: index. TEXT: str. LINK: instance uid."""
+"""Stored value of an attribute.
 
-# Above 2**50 steps the rounding error of a double reaches the step, and an index would not survive the way to a
-# value and back.
+TYPE: class uid. NUMBER: float. POINT: (east, north). BOOLEAN: bool. SYMBOL: index. TEXT: str. LINK: instance uid.
+"""
+
+# Above 2**50 steps the rounding error of a double reaches the step: an index would not survive the round trip.
 _MOST_STEPS = 2**50
 
 
 @dataclass(frozen=True, slots=True)
 class Grid:
-    """The decimal numbers ``start + index * step``.
+    """Decimal numbers ``start + index * step``.
 
     >>> Grid(0.0, 0.1).value_at(3)
     0.3
@@ -53,18 +54,18 @@ class Grid:
 
     @property
     def whole_numbers(self) -> tuple[int, int, int]:
-        """Start, step and denominator: the value at an index is ``(start + index * step) / denominator``."""
+        """Start, step, denominator of the value ``(start + index * step) / denominator``."""
         return self._start, self._step, self._denominator
 
     @property
     def ratio(self) -> tuple[int, int]:
-        """The step as a fraction: of a grid from 0, ``index * numerator / denominator`` is the value at an index."""
+        """Step as a fraction: for start 0, a value is ``index * numerator / denominator``."""
         return self._step, self._denominator
 
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """One bounded number with its resolution and unit.
+    """Bounded number with resolution and unit.
 
     >>> tenths = Field(0, 1000, 0.1, "m")
     >>> tenths.n_values, tenths.size_bits
@@ -79,9 +80,9 @@ class Field:
     unit: str
     n_values: int = field(init=False, repr=False, compare=False)
     size_bits: int = field(init=False, repr=False, compare=False)
-    """Bits on the wire."""
+    """Size on the wire (bits)."""
     grid: Grid = field(init=False, repr=False, compare=False)
-    """The values without their bounds."""
+    """Grid from ``minimum`` in steps of ``resolution``, without bounds."""
 
     def __post_init__(self) -> None:
         bounds = (self.minimum, self.maximum, self.resolution)
@@ -113,10 +114,7 @@ class Field:
         return float(self.minimum).is_integer() and float(self.resolution).is_integer()
 
     def encode(self, value: float) -> int:
-        """Return the index of the grid value nearest to ``value``.
-
-        Raises ValueError when it is outside the range, TypeError when it is not an int or float.
-        """
+        """Return the nearest grid index; raises ValueError out of range, TypeError for no number."""
         if not isinstance(value, (int, float)) or isinstance(value, bool):
             raise TypeError(f"{value!r} is not a number")
         if not self.minimum <= value <= self.maximum:
@@ -124,28 +122,26 @@ class Field:
         return self.grid.index_of(value)
 
     def decode(self, index: int) -> float:
-        """Return the value at ``index``; raises ValueError when there is no such index."""
+        """Return the value at ``index``; raises ValueError out of range."""
         if not 0 <= index < self.n_values:
             raise ValueError(f"index {index} is outside 0..{self.n_values - 1} of {self._range()}")
         return self.grid.value_at(index)
 
     def quantise(self, value: float) -> float:
-        """Return the grid value nearest to ``value``, which is the value stored; raises as ``encode``."""
+        """Return the stored value: the grid value nearest to ``value``; raises as ``encode``."""
         return self.decode(self.encode(value))
 
 
 LONGEST_BYTES = 255
-"""No attribute may allow longer texts: a packet has room for little."""
+"""Maximum length (bytes) that an attribute may allow; packets are small."""
 _CONTROLS = frozenset(map(chr, (*range(0x20), *range(0x7F, 0xA0), 0xFFFE, 0xFFFF)))
-"""What XML cannot hold, and what would end a line."""
+"""Characters that XML forbids or that end a line."""
 
 
 def bytes_of(text: object, most_bytes: int) -> bytes:
-    """Return a text in UTF-8.
+    r"""Return a text in UTF-8; raises TypeError for no string.
 
-    Raises:
-        TypeError: it is no string.
-        ValueError: it is too long, has control characters, or half of a surrogate pair.
+    Raises ValueError if the text is too long, or has control characters or a lone surrogate.
 
     >>> bytes_of("Täufer", 8)
     b'T\\xc3\\xa4ufer'
@@ -164,7 +160,7 @@ def bytes_of(text: object, most_bytes: int) -> bytes:
 
 
 def decoded_text(data: bytes, most_bytes: int) -> str:
-    """Return the text that stands in some bytes; raises ValueError if none does.
+    r"""Decode a text from UTF-8; raises ValueError if it is invalid.
 
     >>> decoded_text(b"T\\xc3\\xa4ufer", 8)
     'Täufer'

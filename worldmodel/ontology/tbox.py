@@ -1,12 +1,9 @@
-"""The TBox as one vehicle uses it: classes and attributes with short uids, compiled to tables.
+"""TBox as used by a vehicle: classes and attributes with short uids, compiled to tables.
 
-The TBox is fixed for a mission and the same on all vehicles ("a unique but short UID will be created for
-every class in the TBox", Maurelli et al., TDMA exchange policies, section 4). It is therefore compiled once:
-the closure of the class hierarchy and disjointness become bit masks, ranges become fields, and ``TBox.hash``
-is what two vehicles compare before they exchange anything. Built in are the class ``Thing`` (owl:Thing),
-above every class, and the attribute ``type`` (rdf:type), which always has uid 0.
-
-``worldmodel.ontology.read_tbox`` makes a TBox of Turtle files and says how uids are assigned.
+The TBox is fixed for a mission and equal on all vehicles ("a unique but short UID will be created for every class in
+the TBox", Maurelli et al., TDMA exchange policies, section 4). Compilation turns the class hierarchy and disjointness
+into bit masks and ranges into fields. Vehicles compare ``TBox.hash`` before they exchange data. Built in are the class
+``Thing`` (owl:Thing), above every class, and the attribute ``type`` (rdf:type) with uid 0.
 """
 
 import hashlib
@@ -21,11 +18,11 @@ from worldmodel.ontology.axioms import NO_AXIOMS, Axioms, CompiledAxioms
 from worldmodel.ontology.fields import Field, Value, bytes_of, decoded_text
 
 TYPE_UID = 0
-"""The uid of the built-in attribute ``type``."""
+"""Uid of the built-in attribute ``type``."""
 
 
 class ValueKind(Enum):
-    """The kinds of values that an attribute can have."""
+    """Kinds of attribute values."""
 
     TYPE = "type"
     NUMBER = "number"
@@ -37,12 +34,12 @@ class ValueKind(Enum):
 
 
 MEASURED = (ValueKind.NUMBER, ValueKind.POINT)
-"""Kinds whose uncertainty is a standard deviation; that of the others is a probability."""
+"""Kinds with a standard deviation as uncertainty; the others have a probability."""
 
 
 @dataclass(frozen=True, slots=True)
 class OntologyClass:
-    """A named class; ``parents`` are the uids of its direct superclasses."""
+    """Named class; ``parents`` are the uids of its direct superclasses."""
 
     uid: int
     name: str
@@ -52,14 +49,17 @@ class OntologyClass:
 
 @dataclass(frozen=True, slots=True)
 class Attribute:
-    """A property of instances whose values change with time.
+    """Property of instances with values that change over time.
 
-    ``domain`` is the class that has it, ``range_class`` the class a LINK points to. ``latest_only``: an older
-    value (of a position, say) is obsolete once a newer one is known, and is not exchanged any more. ``datatype`` is
-    the IRI of the datatype of its literals in RDF, empty where its values are IRIs. ``uncertainty`` is the grid of what
-    a value may carry: the standard deviation of a NUMBER or POINT, the probability of any other; None for nothing.
-    ``most_bytes`` is how long a TEXT may be. ``drift`` is how far a NUMBER or POINT walks at random, per square root of
-    a second; 0 of what is at rest.
+    Attributes:
+        domain: class that has the attribute.
+        range_class: class of the targets of a LINK.
+        latest_only: True if older values (of a position, say) are obsolete and not exchanged.
+        datatype: IRI of the RDF datatype of its literals; empty if its values are IRIs.
+        uncertainty: grid of the standard deviation of a NUMBER or POINT, else of the probability; None for no
+            uncertainty.
+        most_bytes: maximum length of a TEXT.
+        drift: random walk of a NUMBER or POINT per square root of a second; 0 at rest.
     """
 
     uid: int
@@ -77,10 +77,10 @@ class Attribute:
     drift: float = field(default=0.0, repr=False)
 
     def encode(self, value: Value) -> tuple[int, ...]:
-        """Return the integers that stand for ``value``: one for each field, else one.
+        """Return the integers of ``value``: one per field, else one.
 
-        Raises TypeError when the value is of another kind, ValueError when it is out of range. It does not
-        ask whether a class or an instance of that uid exists.
+        Raises TypeError for a value of another kind, ValueError out of range. It does not check that a class or
+        instance of that uid exists.
         """
         kind = self.kind
         if kind is ValueKind.NUMBER:
@@ -107,7 +107,7 @@ class Attribute:
         return (value,)
 
     def decode(self, indices: Sequence[int]) -> Value:
-        """Return the value that ``indices`` stand for."""
+        """Return the value of the integers ``indices``."""
         if self.kind is ValueKind.NUMBER:
             return self.fields[0].decode(indices[0])
         if self.kind is ValueKind.POINT:
@@ -119,14 +119,14 @@ class Attribute:
         return bool(indices[0]) if self.kind is ValueKind.BOOLEAN else indices[0]
 
     def quantise(self, value: Value) -> Value:
-        """Return the value as it is stored and sent; raises as ``encode``."""
+        """Return the value as stored and sent; raises as ``encode``."""
         return self.decode(self.encode(value))
 
     def encode_uncertainty(self, uncertainty: float) -> int:
-        """Return the integer that stands for the uncertainty of a value; nobody is quite certain, so 0 and 1 are not.
+        """Return the integer of an uncertainty; 0 and certainty are not representable.
 
-        A smaller standard deviation than the least, and a probability nearer to 0 or 1, is taken for the nearest there
-        is. Raises TypeError when it is no number or values carry none, ValueError when it is out of range.
+        Values below the grid, and probabilities near 1, are clipped to it. Raises TypeError for no number or an
+        attribute without uncertainty, ValueError out of range.
         """
         grid = self.uncertainty
         if grid is None:
@@ -145,7 +145,7 @@ class Attribute:
             raise ValueError(f"the {what} {error}") from None
 
     def quantise_uncertainty(self, uncertainty: float) -> float:
-        """Return the uncertainty as it is stored and sent; raises as ``encode_uncertainty``."""
+        """Return the uncertainty as stored and sent; raises as ``encode_uncertainty``."""
         index = self.encode_uncertainty(uncertainty)
         assert self.uncertainty is not None
         return self.uncertainty.decode(index)
@@ -153,7 +153,7 @@ class Attribute:
 
 @dataclass(frozen=True, slots=True)
 class Individual:
-    """A thing that the files name: all vehicles have a name for it, and know its links and values from the start.
+    """Individual in the ontology files, known initially to all vehicles.
 
     ``links`` are (attribute uid, name of another individual), ``values`` are (attribute uid, value).
     """
@@ -166,7 +166,7 @@ class Individual:
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """One Turtle file as it was read."""
+    """Turtle file as read."""
 
     path: str
     text: str
@@ -174,19 +174,16 @@ class Source:
 
 @dataclass(frozen=True, repr=False)
 class TBox:
-    """Compiled classes and attributes, a value: two TBoxes are equal if their tables are.
+    """Compiled classes and attributes, indexed by uid; TBoxes with equal tables are equal.
 
-    ``classes[uid]`` and ``attributes[uid]`` lead from a uid to what it stands for, ``class_named`` and
-    ``attribute_named`` lead from a name. The hierarchy must have no cycle, and uids count from 0, in order.
+    The hierarchy must be acyclic, and uids count from 0.
 
     Attributes:
-        classes: all classes.
-        attributes: all attributes, ``type`` first.
-        disjoint: pairs of class uids that have no instance in common; their subclasses have none either.
-        sources: the files that the tables were made of, if any; they do not count in a comparison.
-        axioms: what is concluded from facts beyond the hierarchy.
-        individuals: things that the files name, by name.
-        hash: a 32-bit digest of the tables.
+        attributes: ``type`` first.
+        disjoint: pairs of class uids; their subclasses are disjoint too.
+        sources: compiled files, if any; ignored in comparisons.
+        individuals: sorted by name.
+        hash: 32-bit digest of the tables.
     """
 
     classes: tuple[OntologyClass, ...]
@@ -232,37 +229,37 @@ class TBox:
 
     @cached_property
     def rules(self) -> CompiledAxioms:
-        """The axioms, compiled; of an ontology that scenarios are checked by nobody asks for them."""
+        """Compiled axioms, on first use: checks of scenarios do not need them."""
         return CompiledAxioms(self._ancestors, [(a.domain, a.range_class) for a in self.attributes], self.axioms)
 
     def class_named(self, name: str) -> OntologyClass:
-        """Return the class; raises UnknownNameError, which proposes a similar name."""
+        """Return the class; raises UnknownNameError with the nearest name."""
         try:
             return self._class_named[name]
         except KeyError:
             raise unknown_name("class", name, self._class_named) from None
 
     def attribute_named(self, name: str) -> Attribute:
-        """Return the attribute; raises UnknownNameError, which proposes a similar name."""
+        """Return the attribute; raises UnknownNameError with the nearest name."""
         try:
             return self._attribute_named[name]
         except KeyError:
             raise unknown_name("attribute", name, self._attribute_named) from None
 
     def is_a(self, c: int, d: int) -> bool:
-        """True if class ``c`` is class ``d`` or one of its subclasses."""
+        """True if class ``c`` is class ``d`` or a subclass of it."""
         return bool(self._ancestors[c] >> d & 1)
 
     def ancestor_mask(self, c: int) -> int:
-        """Return the classes that an instance of ``c`` belongs to, bit d for class d."""
+        """Return the classes of an instance of ``c``, bit d for class d."""
         return self._ancestors[c]
 
     def subclasses(self, c: int) -> tuple[int, ...]:
-        """Return the uids of ``c`` and of all its subclasses, direct or not."""
+        """Return the uids of ``c`` and all its subclasses."""
         return self._descendants[c]
 
     def are_disjoint(self, c: int, d: int) -> bool:
-        """True if nothing can be an instance of both classes."""
+        """True if the classes cannot share an instance."""
         return bool(self._excluded[c] >> d & 1)
 
     def __hash__(self) -> int:
@@ -273,10 +270,10 @@ class TBox:
 
 
 def reaching(tbox: TBox, reach_m: float) -> TBox:
-    """A TBox whose places may lie as far from the origin of the map as ``reach_m``; the same one where they may.
+    """Return a TBox whose points reach at least ``reach_m`` from the map origin.
 
-    Of attributes whose values are points in metres it multiplies both bounds by one whole number, so that all values
-    which there were stay; they take as many bits more.
+    The bounds of points in metres are multiplied by a whole number, so existing values stay valid; their size in bits
+    grows. Returns ``tbox`` itself if its bounds suffice.
 
     >>> from worldmodel import core_ontology_paths, read_tbox
     >>> tbox = read_tbox(*core_ontology_paths())
