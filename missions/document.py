@@ -34,12 +34,11 @@ from missions.files import (
     tables_of,
     text_of,
 )
+from remoras.table import BETWEEN_KEYS
 from worldmodel import suggestion
 
 Model = TypeVar("Model", bound=BaseModel)
 Found = TypeVar("Found")
-BETWEEN_KEYS = "between_keys"
-"""Type of the errors of keys that contradict each other, in words for the user."""
 Location = tuple[str | int, ...]
 """Keys, and places in lists from 0, from the top of a document down to a value."""
 

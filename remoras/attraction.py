@@ -40,9 +40,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
+from pydantic import Field
+
 from exchange.arithmetic import distance, length
 from remoras.avoidance import SEPARATION_M, Neighbour, Velocity
 from remoras.picture import Peers
+from remoras.table import NotNegative, Sparse
 from remoras.work import Point
 
 ASIDE = 0.7071067811865476
@@ -85,22 +88,23 @@ UNMOVED = Pulls(is_among_equals=True)
 """Of a vehicle among equals that no signal moves."""
 
 
-@dataclass(frozen=True, slots=True)
-class GuidanceConstants:
-    """Constants of guidance; a signal without weight neither attracts nor repels.
+class GuidanceTable(Sparse):
+    """The table ``[guidance]``; a signal without weight neither attracts nor repels."""
 
-    Attributes:
-        separation_m: distance that vehicles in one depth layer keep from each other.
-        attraction, repulsion: weights of the equation above.
-    """
+    UNSAID = frozenset({"keeps_calls"})
 
-    separation_m: float = SEPARATION_M
-    attraction: float = 1.0
-    repulsion: float = 2.0
-
-
-USUAL = GuidanceConstants()
-"""Constants of guidance unless a scenario sets others."""
+    separation_m: float = Field(
+        SEPARATION_M, ge=1.0, le=20.0, description="distance that vehicles in one depth layer keep from each other"
+    )
+    attraction: NotNegative = Field(
+        1.0, description="weight by which a call that a vehicle answers draws it to the one that calls, nearby"
+    )
+    repulsion: NotNegative = Field(
+        2.0, description="weight by which a call makes more satisfied vehicles withdraw that are in the way, nearby"
+    )
+    keeps_calls: bool = Field(
+        False, description="true: a vehicle that withdraws does not pass the call on to who is behind it"
+    )
 
 
 def attracted_velocity(

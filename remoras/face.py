@@ -11,12 +11,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from missions.cards import Figures, Records, card, number_text
 from missions.errors import OutputError
 from missions.files import is_named, keys_of_options, toml_value
 from missions.runs.results import MemoryResults, Results
 from missions.scenarios import Scenario
 from missions.scenarios import load as load_scenario
+from remoras.cards import Figures, Records, card, number_text
 from remoras.progress import Progress, is_watched
 from remoras.swept import Sweep
 from worldmodel import suggestion
@@ -58,9 +58,9 @@ def load(
         strategy, policy, channel: names to put in place of the scenario's.
         network: name of one whose losses were measured, or a file of one, for the channel of that name.
         per: packet error rate, 0 to below 1.
-        set: other keys of the scenario and their values, as ``{"decision.weight_external": 0}``. A table is merged into
+        set: other keys of the scenario and their values, as ``{"channel.per": 0.3}``. A table is merged into
             that of the scenario; a list takes the place of the other. Or texts as the command line takes them:
-            ``"decision.weight_external=0"``, or a list of such.
+            ``"channel.per=0.3"``, or a list of such.
 
     Raises:
         ConfigurationError: with every fault of the file and of what was put in place.

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 import tomli_w
 
-from missions.cards import card, number_text
 from missions.errors import OutputError
 from missions.runs.assembly import assemble
 from missions.runs.reader import RunReader
@@ -20,6 +19,7 @@ from missions.runs.results import MemoryResults
 from missions.runs.run import Root, result_of, settled_of
 from missions.runs.summary import identity
 from missions.runs.tables import arrow_table
+from remoras.cards import card, number_text
 from remoras.face import Run
 from remoras.mission import Milestone
 from remoras.recorder import PACKETS, Row

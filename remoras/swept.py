@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from missions.cards import card
+from remoras.cards import card
 
 if TYPE_CHECKING:
     from pandas import DataFrame

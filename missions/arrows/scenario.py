@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from missions.meeting.job_mission import JobScenario, JobSettings
-from missions.scenarios.tables import PointM, Positive, Probability, Section, Sparse
+from remoras.table import PointM, Positive, Probability, Section, Sparse
 
 KINDS = ("amphorae", "wooden hull", "steel hull", "rock")
 """What may lie in a cell, beside nothing."""

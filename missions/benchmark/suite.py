@@ -29,11 +29,11 @@ from missions.disk import write_synced
 from missions.document import Document
 from missions.errors import ConfigurationError, ConfigurationFault, OutputError
 from missions.files import MISSIONS, file_of, shipped, shown, text_of
-from missions.scenarios.tables import Name, Section
 from missions.sweeps.plan import seed_of
 from missions.sweeps.study import Study, study_of
 from missions.sweeps.study_file import Unforeseen
 from remoras.plugins import named_object
+from remoras.table import Name, Section
 from worldmodel import suggestion
 
 SUITE = "suite"

@@ -15,9 +15,10 @@ from pydantic_core import PydanticCustomError
 from missions.errors import ConfigurationFault
 from missions.scenarios.faults import DeclaredFault, FaultOfSensors
 from missions.scenarios.knowledge import words_in
-from missions.scenarios.tables import PointM, is_number, one_of
+from missions.scenarios.tables import is_number, one_of
 from remoras.faults import Condition
 from remoras.sensor import Observation
+from remoras.table import PointM
 from worldmodel import TBox
 
 if TYPE_CHECKING:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, ClassVar
 from pydantic import Field
 
 from missions.scenarios.faults import DeclaredFault
-from missions.scenarios.tables import Positive
 from remoras.faults import Condition
+from remoras.table import Positive
 
 if TYPE_CHECKING:
     from remoras.database import VehicleData

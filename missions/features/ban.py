@@ -14,8 +14,9 @@ from pydantic import Field
 
 from missions.errors import ConfigurationFault
 from missions.feature import Feature, Joining
-from missions.scenarios.tables import NotNegative, Positive, Section, one_of
+from missions.scenarios.tables import one_of
 from remoras.events import Host, Observer, Says, say_at
+from remoras.table import NotNegative, Positive, Section
 from worldmodel import ontology_path
 from worldmodel.bans import BANNED_FROM
 

@@ -21,9 +21,9 @@ from exchange.arithmetic import distance, length
 from exchange.peering.offsets import Offsets
 from missions.feature import Feature, Joining
 from missions.scenarios.deployment import scenario_sound_speed_mps
-from missions.scenarios.tables import Section
 from remoras.events import Host, Observer
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Row, Table
+from remoras.table import Section
 
 if TYPE_CHECKING:
     from exchange.packets import Reception

@@ -19,11 +19,12 @@ from exchange.arithmetic import length
 from missions.errors import ConfigurationFault
 from missions.feature import Feature, Joining
 from missions.files import shown
-from missions.scenarios.tables import NotNegative, PointM, Positive, Section, Sparse, slower_by
+from missions.scenarios.tables import slower_by
 from remoras.current import Current, Surge, Velocity, through_water
 from remoras.events import Host, Observer
 from remoras.functional.guidance import Guidance
 from remoras.motion import NEAREST_M, turned
+from remoras.table import NotNegative, PointM, Positive, Section, Sparse
 
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario

@@ -17,8 +17,8 @@ from exchange.acoustics import loss
 from exchange.acoustics.channel import Arrival, Channel
 from missions.errors import ConfigurationFault
 from missions.feature import Feature, Joining
-from missions.scenarios.tables import Probability, Section
 from remoras.events import Observer
+from remoras.table import Probability, Section
 
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario

@@ -34,17 +34,12 @@ from exchange.arithmetic import TAU, distance, length
 from missions.errors import ConfigurationFault
 from missions.feature import Feature, Joining
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
-from missions.scenarios.tables import (
-    Name,
-    PointM,
-    Positive,
-    Sparse,
-    one_of,
-)
+from missions.scenarios.tables import one_of
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType
 from remoras.behaviours import CAPTURE_M, DUE, IDLE, Behaviour, Perception, Reference, distance_m
 from remoras.events import Host, Observer
 from remoras.separation import SAME_DEPTH_M, Separation
+from remoras.table import Name, PointM, Positive, Sparse
 
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario

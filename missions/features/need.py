@@ -20,10 +20,11 @@ from missions.feature import Feature, Joining
 from missions.files import shown
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 from missions.scenarios.knowledge import words_in, words_of
-from missions.scenarios.tables import NotNegative, Positive, Section, one_of, span_faults
+from missions.scenarios.tables import one_of, span_faults
 from remoras.events import Host, Observer, Says, say_at
 from remoras.run_log import DELIVERIES
 from remoras.social.needs import GroupNeeds
+from remoras.table import NotNegative, Positive, Section
 from worldmodel import (
     NOBODY,
     PLAIN,

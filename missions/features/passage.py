@@ -19,9 +19,9 @@ from pydantic import Field
 from exchange.arithmetic import distance
 from missions.errors import ConfigurationFault
 from missions.feature import Feature, Joining
-from missions.scenarios.tables import Positive, Section
 from remoras.avoidance import RECOVERY_S, HalfPlane
 from remoras.events import Observer
+from remoras.table import Positive, Section
 
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario

@@ -11,8 +11,8 @@ from pydantic import Field
 
 from exchange.acoustics import loss
 from missions.feature import Feature, Joining
-from missions.scenarios.tables import Section
 from remoras.events import Observer
+from remoras.table import Section
 
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario

@@ -13,9 +13,9 @@ from pydantic import Field
 
 from missions.feature import Feature, Joining
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
-from missions.scenarios.tables import Section
 from remoras.events import Host, Observer
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
+from remoras.table import Section
 
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario

@@ -21,13 +21,13 @@ from exchange.arithmetic import distance
 from missions.meeting.job_mission import JobMission, JobSettings
 from missions.meeting.meeting import Pursuit
 from missions.meeting.staying import DONE_BY
-from missions.scenarios.tables import Positive
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective, Wait
 from remoras.behaviours import BEYOND_IT, STANDING, Behaviour, Perception
 from remoras.database import VehicleData
 from remoras.htn import FactsLike
 from remoras.picture import Picture
 from remoras.sensor import Observation
+from remoras.table import Positive
 from remoras.work import IS_IMPOSSIBLE, UNABLE_TO, Job, Point, Work
 
 HELPING = "Helping"

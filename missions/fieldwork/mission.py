@@ -65,7 +65,7 @@ from missions.meeting.meeting import Pursuit
 from missions.meeting.staying import DONE_BY, THERE_M
 from missions.metric import Metric
 from missions.scenarios.scenario import Role
-from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Section, numbered
+from missions.scenarios.tables import numbered
 from remoras.activities import Objective
 from remoras.behaviours import Behaviour
 from remoras.database import VehicleData
@@ -73,6 +73,7 @@ from remoras.htn import FactsLike
 from remoras.mission import ABILITIES, FleetView
 from remoras.recorder import Recorder, Table
 from remoras.sensor import SensorSettings
+from remoras.table import Name, NotNegative, PointM, Positive, Section
 from remoras.work import Job, Point
 
 Kind = TypeVar("Kind")

@@ -10,7 +10,7 @@ from pydantic import Field, field_validator
 from missions.mapping.sensors import ObjectTable
 from missions.meeting.job_mission import MEETING_DEADLINE
 from missions.scenarios.scenario import GroupTable, Role, Scenario, World
-from missions.scenarios.tables import Name, PointM, Positive, Section, Sparse
+from remoras.table import Name, PointM, Positive, Section, Sparse
 
 NEEDED_OBJECTIVES = ("MissionGathering", "RendezVous", "Exploring", "Mapping")
 """Without an importance for these nothing would come of the mission."""

@@ -21,10 +21,10 @@ from pydantic import Field
 from exchange.acoustics import loss
 from exchange.arithmetic import distance, normal_quantile
 from missions.mapping.survey import contains
-from missions.scenarios.tables import Name, PointM, Section
 from remoras.database import VehicleData
 from remoras.recorder import TIME, VEHICLE, Column, Table
 from remoras.sensor import MOST_SIGMA_M, SELF, Observation, Pose, SensorSettings
+from remoras.table import Name, PointM, Section
 from remoras.work import Point
 
 CLASSES = ("wreck", "pipeline", "anomaly")

@@ -34,7 +34,6 @@ from missions.meeting.orders import entrusted
 from missions.meeting.truth import JOBS, JobTruth
 from missions.scenarios.parts import groups_of
 from missions.scenarios.scenario import Role, Scenario, VehicleTable
-from missions.scenarios.tables import Section
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import Behaviour
 from remoras.beliefs import Beliefs, Key
@@ -46,6 +45,7 @@ from remoras.motion import Motion
 from remoras.organisation import Group, Organisation
 from remoras.picture import Picture
 from remoras.recorder import Recorder, Table
+from remoras.table import Section
 from remoras.work import IS_IMPOSSIBLE, Job, Point, vehicles_taken
 
 Tables = TypeVar("Tables", bound=Scenario)

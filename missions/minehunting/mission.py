@@ -35,7 +35,7 @@ from missions.minehunting.imagery import (
     beside_contact,
 )
 from missions.minehunting.truth import CLASSIFICATIONS, FIGURES, METRICS, MinehuntingTruth
-from missions.scenarios.tables import Name, PointM, Positive, Section, numbered
+from missions.scenarios.tables import numbered
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import Behaviour
 from remoras.beliefs import Beliefs
@@ -47,6 +47,7 @@ from remoras.organisation import Group, Organisation
 from remoras.picture import Picture
 from remoras.recorder import Recorder, Table
 from remoras.sensor import SensorSettings
+from remoras.table import Name, PointM, Positive, Section
 from remoras.work import Job
 
 ANALYSING = "Analysing"

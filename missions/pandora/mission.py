@@ -42,7 +42,7 @@ from missions.pandora.sensors import LOOKS, TURNS, ArmSettings, CameraSettings, 
 from missions.pandora.structure import PlannedPart, planned_parts, structure_of
 from missions.pandora.truth import MET, SERVICED, PandoraTruth
 from missions.scenarios.scenario import Role
-from missions.scenarios.tables import PointM, one_of
+from missions.scenarios.tables import one_of
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import Behaviour
 from remoras.beliefs import Key
@@ -51,6 +51,7 @@ from remoras.htn import ANY, Domain, FactsLike, Method, Operator, Task
 from remoras.mission import ABILITIES, PURSUE
 from remoras.recorder import Recorder, Table
 from remoras.sensor import SensorSettings
+from remoras.table import PointM
 from remoras.work import Point
 
 APART_M = 2.5

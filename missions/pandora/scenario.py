@@ -9,7 +9,8 @@ from pydantic import Field, field_validator
 
 from missions.meeting.job_mission import JobScenario, JobSettings
 from missions.pandora.sequential import threshold
-from missions.scenarios.tables import Name, PointM, Positive, Section, Sparse, water
+from missions.scenarios.tables import water
+from remoras.table import Name, PointM, Positive, Section, Sparse
 
 if TYPE_CHECKING:
     from remoras.current import Surge

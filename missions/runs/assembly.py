@@ -314,5 +314,5 @@ def _social(shared: Shared, name: str, beliefs: Beliefs, picture: Picture) -> So
 
 def _functional(shared: Shared, real: VehicleData, picture: Picture) -> FunctionalLayer:
     setup = shared.setup
-    guidance, sensors = setup.scenario.guidance.constants(), sensors_of(real)
+    guidance, sensors = setup.scenario.guidance, sensors_of(real)
     return FunctionalLayer(real, setup.mission, shared.world, sensors, setup.bounds_m, picture, guidance)

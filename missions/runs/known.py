@@ -21,13 +21,13 @@ from typing import Any, NamedTuple, TypeVar
 
 from exchange.packets import guid_of
 from exchange.schedule import TdmaSchedule
-from missions.cards import card
 from missions.errors import OutputError
 from missions.fault import absence, kind_of_row
 from missions.figure import RunResults
 from missions.runs.setup import Setup, world_model
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs, Fused
+from remoras.cards import card
 from remoras.faults import OVER
 from remoras.organisation import Group, Organisation, RoleAssignment
 from remoras.radio import SUSPECTED

@@ -3,7 +3,7 @@
 from missions.files import shipped
 from missions.scenarios.loading import load
 from missions.scenarios.scenario import GroupTable, Role, Scenario, VehicleTable, World
-from missions.scenarios.tables import Name, NotNegative, PointM, Positive, Probability, Section
+from remoras.table import Name, NotNegative, PointM, Positive, Probability, Section
 
 __all__ = [
     "GroupTable", "Name", "NotNegative", "PointM", "Positive", "Probability", "Role", "Scenario", "Section",

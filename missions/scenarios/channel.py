@@ -36,9 +36,10 @@ from missions.document import Document
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.files import text_of
 from missions.scenarios.modem import modem_in
-from missions.scenarios.tables import NotNegative, Section, Sparse, is_number, one_of
+from missions.scenarios.tables import is_number, one_of
 from remoras.errors import PluginError
 from remoras.plugins import faults_of, named_object
+from remoras.table import NotNegative, Section, Sparse
 from worldmodel import suggestion
 
 if TYPE_CHECKING:

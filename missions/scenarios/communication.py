@@ -19,9 +19,10 @@ from exchange.wire.sealing import Seal, key_in
 from missions.errors import ConfigurationFault
 from missions.files import shown
 from missions.scenarios.modem import LEAST_BYTES, modem_in
-from missions.scenarios.tables import QUEUE_LIMIT, NotNegative, Sparse, with_features
+from missions.scenarios.tables import QUEUE_LIMIT, with_features
 from remoras.errors import PluginError
 from remoras.plugins import faults_of, named_object
+from remoras.table import NotNegative, Sparse
 from worldmodel import suggestion
 
 if TYPE_CHECKING:

@@ -20,8 +20,9 @@ from exchange.arithmetic import distance
 from missions.errors import ConfigurationFault
 from missions.files import shown
 from missions.scenarios.scenario import MAX_VEHICLES, SPACING_M, Scenario, VehicleTable
-from missions.scenarios.tables import PointM, one_of
+from missions.scenarios.tables import one_of
 from remoras.separation import SAME_DEPTH_M, TOLERANCE_M
+from remoras.table import PointM
 
 LAYER_M = 4.0
 """Between layers: more than ``remoras.separation.SAME_DEPTH_M``, up to which vehicles keep clear of each other."""

@@ -28,13 +28,14 @@ from missions.document import well_formed
 from missions.errors import ConfigurationFault
 from missions.fault import Absence, kinds
 from missions.files import shown
-from missions.scenarios.tables import PointM, Positive, Section, is_number, one_of
+from missions.scenarios.tables import is_number, one_of
 from remoras.database import AUVDatabase, VehicleData
 from remoras.errors import PluginError
 from remoras.faults import ANY, HEAD_OF, SOUND, Condition, Fault
 from remoras.mission import Mission
 from remoras.organisation import Group
 from remoras.plugins import answer, faults_of, named_object
+from remoras.table import PointM, Positive, Section
 from worldmodel import suggestion
 
 if TYPE_CHECKING:

@@ -14,8 +14,9 @@ from pydantic import Field, create_model
 
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.files import is_file, shown, text_of
-from missions.scenarios.tables import NotNegative, Positive, Section, Sparse, one_of
+from missions.scenarios.tables import one_of
 from remoras.mission import Mission
+from remoras.table import NotNegative, Positive, Section, Sparse
 from worldmodel import OntologyError, PruneRule, Source, TBox, core_ontology_paths, read_tbox
 from worldmodel.arrivals import WAITING_BLOCKS, WAITING_S
 from worldmodel.store import prunable

@@ -48,7 +48,7 @@ def load(name_or_path: str, overrides: Sequence[tuple[str, str]] = ()) -> Scenar
 
     Args:
         name_or_path: a name of ``missions.files.shipped()`` or a path.
-        overrides: (where it comes from, ``KEY=VALUE``), for example ("--set", "decision.weight_external=0").
+        overrides: (where it comes from, ``KEY=VALUE``), for example ("--set", "channel.per=0.3").
 
     Returns:
         A ``Scenario``, of the subclass that its mission names.
@@ -208,10 +208,10 @@ def _contradictions(overrides: Sequence[tuple[str, str]]) -> Iterator[Configurat
 
 
 def _override(raw: dict[str, Any], option: str, override: str) -> ConfigurationFault | None:
-    """Apply ``decision.weight_external=0`` or ``vehicle.AUV01.energy_j=1e6``; entries of lists by name or number."""
+    """Apply ``channel.per=0.3`` or ``vehicle.AUV01.energy_j=1e6``; entries of lists by name or number."""
     key, equals, value = override.partition("=")
     if not equals or not key:
-        return ConfigurationFault(option, override, "KEY=VALUE, for example decision.weight_external=0")
+        return ConfigurationFault(option, override, "KEY=VALUE, for example channel.per=0.3")
     if any("\ud800" <= character <= "\udfff" for character in override):  # bytes that are no text for the shell
         readable = override.encode("ascii", "backslashreplace").decode()
         return ConfigurationFault(option, readable, "is no text in UTF-8; set LC_ALL=C.UTF-8 and try again")

@@ -18,7 +18,8 @@ from exchange.acoustics.modems import MEASURED, Modem, modem_of, modems
 from missions.document import Document
 from missions.errors import ConfigurationFault
 from missions.files import LARGEST_BYTES, is_file, shown, text_of
-from missions.scenarios.tables import NotNegative, Positive, Probability, Section, one_of
+from missions.scenarios.tables import one_of
+from remoras.table import NotNegative, Positive, Probability, Section
 
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario

@@ -26,10 +26,11 @@ from missions.errors import ConfigurationFault
 from missions.files import LARGEST_BYTES, is_file, shown, text_of
 from missions.scenarios.equipment import lacking
 from missions.scenarios.scenario import GroupTable, Role, Scenario
-from missions.scenarios.tables import Section, one_of
+from missions.scenarios.tables import one_of
 from remoras.faults import HEAD_OF
 from remoras.mission import Mission
 from remoras.organisation import RoleKey
+from remoras.table import Section
 from worldmodel import ontology_path
 
 Raw = Mapping[str, Any]
@@ -277,13 +278,11 @@ NO_LEADER = "the group has no vehicle with the social layer to lead it: set soci
 
 
 def organisation_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
-    """All faults between groups, their roles, and the vehicles that are to play them."""
+    """All faults between groups, their roles and rally points."""
     yield from structure_faults(scenario.group, scenario.group_template)
     rallies = [point.name for point in scenario.rally_point]
     for group in scenario.group:
         yield from one_of(f"group.{group.name}.rally_point", group.rally_point, rallies)
-    yield from _players_of_both(scenario)
-    yield from _successors(scenario)
 
 
 def structure_faults(groups: Sequence[GroupTable], templates: Sequence[Raw]) -> Iterator[ConfigurationFault]:
@@ -434,7 +433,8 @@ def ancestry(templates: Sequence[Raw], template: str | None) -> tuple[str, ...]:
         name = due.pop(0)
         if name in named and name not in found:
             found.append(name)
-            due += map(str, named[name].get("extends", ()))
+            parents = named[name].get(EXTENDS)
+            due += map(str, parents if isinstance(parents, list | tuple) else ())
     return tuple(found)
 
 
@@ -442,7 +442,7 @@ def ancestry(templates: Sequence[Raw], template: str | None) -> tuple[str, ...]:
 
 
 def player_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
-    """Roles that too few vehicles are able to play, and heads that none with the social layer is."""
+    """Roles that too few vehicles are able to play, or none with what else it takes."""
     for (group, name), role in scenario.roles.items():
         key, able = _at((group, name)), scenario.able_to_play(group, name)
         if not able and role.requires is not None:
@@ -457,6 +457,8 @@ def player_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[Config
             yield ConfigurationFault(f"{key}.minimum", "", f"only {len(able)} vehicles are able to play it")
         if role.head and able and not any(vehicle.social_layer for vehicle in able):
             yield ConfigurationFault(key, "", NO_LEADER.format(names=", ".join(vehicle.name for vehicle in able)))
+    yield from _players_of_both(scenario)
+    yield from _successors(scenario)
 
 
 def playable_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:

@@ -11,27 +11,17 @@ from typing import Any, ClassVar, Final, Literal
 
 from pydantic import ConfigDict, Field, field_validator
 
-from missions.cards import card, number_text
 from missions.errors import ConfigurationFault
 from missions.scenarios.channel import ChannelTable
 from missions.scenarios.communication import Communication
 from missions.scenarios.faults import DeclaredFault
 from missions.scenarios.knowledge import WorldModelTable
 from missions.scenarios.modem import ModemTable
-from missions.scenarios.tables import (
-    Name,
-    NotNegative,
-    PointM,
-    Positive,
-    Section,
-    Sparse,
-    one_or_more,
-    unless,
-    with_features,
-)
-from remoras.attraction import GuidanceConstants
-from remoras.avoidance import SEPARATION_M
-from remoras.executive.satisfaction import DecisionConstants
+from missions.scenarios.tables import with_features
+from remoras.attraction import GuidanceTable
+from remoras.cards import card, number_text
+from remoras.executive.satisfaction import DecisionTable
+from remoras.table import Name, NotNegative, PointM, Positive, Section, Sparse, one_or_more, unless
 
 BY_GROUPS: Final = "groups"
 """Needs follow from groups, else all vehicles have the same."""
@@ -122,56 +112,6 @@ class StrategyTable(Section):
     parameters: dict[str, Any] = Field(  # the strategy itself says what it allows
         {}, description="parameters of the strategy, see `remoras list strategies`; others keep their defaults"
     )
-
-
-class DecisionTable(Section):
-    """The table ``[decision]``."""
-
-    period_s: Positive = Field(2.0, description="time between two decisions of the executive layer")
-    weight_continuing: NotNegative = Field(0.1, description="weight of the motivation to continue")
-    weight_external: NotNegative = Field(2.0, description="weight of the motivation to answer influence signals")
-    gain_per_s: NotNegative = Field(1.0, description="satisfaction gained per second of progress")
-    tedium_per_s: float = Field(-1.8, le=0.0, description="satisfaction change per second without progress")
-    dismay_per_s: float = Field(-2.0, le=0.0, description="satisfaction change per second of setback")
-    fade_per_s: NotNegative = Field(0.5, description="how fast satisfaction in an idle role returns to 0")
-    signal_memory_frames: Positive = Field(8.5, description="TDMA frames in which a heard signal fades to 1/e")
-
-    def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Weights under which a vehicle could never leave what it performs, whatever is due and whoever calls."""
-        if self.weight_continuing >= 1.0 + self.weight_external:
-            yield (
-                "weight_continuing",
-                f"must be below {1.0 + self.weight_external:g} = 1 + weight_external; else a vehicle could never leave "
-                "what it performs, whatever is due and whoever calls",
-            )
-
-    def constants(self, frame_s: float) -> DecisionConstants:
-        """Constants of the executive layer, for a TDMA frame of ``frame_s`` seconds."""
-        values = self.model_dump(exclude={"signal_memory_frames"})
-        return DecisionConstants(**values, signal_memory_s=self.signal_memory_frames * frame_s)
-
-
-class GuidanceTable(Sparse):
-    """The table ``[guidance]``."""
-
-    UNSAID = frozenset({"keeps_calls"})
-
-    separation_m: float = Field(
-        SEPARATION_M, ge=1.0, le=20.0, description="distance that vehicles in one depth layer keep from each other"
-    )
-    attraction: NotNegative = Field(
-        1.0, description="weight by which a call that a vehicle answers draws it to the one that calls, nearby"
-    )
-    repulsion: NotNegative = Field(
-        2.0, description="weight by which a call makes more satisfied vehicles withdraw that are in the way, nearby"
-    )
-    keeps_calls: bool = Field(
-        False, description="true: a vehicle that withdraws does not pass the call on to who is behind it"
-    )
-
-    def constants(self) -> GuidanceConstants:
-        """Constants of guidance."""
-        return GuidanceConstants(self.separation_m, self.attraction, self.repulsion)
 
 
 class RallyPoint(Section):

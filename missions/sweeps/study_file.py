@@ -10,8 +10,8 @@ from pydantic import Field, field_validator
 
 from missions.errors import ConfigurationFault
 from missions.files import shown, toml_value
-from missions.scenarios.tables import Name, Section, one_or_more
 from missions.sweeps.factorial import MOST_FACTORS, most_halvings
+from remoras.table import Name, Section, one_or_more
 
 TABLE_OF = {"grid": "grid", "list": "point", "latin": "latin", "factorial": "factorial"}
 """The table that each kind of sampling reads."""

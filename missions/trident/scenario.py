@@ -8,7 +8,7 @@ from typing import Literal
 from pydantic import Field
 
 from missions.meeting.job_mission import JobScenario, JobSettings
-from missions.scenarios.tables import Name, PointM, Positive, Section
+from remoras.table import Name, PointM, Positive, Section
 
 Response = Literal["fixed", "repair", "matching"]
 

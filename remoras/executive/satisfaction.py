@@ -29,29 +29,46 @@ An activity without a stimulus has no motivation at all: nobody is moved to do w
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+
+from pydantic import Field
 
 from exchange.arithmetic import exp
+from remoras.table import NotNegative, Positive, Section
 
 LOWEST, HIGHEST = -128, 127
 
 
-@dataclass(frozen=True, slots=True)
-class DecisionConstants:
-    """Constants of the equations above; rates are per second and ``signal_memory_s`` is tau.
+class DecisionTable(Section):
+    """The table ``[decision]``: constants of the equations above; rates are per second."""
 
-    Attributes:
-        period_s: a decision is made this often, and at once when something has to be planned.
-    """
+    period_s: Positive = Field(2.0, description="time between two decisions of the executive layer")
+    weight_continuing: NotNegative = Field(0.1, description="weight of the motivation to continue")
+    weight_external: NotNegative = Field(2.0, description="weight of the motivation to answer influence signals")
+    gain_per_s: NotNegative = Field(1.0, description="satisfaction gained per second of progress")
+    tedium_per_s: float = Field(-1.8, le=0.0, description="satisfaction change per second without progress")
+    dismay_per_s: float = Field(-2.0, le=0.0, description="satisfaction change per second of setback")
+    fade_per_s: NotNegative = Field(0.5, description="how fast satisfaction in an idle role returns to 0")
+    signal_memory_frames: Positive = Field(8.5, description="TDMA frames in which a heard signal fades to 1/e")
 
-    period_s: float = 2.0
-    weight_continuing: float = 0.1
-    weight_external: float = 2.0
-    gain_per_s: float = 1.0
-    tedium_per_s: float = -1.8
-    dismay_per_s: float = -2.0
-    fade_per_s: float = 0.5
-    signal_memory_s: float = 60.0
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        """Weights under which a vehicle could never leave what it performs, whatever is due and whoever calls."""
+        if self.weight_continuing >= 1.0 + self.weight_external:
+            yield (
+                "weight_continuing",
+                f"must be below {1.0 + self.weight_external:g} = 1 + weight_external; else a vehicle could never leave "
+                "what it performs, whatever is due and whoever calls",
+            )
+
+    def constants(self, frame_s: float) -> DecisionConstants:
+        """The constants for a TDMA frame of ``frame_s`` seconds."""
+        return DecisionConstants(**dict(self), signal_memory_s=self.signal_memory_frames * frame_s)
+
+
+class DecisionConstants(DecisionTable):
+    """The table, with what follows from the TDMA frame; ``signal_memory_s`` is tau."""
+
+    signal_memory_s: Positive = 60.0
 
 
 def evolved(satisfaction: float, advance: float | None, dt_s: float, constants: DecisionConstants) -> float:

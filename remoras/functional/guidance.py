@@ -31,7 +31,7 @@ from remoras.attraction import (
     NO_PULLS,
     PRESSED,
     Courses,
-    GuidanceConstants,
+    GuidanceTable,
     Pulls,
     ahead,
     attracted_velocity,
@@ -136,7 +136,7 @@ class Guidance:
         motion: Motion,
         data: VehicleData,
         bounds_m: Bounds,
-        constants: GuidanceConstants,
+        constants: GuidanceTable,
     ) -> None:
         self.motion = motion
         self.data = data

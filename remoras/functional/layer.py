@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping, Sequence, Set
 from typing import Any, Protocol
 
 from remoras.activities import ActivityKind, ActivitySet, ActivityType, Wait
-from remoras.attraction import USUAL, GuidanceConstants, Pulls
+from remoras.attraction import GuidanceTable, Pulls
 from remoras.avoidance import Bounds, Neighbour, nearest_within
 from remoras.behaviours import STUCK, Behaviour, Homing, Perception, Reference
 from remoras.database import VehicleData
@@ -103,7 +103,7 @@ class FunctionalLayer:
         sensors: of the vehicle, by name, in the order in which they are asked.
         bounds_m: area of operations.
         picture: what behaviours see; its part ``body`` is written here and nowhere else.
-        constants: of guidance.
+        constants: of guidance; the usual ones if None.
 
     Attributes:
         motion: where the vehicle really is, and how it moves.
@@ -126,7 +126,7 @@ class FunctionalLayer:
         sensors: Mapping[str, Sensor],
         bounds_m: Bounds,
         picture: Picture,
-        constants: GuidanceConstants = USUAL,
+        constants: GuidanceTable | None = None,
     ) -> None:
         self.data = data
         self.motion = Motion(*data.start_m)
@@ -141,7 +141,7 @@ class FunctionalLayer:
         self._settled_m: Point = data.start_m
         self._mission = mission
         self.sensors = Sensing(data.name, sensors, world)
-        self.guidance = Guidance(self.motion, data, bounds_m, constants)
+        self.guidance = Guidance(self.motion, data, bounds_m, constants or GuidanceTable())
         self.positioning: Positioning | None = None
         self.sigma_m = 0.0
         self._bounds_m = bounds_m

@@ -10,7 +10,6 @@ from pydantic import Field
 
 from missions.scenarios import Scenario, load
 from missions.scenarios.parts import groups_of
-from missions.scenarios.tables import Name, PointM, Section
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import ADVANCING, CAPTURE_M, DONE, DUE, Behaviour, Homing, Perception, Planning, Reference
 from remoras.behaviours import distance_m as to_go_m
@@ -22,6 +21,7 @@ from remoras.motion import Motion
 from remoras.organisation import Group
 from remoras.picture import Picture
 from remoras.recorder import Recorder
+from remoras.table import Name, PointM, Section
 from remoras.testing.sample_worlds import Visit
 from remoras.work import Point
 

@@ -8,7 +8,7 @@ import crossings
 import pytest
 from crossings import Traveller, traveller
 
-from remoras.attraction import GuidanceConstants, Pulls
+from remoras.attraction import GuidanceTable, Pulls
 from remoras.behaviours import Approach, distance_m
 from remoras.executive.layer import ExecutiveLayer
 from remoras.executive.satisfaction import DecisionConstants
@@ -33,7 +33,7 @@ def corridor(width_m: float, monkeypatch: pytest.MonkeyPatch) -> tuple[Traveller
 class Talkative:
     """A traveller that decides, and hears in every fourth second what the others signal."""
 
-    def __init__(self, of: Traveller, satisfaction: float, constants: GuidanceConstants, passes_on: bool) -> None:
+    def __init__(self, of: Traveller, satisfaction: float, constants: GuidanceTable, passes_on: bool) -> None:
         self.of, self.layer = of, of.functional
         self.layer.guidance = Guidance(self.layer.motion, of.data, crossings.BOUNDS_M, constants)
         self.executive = ExecutiveLayer(DecisionConstants(), of.data.name, (), {ROLE: {ROLE}}, passes_on)
@@ -59,7 +59,7 @@ class Talkative:
 def meet(
     fleet: Sequence[Traveller],
     satisfactions: Sequence[float],
-    constants: GuidanceConstants,
+    constants: GuidanceTable,
     until_s: int,
     passes_on: bool = True,
 ) -> tuple[float, str]:
@@ -92,7 +92,7 @@ def meet(
 def test_in_one_too_narrow_the_less_satisfied_one_passes(satisfactions, monkeypatch) -> None:
     """4 m are too narrow. The other one goes back before it; of two alike the first by name passes."""
     fleet = corridor(4.0, monkeypatch)
-    closest_m, arrived = meet(fleet, list(satisfactions), GuidanceConstants(), 1200)
+    closest_m, arrived = meet(fleet, list(satisfactions), GuidanceTable(), 1200)
     first = 0 if satisfactions[0] <= satisfactions[1] else 1
     other = fleet[1 - first].functional.motion
     assert arrived == fleet[first].data.name
@@ -108,7 +108,7 @@ def test_a_row_goes_back_where_the_call_is_passed_on(passes_on: bool, monkeypatc
         traveller(number, (-60.0 - 15.0 * number, 0.0), (200.0, 0.0), turn_rate_radps=math.pi) for number in range(3)
     ]
     last = traveller(3, (40.0, 0.0), (-80.0, 0.0), turn_rate_radps=math.pi)
-    closest_m, arrived = meet([*row, last], [0.0, 0.0, 0.0, -100.0], GuidanceConstants(), 500, passes_on)
+    closest_m, arrived = meet([*row, last], [0.0, 0.0, 0.0, -100.0], GuidanceTable(), 500, passes_on)
     assert closest_m >= 5.0
     assert (arrived == last.data.name) == passes_on
 
@@ -119,7 +119,7 @@ def test_a_call_that_is_answered_draws_the_vehicle_to_the_one_that_calls(monkeyp
     for weight in (0.0, 1.0):
         one, other = corridor(200.0, monkeypatch)
         layer, motion = one.functional, one.functional.motion
-        constants = GuidanceConstants(attraction=weight)
+        constants = GuidanceTable(attraction=weight)
         layer.guidance = Guidance(motion, one.data, crossings.BOUNDS_M, constants)
         layer.picture.peers.positions_m[other.data.name] = (-70.0, 40.0)
         layer.heed(Pulls(0.0, {other.data.name: 1.0}, {}))

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from sample_vehicles import AUV
 
 from exchange.arithmetic import length
-from remoras.attraction import GuidanceConstants
+from remoras.attraction import GuidanceTable
 from remoras.avoidance import Bounds, Neighbour
 from remoras.behaviours import Reference
 from remoras.functional.guidance import Guidance
@@ -23,7 +23,7 @@ def sails(
 ) -> tuple[Motion, float]:
     """Let a vehicle head from (0, 0) for a place, past others that stand; and how near it came to any (m)."""
     motion, nearest_m = Motion(0.0, 0.0), math.inf
-    guidance = Guidance(motion, AUV, bounds_m, GuidanceConstants(SEPARATION_M))
+    guidance = Guidance(motion, AUV, bounds_m, GuidanceTable(separation_m=SEPARATION_M))
     for tick in range(ticks):
         seen = [Neighbour(x_m - motion.x_m, y_m - motion.y_m, 0.0, 0.0) for x_m, y_m in standing_m]
         guidance.move(Reference(to_m, 1.5), seen, {}, float(tick), 1.0)

@@ -57,7 +57,7 @@ weights = st.floats(0.0, 1e6)
 def test_vital_first_is_a_law_of_the_order_and_not_of_weights(continuing, external, stimulus, importance, satisfaction):
     """Whatever is performed, called for and weighed: the faintest vital need guides, and one that is not vital is
     chosen only where it outweighs the others."""
-    constants = DecisionConstants(weight_continuing=continuing, weight_external=external)
+    constants = DecisionConstants.model_construct(weight_continuing=continuing, weight_external=external)
     faint = activity_set(("Evading", ActivityType.GUIDANCE), importance=1e-3, role=None, kind=ActivityKind.VITAL)
     wanted = activity_set(("Homing", ActivityType.GUIDANCE), importance=importance, role="Performer")
     found = []
@@ -214,7 +214,7 @@ HELPING = activity_set(("Helping", ActivityType.GUIDANCE), role="Performer", imp
 
 def worker(*sets: ActivitySet, name: str = "AUV05") -> ExecutiveLayer:
     """A vehicle that has a job, and is called by another one that has one."""
-    executive = ExecutiveLayer(replace(CONSTANTS, weight_external=2.0), name, {LIFTER, INSPECTOR})
+    executive = ExecutiveLayer(CONSTANTS.model_copy(update={"weight_external": 2.0}), name, {LIFTER, INSPECTOR})
     executive.adopt(sets, (PERFORMER, LIFTER))
     return executive
 

@@ -25,7 +25,7 @@ durations = st.floats(0.0, 1000.0)
 weights = st.floats(0.0, 10.0)
 progresses = st.none() | st.floats(-1.0, 1.0)
 constants_drawn = st.builds(
-    DecisionConstants,
+    DecisionConstants.model_construct,
     weight_continuing=weights,
     weight_external=weights,
     gain_per_s=weights,
