@@ -1,7 +1,7 @@
-"""What missions share whose groups do jobs and then meet: the meeting itself, and a mission with all but the jobs.
+"""Shared base of missions whose groups do jobs and then meet at a rally point.
 
-``JobMission`` asks its subclass for the jobs and for what a vehicle does at one. ``Meeting`` and ``MeetingTruth`` are
-its parts, for missions that have more of their own, as ``missions.mapping`` has.
+``JobMission`` asks its subclass for the jobs and the behaviour at a job. Missions with further needs, such as
+``missions.mapping``, combine ``Meeting`` and ``MeetingTruth`` themselves.
 """
 
 from missions.meeting.job_mission import JobMission, JobScenario, JobSettings

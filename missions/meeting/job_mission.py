@@ -1,9 +1,9 @@
 """Base of missions whose groups do jobs and meet at a rally point.
 
-A subclass says what there is to do: its jobs, and the behaviour by which a vehicle does one. The rest has a default::
+A subclass defines its jobs and the behaviour of a vehicle at a job; the rest has defaults::
 
     class Buoys(JobMission):
-        Scenario = BuoyScenario                  # a JobScenario with tables of its own
+        Scenario = BuoyScenario                  # a JobScenario with additional tables
         group_missions = ("BuoyService",)
         objective = "Servicing"                  # of a role with a job; the vocabulary has objectiveServicing
         kind = "Buoy"                            # class of the jobs' instances in the vocabulary
@@ -55,16 +55,12 @@ MEETING_DEADLINE: Any = Field(
 
 
 def founding_of(scenario: Scenario) -> list[str]:
-    """Names of the founding roles of the first group."""
+    """Return the names of the initially assigned roles of the first group."""
     return [role.name for role in scenario.group[0].role if role.founding]
 
 
 def job_role(who: str, job: str, influences: Sequence[str] = ()) -> Role:
-    """The role of a job for one vehicle, which is called after it.
-
-    Args:
-        who: what its holder is of the job; influences: roles that its calls address.
-    """
+    """Return the role ``WHO of JOB`` for one vehicle, whose calls address ``influences``."""
     return Role(name=f"{who} of {job}", maximum=1, job=job, influences=tuple(influences))
 
 
@@ -75,17 +71,11 @@ def with_job_roles(
     addressed: Sequence[str] = (),
     able: Callable[[VehicleTable], bool] = lambda vehicle: bool(vehicle.playable_roles),
 ) -> Tables:
-    """A scenario with more roles in the first group, and with needs that it does not state itself.
+    """Return the scenario with additional roles in the first group and defaults for needs.
 
-    Vehicles that list the roles they are able to play are able to play these too. A role for a job that the group lists
-    itself stays in the place of a new one.
-
-    Args:
-        scenario: the whole input.
-        roles: each with a job.
-        needs: urgency of attributes, by name.
-        addressed: roles that signals of the founding roles address too.
-        able: whether a vehicle is able to play the roles.
+    Vehicles that are ``able`` (default: they list playable roles) may play the new roles. A listed role for a job
+    replaces the new one. Signals of initially assigned roles then also address ``addressed``. ``needs`` maps attributes
+    to urgencies.
     """
     first = scenario.group[0]
     listed = {role.job for role in first.role}
@@ -105,13 +95,13 @@ def with_job_roles(
 
 
 def playing(vehicle: VehicleTable, roles: Sequence[str]) -> VehicleTable:
-    """A vehicle that is able to play more roles."""
+    """Return the vehicle with more playable roles."""
     played = vehicle.playable_roles or ()
     return vehicle.model_copy(update={"playable_roles": (*played, *(role for role in roles if role not in played))})
 
 
 def with_needs(scenario: Tables, needs: Mapping[str, int]) -> Tables:
-    """A scenario with needs that it does not state itself; ``needs``: urgency of attributes, by name."""
+    """Return the scenario with default urgencies of needed attributes."""
     communication = scenario.communication
     stated = communication.model_copy(update={"needs": {**needs, **communication.needs}})
     return scenario.model_copy(update={"communication": stated})
@@ -120,12 +110,9 @@ def with_needs(scenario: Tables, needs: Mapping[str, int]) -> Tables:
 def listed_faults(
     scenario: Scenario, kind: str, *keys: str, taken: Collection[str] = ()
 ) -> Iterator[ConfigurationFault]:
-    """Jobs in tables ``[[kind]]`` that lie outside of the world, or have names that are taken.
+    """Yield jobs in tables ``[[kind]]`` that are outside the world or have names already taken.
 
-    Args:
-        scenario: the whole input; kind: name of the tables.
-        keys: of places.
-        taken: names beside those of vehicles, groups, rally points and other such jobs.
+    ``keys`` name positions; ``taken`` adds names to those of vehicles, groups, rally points and jobs.
     """
     tables, others = getattr(scenario, kind), {*taken, *scenario.taken_names()}
     yield from scenario.world.outside((f"{kind}.{one.name}.{key}", getattr(one, key)) for one in tables for key in keys)
@@ -135,15 +122,14 @@ def listed_faults(
 
 
 WORK = "Work"
-"""Key of an importance: of every job's objective, unless its own name is listed. Task of a group, one of its roles and
-the role's job."""
+"""Key of the default importance of job objectives; task of (group, role, job)."""
 WORKING = (ALLOCATE_ROLES, WORK, MEET)
 """Tasks by which a group works, then meets."""
 IMPORTANCE = {WORK: 0.6, RENDEZ_VOUS: 0.3, GATHERING: 0.18, SUPERVISION: 0.1}
 
 
 class JobSettings(Section):
-    """The ``[mission]`` table; a mission with settings of its own subclasses it."""
+    """Table ``[mission]``; missions with additional settings subclass it."""
 
     arrival_radius_m: float = Field(20.0, gt=0.0, description="a vehicle this near to a rally point has arrived")
     follow_distance_m: float = Field(
@@ -163,25 +149,21 @@ class JobSettings(Section):
 
 
 class JobScenario(Scenario):
-    """The whole input of a run of a mission of jobs; a mission with tables of its own subclasses it."""
+    """Input of a run; missions with additional tables subclass it."""
 
     mission: JobSettings = JobSettings.usual()
 
 
 class JobMission(Mission):
-    """A mission of jobs; see the text of this module.
-
-    Args:
-        scenario: that it is made from, which has passed every check.
-    """
+    """Mission of jobs, see the module; built from a scenario that has passed every check."""
 
     Scenario: ClassVar[type[Any]] = JobScenario
     needs = NEEDS
     tables: ClassVar[tuple[Table, ...]] = (JOBS,)
     objective: ClassVar[str]
-    """Objective of every role with a job, and its activity; ``objective`` + this is an attribute from Role to Job."""
+    """Objective and activity of every role with a job; suffix of ``objective...``."""
     kind: ClassVar[str] = "Job"
-    """Class of the jobs' instances."""
+    """Ontology class of the jobs."""
 
     def __init__(self, scenario: JobScenario) -> None:
         if not getattr(self, "objective", ""):
@@ -209,36 +191,36 @@ class JobMission(Mission):
             | self.meeting.methods(),
         )
 
-    # What a subclass says ------------------------------------------------------------------------
+    # Interface for subclasses --------------------------------------------------------------------
 
     @abstractmethod
     def jobs_of(self, scenario: Any) -> Iterable[Job]:
-        """What there is to do in a scenario; called once."""
+        """Return the jobs of a scenario; called once."""
         ...
 
     @abstractmethod
     def behaviour_at(self, job: Job, data: VehicleData) -> Behaviour:
-        """A new behaviour by which the vehicle does a job: it goes there, and says when it is done."""
+        """Create the behaviour that travels to a job, does it and reports its end."""
         ...
 
     def switched_on(self, job: Job, data: VehicleData) -> tuple[str, ...]:
-        """Names of the sensors that the vehicle switches on for a job; all of them by default."""
+        """Return the sensors switched on for a job; by default all."""
         return tuple(sensor.name for sensor in data.sensors)
 
     def meets_from_s(self, scenario: Any) -> float:
-        """Before this time (s) nobody meets; at once by default. It counts where there is no job to wait for."""
+        """Earliest time (s) of the rendezvous, 0 by default; for missions without jobs to wait for."""
         return 0.0
 
-    # What follows --------------------------------------------------------------------------------
+    # Defaults ------------------------------------------------------------------------------------
 
     @classmethod
     def from_scenario(cls, scenario: JobScenario) -> Self:
-        """The mission of a scenario."""
+        """Create the mission of a scenario."""
         return cls(scenario)
 
     @property
     def jobs(self) -> Mapping[str, Job]:
-        """The jobs by name."""
+        """Jobs by name."""
         return self._jobs
 
     @property
@@ -248,13 +230,13 @@ class JobMission(Mission):
 
     @property
     def places(self) -> Sequence[Place]:
-        """Rally points, and where the jobs are."""
+        """Rally points and job sites."""
         points = [Place(name, "rally point", (at_m,)) for name, at_m in self._rally_points_m.items()]
         return [*points, *(Place(job.name, self.kind.lower(), (job.place_m,)) for job in self._jobs.values())]
 
     @property
     def social_domain(self) -> Domain:
-        """The mission of a group into roles, objectives of roles, and a meeting."""
+        """Decomposition of a group's mission into roles, objectives and a rendezvous."""
         return self._domain
 
     def _methods(self) -> list[Method]:
@@ -280,33 +262,33 @@ class JobMission(Mission):
         return [] if job is None else [Task(ASSIGN_OBJECTIVE, (group, role, self.objective, job))]
 
     def _unfinished(self, facts: FactsLike, group: Group) -> list[tuple[str, str]]:
-        """(role, job) for each job of the group that is not known to be done."""
+        """(role, job) of each job of the group that is not known to be done."""
         roles = [(role.name, role.job) for role in group.roles if role.job is not None]
         return [(role, job) for role, job in roles if facts.get(self._jobs[job].done) is None]
 
     def _open(self, facts: FactsLike, group: Group) -> bool:
-        """True while a job of the group is not known to be done, nor to be impossible."""
+        """True while a job of the group is not known to be done or impossible."""
         unfinished = self._unfinished(facts, group)
         if not self.meeting.says_impossible:
             return bool(unfinished)
         return any(not facts.get((IS_IMPOSSIBLE, job)) for _, job in unfinished)
 
     def ends_of(self, job: str) -> frozenset[Key]:
-        """Facts by which a job ends: it is done or, where it takes several vehicles at once, impossible."""
+        """Facts that end a job: done or, for jobs of several vehicles, impossible."""
         of = self._jobs[job]
         impossible = {(IS_IMPOSSIBLE, job)} if self.meeting.says_impossible and vehicles_taken(of) > 1 else set[Key]()
         return frozenset({of.done, *impossible})
 
     def founding_objectives(self) -> Sequence[Objective]:
-        """Heads supervise their groups."""
+        """Supervision of the groups by their leaders."""
         return self.meeting.founding_objectives()
 
     def is_individual(self, objective: Objective) -> bool:
-        """True for a job."""
+        """Return True for a job."""
         return objective.name not in OBJECTIVES
 
     def activity_sets(self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point) -> Pursuit:
-        """Those of the meeting; a job is one activity that guides, until it is done or the group is together."""
+        """Activity sets of the rendezvous, or one guidance activity while a job is open."""
         if objective.name in OBJECTIVES:
             return self.meeting.activity_sets(objective, data.name, facts)
         job = self._jobs[objective.argument]
@@ -320,12 +302,12 @@ class JobMission(Mission):
         return (ActivitySet(objective, ActivityKind.INDIVIDUAL, (doing,), importance),), ends
 
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
-        """What ``behaviour_at`` says for a job; the behaviours of the meeting else."""
+        """Return ``behaviour_at`` for a job, else the rendezvous behaviour."""
         found = self.meeting.behaviour(activity, data)
         return self.behaviour_at(self._jobs[activity.parameters[0]], data) if found is None else found
 
     def completion(self, objective: Objective, vehicle: str) -> Finding | None:
-        """A job that a vehicle has done is done by it."""
+        """Report a finished job as done by the vehicle."""
         if objective.name != self.objective:
             return None
         attribute, job = self._jobs[objective.argument].done
@@ -334,15 +316,15 @@ class JobMission(Mission):
     def findings(
         self, group: Group, organisation: Organisation, beliefs: Beliefs, picture: Picture, motion: Motion
     ) -> Sequence[Finding]:
-        """A head at the rally point that has lately heard all others there takes the group for gathered.
+        """Return the leader's finding that its group has gathered.
 
-        It does not before it knows that all jobs of the group are done or impossible, since vehicles may start at the
-        rally point, or has waited there to the deadline.
+        Vehicles may start at the rally point. The leader therefore also waits until all jobs of the group are done or
+        impossible, or until the deadline.
         """
         if self._open(beliefs, group) and not self.meeting.is_overdue(group, beliefs, picture):
             return ()
         return self.meeting.findings(group, organisation, beliefs, picture, motion)
 
     def truth(self, recorder: Recorder, world: Any) -> JobTruth:
-        """Notes jobs and meetings; a mission that wants to know more gives a subclass of it."""
+        """Create the ground truth of jobs and rendezvous; missions with more to record subclass it."""
         return JobTruth(self.meeting, self.objective, recorder)

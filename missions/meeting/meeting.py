@@ -1,17 +1,15 @@
-"""Meeting: what the vehicles of a group do beside their jobs, and how they come together at the end.
+"""Rendezvous: activities of group members besides their jobs, and the gathering at the end.
 
-Three objectives, and the activities by which they are pursued (Table II of the REMORAS paper)::
+Three objectives and their activities (Table II of the REMORAS paper)::
 
     GroupSupervision  -> OrganisationalPerformanceOptimiser + MissionPlanner | LeaderInformationGathering
                          | Following (Leader to ...)
     MissionGathering  -> Following (Follower to ...)
     RendezVous(p)     -> Homing(p)
 
-The table's PerformerSubordination and its ways of navigating would change nothing here and are left out: whoever plays
-a role obeys it in any case, and all vehicles know where they are. LeaderInformationGathering is perceived, not
-performed: by it a head is content or not.
-
-The head of a group has the first from the start; the mission's plan assigns the others, see ``Meeting.methods``.
+PerformerSubordination and the navigation activities of the table are omitted. Role holders obey in any case, and all
+vehicles know their positions. LeaderInformationGathering is perceived, not performed; it determines the leader's
+satisfaction. Leaders hold GroupSupervision initially; the mission plan assigns the others, see ``Meeting.methods``.
 """
 
 from __future__ import annotations
@@ -44,32 +42,29 @@ from remoras.work import Job, Point
 
 SUPERVISION, GATHERING, RENDEZ_VOUS = "GroupSupervision", "MissionGathering", "RendezVous"
 OBJECTIVES = (SUPERVISION, GATHERING, RENDEZ_VOUS)
-"""Objectives that ``Meeting`` brings; each is an attribute of the core ontology, behind ``objective``."""
+"""Objectives of ``Meeting``; ``objective`` + each is an attribute of the core ontology."""
 NEEDS = (
     "playsRole", "leftRole", "position", "gatheredAt", *(f"objective{name}" for name in OBJECTIVES)
 )  # fmt: skip
-"""Attributes without which a group does not come together."""
+"""Attributes required for a rendezvous."""
 MEET = "Meet"
-"""Task of a group that is to come together."""
+"""Task of a group: gather."""
 GATHER = "Gather"
-"""Task of a group and one of its founding roles: to come to the meeting."""
+"""Task of a group and an initially assigned role: come to the rendezvous."""
 HEARD_TOLERANCE_M = 1.0
-"""A position heard is rounded on the wire."""
+"""Tolerance for received positions, which are quantised on the wire."""
 NEWS_FRAMES = 20.0
-"""A position heard more TDMA frames ago does not tell where a vehicle is: meanwhile it may have left for work.
+"""TDMA frames after which a received position is outdated: the vehicle may have left.
 
-Of a vehicle that is heard in one frame of five, 0.8^20 = 1 % of such intervals bring nothing.
+A vehicle received in one frame of five is missed for that long with probability 0.8^20 = 1 %.
 """
 
 Pursuit = tuple[tuple[ActivitySet, ...], frozenset[Key]]
-"""Activities for an objective, and the facts that this choice rests on."""
+"""Activities for an objective, and the facts on which the choice depends."""
 
 
 def importance_of(table: Mapping[str, float], objective: Objective) -> float:
-    """Importance of an objective in a table by ``Group.Role.Objective``, by ``Role.Objective`` or by ``Objective``.
-
-    What says more of the role comes first; 0 where none is listed.
-    """
+    """Look up ``Group.Role.Objective``, then ``Role.Objective``, then ``Objective``; default 0."""
     of_role = f"{objective.role}.{objective.name}"
     of_any = table.get(of_role, table.get(objective.name, 0.0))
     return table.get(f"{objective.group}.{of_role}", of_any)
@@ -77,18 +72,13 @@ def importance_of(table: Mapping[str, float], objective: Objective) -> float:
 
 @dataclass(frozen=True)
 class Meeting:
-    """The part of a mission that brings groups together; a mission asks it for what it is asked itself.
+    """Rendezvous component of a mission.
 
     Attributes:
-        groups: by name; rally_points_m: by name.
-        arrival_radius_m: a vehicle this near to a rally point has arrived.
-        follow_distance_m: a follower lets its leader get this far ahead.
-        patience_s: a leader is content if news came in this time.
-        deadline_s: a head that has waited this long at the rally point meets with those who are there.
-        importance: of objectives, see ``importance_of``.
-        opens_s: nobody meets before; a head waits for others from then on.
-        jobs: to be done before the groups meet, by name; of a mission whose goal these are.
-        says_impossible: vehicles say what nobody is able to do.
+        patience_s: longest age of updates for a satisfied leader.
+        deadline_s: wait at the rally point after which a leader meets with the members present.
+        opens_s: earliest rendezvous; waits are counted from then.
+        says_impossible: vehicles report impossible jobs.
     """
 
     groups: Mapping[str, Group]
@@ -103,7 +93,7 @@ class Meeting:
     says_impossible: bool = False
 
     def founding_objectives(self) -> list[Objective]:
-        """Heads supervise their groups from the start."""
+        """Supervision of each group by its leader."""
         return [
             Objective(group.name, role.name, SUPERVISION, group.name)
             for group in self.groups.values()
@@ -112,7 +102,7 @@ class Meeting:
         ]
 
     def methods(self) -> dict[str, list[Method]]:
-        """How a group comes together: its founding roles follow the head and go to the rally point."""
+        """Gathering: initially assigned roles follow the leader and go to the rally point."""
 
         def meet(facts: FactsLike, group: str) -> list[Task]:
             return [Task(GATHER, (group, role.name)) for role in self.groups[group].roles if role.founding]
@@ -126,16 +116,11 @@ class Meeting:
         return follow if point is None else [*follow, Task(ASSIGN_OBJECTIVE, (group, role, RENDEZ_VOUS, point))]
 
     def operators(self, jobs: Mapping[str, Job], *working: str) -> list[Operator]:
-        """Elementary tasks of the groups' missions, see ``missions.meeting.orders``.
-
-        Args:
-            jobs: of the mission, by name.
-            working: names of the objectives by which they are done.
-        """
+        """Operators of the groups' missions, see ``missions.meeting.orders``."""
         return operators(self.groups, jobs, working, self.rally_points_m, RENDEZ_VOUS)
 
     def activity_sets(self, objective: Objective, vehicle: str, facts: FactsLike) -> Pursuit:
-        """Activities of a vehicle for one of the three objectives, and the facts that this choice rests on."""
+        """Activity sets for one of the three objectives, and the facts on which they depend."""
         group = self.groups[objective.group]
         head_key = "members", f"{group.name}.{group.head_role}"
         match objective.name:
@@ -146,7 +131,7 @@ class Meeting:
                 optimiser = Activity("OrganisationalPerformanceOptimiser", ActivityType.ORGANISATIONAL)
                 planner = Activity("MissionPlanner", ActivityType.PLANNING)
                 watching = Activity("LeaderInformationGathering", ActivityType.ORGANISATIONAL)
-                # To plan what is due comes before everything but survival.
+                # Pending planning has priority over all but survival.
                 planning = ActivitySet(objective, ActivityKind.COLLECTIVE, (optimiser, planner), 1.0)
                 return (planning, self._set(objective, watching), self._set(objective, following)), frozenset(keys)
             case "MissionGathering":
@@ -158,7 +143,7 @@ class Meeting:
         return (self._set(objective, Activity("Homing", ActivityType.GUIDANCE, about)),), rests_on
 
     def _first(self, group: Group, vehicle: str, facts: FactsLike) -> tuple[tuple[str, ...], frozenset[Key]]:
-        """Groups that meet before this one and that the vehicle is a member of, and the facts that this rests on."""
+        """Groups of the vehicle that meet before this one, and the facts on which this depends."""
         roles = {
             other: {("members", self.groups[other].path(role.name)) for role in self.groups[other].roles}
             for other in self._before(group)
@@ -171,7 +156,7 @@ class Meeting:
         return ActivitySet(objective, ActivityKind.COLLECTIVE, activities, importance)
 
     def behaviour(self, activity: Activity, data: VehicleData) -> Behaviour | None:
-        """The behaviour of an activity of the meeting; None if the activity is none of them."""
+        """Return the behaviour of a rendezvous activity; None for other activities."""
         match activity.name:
             case "OrganisationalPerformanceOptimiser":
                 return Planning()
@@ -191,11 +176,10 @@ class Meeting:
     def findings(
         self, group: Group, organisation: Organisation, beliefs: Beliefs, picture: Picture, motion: Motion
     ) -> Sequence[Finding]:
-        """A head at the rally point takes the group for gathered on evidence that all others are there, or in the end.
+        """Return the finding that a leader's group has gathered, on evidence or overdue.
 
-        Evidence of a member is its position, heard lately, or a sonar contact at the rally point that can stand for
-        nobody else: neither for another member, nor for a vehicle that has fallen silent and may have come unheard.
-        A group that has met without a member meets once more when that one is back and has come.
+        Evidence is a recent position, or a sonar contact at the rally point that no other vehicle explains: no other
+        member, nor a vehicle that has fallen silent. A group that met without a member meets again after its return.
         """
         if group.rally_point is None or not self._is_there(group, motion.position_m, 0.0):
             return ()
@@ -210,15 +194,15 @@ class Meeting:
         return (Finding(group.name, "gatheredAt", group.rally_point),)
 
     def _is_complete(self, group: Group, organisation: Organisation, beliefs: Beliefs, picture: Picture) -> bool:
-        """True if no member has come back since the group met."""
+        """True if no member has returned since the rendezvous."""
         met_s = beliefs.observed_s(("gatheredAt", group.name))
         returned_s = (picture.groups.returned_s.get(name, -math.inf) for name in organisation.members(group.name))
         return met_s is not None and max(returned_s, default=-math.inf) <= met_s
 
     def met_s(self, group: Group, beliefs: Beliefs, picture: Picture) -> float | None:
-        """When a group has met, and all that meet after it, as a vehicle of it knows; None before.
+        """Known time at which a group and all later ones have met; None before.
 
-        Of the others a vehicle may hear nothing.
+        A vehicle may receive nothing about the other groups.
         """
         if not picture.groups.gathered:
             return None
@@ -229,9 +213,9 @@ class Meeting:
         return max((beliefs.observed_s(("gatheredAt", name)) or 0.0 for name in due), default=None)
 
     def is_overdue(self, group: Group, beliefs: Beliefs, picture: Picture) -> bool:
-        """True once a head has waited where it is, without work to give out, for as long as it waits for others.
+        """True once a leader has waited without work to assign for the deadline.
 
-        Who supervises other groups begins to wait when they have met.
+        A leader that supervises groups counts its wait from their rendezvous.
         """
         idle_s = picture.groups.idle_since_s.get(group.name, math.inf)
         since_s = max(picture.body.settled_s, idle_s, self.opens_s)
@@ -241,19 +225,19 @@ class Meeting:
         return picture.body.now_s - since_s >= self.deadline_s
 
     def _before(self, group: Group) -> tuple[str, ...]:
-        """Groups that meet before this one: those that it supervises, see ``remoras.nesting``."""
+        """Groups that meet before this one, which supervises them; see ``remoras.nesting``."""
         return self.meets_after.get(group.name, ())
 
     @cached_property
     def meets_after(self) -> Mapping[str, tuple[str, ...]]:
-        """For each group, by name, all those that meet before it."""
+        """Groups that meet before each group, by name."""
         return meets_after(group for group in self.groups.values() if group.formed_by is None)
 
     def _all_are_there(self, group: Group, organisation: Organisation, beliefs: Beliefs, picture: Picture) -> bool:
         n_heard, n_not_heard = 0, 0
         others = set(organisation.members(group.name)).difference(organisation.heads(group.name))
         if not others and any(beliefs.observed_s(("gatheredAt", name)) is None for name in self._before(group)):
-            return False  # a member may yet come of them
+            return False  # a member may still arrive from them
         late_s = picture.body.now_s - NEWS_FRAMES * picture.frame_s
         for name in others:
             observed_s, position_m = beliefs.observed_s(("position", name)), picture.peers.positions_m.get(name)
@@ -264,7 +248,7 @@ class Meeting:
             else:
                 return False
         n_seen = sum(self._is_there(group, contact_m, HEARD_TOLERANCE_M) for contact_m in picture.body.contacts_m)
-        n_silent = 0  # a vehicle that is cut off meets with whoever has come
+        n_silent = 0  # an isolated vehicle meets with those present
         if not picture.groups.meets_unheard:
             n_silent = sum(heard_s < late_s for name, heard_s in picture.peers.heard_s.items() if name not in others)
         return n_not_heard <= max(0, n_seen - n_heard - n_silent)

@@ -1,21 +1,19 @@
-"""Orders: what the head of a group plans with, for missions whose groups work and then meet.
-
-Elementary tasks, with what they need, bring about and are expected to take:
+"""Operators of the leader's HTN planner, for missions whose groups work and then meet.
 
 =================  ==========================  =======================================  ==============================
 task               test                        effects                                  expected
 =================  ==========================  =======================================  ==============================
-GiveMission        the group exists            the group has the mission                at once
-AllocateRoles      the group exists            its roles are allocated                  at once
-FormGroup          the group is not there      it is                                    at once
-DissolveGroup      the group is there          it is not                                at once
-AssignObjective    roles are allocated, or     the objective counts; and, for a job,    way and work of who plays the
-                   this one from the start     it is done, for a rally point, the       role, at its survey speed; or
-                                               group has met                            the way at its transit speed
+GiveMission        the group exists            the group has the mission                immediate
+AllocateRoles      the group exists            its roles are allocated                  immediate
+FormGroup          the group does not exist    it exists                                immediate
+DissolveGroup      the group exists            it does not exist                        immediate
+AssignObjective    roles are allocated, or     the objective is valid; also, a job is   travel and work of the role's
+                   this one initially          done, or a rally point: the group has    holder at survey speed; or
+                                               met                                      travel at transit speed
 =================  ==========================  =======================================  ==============================
 
-A role is entrusted with its objectives. If nobody plays it any more before they are reached, it is to another: the
-roles are allocated once more, and nothing else of the mission is planned.
+If a role loses its holder before its objectives are reached, the roles are allocated again. The rest of the mission is
+not replanned.
 """
 
 from __future__ import annotations
@@ -31,16 +29,15 @@ from remoras.organisation import Group
 from remoras.work import Job, Outlook, Point
 
 ASSIGNED = (ASSIGN_OBJECTIVE,)
-"""Tasks by which a role is entrusted with objectives."""
+"""Tasks that assign objectives to a role."""
 ALLOCATED = (ALLOCATE_ROLES, *ASSIGNED)
-"""Tasks by which it is entrusted with them after it was left."""
+"""Tasks that reassign them after the role is released."""
 
 
 def entrusted(orders: Callable[[str, str], list[Task]]) -> list[Method]:
-    """Methods of a task with group and role as its first arguments: the role gets objectives, whoever plays it.
+    """Return methods of a task (group, role, ...) that assign the role's objectives.
 
-    Args:
-        orders: tasks ``AssignObjective`` for a group and a role.
+    ``orders`` returns the tasks ``AssignObjective`` of a group and a role.
     """
 
     def is_left(facts: FactsLike, group: str, role: str, *of: str) -> bool:
@@ -62,15 +59,7 @@ def operators(
     rally_points_m: Mapping[str, Point],
     rendez_vous: str,
 ) -> list[Operator]:
-    """The elementary tasks of a group's mission.
-
-    Args:
-        groups: by name.
-        jobs: by name.
-        working: objectives, with a job as argument, by which it is done.
-        rally_points_m: by name.
-        rendez_vous: the objective, with a rally point as argument, by which a group meets.
-    """
+    """Return the operators of a group's mission; ``working`` are the objectives that do a job."""
     founding = {(group.name, role.name) for group in groups.values() for role in group.roles if role.founding}
 
     def exists(facts: FactsLike, group: str, *args: str) -> bool:
@@ -114,10 +103,6 @@ def operators(
 
 
 def expected_of(job: Job, data: VehicleData, at_m: Point) -> Expected | None:
-    """What way and work of a job take, at survey speed; None for a vehicle that is not able to do it.
-
-    Args:
-        job: to be done; data: of the vehicle; at_m: where it is.
-    """
+    """Expected time (s) and energy (J) of a job at survey speed; None if unable to do it."""
     after = job.after(Outlook(0.0, at_m), data)
     return None if after is None else Expected(after.free_s, after.free_s * data.power_w(data.survey_speed_mps))

@@ -1,14 +1,13 @@
-"""The sequential probability ratio test: looks are taken until a hypothesis is decided at error rates that are stated.
+"""Sequential probability ratio test at given error rates.
 
-With looks that are independent under both hypotheses, their likelihood ratios are multiplied until the product leaves
-the bounds ::
+For independent observations the likelihood ratios are multiplied until the product leaves the bounds ::
 
     accept where log ratio >= log((1 - p_missed) / p_mistaken)
     reject where log ratio <= log(p_missed / (1 - p_mistaken))
 
-(A. Wald, Sequential tests of statistical hypotheses, Annals of Mathematical Statistics 16, 1945). What is false is then
-accepted with probability p_mistaken, and what is true rejected with p_missed, about: together at most with their sum.
-No test with these rates needs fewer looks on average.
+(A. Wald, Sequential tests of statistical hypotheses, Annals of Mathematical Statistics 16, 1945). The test accepts a
+false hypothesis with probability about p_mistaken and rejects a true one with p_missed; the sum of both rates is at
+most p_mistaken + p_missed. No test with these rates needs fewer observations on average.
 """
 
 from __future__ import annotations
@@ -16,16 +15,15 @@ from __future__ import annotations
 from exchange.arithmetic import log
 
 LEAST = 1e-12
-"""Nobody is surer than by so much."""
+"""Probabilities are clipped to this distance from 0 and 1."""
 
 
 def sequential_verdict(p_true: float, p_mistaken: float, p_missed: float) -> bool | None:
-    """Whether a hypothesis is accepted or rejected by the looks so far; None while another one is needed.
+    """Return True (accept), False (reject), or None while another observation is needed.
 
     Args:
-        p_true: probability of the hypothesis by all looks, with even chances before the first.
-        p_mistaken: rate at which what is false may be accepted, above 0 and below 1/2.
-        p_missed: rate at which what is true may be rejected, above 0 and below 1/2.
+        p_true: posterior probability of the hypothesis, with prior 1/2.
+        p_mistaken, p_missed: rates of false acceptance and false rejection, above 0 and below 1/2.
 
     >>> three_to_one = 0.85**3 / (0.85**3 + 0.15**3)  # three looks that are right in 85 of 100
     >>> [sequential_verdict(p_true, 0.01, 0.01) for p_true in (0.85, three_to_one, 1.0 - three_to_one)]

@@ -1,4 +1,4 @@
-"""What missions share whose vehicles go to places and stay there: jobs that anybody may do, and how a stay gets on."""
+"""Jobs that any vehicle can do, and dwells at places."""
 
 from __future__ import annotations
 
@@ -21,39 +21,30 @@ from remoras.motion import Motion
 from remoras.work import Point
 
 DONE_BY = "jobDone"
-"""Attribute of a job: who has done it."""
+"""Attribute of a job: vehicle that has done it."""
 THERE_M = 2.0
-"""A vehicle this near to a place is there."""
+"""Distance below which a vehicle is at a place."""
 
 
 @dataclass(frozen=True)
 class AnyonesJob:
-    """Most of a ``remoras.work.Job``: every vehicle is able to do it, and nothing must be done before.
-
-    Attributes:
-        name: of the job.
-        needs: nothing.
-    """
+    """Base of a ``remoras.work.Job`` that any vehicle can do and no job precedes."""
 
     name: str
     needs: ClassVar[tuple[str, ...]] = ()
 
     @property
     def done(self) -> Key:
-        """Somebody has done it."""
+        """Fact that a vehicle has done it."""
         return DONE_BY, self.name
 
     def is_able(self, data: VehicleData) -> bool:
-        """Every vehicle is."""
+        """Return True for every vehicle."""
         return True
 
 
 class Stay:
-    """How a vehicle gets to a place and stays there; whoever is called away begins anew.
-
-    Args:
-        data: of the vehicle.
-    """
+    """Travel to a place and dwell there; an interrupted dwell restarts."""
 
     def __init__(self, data: VehicleData) -> None:
         self._speed_mps = data.transit_speed_mps
@@ -61,7 +52,7 @@ class Stay:
         self._since_s: float | None = None
 
     def perceive(self, to_go_m: float, stay_s: float, now_s: float, performed: bool) -> Perception:
-        """Due, the nearest first; it advances on the way and there, and is done after ``stay_s`` there."""
+        """Pending, nearest first; progresses on the way and on site; done after ``stay_s`` on site."""
         if to_go_m > THERE_M or not performed:
             self._since_s = None
             advance = self._approach.advance(to_go_m, now_s, performed)
@@ -70,9 +61,9 @@ class Stay:
         return DONE if now_s - self._since_s >= stay_s else ADVANCING
 
     def begin_anew(self) -> None:
-        """The time there so far does not count."""
+        """Discard the elapsed dwell."""
         self._since_s = None
 
     def reference(self, place_m: Point, motion: Motion) -> Reference:
-        """To the place in transit; stay there."""
+        """Head for the place in transit; hold there."""
         return Reference(place_m, 0.0 if distance_m(motion, place_m) <= CAPTURE_M else self._speed_mps)

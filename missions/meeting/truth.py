@@ -1,14 +1,12 @@
 """Ground truth of missions with a rendezvous: progress, gathering, verdict.
 
-A group that supervises others counts as gathered only when they have.
-The meeting is one of survivors: nobody waits for a vehicle that is dead, has resigned, or is out of contact by a
-fault, nor for a role that no survivor is free to play. The work is not: all of it counts, whoever is left to do it, so
-losses never bring the goal nearer. Where a head has waited to the deadline, the meeting of those who came counts, and a
-milestone ``missed_meeting`` says who did not.
+A supervising group gathers after the groups that it supervises. Only survivors need to meet. No group waits for a
+vehicle that is dead, has resigned, or is out of contact by a fault, nor for a role that no free survivor can play. The
+work is different: all of it counts, so losses never bring the goal nearer. After the deadline the rendezvous of the
+present members counts; ``missed_meeting`` names the others.
 
-A mission that has failed is not over while somebody out of contact will return. It is over once nobody left is able to
-bring the goal nearer, or vehicles say that all which is left is impossible, and all who are alive have come home or to
-a rally point.
+A failed mission ends once three conditions hold. No vehicle out of contact will return. No remaining vehicle can make
+progress, or the vehicles report all remaining work as impossible. All live vehicles are at home or at a rally point.
 """
 
 from __future__ import annotations
@@ -31,39 +29,35 @@ if TYPE_CHECKING:
 
 
 JOBS = Table("jobs", (TIME, VEHICLE, Column("job", "str")))
-"""When a vehicle had done a job; a job that two vehicles do has two rows."""
+"""Completed jobs; a job done by two vehicles has two rows."""
 IN_ANY_CASE = {"SendingInfluenceSignals", "MissionPlanner"}
-"""Activities that say nothing of where a vehicle is going."""
+"""Activities that do not indicate a destination."""
 ORIGIN, SUBJECT, ATTRIBUTE, VALUE = 1, 4, 5, 6
-"""Columns of the table ``items`` that count here."""
+"""Relevant columns of the table ``items``."""
 
 
 class MeetingTruth:
-    """Watches the run: when consultation ends and which group is together; a mission adds what it does at work.
-
-    Args:
-        meeting: of the mission.
-    """
+    """Referee of a run: end of consultation and gathered groups; missions add their work."""
 
     work: ClassVar[str] = "meet"
-    """What the vehicles are to do, for the reason of a run that has failed."""
+    """Verb for the vehicles' work in the reason of a failed run."""
 
     def __init__(self, meeting: Meeting) -> None:
         self.milestones: list[Milestone] = []
         self._rally_points_m = meeting.rally_points_m
         self._radius_m = meeting.arrival_radius_m
         self._deadline_s, self._opens_s = meeting.deadline_s, meeting.opens_s
-        self._on_way: VehicleView | None = None  # of all who are alive, one that was not at rest
-        self._rests_m: dict[str, tuple[Point, ...]] = {}  # by vehicle, where it may be at rest
+        self._on_way: VehicleView | None = None  # a live vehicle that was not at rest
+        self._rests_m: dict[str, tuple[Point, ...]] = {}  # rest positions by vehicle
         self._there_s: dict[tuple[str, str], float] = {}  # vehicle and group
-        self._waits_s: dict[tuple[str, str], float] = {}  # the same, though others may push it out by a little
+        self._waits_s: dict[tuple[str, str], float] = {}  # the same, with tolerance for vehicles pushed out a little
         self._has_met: set[tuple[str, str]] = set()
         self._is_awaited = False
         self._is_stranded = False
         self._is_planned = False
         self._consulted = False
         self._meets_after = before = meeting.meets_after
-        founded = [group for group in meeting.groups.values() if group.formed_by is None]  # others come and go
+        founded = [group for group in meeting.groups.values() if group.formed_by is None]  # other groups are temporary
         from_below = sorted(founded, key=lambda group: height(group.name, before))
         self._apart = [group for group in from_below if group.rally_point is not None]
         self._names_apart = {group.name for group in self._apart}
@@ -71,44 +65,41 @@ class MeetingTruth:
 
     @property
     def goal_fraction(self) -> float:
-        """Share of the groups of which somebody has met; a mission with work of its own says how much is done."""
+        """Share of groups with a rendezvous; missions with work report its share."""
         return self._n_met / self._n_meetings if self._n_meetings else 1.0
 
     def reachable_fraction(self, fleet: FleetView) -> float:
-        """Share of the goal that is reached, or within reach of the vehicles left; a mission says what of its own is.
-
-        Groups may meet as long as somebody is left.
-        """
+        """Share of the goal achieved or achievable; here all while any vehicle remains."""
         return 1.0 if left(fleet) else self.goal_fraction
 
     @property
     def open_fraction(self) -> float:
-        """Share of the work that is not done."""
+        """Share of unfinished work."""
         return 1.0 - self.goal_fraction
 
     def out_of_reach(self, fleet: FleetView) -> Sequence[str]:
-        """Names of what nobody left is able to do, if there is more to be done; none here."""
+        """Open work that no remaining vehicle can do; empty here."""
         return ()
 
     @property
     def is_given_up(self) -> bool:
-        """True if vehicles say of all that is left that it is impossible; never where there is no work."""
+        """True if vehicles report all open work as impossible; always False without work."""
         return False
 
     @property
     def is_over(self) -> bool:
-        """True once nothing more will come of the run; a mission may say so earlier."""
+        """True once no progress is possible; missions may end earlier."""
         return self._is_stranded
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
-        """Note what the mission wants to know; called after each tick and each round once all is planned."""
+        """Record mission events; called after each tick and round once all is planned."""
 
     def is_worked_off(self, group: Group) -> bool:
-        """True if the group may count as gathered as far as its work is concerned; a mission says what that takes."""
+        """Return True if the work of the group permits its rendezvous."""
         return True
 
     def observe(self, fleet: FleetView, now_s: float) -> bool:
-        """Note what has happened; True once the last group is together and the goal is reached."""
+        """Record events; return True once the last group has gathered and the goal is reached."""
         survivors = alive = [vehicle for vehicle in fleet.vehicles if vehicle.is_in_contact]
         self._is_awaited = False
         if len(survivors) < len(fleet.vehicles):
@@ -119,12 +110,12 @@ class MeetingTruth:
         return is_complete
 
     def _is_hopeless(self, fleet: FleetView, alive: Sequence[VehicleView], now_s: float) -> bool:
-        """True if all who are alive are home or have met, and nobody left is able to bring the goal nearer, or will.
+        """True if all live vehicles are at rest and no remaining vehicle can or will make progress.
 
-        Nobody does any more where all groups have met for as long as a head waits for others.
+        None will after all groups have met and the deadline has passed again.
         """
         last = self._on_way
-        if last is not None and last in alive and not self._is_at_rest(last):  # mostly it is on its way still
+        if last is not None and last in alive and not self._is_at_rest(last):  # usually still under way
             return False
         for vehicle in alive:
             if not self._is_at_rest(vehicle):
@@ -139,11 +130,11 @@ class MeetingTruth:
         return self.is_given_up and not any(map(self._has_work, alive))
 
     def _has_work(self, vehicle: VehicleView) -> bool:
-        """True of a vehicle that does what others take for impossible: it may not hear them, or they it; none here."""
+        """True for a vehicle at work that others report as impossible; always False here."""
         return False
 
     def _is_at_rest(self, vehicle: VehicleView) -> bool:
-        """True for a vehicle that is home or at a rally point, or comes to neither since it makes no headway."""
+        """True for a vehicle at home, at a rally point, or without headway."""
         if not vehicle.makes_headway:
             return True
         (x_m, y_m), radius_m = vehicle.position_m, self._radius_m
@@ -172,7 +163,7 @@ class MeetingTruth:
                 continue
             self._note_who_is_there(alive, group, now_s)
             if not self._is_planned:
-                continue  # who leads alone may have met before the others have planned
+                continue  # a leader alone may meet before the others have planned
             if self._is_together(survivors, group) and self.is_worked_off(group):
                 self._note_meeting(group, survivors, (), now_s)
             elif self._waits_s and self._is_overdue(survivors, group, now_s):
@@ -194,7 +185,7 @@ class MeetingTruth:
         self.milestones += [Milestone(now_s, "missed_meeting", name, group.name) for name in missing]
 
     def close(self, fleet: FleetView, now_s: float) -> str:
-        """Say whether there is nobody left for the work, who is missing where, who waits for what or is on its way."""
+        """Return the reason of failure: impossible work, missing, waiting or moving vehicles."""
         reasons = [self._want_of_vehicles(fleet), self._who_is_missing(fleet, now_s)]
         if self._apart or self.goal_fraction < 1.0:
             reasons += [f"{vehicle.name} waits for {vehicle.waits}" for vehicle in fleet.vehicles if vehicle.waits]
@@ -204,7 +195,6 @@ class MeetingTruth:
 
     @staticmethod
     def _under_way(fleet: FleetView) -> str:
-        """Vehicles that wait for nothing, with what they do."""
         at_work = []
         for vehicle in fleet.vehicles:
             doing = [name for name in vehicle.performed if name not in IN_ANY_CASE]
@@ -213,7 +203,7 @@ class MeetingTruth:
         return f"under way: {', '.join(at_work)}" if at_work else ""
 
     def _want_of_vehicles(self, fleet: FleetView) -> str:
-        """That the goal is out of reach of those left, and how much is not done; empty where it is within reach."""
+        """Return that the remaining vehicles cannot reach the goal; empty if they can."""
         if self.goal_fraction >= 1.0 or self.reachable_fraction(fleet) >= 1.0:
             return ""
         what = " ".join((self.work, ", ".join(self.out_of_reach(fleet)))).strip()
@@ -231,7 +221,7 @@ class MeetingTruth:
         return ""
 
     def _what_it_lacks(self, survivors: Sequence[VehicleView], group: Group) -> str:
-        """Founding roles that nobody plays, or the members for whom those wait who have come; else nothing."""
+        """Vacant roles, or the members for which those present wait; else empty."""
         if lacking := self._lacking(survivors, group):
             return f" (without {' and '.join(lacking)})"
         members = self._members(survivors, group)
@@ -240,12 +230,12 @@ class MeetingTruth:
 
     @staticmethod
     def _have_planned(survivors: Sequence[VehicleView]) -> bool:
-        """True once the missions of all groups are planned by those who lead them; before, nobody can have met."""
+        """True once all group leaders have planned; no rendezvous is possible before."""
         return all(v.has_planned(group) for v in survivors for group in v.organisation.groups if v.leads(group))
 
     @staticmethod
     def _is_consulted(survivors: Sequence[VehicleView]) -> bool:
-        """True once everything assigned counts where it was meant to."""
+        """True once every assignment is valid at its assignee."""
         by_name = {vehicle.name: vehicle for vehicle in survivors}
         for vehicle in survivors:
             for a in vehicle.issued:
@@ -259,20 +249,17 @@ class MeetingTruth:
 
     @staticmethod
     def _members(survivors: Sequence[VehicleView], group: Group) -> list[VehicleView]:
-        """Survivors that belong to the group, as each sees itself."""
+        """Survivors that belong to the group, by their own state."""
         return [vehicle for vehicle in survivors if vehicle.organisation.is_member(vehicle.name, group.name)]
 
     def _note_who_is_there(self, alive: Sequence[VehicleView], group: Group, now_s: float) -> None:
-        """Who has been at the rally point since when, and who has met there: it believed so and was there.
-
-        Who is out of contact for a while may be there, and gone on when it is back.
-        """
+        """Record arrivals at the rally point, and vehicles that met there in belief and in fact."""
         (at_x_m, at_y_m), radius_m = self._rally_points_m[group.rally_point or ""], self._radius_m
         for vehicle in alive:
             x_m, y_m = vehicle.position_m
             dx_m, dy_m = x_m - at_x_m, y_m - at_y_m
             is_there = dx_m * dx_m + dy_m * dy_m <= radius_m * radius_m
-            if not is_there and not self._waits_s:  # nobody has come yet
+            if not is_there and not self._waits_s:  # no arrival yet
                 continue
             key = vehicle.name, group.name
             if not is_there:
@@ -290,8 +277,8 @@ class MeetingTruth:
         return key in self._there_s or key in self._has_met
 
     def _is_together(self, survivors: Sequence[VehicleView], group: Group) -> bool:
-        """True if all members have come to the rally point, no work is left to give out, and roles are filled."""
-        for vehicle in survivors:  # mostly the first is still on its way
+        """True if all members have come, no work remains to assign, and roles are filled."""
+        for vehicle in survivors:  # usually the first is still under way
             if not self._has_come(vehicle, group) and vehicle.organisation.is_member(vehicle.name, group.name):
                 return False
         members = self._members(survivors, group)
@@ -300,7 +287,7 @@ class MeetingTruth:
         return not self._lacking(survivors, group)
 
     def _is_overdue(self, survivors: Sequence[VehicleView], group: Group, now_s: float) -> bool:
-        """True if a head has waited at the rally point to the deadline and takes the group for gathered."""
+        """True if a leader has waited to the deadline and takes its group for gathered."""
         for vehicle in survivors:
             since_s = self._waits_s.get((vehicle.name, group.name), math.inf)
             if now_s - since_s >= self._deadline_s and vehicle.leads(group.name) and vehicle.has_met(group.name):
@@ -309,9 +296,9 @@ class MeetingTruth:
 
     @classmethod
     def _lacking(cls, survivors: Sequence[VehicleView], group: Group) -> list[str]:
-        """Founding roles that too few survivors play, as each sees itself, though others would be free to.
+        """Initial roles with too few holders among survivors although others are free to play them.
 
-        Who has left all groups has resigned; it is missed only where that leaves nobody in the group.
+        A vehicle that has left all groups has resigned; it is missed only if no member remains.
         """
         members = cls._members(survivors, group)
         at_work = [v for v in survivors if not members or v.organisation.roles_of(v.name)]
@@ -333,15 +320,9 @@ class MeetingTruth:
 
 
 class JobTruth(MeetingTruth):
-    """Notes who has done which job when, in the table ``jobs`` and as milestones ``job_done``.
+    """Referee of jobs: records them in the table ``jobs`` and as milestones ``job_done``.
 
-    The goal is all jobs of the mission, and those that roles have. No group counts as gathered before all jobs of its
-    roles are done, wherever its vehicles are.
-
-    Args:
-        meeting: of the mission.
-        objective: of roles with a job.
-        recorder: takes the rows.
+    The goal is all jobs of the mission and of roles. A group gathers only after all jobs of its roles are done.
     """
 
     work = "do"
@@ -355,10 +336,10 @@ class JobTruth(MeetingTruth):
         self._noted: set[tuple[str, str]] = set()
         self._done: set[str] = set()
         self._says_impossible, self._items, self._n_read = meeting.says_impossible, recorder.items, 0
-        self._impossible: dict[str, float] = {}  # jobs that are said to be, and since when
+        self._impossible: dict[str, float] = {}  # reported since, by job
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
-        """Note the jobs done, and said to be impossible, since the last look."""
+        """Record jobs newly done or reported impossible."""
         if self._says_impossible:
             self._note_impossible(now_s)
         for vehicle in fleet.vehicles:
@@ -380,7 +361,7 @@ class JobTruth(MeetingTruth):
 
     @property
     def is_given_up(self) -> bool:
-        """True if each job that is not done is said to be impossible."""
+        """True if each open job is reported impossible."""
         return bool(self._impossible) and self._jobs.keys() <= self._impossible.keys() | set(self.jobs_done)
 
     def _has_work(self, vehicle: VehicleView) -> bool:
@@ -389,7 +370,7 @@ class JobTruth(MeetingTruth):
         return any(of.name == self._objective and of.argument in open_ and of not in vehicle.finished for of in own)
 
     def note(self, vehicle: str, job: str, now_s: float) -> None:
-        """Note that a vehicle has done a job, unless that is noted; for jobs that are not done as objectives, too."""
+        """Record a job done by a vehicle, once; also for jobs that are no objectives."""
         if (vehicle, job) not in self._noted:
             self._noted.add((vehicle, job))
             self._done.add(job)
@@ -404,42 +385,42 @@ class JobTruth(MeetingTruth):
 
     @property
     def is_over(self) -> bool:
-        """True earlier once all have met and take all jobs for done: nobody goes back to what is not."""
+        """True also once all have met and take all jobs for done: none returns to open ones."""
         have_met = self._n_meetings > 0 and not self._apart and not self._is_awaited
         return super().is_over or (have_met and self._done.issuperset(self._jobs))
 
     @property
     def jobs_as_they_are(self) -> Mapping[str, Job]:
-        """All jobs by name, with what they really take; a mission may know more than what was planned."""
+        """All jobs by name with their true demands, which a mission may know better than plans."""
         return self._jobs
 
     @property
     def jobs_done(self) -> Collection[str]:
-        """Names of the jobs that are done; a mission may know better than those who did them."""
+        """Names of jobs done; a mission may know better than the vehicles."""
         return self._done
 
     def reachable_fraction(self, fleet: FleetView) -> float:
-        """Share of the goal that is reached, or is within reach since somebody left is able to do the jobs."""
+        """Share of the goal achieved or achievable by the remaining vehicles."""
         return reachable_by_jobs(self.goal_fraction, self.jobs_as_they_are, self._groups, fleet, self.jobs_done)
 
     def out_of_reach(self, fleet: FleetView) -> Sequence[str]:
-        """Jobs that nobody left is able to do."""
+        """Jobs that no remaining vehicle can do."""
         within = within_reach(self.jobs_as_they_are, self._groups, fleet, self.jobs_done)
         return [name for name in self._jobs if name not in within]
 
     def is_worked_off(self, group: Group) -> bool:
-        """True once all jobs of the group's roles are done."""
+        """Return True once all jobs of the group's roles are done."""
         return not self._undone(group)
 
     def close(self, fleet: FleetView, now_s: float) -> str:
-        """Say who is missing where, and which jobs are not done."""
+        """Return the reason of failure, with missing members and open jobs."""
         reason = super().close(fleet, now_s)
         undone = [job for group in self._groups for job in self._undone(group)]
         said = {job: at_s for job, at_s in self._impossible.items() if job not in self.jobs_done}
         told = [f"{job} impossible, as vehicles say since {at_s:.0f} s" for job, at_s in said.items()]
         claimed = ", ".join(sorted(self._done.difference(self.jobs_done)))
         told += [f"said to be done and not: {claimed}"] if claimed and self.goal_fraction < 1.0 else []
-        is_short = bool(reason) or self.goal_fraction < 1.0  # all may be together since somebody said what is not so
+        is_short = bool(reason) or self.goal_fraction < 1.0  # all may have met after a false report
         missing = [f"jobs not done: {', '.join(undone)}"] if is_short and undone else []
         given_up = {
             job: detail
