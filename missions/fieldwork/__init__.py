@@ -1,8 +1,8 @@
-"""Jobs at places, of which some take more than the vehicle that has them: others to help, room to pass, or energy.
+"""Field work: jobs that need more than one vehicle, namely helpers, right of way, or energy.
 
-Four missions: objects are lifted by several vehicles (``recovery-field``), loads carried through a narrow passage
-(``ferry-passage``), lines surveyed with an escort (``escort-lines``), holes bored with energy that others bring
-(``resupply-field``). Their scenarios, vocabularies and studies are in the folders beside this one.
+Missions: lifts by several vehicles (``recovery-field``), loads through a narrow passage (``ferry-passage``), escorted
+line surveys (``escort-lines``), drilling with delivered energy (``resupply-field``). Scenarios, vocabularies and
+studies are in the sibling folders.
 """
 
 from missions.fieldwork.mission import EscortMission, FerryMission, RecoveryMission, ResupplyMission

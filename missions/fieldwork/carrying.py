@@ -1,4 +1,4 @@
-"""A load as a job: whoever has it fetches it at one place and hands it over at another."""
+"""Deliveries: pick up a load at one place, hand it over at another."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ class Delivery(AnyonesJob):
     """A load: a ``remoras.work.Job``.
 
     Attributes:
-        name: of the delivery; place_m: where the load is fetched; to_m: where it is handed over.
-        handling_s: how long either takes.
-        length_m: length of the way from one place to another.
+        place_m, to_m: places of pick-up and hand-over.
+        handling_s: duration of either.
+        length_m: path length between two places.
     """
 
     place_m: Point
@@ -29,17 +29,13 @@ class Delivery(AnyonesJob):
     length_m: Callable[[Point, Point], float]
 
     def after(self, outlook: Outlook, data: VehicleData) -> Outlook:
-        """When and where the vehicle will be free if it carries the load next."""
+        """Return the outlook after the delivery."""
         way_m = self.length_m(outlook.position_m, self.place_m) + self.length_m(self.place_m, self.to_m)
         return Outlook(outlook.free_s + way_m / data.transit_speed_mps + 2.0 * self.handling_s, self.to_m)
 
 
 class Carrying(Behaviour):
-    """Fetches a load and hands it over.
-
-    Args:
-        delivery: the job; data: of the vehicle.
-    """
+    """Pick-up and hand-over of a load."""
 
     def __init__(self, delivery: Delivery, data: VehicleData) -> None:
         self._delivery, self._data = delivery, data
@@ -51,7 +47,7 @@ class Carrying(Behaviour):
         return self._delivery.to_m if self._has_load else self._delivery.place_m
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due, the nearest first; it advances on the way, and while the load is fetched or handed over."""
+        """Pending, nearest first; progresses on the way and during pick-up and hand-over."""
         of = self._delivery
         if picture.facts.get(of.done) is not None:
             return DONE
@@ -63,5 +59,5 @@ class Carrying(Behaviour):
         return ADVANCING
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """To where the load is, or is to be, in transit; stay there."""
+        """Head for the next end in transit; hold there."""
         return self._stay.reference(self._place_m, motion)

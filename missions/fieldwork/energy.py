@@ -1,12 +1,9 @@
-"""Energy that is passed on: batteries of drills and stores of chargers, and what both measure.
+"""Energy transfer: batteries of drills, stores of chargers, and their readings.
 
-How much there really is stands in the run's ``Energies``: ``Passing`` changes them, drills and chargers read them. A
-reading is that of the tick before. What passes does so whether truth looks or not, and whatever vehicles believe. A
-drill works while its vehicle is at a hole of its kind with the drill on. One that has no energy left halts; it goes on
-once its battery is full, or nothing comes in any more and a tenth is there. Energy comes in from whoever lies at the
-berth beside the hole with its charger on.
-
-The battery of a drill moves no vehicle: how far a vehicle gets is the affair of its own battery, as in every mission.
+The run's ``Energies`` hold the true values. ``Passing`` changes them; drills and chargers read the values of the tick
+before, independent of beliefs and of the referee. A drill works while its vehicle is at a matching site with the drill
+on. An empty drill halts. It resumes once its battery is full, or once a tenth is charged and the supply ends. Energy
+comes from any vehicle at the berth beside the site with its charger on. A drill's battery does not propel its vehicle.
 """
 
 from __future__ import annotations
@@ -29,32 +26,28 @@ from remoras.sensor import Fact, Observation, Pose, Sensor, SensorSettings
 from remoras.work import Point
 
 DRILL_CHARGE, STORE_CHARGE = "drillCharge", "storeCharge"
-"""Attributes of a vehicle: how much of the battery of its drill, or of the store of its charger, is left."""
+"""Attributes of a vehicle: remaining share of its drill's battery and its charger's store."""
 DRILL_STATE, CHARGER_STATE = "drillState", "chargerState"
-"""Attributes of a vehicle: what its drill, or its charger, does."""
+"""Attributes of a vehicle: state of its drill and of its charger."""
 BORES, BORED_SHARE = "bores", "boredShare"
-"""Attributes: of a vehicle, the hole at which its drill is; of a hole, how far it is bored."""
+"""Attributes: site at which a vehicle's drill is; finished share of a site."""
 IDLE, BORING, HALTED, CHARGING, GIVING, FULL = "idle", "bores", "halted", "charges", "gives", "full"
-"""What a drill does: nothing, bore, wait for energy, take some in; a charger: nothing, give, find the battery full."""
+"""States of a drill: idle, drilling, empty, charging; a charger: idle, giving, battery full."""
 CAME, BROUGHT, BORED = "came", "brought", "bored"
-"""What befalls a hole, beside that its drill has no energy (``HALTED``), see ``missions.fieldwork.truth.ENERGY``."""
+"""Events at a site besides ``HALTED``, see ``missions.fieldwork.truth.ENERGY``."""
 LEAST_SHARE = 0.1
-"""With less than this in the battery a drill that had none is not set to work."""
+"""Battery share below which an emptied drill stays halted."""
 STEPS = 10
-"""A reading is told whenever it has come to another of so many steps, and at both ends."""
+"""Readings are reported at changes between this many steps, and at both ends."""
 GAP_S = 20.0
-"""Who passes energy on again within this time has not left meanwhile."""
+"""Longest pause within one transfer."""
 ALL = 1.0 - 1e-9
-"""A hole is bored once so much of it is: the rest is rounding."""
+"""Share at which a hole counts as finished, within rounding."""
 
 
 @dataclass
 class Drill:
-    """How a drill really is.
-
-    Attributes:
-        left_j: energy in its battery; state: what it does; hole: at which it is, empty for none.
-    """
+    """True state of a drill; ``hole`` is its site, or empty."""
 
     left_j: float
     state: str = IDLE
@@ -63,11 +56,7 @@ class Drill:
 
 @dataclass
 class Charger:
-    """How a charger really is.
-
-    Attributes:
-        left_j: energy in its store; state: what it does.
-    """
+    """True state of a charger."""
 
     left_j: float
     state: str = IDLE
@@ -75,13 +64,13 @@ class Charger:
 
 @dataclass
 class Energies:
-    """All energy of a run, how far holes are bored, and what has befallen them.
+    """True energies, drilling progress and events of a run.
 
     Attributes:
-        drills, chargers: by vehicle and name of the sensor; those that have not been used yet are missing.
-        bored: share of each hole that is bored, 0..1.
-        events: what truth writes down, in order: rows of ``missions.fieldwork.truth.ENERGY``.
-        passing: by vehicle that gives and hole, the energy that has passed, and when some did last.
+        drills, chargers: by vehicle and sensor, after first use.
+        bored: finished share by site, 0..1.
+        events: in order, rows of ``missions.fieldwork.truth.ENERGY``.
+        passing: transferred energy (J) and time of the last transfer, by giver and site.
     """
 
     drills: dict[tuple[str, str], Drill] = field(default_factory=dict)
@@ -91,36 +80,36 @@ class Energies:
     passing: dict[tuple[str, str], tuple[float, float]] = field(default_factory=dict)
 
     def note_passed(self, key: tuple[str, str], energy_j: float, now_s: float) -> None:
-        """So much energy has passed from a vehicle, at a hole, until now."""
+        """Record a transfer at a site; ``key`` is (giver, site)."""
         if key not in self.passing:
             self.events.append((now_s, *key, CAME, 0.0))
         self.passing[key] = self.passing.get(key, (0.0, now_s))[0] + energy_j, now_s
 
     def note_left(self, key: tuple[str, str], now_s: float) -> None:
-        """Nothing passes from that vehicle there any more."""
+        """Record the end of a transfer."""
         energy_j, _ = self.passing.pop(key)
         self.events.append((now_s, *key, BROUGHT, energy_j))
 
 
 class EquipmentSettings(SensorSettings):
-    """What a drill and a charger have in common: they say whether they work, and what they have left."""
+    """Common settings of drills and chargers, which report their state and remaining energy."""
 
     @property
     def tells_state(self) -> bool:
-        """The vehicle can ask it."""
+        """True: the vehicle can query it."""
         return True
 
     def make(self, data: VehicleData) -> Sensor:
-        """The equipment of a vehicle."""
+        """Create the equipment of a vehicle."""
         return Gauge(self, data.name)
 
     @abstractmethod
     def reading(self, vehicle: str, energies: Energies) -> list[Fact]:
-        """What that of a vehicle shows."""
+        """Return the facts that a vehicle's equipment shows."""
 
 
 class DrillSettings(EquipmentSettings):
-    """The table ``[[vehicle.sensor]]`` of a drill with a battery of its own."""
+    """Table ``[[vehicle.sensor]]`` of a drill with its own battery."""
 
     EQUIPMENT: ClassVar[str] = "Manipulator"
 
@@ -128,11 +117,11 @@ class DrillSettings(EquipmentSettings):
     power_w: float = Field(300.0, gt=0.0, description="power that it takes from its battery while it bores")
 
     def of(self, vehicle: str, energies: Energies) -> Drill:
-        """How that of a vehicle really is."""
+        """True state of a vehicle's drill."""
         return energies.drills.get((vehicle, self.name)) or Drill(self.battery_j)
 
     def reading(self, vehicle: str, energies: Energies) -> list[Fact]:
-        """What it does, what its battery has left, at which hole it is, and how far that is bored."""
+        """State, remaining battery share, site and finished share."""
         drill = self.of(vehicle, energies)
         read: list[Fact] = [(vehicle, DRILL_STATE, drill.state), (vehicle, DRILL_CHARGE, drill.left_j / self.battery_j)]
         if drill.hole:
@@ -141,29 +130,25 @@ class DrillSettings(EquipmentSettings):
 
 
 class ChargerSettings(EquipmentSettings):
-    """The table ``[[vehicle.sensor]]`` of a charger: a store of energy for the drills of others."""
+    """Table ``[[vehicle.sensor]]`` of a charger: an energy store for the drills of others."""
 
     EQUIPMENT: ClassVar[str] = "Equipment"
 
     store_j: float = Field(300e3, ge=0.0, description="energy in its store at the start")
 
     def of(self, vehicle: str, energies: Energies) -> Charger:
-        """How that of a vehicle really is."""
+        """True state of a vehicle's charger."""
         return energies.chargers.get((vehicle, self.name)) or Charger(self.store_j)
 
     def reading(self, vehicle: str, energies: Energies) -> list[Fact]:
-        """What it does, and what its store has left."""
+        """State and remaining share of the store."""
         charger = self.of(vehicle, energies)
         left = charger.left_j / self.store_j if self.store_j > 0.0 else 0.0
         return [(vehicle, CHARGER_STATE, charger.state), (vehicle, STORE_CHARGE, left)]
 
 
 class Gauge:
-    """The sensor of a drill or a charger: it tells what has changed of its reading, and shares in steps.
-
-    Args:
-        settings: of the equipment; vehicle: that has it.
-    """
+    """Sensor of a drill or charger: reports changes of its reading, shares in steps."""
 
     table = None
 
@@ -172,7 +157,7 @@ class Gauge:
         self._told: dict[tuple[str, str], object] = {}
 
     def sense(self, pose: Pose, world: Energies, now_s: float) -> list[Observation]:
-        """One observation of the facts that are not as they were told."""
+        """Return one observation of the changed facts."""
         facts = []
         for fact in self._settings.reading(self._vehicle, world):
             of, value = fact[:2], fact[2]
@@ -189,11 +174,11 @@ def _step(share: float) -> int:
 
 @dataclass(frozen=True)
 class Transfer:
-    """How energy passes from a store to a battery while their vehicles lie beside each other.
+    """Energy transfer between vehicles that lie beside each other.
 
     Attributes:
-        power_w: that leaves the store; efficiency: share of it that comes into the battery, 0..1.
-        berth_m: how far beside a hole the vehicle with the charger lies.
+        power_w: power out of the store; efficiency: share that reaches the battery, 0..1.
+        berth_m: distance of the berth from the drill site, to the east.
     """
 
     power_w: float
@@ -201,7 +186,7 @@ class Transfer:
     berth_m: float
 
     def berth(self, place_m: Point) -> Point:
-        """Where the vehicle with the charger lies, if the one with the drill is at that place.
+        """Position of the giving vehicle.
 
         >>> Transfer(500.0, 0.7, 10.0).berth((100.0, 50.0))
         (110.0, 50.0)
@@ -209,7 +194,7 @@ class Transfer:
         return place_m[0] + self.berth_m, place_m[1]
 
     def passes_j(self, dt_s: float, left_j: float, lacks_j: float) -> float:
-        """Energy that comes into a battery in a time: no more than is left in the store, nor than the battery lacks.
+        """Energy (J) into the battery in ``dt_s``, limited by the store and the battery's deficit.
 
         >>> Transfer(500.0, 0.7, 10.0).passes_j(10.0, 3000.0, 9000.0)
         2100.0
@@ -219,13 +204,12 @@ class Transfer:
 
 @dataclass(frozen=True)
 class Boring(SiteSurvey):
-    """A hole: a ``remoras.work.Job`` for whoever has the drill.
+    """Drilling at a site: a ``remoras.work.Job`` for a vehicle with the drill.
 
     Attributes:
-        name: of the hole; place_m: where it is; stay_s: how long it takes to bore it.
-        drill: name of the sensor that bores it.
-        n_helpers: how many it takes beside whoever has it.
-        is_starved: nobody is able to any more, since no energy is left for it.
+        stay_s: drilling time.
+        drill: name of the required sensor.
+        is_starved: no energy remains for it, so that no vehicle is able.
     """
 
     n_helpers: ClassVar[int] = 1
@@ -234,21 +218,17 @@ class Boring(SiteSurvey):
     is_starved: bool = False
 
     def is_able(self, data: VehicleData) -> bool:
-        """True for a vehicle with the drill."""
+        """Return True for a vehicle with the drill."""
         return not self.is_starved and self.drill_of(data) is not None
 
     def drill_of(self, data: VehicleData) -> DrillSettings | None:
-        """The drill of a vehicle that bores such holes; None without one."""
+        """Return the vehicle's drill for this site; None without one."""
         drills = (one for one in data.sensors if isinstance(one, DrillSettings) and one.name == self.drill)
         return next(drills, None)
 
 
 class Passing:
-    """Changes the energies of a run as time goes on.
-
-    Args:
-        borings: by name; transfer: how energy passes over; energies: of the run.
-    """
+    """Evolution of the energies of a run."""
 
     def __init__(self, borings: Mapping[str, Boring], transfer: Transfer, energies: Energies) -> None:
         self._borings, self._transfer, self._energies = borings, transfer, energies
@@ -256,7 +236,7 @@ class Passing:
         self._last_s = 0.0
 
     def go_on(self, fleet: FleetView, now_s: float) -> None:
-        """Let pass and work what does, for the time since this was called last."""
+        """Advance transfers and drilling by the time since the last call."""
         dt_s, self._last_s = now_s - self._last_s, now_s
         if dt_s <= 0.0:
             return
@@ -292,7 +272,7 @@ class Passing:
             self._bore(vehicle.name, hole, settings.power_w, drill, dt_s, now_s)
 
     def _hole(self, vehicle: VehicleView, settings: DrillSettings) -> Boring | None:
-        """The nearest hole at which the vehicle is with its drill on."""
+        """Nearest site at which the vehicle is with its drill on."""
         if settings.name not in vehicle.sensing or not vehicle.is_alive:
             return None
         at_m = vehicle.position_m
@@ -318,7 +298,7 @@ class Passing:
             energies.events.append((now_s, vehicle, hole.name, HALTED, 0.0))
 
     def _come_in(self, fleet: FleetView, hole: Boring, full_j: float, drill: Drill, dt_s: float, now_s: float) -> bool:
-        """Energy from whoever lies at the berth with its charger on; True if there is some."""
+        """Transfer energy from vehicles at the berth with the charger on; return True if any."""
         berth_m, comes, energies = self._transfer.berth(hole.place_m), False, self._energies
         for other in fleet.vehicles:
             settings = _charger(other)

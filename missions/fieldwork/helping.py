@@ -1,10 +1,10 @@
-"""Help: jobs that take more vehicles than the one that holds them, and what moves the others to come.
+"""Help: jobs that need more vehicles than their holder, and the motivation of helpers.
 
-Whoever holds such a job waits. Its satisfaction falls, and its role calls on the founding roles of the group. These
-have the objective ``Helping``: one activity for each job of another one that takes help. Only that activity ends the
-wait for the job, so it alone is an answer to the call, and how much it settles follows from the way and from when
-somebody would come anyway, see ``Help.ends``. What moves a vehicle to it, and away from work of its own, is the
-decision of ``remoras.executive`` alone. Whoever has nothing else to do helps uncalled.
+The holder of such a job waits. Its satisfaction falls, and its role calls the initially assigned roles of the group.
+These hold the objective ``Helping``: one activity for each job of another vehicle that needs help. Only this activity
+ends the wait, so only it answers the call. Its effect depends on travel time and on the time at which another vehicle
+would come anyway, see ``Help.ends``. ``remoras.executive`` alone decides whether a vehicle leaves its own work. Idle
+vehicles help uncalled.
 """
 
 from __future__ import annotations
@@ -32,27 +32,24 @@ from remoras.work import IS_IMPOSSIBLE, UNABLE_TO, Job, Point, Work
 
 HELPING = "Helping"
 HELPING_IMPORTANCE = 0.5
-"""Of helping, unless the scenario says otherwise: more than to meet, less than work of one's own."""
+"""Default importance of helping: above the rendezvous, below own work."""
 URGENCY = 50
-"""How urgently vehicles need to hear who helps, unless the scenario says otherwise."""
+"""Default urgency of reports from helpers."""
 NEWS_FRAMES = 20.0
-"""A helper that was heard more TDMA frames ago is not counted on."""
+"""TDMA frames without reception after which a helper no longer counts."""
 JUDGED = {UNABLE_TO: URGENCY, IS_IMPOSSIBLE: URGENCY}
-"""Words by which vehicles say what is beyond them, and heads what is impossible."""
+"""Urgencies of reports: a vehicle cannot do a job; a leader declares it impossible."""
 LATER_SHARE = 0.5
-"""By this share those are moved of whom a job takes no more while others would end more of the wait."""
+"""Factor on the effect for surplus helpers, while others would end more of the wait."""
 MUCH_NEARER_M = 20.0
-"""Who is on its way leaves a job to another one that is nearer by this: a position heard is some seconds old."""
+"""Margin at which a helper under way yields to a nearer one (received positions are old)."""
 
 
 class HelpAwaited:
-    """The wait of whoever holds a job that takes help and does not get on: it is dissatisfied, and gives up in the end.
+    """Wait of a job holder for help: dissatisfied, and given up after ``wait_s``.
 
-    Args:
-        what: it waits for; wait_s: for so long.
-
-    Attributes:
-        is_given_up: for good: it leaves the job at the end of the round, and does not turn to it anew until then.
+    ``what`` describes the help. ``is_given_up`` stays True for this behaviour; the vehicle leaves the job at the end of
+    the round.
     """
 
     def __init__(self, what: str, wait_s: float) -> None:
@@ -61,11 +58,11 @@ class HelpAwaited:
         self.is_given_up = False
 
     def is_over(self) -> None:
-        """It gets on."""
+        """Reset the wait after progress."""
         self._since_s = None
 
     def perceived(self, now_s: float) -> Perception:
-        """What is perceived of the job meanwhile."""
+        """Return the perception during the wait."""
         self._since_s = now_s if self._since_s is None else self._since_s
         until_s = self._since_s + self._wait_s
         self.is_given_up = now_s > until_s
@@ -73,28 +70,20 @@ class HelpAwaited:
 
 
 def n_helpers(job: Job) -> int:
-    """How many vehicles a job takes beside whoever has it."""
+    """Number of helpers that a job needs besides its holder."""
     return getattr(job, "n_helpers", 0)
 
 
 class Help:
-    """Whether one vehicle is of use at a job of others, and how much of their wait it ends.
+    """Usefulness of one vehicle at a job of others, and its effect on their wait.
 
-    It says to which job it goes. As long as enough others have said so that are nearer, it is of no use there; nor
-    while it is the turn of others.
-
-    Args:
-        job: name of the job; group: whose it is; holders: who holds it; me: the vehicle.
-        n_helpers: how many the job takes beside its holder.
-        attribute: of the vocabulary, by which a vehicle says to which job it goes.
-        helped: all jobs that take help, by name.
-
-    Attributes:
-        is_on: it has helped since the last decision.
+    The vehicle reports the job to which it goes. It is of no use once enough nearer vehicles have reported the same, or
+    while others have priority. ``n_helpers`` counts vehicles besides the holder; ``is_on`` means that this vehicle has
+    helped since the last decision.
     """
 
     turn_frames: ClassVar[float] = 0.0
-    """Whoever hears of a need leaves so many TDMA frames to each free one that is nearer, to say that it goes."""
+    """TDMA frames of priority for each nearer free vehicle, to report that it goes."""
 
     def __init__(
         self,
@@ -116,25 +105,18 @@ class Help:
         self._began = False
 
     def is_of_use(self, place_m: Point | None, to_go_m: float, picture: Picture, performed: bool) -> bool:
-        """True unless enough others help that are nearer.
-
-        Args:
-            place_m: where help is needed; None while it is not, or that is not known.
-            to_go_m: the way there.
-            picture: of the vehicle.
-            performed: True if it has helped since the last decision.
-        """
+        """Return True unless enough nearer vehicles help; ``place_m`` is None without a need."""
         self._picture, self._place_m = picture, place_m
         self._began, self.is_on = performed and not self.is_on, performed
         self._since_s = math.inf if place_m is None else min(self._since_s, picture.body.now_s)
         return place_m is not None and self._n_nearer(place_m, to_go_m, picture) < self._n_helpers
 
     def said(self) -> tuple[Observation, ...]:
-        """What the vehicle says of it: to which job it goes, once it has set out."""
+        """Observation of the chosen job, once the vehicle has set out."""
         return (Observation(((self.me, self._attribute, self._job),)),) if self._began else ()
 
     def _n_nearer(self, place_m: Point, to_go_m: float, picture: Picture) -> int:
-        """How many others that were heard lately go before: they have said that they help, or it is their turn."""
+        """Number of recently received vehicles that go first: reported helpers, free ones in turn."""
         peers, now_s, frame_s = picture.peers, picture.body.now_s, picture.frame_s
         busy = peers.positions_m if self.is_on else self._busy(picture)
         n_nearer = n_free = 0
@@ -154,26 +136,21 @@ class Help:
         return n_nearer + n_free if now_s < self._since_s + n_free * self.turn_frames * frame_s else n_nearer
 
     def _busy(self, picture: Picture) -> Collection[str]:
-        """Members that have work of their own or will not come, as far as is known."""
+        """Members with own work, or known not to come."""
         work = picture.groups.works.get(self._group)
         if work is None:
             return ()
         return {*self.stay_away(work, picture), *(name for name in work.members if work.held_by(name))}
 
     def goes_before(self, name: str, its_m: float, to_go_m: float) -> bool:
-        """True if another one that helps is nearer; much nearer, where this one is on its way.
-
-        Args:
-            name: of the other one.
-            its_m: the way that it has to go, as far as heard; to_go_m: that of this one.
-        """
+        """True if another helper is nearer, by a margin if this vehicle is under way."""
         margin_m = MUCH_NEARER_M if self.is_on else 0.0
         return (its_m + margin_m, name) < (to_go_m, self.me)
 
     def ends(self, caller: str, role: str) -> float:
-        """How much of the wait of whoever holds the job, by vehicle and role, this one ends by coming: see ``Work``.
+        """Share of the holder's wait that this vehicle's arrival ends; see ``Work``.
 
-        Where enough others end more, half of it: they hear the same call and set out first, so nobody has to turn back.
+        Halved if enough others end more: they set out first, so that no vehicle turns back.
         """
         picture, place_m = self._picture, self._place_m
         work = None if picture is None else picture.groups.works.get(self._group)
@@ -187,40 +164,36 @@ class Help:
         return ended if self.is_on or n_before < n_helpers else ended * LATER_SHARE
 
     def stay_away(self, work: Work, picture: Picture) -> Collection[str]:
-        """Members that will not come meanwhile: who holds a job that takes help waits too, so it will not be done.
-
-        Args:
-            work: of the group; picture: of the vehicle.
-        """
+        """Members that will not come: holders of jobs that need help wait themselves."""
         return [name for one in work.unfinished if one.job in self._helped for name in work.holders(one)]
 
 
 class HelpSettings(JobSettings):
-    """The ``[mission]`` table of a mission in which vehicles wait for help."""
+    """Table ``[mission]`` of a mission with waits for help."""
 
     wait_s: Positive = Field(2400.0, description="a vehicle that has waited for help for so long gives up its job")
 
 
 class HelpMission(JobMission):
-    """A mission of jobs of which some take help; see the text of this module."""
+    """Mission of jobs some of which need help, see the module."""
 
     help_activity: ClassVar[str] = HELPING
-    """Name of the activity by which a vehicle helps."""
+    """Name of the helping activity."""
     help_by: ClassVar[tuple[type[Help], str]]
-    """Whether one is of use, and the attribute by which it says to which job it goes."""
+    """Class of ``Help``, and the attribute of the reported job."""
 
     @cached_property
     def helped(self) -> Collection[str]:
-        """Names of the jobs that take help: they have an attribute ``n_helpers``."""
+        """Jobs that need help, by name: those with an attribute ``n_helpers``."""
         return {name: job for name, job in self.jobs.items() if n_helpers(job)}
 
     @abstractmethod
     def helper(self, job: Any, help: Help, data: VehicleData) -> Behaviour:
-        """A new behaviour by which a vehicle helps the holders of a job."""
+        """Create the behaviour that helps the holders of a job."""
         ...
 
     def founding_objectives(self) -> Sequence[Objective]:
-        """Heads supervise; whoever founds a group helps the others of it."""
+        """Supervision by leaders; helping by all initially assigned roles."""
         helping = [
             Objective(group.name, role.name, HELPING, group.name)
             for group in self._groups.values()
@@ -230,11 +203,11 @@ class HelpMission(JobMission):
         return [*super().founding_objectives(), *helping]
 
     def is_individual(self, objective: Objective) -> bool:
-        """True for jobs, and not for help."""
+        """Return True for jobs, False for helping."""
         return objective.name != HELPING and super().is_individual(objective)
 
     def activity_sets(self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point) -> Pursuit:
-        """For help one activity for each job that takes it, is not done yet, and not the vehicle's own."""
+        """For helping, one activity for each open job of another vehicle that needs help."""
         if objective.name != HELPING:
             return super().activity_sets(objective, data, facts, position_m)
         rests_on = {("gatheredAt", objective.group)}
@@ -255,7 +228,7 @@ class HelpMission(JobMission):
         return () if is_over else tuple(sets), frozenset(rests_on)
 
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
-        """Help with a job, or what every mission of jobs has."""
+        """Behaviour of helping, or that of every mission of jobs."""
         if activity.parameters[:1] == (HELPING,):
             _, job, group, holders = activity.parameters
             (help, attribute), of = self.help_by, self.jobs[job]

@@ -1,8 +1,8 @@
-"""What there is to do, and how vehicles do it: a survey at a site takes one vehicle, a lift takes several at once.
+"""Recovery: site surveys by one vehicle, lifts by several at once.
 
-An object has as many ends as it takes vehicles, on a circle around its middle. A vehicle takes the nearest end where
-its obstacle sonar sees nobody. Once all ends are taken the lift is under way, and it is over after ``lift_s``; whoever
-leaves earlier spoils it. A vehicle sees that the other ends are taken, so nothing has to be said about it.
+An object has one end per required vehicle, on a circle around its middle. A vehicle takes the nearest end where its
+obstacle sonar shows no vehicle. The lift starts once all ends are taken and ends after ``lift_s``; a departure restarts
+it. Sonar alone shows whether the other ends are taken, without messages.
 """
 
 from __future__ import annotations
@@ -29,24 +29,22 @@ from remoras.work import Outlook, Point
 
 LYING_AT, HELPS = "lyingAt", "helps"
 SURELY_M = 1.5
-"""A vehicle counts on an end that it has taken if it is this near: the place that was told is rounded, and who has just
-come swings round its end for some seconds."""
+"""Distance at which a vehicle counts on its end: reports are quantised, arrivals overshoot."""
 NEAREST_M = 5.0
-"""No object lies nearer to the middle of a site."""
+"""Least distance of an object from its site."""
 SEEN_SHARE = 0.9
-"""And none farther than this share of the range of the shortest sonar: whoever surveys the site sees it."""
+"""Largest distance, as share of the shortest sonar range: a survey detects every object."""
 
 
 @dataclass(frozen=True)
 class Lift(AnyonesJob):
-    """An object: a ``remoras.work.DivisibleJob`` that comes up when somebody says where it lies.
+    """Lift of an object: a ``remoras.work.DivisibleJob`` that exists once its place is reported.
 
     Attributes:
-        name: of the lift; lift_s: how long it takes once all are there; n_vehicles: how many it takes at once.
-        length_m: distance of two neighbouring ends.
-        place_m: middle of the object; the origin of the map before it is known.
-        share_left: 1 until it is done, then 0.
-        resumed: who takes it over begins anew.
+        lift_s: duration once all ``n_vehicles`` are present.
+        length_m: distance between neighbouring ends.
+        place_m: middle of the object; the origin before it is known.
+        resumed: False: a successor restarts it.
     """
 
     lift_s: float
@@ -58,24 +56,24 @@ class Lift(AnyonesJob):
 
     @property
     def n_helpers(self) -> int:
-        """How many it takes beside whoever has it."""
+        """Vehicles needed besides the holder."""
         return self.n_vehicles - 1
 
     def left(self, facts: Known) -> Lift | None:
-        """The job at the place known; None while nobody has said where it is."""
+        """Return the job at the reported place; None before any report."""
         place_m = facts.get((LYING_AT, self.name))
         if place_m is None:
             return None
         return replace(self, place_m=place_m, share_left=1.0 if facts.get(self.done) is None else 0.0)
 
     def after(self, outlook: Outlook, data: VehicleData) -> Outlook:
-        """When the vehicle will be free if it lifts the object next, and finds the others there."""
+        """Return the outlook after the lift, with the others present."""
         if self.share_left == 0.0:
             return outlook
         return outlook.stayed(self.place_m, self.lift_s, data)
 
     def ends_m(self, middle_m: Point) -> tuple[Point, ...]:
-        """The ends of the object where its middle lies there.
+        """Return the ends of the object for a given middle.
 
         >>> Lift("lift 1", 60.0, 2, 10.0).ends_m((100.0, 50.0))
         ((105.0, 50.0), (95.0, 50.0))
@@ -92,16 +90,15 @@ class Lift(AnyonesJob):
 
 @dataclass(frozen=True)
 class SeaField:
-    """What lies in the field in one run: the middle of each object by the name of its lift."""
+    """True middle of each object of a run, by lift."""
 
     lying_m: tuple[tuple[str, Point], ...]
 
 
 def laid_out(lifts: Collection[str], sites: Sequence[SiteSurvey], range_m: float, seed: int) -> SeaField:
-    """Where the objects lie in the run with that seed: each near a site, every site and direction as likely.
+    """Sample the objects' positions, each near a site; sites and directions are equally likely.
 
-    Args:
-        lifts: their names; sites: of the field; range_m: of the shortest sonar; seed: root of all draws.
+    ``range_m`` is that of the shortest sonar.
     """
     found = []
     for number, lift in enumerate(lifts):
@@ -114,23 +111,19 @@ def laid_out(lifts: Collection[str], sites: Sequence[SiteSurvey], range_m: float
 
 
 class SonarSettings(SensorSettings):
-    """The table ``[[vehicle.sensor]]`` of a sonar that shows objects."""
+    """Table ``[[vehicle.sensor]]`` of a sonar that shows objects."""
 
     EQUIPMENT: ClassVar[str] = "Sonar"
 
     range_m: float = Field(40.0, gt=NEAREST_M, description="farthest object that it shows")
 
     def make(self, data: VehicleData) -> Sensor:
-        """The sonar of a vehicle."""
+        """Create the sonar of a vehicle."""
         return Sonar(self.range_m)
 
 
 class Sonar:
-    """Shows where objects lie, each once.
-
-    Args:
-        range_m: how far it sees.
-    """
+    """Sonar that shows each object once."""
 
     table = None
 
@@ -139,7 +132,7 @@ class Sonar:
         self._seen: set[str] = set()
 
     def sense(self, pose: Pose, world: SeaField, now_s: float) -> list[Observation]:
-        """Objects within range that it has not shown yet."""
+        """Return objects newly within range."""
         found = []
         for name, (x_m, y_m) in world.lying_m:
             if name not in self._seen and distance((x_m, y_m), (pose.x_m, pose.y_m)) <= self._range_m:
@@ -149,21 +142,19 @@ class Sonar:
 
 
 class Lifting(Behaviour):
-    """Takes an end of an object and stays until the lift is over; alone there it stands still, and is dissatisfied.
+    """Lift from one end of an object; alone there the vehicle waits dissatisfied.
 
-    Args:
-        lift: the job; data: of the vehicle.
-        wait_s: after so long there without all others it gives up.
+    ``wait_s`` is the longest wait for the others.
     """
 
     def __init__(self, lift: Lift, data: VehicleData, wait_s: float) -> None:
         self._lift, self._wait = lift, HelpAwaited(f"others at {lift.name}", wait_s)
         self._stay = Stay(data)
         self._end_m: Point | None = None
-        self._full_s = -math.inf  # when it last saw all ends taken: from farther off its sonar does not show them
+        self._full_s = -math.inf  # last time all ends were seen taken: beyond range the sonar does not show them
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due once it is known where the object lies; it advances on the way, and while all are there."""
+        """Pending once the place is known; progresses on the way and while all ends are taken."""
         if picture.facts.get(self._lift.done) is not None:
             return DONE
         if self._wait.is_given_up:
@@ -172,10 +163,9 @@ class Lifting(Behaviour):
         return IDLE if middle_m is None else self._perceived(middle_m, motion, picture, performed)
 
     def _perceived(self, middle_m: Point, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """The same where the middle of the object is known."""
         ends_m = self._lift.ends_m(middle_m)
         free_m = [end_m for end_m in ends_m if not _is_taken(end_m, picture)]
-        if self._end_m not in free_m:  # of an end that another one has taken, too
+        if self._end_m not in free_m:  # also if another vehicle has taken it
             self._end_m = min(free_m, key=lambda end_m: distance_m(motion, end_m), default=None)
         if self._end_m is None:
             self._full_s = picture.body.now_s
@@ -193,7 +183,7 @@ class Lifting(Behaviour):
         return self._stay.perceive(to_go_m, self._lift.lift_s, picture.body.now_s, performed)
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """To an end in transit; stay there."""
+        """Head for an end in transit; hold there."""
         return None if self._end_m is None else self._stay.reference(self._end_m, motion)
 
 
@@ -202,11 +192,9 @@ def _is_taken(end_m: Point, picture: Picture, within_m: float = THERE_M) -> bool
 
 
 class Helping(Lifting):
-    """Takes an end of an object that another vehicle is to lift; who holds the lift waits for it.
+    """Lift from one end of an object that another vehicle holds as its job.
 
-    Args:
-        lift: the job; help: whether this vehicle is of use there; data: of the vehicle.
-        wait_s: after so long there without all others it is free for other calls.
+    After ``wait_s`` without the others the vehicle is free for other calls.
     """
 
     def __init__(self, lift: Lift, help: Help, data: VehicleData, wait_s: float) -> None:
@@ -214,7 +202,7 @@ class Helping(Lifting):
         self._me, self._help = data.name, help
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due as ``Lifting`` is, as long as another one is needed; it says when it begins, and that it is done."""
+        """Pending like ``Lifting`` while another helper is needed; reports its start and the end."""
         middle_m = picture.facts.get((LYING_AT, self._lift.name))
         to_go_m = math.inf if middle_m is None else distance_m(motion, middle_m)
         is_of_use = self._help.is_of_use(middle_m, to_go_m, picture, performed)

@@ -1,8 +1,7 @@
-"""Missions of field work: jobs that the strategy gives out, each with what it takes beside the vehicle that has it.
+"""Field missions: jobs assigned by the strategy, some with needs beyond their holder.
 
-Whoever is given a job that takes help waits for it. What moves others to come is help, as
-``missions.fieldwork.helping`` has it. In a passage the holders of loads address each other, so they are equals: a call
-of one of them means that it wants to pass. What comes of that is the model of ``remoras.attraction``.
+The holder of a job that needs help waits for it, see ``missions.fieldwork.helping``. In a passage the holders of loads
+address each other as equals. Their calls are requests for right of way, resolved by ``remoras.attraction``.
 """
 
 from __future__ import annotations
@@ -79,14 +78,14 @@ from remoras.work import Job, Point
 Kind = TypeVar("Kind")
 MOST_LIFTS = 20
 ROOM = 1.65
-"""Vehicles that lie beside each other are so many separations apart at least: their margin, and half of it."""
+"""Least distance of vehicles side by side, in separations: their margin and half of it."""
 SEEN_M = 30.0
-"""An obstacle sonar sees no vehicle farther away."""
+"""Greatest range of an obstacle sonar."""
 FARTHEST_M = 20.0
-"""No berth is farther beside its hole: an obstacle sonar sees who lies there."""
+"""Greatest distance of a berth from its drill site, within obstacle sonar."""
 SHORTEST_M = 10.0
 SHOWN = {SiteSurvey: "site", Delivery: "delivery", SurveyLine: "line", Boring: "boring"}
-"""What places of jobs are called; where an object lies differs from run to run."""
+"""Names of job places; objects differ from run to run and are not shown."""
 
 
 class SiteTable(Section):
@@ -98,7 +97,7 @@ class SiteTable(Section):
 
 
 class LiftsTable(Section):
-    """The table ``[lifts]``: objects that lie near sites; nobody knows where before a sonar shows one."""
+    """Table ``[lifts]``: objects near sites, at positions unknown until a sonar shows them."""
 
     number: int = Field(
         4, ge=0, le=MOST_LIFTS, description="how many objects there are, each near a site that is drawn"
@@ -126,7 +125,7 @@ class LineTable(Section):
 
 
 class BoringTable(Section):
-    """One ``[[boring]]``: a hole that takes a drill."""
+    """One ``[[boring]]``: a drill site."""
 
     name: Name = Field(description="name of the hole")
     position_m: PointM = Field(description="where it is, x east, y north")
@@ -135,7 +134,7 @@ class BoringTable(Section):
 
 
 class TransferTable(Section):
-    """The table ``[transfer]``: how energy passes from the store of one vehicle to the drill of another."""
+    """Table ``[transfer]``: energy from the store of one vehicle to the drill of another."""
 
     power_w: Positive = Field(500.0, description="power that leaves the store while both vehicles are in place")
     efficiency: float = Field(0.7, gt=0.0, le=1.0, description="share of it that comes into the battery")
@@ -143,13 +142,13 @@ class TransferTable(Section):
 
 
 class FerrySettings(JobSettings):
-    """The ``[mission]`` table."""
+    """Table ``[mission]``."""
 
     handling_s: NotNegative = Field(10.0, description="how long a vehicle stays to fetch a load, or to hand it over")
 
 
 class EscortSettings(HelpSettings):
-    """The ``[mission]`` table."""
+    """Table ``[mission]``."""
 
     within_m: float = Field(
         20.0, ge=10.0, le=SEEN_M, description="an escort farther away than this is of no use to who surveys a line"
@@ -157,7 +156,7 @@ class EscortSettings(HelpSettings):
 
 
 class RecoveryScenario(JobScenario):
-    """The whole input of a run of this mission."""
+    """Input of a recovery run."""
 
     mission: HelpSettings = HelpSettings()
     site: tuple[SiteTable, ...] = Field(min_length=1)
@@ -165,27 +164,27 @@ class RecoveryScenario(JobScenario):
 
 
 class FerryScenario(JobScenario):
-    """The whole input of a run of this mission."""
+    """Input of a ferry run."""
 
     mission: FerrySettings = FerrySettings.usual()
     delivery: tuple[DeliveryTable, ...] = Field(min_length=1)
 
     @property
     def length_m(self) -> Callable[[Point, Point], float]:
-        """Length of the way from one place to another, through the passage if there is a reef between them."""
+        """Path length between two places, through the passage if a reef separates them."""
         table = self.of_feature(PASSAGE)
         return distance if table is None else table.passage(self.guidance.separation_m).length_m
 
 
 class EscortScenario(JobScenario):
-    """The whole input of a run of this mission."""
+    """Input of an escort run."""
 
     mission: EscortSettings = EscortSettings()
     line: tuple[LineTable, ...] = Field(min_length=1)
 
 
 class ResupplyScenario(JobScenario):
-    """The whole input of a run of this mission."""
+    """Input of a resupply run."""
 
     mission: HelpSettings = HelpSettings()
     site: tuple[SiteTable, ...] = ()
@@ -194,7 +193,7 @@ class ResupplyScenario(JobScenario):
 
 
 def _too_near(scenario: JobScenario, key: str, given_m: float, most_m: float, why: str) -> Iterator[ConfigurationFault]:
-    """A distance of two vehicles that lie beside each other which is less than they keep, or more than ``most_m``."""
+    """Yield a fault if vehicles side by side are below their separation or beyond ``most_m``."""
     least_m = ROOM * scenario.guidance.separation_m
     if not least_m <= given_m <= most_m:
         to = f"to {most_m:g}" if most_m < math.inf else "or more"
@@ -211,15 +210,14 @@ def _surveys(scenario: Any) -> list[SiteSurvey]:
 
 
 def _roles(tables: Iterable[Any], who: str, influences: Sequence[str] = ()) -> list[Role]:
-    """The roles of the jobs in tables, see ``job_role``."""
     return [job_role(who, table.name, influences) for table in tables]
 
 
 class FieldworkMission(JobMission):
-    """What the missions have in common: jobs of several kinds."""
+    """Base of missions with jobs of several kinds."""
 
     def all_of(self, kind: type[Kind]) -> dict[str, Kind]:
-        """Jobs of a kind, by name."""
+        """Return jobs of a kind, by name."""
         return {name: job for name, job in self.jobs.items() if type(job) is kind}
 
     @property
@@ -229,7 +227,7 @@ class FieldworkMission(JobMission):
 
     @property
     def places(self) -> Sequence[Place]:
-        """Rally points, and where the jobs are, of those with an end that too."""
+        """Rally points and the ends of jobs."""
         points = [Place(point.name, "rally point", (point.position_m,)) for point in self.scenario.rally_point]
         shown = [(SHOWN.get(type(job), ""), job) for job in self.jobs.values()]
         return [*points, *(Place(job.name, kind, _ends_m(job)) for kind, job in shown if kind)]
@@ -241,7 +239,7 @@ def _ends_m(job: Job) -> tuple[Point, ...]:
 
 
 class RecoveryMission(FieldworkMission, HelpMission):
-    """Sites, and objects near them that take several vehicles at once."""
+    """Recovery: sites, and objects near them that need several vehicles at once."""
 
     Scenario = RecoveryScenario
     group_missions = ("Recovery",)
@@ -257,7 +255,7 @@ class RecoveryMission(FieldworkMission, HelpMission):
 
     @classmethod
     def completed(cls, scenario: RecoveryScenario) -> RecoveryScenario:
-        """With a role for each site and object in the first group; the latter call on the founding roles."""
+        """Add a role per site and object to the first group; lifters call the initial roles."""
         lifts = numbered("lift", scenario.lifts.number)
         lifters = [job_role("Lifter", lift, founding_of(scenario)) for lift in lifts]
         roles = [*_roles(scenario.site, "Surveyor"), *lifters]
@@ -265,7 +263,7 @@ class RecoveryMission(FieldworkMission, HelpMission):
 
     @classmethod
     def check(cls, scenario: RecoveryScenario) -> Iterable[ConfigurationFault]:
-        """Sites outside of the world or with names that are taken, objects for too many vehicles or too short."""
+        """Yield faults of sites and objects: place, name, number of vehicles, length."""
         lifts, n_vehicles = scenario.lifts, len(scenario.vehicle)
         yield from listed_faults(scenario, "site", "position_m", taken=numbered("lift", lifts.number))
         if lifts.number and n_vehicles < lifts.vehicles:
@@ -278,13 +276,13 @@ class RecoveryMission(FieldworkMission, HelpMission):
             yield ConfigurationFault("lifts.number", str(lifts.number), allowed)
 
     def jobs_of(self, scenario: RecoveryScenario) -> Iterable[Job]:
-        """The sites and the objects."""
+        """Site surveys and lifts."""
         of = scenario.lifts
         lifts = [Lift(name, of.lift_s, of.vehicles, of.length_m) for name in numbered("lift", of.number)]
         return [*_surveys(scenario), *lifts]
 
     def world(self, seed: int) -> SeaField:
-        """Where the objects lie in the run with that seed."""
+        """True positions of the objects in a run."""
         ranges_m = [
             sensor.range_m
             for vehicle in self.scenario.vehicle
@@ -293,22 +291,22 @@ class RecoveryMission(FieldworkMission, HelpMission):
         return laid_out(self.all_of(Lift), [*self.all_of(SiteSurvey).values()], min(ranges_m, default=0.0), seed)
 
     def truth(self, recorder: Recorder, world: SeaField) -> LiftTruth:
-        """Notes what was really lifted."""
+        """Create the ground truth of lifts."""
         return LiftTruth(self.meeting, self.objective, recorder, self.all_of(Lift), world)
 
     def helper(self, job: Lift, help: Help, data: VehicleData) -> Behaviour:
-        """Help with an object."""
+        """Create the behaviour that helps with a lift."""
         return Helping(job, help, data, self.scenario.mission.wait_s)
 
     def behaviour_at(self, job: Any, data: VehicleData) -> Behaviour:
-        """The survey of a site, or the lift of an object."""
+        """Create the behaviour for a site or a lift."""
         if isinstance(job, SiteSurvey):
             return SurveyingSite(job, data)
         return Lifting(job, data, self.scenario.mission.wait_s)
 
 
 class FerryMission(FieldworkMission):
-    """Loads that vehicles carry through a narrow passage."""
+    """Ferry: loads carried through a narrow passage."""
 
     Scenario = FerryScenario
     group_missions = ("Ferry",)
@@ -321,14 +319,14 @@ class FerryMission(FieldworkMission):
 
     @classmethod
     def completed(cls, scenario: FerryScenario) -> FerryScenario:
-        """With a role for each delivery in the first group; these and founding roles address each other."""
+        """Add a role per delivery to the first group; these and initial roles address each other."""
         carriers = [f"Carrier of {one.name}" for one in scenario.delivery]
         roles = _roles(scenario.delivery, "Carrier", [*carriers, *founding_of(scenario)])
         return with_job_roles(scenario, roles, {}, carriers)
 
     @classmethod
     def check(cls, scenario: FerryScenario) -> Iterable[ConfigurationFault]:
-        """Deliveries outside of the world, in the reef, or with names that are taken."""
+        """Yield deliveries outside the world, in the reef, or with names already taken."""
         yield from listed_faults(scenario, "delivery", "from_m", "to_m")
         reef = scenario.of_feature(PASSAGE)
         for one in scenario.delivery if reef is not None else ():
@@ -338,17 +336,17 @@ class FerryMission(FieldworkMission):
                     yield ConfigurationFault(f"delivery.{one.name}.{key}", f"[{at_m[0]:g}, {at_m[1]:g}]", allowed)
 
     def jobs_of(self, scenario: FerryScenario) -> Iterable[Delivery]:
-        """The deliveries."""
+        """Deliveries."""
         handling_s, length_m = scenario.mission.handling_s, scenario.length_m
         return [Delivery(one.name, one.from_m, one.to_m, handling_s, length_m) for one in scenario.delivery]
 
     def behaviour_at(self, job: Any, data: VehicleData) -> Behaviour:
-        """To carry the load."""
+        """Create the carrying behaviour."""
         return Carrying(job, data)
 
 
 class EscortMission(FieldworkMission, HelpMission):
-    """Lines, some of which take a second vehicle that follows."""
+    """Escort: line surveys, some of which need an escort."""
 
     Scenario = EscortScenario
     group_missions = ("LineSurvey",)
@@ -364,14 +362,14 @@ class EscortMission(FieldworkMission, HelpMission):
 
     @classmethod
     def completed(cls, scenario: EscortScenario) -> EscortScenario:
-        """With a role for each line in the first group; of escorted lines it calls on the founding roles."""
+        """Add a role per line to the first group; escorted ones call the initial roles."""
         founding = founding_of(scenario)
         roles = [job_role("Surveyor", line.name, founding if line.escorted else ()) for line in scenario.line]
         return with_job_roles(scenario, roles, {ESCORTS: URGENCY, **JUDGED})
 
     @classmethod
     def check(cls, scenario: EscortScenario) -> Iterable[ConfigurationFault]:
-        """Lines outside of the world, too short, with names that are taken, or take more than there are."""
+        """Yield faults of lines: place, length, name, number of vehicles."""
         yield from listed_faults(scenario, "line", "from_m", "to_m")
         for line in scenario.line:
             if distance(line.from_m, line.to_m) < SHORTEST_M:
@@ -383,26 +381,26 @@ class EscortMission(FieldworkMission, HelpMission):
                 yield ConfigurationFault(f"line.{line.name}.escorted", "true", allowed)
 
     def jobs_of(self, scenario: EscortScenario) -> Iterable[SurveyLine]:
-        """The lines."""
+        """Line surveys."""
         return [SurveyLine(one.name, one.from_m, one.to_m, one.escorted) for one in scenario.line]
 
     def helper(self, job: SurveyLine, help: Help, data: VehicleData) -> Behaviour:
-        """To follow the holder of a line."""
+        """Create the escorting behaviour."""
         return FollowingSource(job, self.scenario.mission.within_m, help, data)
 
     def behaviour_at(self, job: Any, data: VehicleData) -> Behaviour:
-        """To survey the line."""
+        """Create the surveying behaviour."""
         settings = self.scenario.mission
         return SurveyingLine(job, settings.within_m, settings.wait_s, data)
 
     def truth(self, recorder: Recorder, world: Any) -> EscortTruth:
-        """Notes what was really surveyed."""
+        """Create the ground truth of escorted surveys."""
         lines = [line for line in self.all_of(SurveyLine).values() if line.is_escorted]
         return EscortTruth(self.meeting, self.objective, recorder, lines, self.scenario.mission.within_m)
 
 
 class ResupplyMission(FieldworkMission, HelpMission):
-    """Sites, and holes that take drills whose batteries do not last: nobody but who has the drill bores a hole."""
+    """Resupply: sites, and drill sites that exceed the battery of the only able vehicles."""
 
     Scenario = ResupplyScenario
     group_missions = ("Sampling",)
@@ -418,14 +416,14 @@ class ResupplyMission(FieldworkMission, HelpMission):
 
     @classmethod
     def completed(cls, scenario: ResupplyScenario) -> ResupplyScenario:
-        """With a role for each site and hole in the first group; the latter call on the founding roles."""
+        """Add a role per site and drill site to the first group; drillers call the initial roles."""
         borers = _roles(scenario.boring, "Borer", founding_of(scenario))
         told = {IS_HALTED: URGENCY, BRINGS: URGENCY, "isImpossible": URGENCY, STORE_CHARGE: 10}
         return with_job_roles(scenario, [*_roles(scenario.site, "Surveyor"), *borers], told)
 
     @classmethod
     def check(cls, scenario: ResupplyScenario) -> Iterable[ConfigurationFault]:
-        """Sites and holes outside of the world or with names that are taken, drills nobody has, berths too near."""
+        """Yield faults of sites and drill sites: place, name, missing drill, berth too near."""
         yield from listed_faults(scenario, "site", "position_m", taken=[one.name for one in scenario.boring])
         yield from listed_faults(scenario, "boring", "position_m", taken=[one.name for one in scenario.site])
         sensors = [sensor for vehicle in scenario.vehicle for sensor in vehicle.sensor]
@@ -445,7 +443,7 @@ class ResupplyMission(FieldworkMission, HelpMission):
         yield from _too_near(scenario, "transfer.berth_m", berth_m, FARTHEST_M, ", and see each other")
 
     def jobs_of(self, scenario: ResupplyScenario) -> Iterable[Job]:
-        """The sites and the holes."""
+        """Site surveys and drillings."""
         borings = [Boring(one.name, one.position_m, one.stay_s, one.drill) for one in scenario.boring]
         return [*_surveys(scenario), *borings]
 
@@ -454,25 +452,25 @@ class ResupplyMission(FieldworkMission, HelpMission):
         return Transfer(**self.scenario.transfer.model_dump())
 
     def world(self, seed: int) -> Energies:
-        """Full batteries and stores, and nothing bored."""
+        """Initial energies: full batteries and stores, nothing drilled."""
         return Energies()
 
     def nature(self, world: Energies) -> Callable[[FleetView, float], None]:
-        """Energy passes, and drills work."""
+        """Evolution of energies and drilling."""
         return Passing(self.all_of(Boring), self._transfer, world).go_on
 
     def truth(self, recorder: Recorder, world: Energies) -> EnergyTruth:
-        """Notes what befell holes, and what was really bored."""
+        """Create the ground truth of drilling."""
         return EnergyTruth(self.meeting, self.objective, recorder, self.all_of(Boring), world)
 
-    # Who does what -------------------------------------------------------------------------------
+    # Activities ----------------------------------------------------------------------------------
 
     def switched_on(self, job: Job, data: VehicleData) -> tuple[str, ...]:
-        """For a hole the drill, for a site nothing."""
+        """Return the drill for a drill site, else nothing."""
         return (job.drill,) if isinstance(job, Boring) else ()
 
     def activity_sets(self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point) -> Pursuit:
-        """Those of every mission in which others are helped; whoever helps has a charger, and switches it on."""
+        """Activity sets of help missions; helpers need a charger and switch it on."""
         sets, rests_on = super().activity_sets(objective, data, facts, position_m)
         if objective.name != HELPING:
             return sets, rests_on
@@ -483,12 +481,12 @@ class ResupplyMission(FieldworkMission, HelpMission):
         return tuple(replace(one, activities=(replace(one.activities[0], sensors=on),)) for one in sets), rests_on
 
     def helper(self, job: Boring, help: Help, data: VehicleData) -> Behaviour:
-        """To bring energy to a hole."""
+        """Create the behaviour that brings energy."""
         charger = data.sensor(ChargerSettings) or ChargerSettings()
         return Bringing(job, self._transfer, help, charger, data)
 
     def behaviour_at(self, job: Any, data: VehicleData) -> Behaviour:
-        """The survey of a site, or a boring."""
+        """Create the behaviour for a site or a drill site."""
         if not isinstance(job, Boring):
             return SurveyingSite(job, data)
         others = {name for name, one in self.all_of(Boring).items() if one.drill == job.drill and name != job.name}

@@ -1,4 +1,4 @@
-"""A site that is surveyed: whoever has it goes there and stays."""
+"""Site surveys: travel to a site and dwell there."""
 
 from __future__ import annotations
 
@@ -14,26 +14,18 @@ from remoras.work import Outlook, Point
 
 @dataclass(frozen=True)
 class SiteSurvey(AnyonesJob):
-    """A site: a ``remoras.work.Job``.
-
-    Attributes:
-        name: of the site; place_m: where it is; stay_s: how long a survey takes there.
-    """
+    """A site: a ``remoras.work.Job`` with dwell ``stay_s``."""
 
     place_m: Point
     stay_s: float
 
     def after(self, outlook: Outlook, data: VehicleData) -> Outlook:
-        """When the vehicle will be free if it surveys the site next."""
+        """Return the outlook after the survey."""
         return outlook.stayed(self.place_m, self.stay_s, data)
 
 
 class SurveyingSite(Behaviour):
-    """Goes to a site and stays until it is surveyed; whoever is called away begins anew.
-
-    Args:
-        site: the job; data: of the vehicle.
-    """
+    """Survey of a site by a dwell, which restarts after an interruption."""
 
     def __init__(self, site: SiteSurvey, data: VehicleData) -> None:
         self._site = site
@@ -42,12 +34,12 @@ class SurveyingSite(Behaviour):
         self._still = Reference(site.place_m, 0.0)
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due, the nearest first, until the vehicle has stayed long enough; it advances on the way and on site."""
+        """Pending until the dwell ends, nearest first; progresses on the way and on site."""
         if picture.facts.get(self._site.done) is not None:
             return DONE
         to_go_m = distance_m(motion, self._site.place_m)
         return self._stay.perceive(to_go_m, self._site.stay_s, picture.body.now_s, performed)
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """To the site in transit; stay there."""
+        """Head for the site in transit; hold there."""
         return self._still if distance_m(motion, self._site.place_m) <= CAPTURE_M else self._way

@@ -1,4 +1,4 @@
-"""Truth, metrics and figures of field work: what was really done, whatever vehicles believe, and how soon."""
+"""Ground truth, metrics and figures of field work."""
 
 from __future__ import annotations
 
@@ -25,32 +25,29 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 PASSAGE = "passage"
-"""Key of the feature by which there is a reef."""
+"""Key of the reef feature."""
 STANDS_MPS = 0.1
-"""A vehicle that is slower stands."""
+"""Speed below which a vehicle stands."""
 MARK_M = 5.0
-"""The truth looks at marks along a line, this far apart."""
+"""Distance between check marks along a line."""
 PASSED_M = 1.5 * ON_LINE_M
-"""Whoever comes this near to a mark has passed it: it may be off the line, and as far from where it stopped."""
+"""Distance at which a mark counts as passed: off the line, and beyond the last stop."""
 WAITS, LIFTED, SURVEYED = "waits", "lifted", "surveyed"
-"""Events: a vehicle waits for others at a job; it was really done."""
+"""Events: a vehicle waits for others; the job was truly done."""
 LIFTS = Table("lifts", (TIME, VEHICLE, Column("lift", "str"), Column("event", "str")))
-"""When a vehicle had come to an end of an object that nobody was at (``waits``), and when it was really ``lifted``."""
+"""First arrival at an object (``waits``) and true end of the lift (``lifted``)."""
 ESCORTING = Table("escorting", (TIME, VEHICLE, Column("line", "str"), Column("event", "str")))
-"""When a vehicle stood at the beginning of a line that takes an escort (``waits``), and when it was ``surveyed``."""
+"""First arrival at the start of an escorted line (``waits``) and true end (``surveyed``)."""
 ENERGY = Table(
     "energy", (TIME, VEHICLE, Column("boring", "str"), Column("event", "str"), Column("energy_j", "float", "J"))
 )
-"""What befell a hole: its drill had no energy (``halted``), another one ``came`` and passed some on, had ``brought``
-so much when it left, and the hole was really ``bored``."""
+"""Events at a drill site: ``halted`` drill, giver ``came``, had ``brought`` (J), ``bored``."""
 
 
 class FieldTruth(JobTruth):
-    """Notes when vehicles waited at jobs that take more than one of them, and when such a job was really done.
+    """Referee of jobs for several vehicles: waits and true completion.
 
-    Args:
-        meeting: of the mission; objective: of roles with a job; recorder: takes the rows.
-        table: of the events; taking: names of the jobs that take more than whoever has them.
+    ``taking`` are the jobs that need more than their holder.
     """
 
     def __init__(
@@ -63,28 +60,23 @@ class FieldTruth(JobTruth):
 
     @property
     def jobs_done(self) -> Collection[str]:
-        """Jobs that were done, of those which take more only the ones that really were."""
+        """Reported jobs; of those for several vehicles only the truly done."""
         return self._done - self._open.keys()
 
     def note_wait(self, vehicle: str, job: str, now_s: float) -> None:
-        """Note the first vehicle that waits at a job."""
+        """Record the first vehicle that waits at a job."""
         if job not in self._waited:
             self._waited.add(job)
             self._events.append((now_s, vehicle, job, WAITS))
 
     def note_end(self, vehicle: str, job: str, event: str, now_s: float) -> None:
-        """Note that a job was really done."""
+        """Record the true completion of a job."""
         del self._open[job]
         self._events.append((now_s, vehicle, job, event))
 
 
 class LiftTruth(FieldTruth):
-    """An object is lifted once all of its ends were taken for as long as a lift takes.
-
-    Args:
-        meeting: of the mission; objective: of roles with a job; recorder: takes the rows.
-        lifts: by name; world: where they lie.
-    """
+    """Referee of lifts: all ends were taken for the duration of a lift."""
 
     def __init__(
         self, meeting: Meeting, objective: str, recorder: Recorder, lifts: Mapping[str, Lift], world: SeaField
@@ -95,7 +87,7 @@ class LiftTruth(FieldTruth):
         self._since_s: dict[str, float] = {}
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
-        """Note what was done since the last look."""
+        """Record lifts since the last call."""
         super().watch(fleet, now_s)
         for name in list(self._open):
             there = [
@@ -113,7 +105,7 @@ class LiftTruth(FieldTruth):
                 self.note(there[0], name, now_s)
 
     def close(self, fleet: FleetView, now_s: float) -> str:
-        """Say who is missing where, what was not done, and which objects nobody has found."""
+        """Return the reason of failure, with undetected objects."""
         found = {row[SUBJECT] for row in self._items[0:] if row[ATTRIBUTE] == LYING_AT}
         hidden = ", ".join(name for name in self._open if name not in found)
         reason = super().close(fleet, now_s)
@@ -121,12 +113,7 @@ class LiftTruth(FieldTruth):
 
 
 class EscortTruth(FieldTruth):
-    """A line that takes an escort is surveyed once its marks were passed while an escort was within its distance.
-
-    Args:
-        meeting: of the mission; objective: of roles with a job; recorder: takes the rows.
-        lines: those that take an escort; within_m: greatest distance of an escort.
-    """
+    """Referee of escorted lines: all marks were passed with an escort within ``within_m``."""
 
     def __init__(
         self, meeting: Meeting, objective: str, recorder: Recorder, lines: Sequence[SurveyLine], within_m: float
@@ -137,7 +124,7 @@ class EscortTruth(FieldTruth):
         self._marks = {line.name: {line.at(along_m) for along_m in marks_m(line.length_m)} for line in lines}
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
-        """Note what was done since the last look."""
+        """Record surveys since the last call."""
         super().watch(fleet, now_s)
         at_m = {vehicle.name: vehicle.position_m for vehicle in fleet.vehicles if vehicle.is_alive}
         escorted = {
@@ -159,12 +146,7 @@ class EscortTruth(FieldTruth):
 
 
 class EnergyTruth(FieldTruth):
-    """Notes what really befell holes, whatever vehicles believe, and which were bored.
-
-    Args:
-        meeting: of the mission; objective: of roles with a job; recorder: takes the rows.
-        borings: by name; energies: of the run.
-    """
+    """Referee of drill sites: events and true completion."""
 
     def __init__(
         self, meeting: Meeting, objective: str, recorder: Recorder, borings: Mapping[str, Boring], energies: Energies
@@ -172,24 +154,24 @@ class EnergyTruth(FieldTruth):
         super().__init__(meeting, objective, recorder, ENERGY, borings)
         self._borings, self._energies = borings, energies
         self._starved: set[str] = set()
-        self._halted_s: dict[str, float] = {}  # since when, where nobody has come
+        self._halted_s: dict[str, float] = {}  # start of halts without a giver
         self._is_left = False
         self._n_noted = 0
 
     @property
     def jobs_as_they_are(self) -> Mapping[str, Job]:
-        """Holes for which no energy is left are beyond everybody."""
+        """Jobs by name; drill sites without energy are impossible for all."""
         return {**self._jobs, **{name: replace(self._borings[name], is_starved=True) for name in self._starved}}
 
     def reachable_fraction(self, fleet: FleetView) -> float:
-        """Share of the goal that somebody left is able to reach with the energy that is left."""
+        """Share of the goal that remaining vehicles and energy permit."""
         self._starved = set() if self._is_energy_left(fleet) else {
             name for name in self._open if not self._is_drill_charged(fleet, self._borings[name])
         }  # fmt: skip
         return super().reachable_fraction(fleet)
 
     def _is_energy_left(self, fleet: FleetView) -> bool:
-        """True if somebody is left with something in a store."""
+        """True if a remaining vehicle has energy in its store."""
         for vehicle in fleet.vehicles:
             data = vehicle.able_data
             charger = None if data is None else data.sensor(ChargerSettings)
@@ -198,7 +180,7 @@ class EnergyTruth(FieldTruth):
         return False
 
     def _is_drill_charged(self, fleet: FleetView, boring: Boring) -> bool:
-        """True if somebody is left whose drill for that hole goes on boring with what it has."""
+        """True if a remaining vehicle can continue drilling at the site with its battery."""
         for vehicle in fleet.vehicles:
             data = vehicle.able_data
             drill = None if data is None else boring.drill_of(data)
@@ -208,11 +190,11 @@ class EnergyTruth(FieldTruth):
 
     @property
     def is_given_up(self) -> bool:
-        """True if vehicles say so, or have left each job that is open, of which nobody tells others."""
+        """True if open jobs are reported impossible, or were left without communication."""
         return super().is_given_up or self._is_left
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
-        """Note what has happened since the last look."""
+        """Record events since the last call."""
         super().watch(fleet, now_s)
         self._note_events()
         self._is_left = bool(self._halted_s) and not any(
@@ -220,7 +202,7 @@ class EnergyTruth(FieldTruth):
         )
 
     def _holds_any(self, vehicle: VehicleView) -> bool:
-        """True if a vehicle, as it sees itself, has a job that is open."""
+        """True if a vehicle has an open job by its own state."""
         if not vehicle.is_alive:
             return False
         plays, done = vehicle.organisation.plays, self.jobs_done
@@ -240,7 +222,7 @@ class EnergyTruth(FieldTruth):
         self._n_noted = len(events)
 
     def close(self, fleet: FleetView, now_s: float) -> str:
-        """Say who is missing where, what was not done, and where no energy came to."""
+        """Return the reason of failure, with drill sites without energy."""
         for key in list(self._energies.passing):
             self._energies.note_left(key, now_s)
         self._note_events()
@@ -249,14 +231,11 @@ class EnergyTruth(FieldTruth):
         return "; ".join(text for text in (reason, f"without energy: {halted}" if halted else "") if text)
 
 
-# What the results say ----------------------------------------------------------------------------
-
-
-# What the results say ----------------------------------------------------------------------------
+# Results ----------------------------------------------------------------------------------------
 
 
 def done_s(run: MeasuredRun) -> dict[str, float]:
-    """When each job was done for the first time, by its name (s)."""
+    """Time (s) of the first completion of each job."""
     first_s: dict[str, float] = {}
     for time_s, _, job in run.recorder.rows(JOBS.name):
         first_s.setdefault(job, time_s)
@@ -264,13 +243,13 @@ def done_s(run: MeasuredRun) -> dict[str, float]:
 
 
 def mean_of_all_s(times_s: Collection[float], n_all: int, run: MeasuredRun) -> float:
-    """Mean time (s) of what was done; each of ``n_all`` that was not counts with the duration of the mission."""
+    """Mean time (s) over ``n_all``; undone items count with the mission's duration."""
     scenario: Any = run.scenario
     return (math.fsum(times_s) + (n_all - len(times_s)) * float(scenario.scenario.duration_s)) / n_all
 
 
 def mean_with_sites_s(run: MeasuredRun, others_s: Collection[float], n_others: int) -> float:
-    """The same of all ``[[site]]`` of the scenario and of other work, done by these times."""
+    """Mean as of ``mean_of_all_s`` over all sites and ``n_others`` items done at ``others_s``."""
     scenario: Any = run.scenario
     surveyed_s, sites = done_s(run), [site.name for site in scenario.site]
     times_s = [surveyed_s[name] for name in sites if name in surveyed_s]
@@ -278,34 +257,26 @@ def mean_with_sites_s(run: MeasuredRun, others_s: Collection[float], n_others: i
 
 
 def event_s(run: MeasuredRun, table: str, event: str) -> dict[str, float]:
-    """Time (s) of the last such event by what it is about, by a table of time, vehicle, what, event."""
+    """Time (s) of the last such event by subject, from a table (time, vehicle, subject, event)."""
     return {row[2]: row[0] for row in run.recorder.rows(table) if row[3] == event}
 
 
 def mean_wait_s(run: MeasuredRun, table: str, event: str) -> float | None:
-    """Mean time (s) from ``waits`` to an event, by a table as of ``event_s``; to the end of the run without one.
-
-    None if nobody has waited.
-    """
+    """Mean time (s) from ``waits`` to an event, or the end of the run; None without waits."""
     ended_s = event_s(run, table, event)
     spans_s = [ended_s.get(name, run.end_s) - from_s for name, from_s in event_s(run, table, WAITS).items()]
     return math.fsum(spans_s) / len(spans_s) if spans_s else None
 
 
 def first_s(results: RunResults) -> dict[str, float]:
-    """The same as ``done_s`` of the tables of a results folder."""
+    """Return ``done_s`` from the tables of a results folder."""
     return {row["job"]: row["time_s"] for row in reversed(results.table(JOBS.name).to_pylist())}
 
 
 def draw_steps(
     axes: Axes, results: RunResults, style: Style, times_s: Mapping[str, Collection[float]], label: str
 ) -> None:
-    """How many things were done over mission time, a line for each kind.
-
-    Args:
-        times_s: when, by kind.
-        label: of the vertical axis.
-    """
+    """Draw cumulative counts over mission time, one line per kind; ``times_s`` in s."""
     end_s = max((row["time_s"] for row in results.table("trajectories").to_pylist()), default=0.0)
     for (kind, of), line in zip(times_s.items(), ("-", "--"), strict=False):
         ordered = sorted(of)
@@ -317,7 +288,7 @@ def draw_steps(
 
 
 def marks_m(length_m: float) -> list[float]:
-    """How far along a line its marks are.
+    """Return the positions of marks along a line.
 
     >>> marks_m(12.0)
     [0.0, 5.0, 10.0]
@@ -326,13 +297,13 @@ def marks_m(length_m: float) -> list[float]:
 
 
 def mean_lifted_s(run: MeasuredRun) -> float:
-    """Mean time by which a site was surveyed or an object lifted; what was not counts with the mission's duration."""
+    """Mean time of site surveys and lifts; undone ones count with the mission's duration."""
     scenario: Any = run.scenario
     return mean_with_sites_s(run, event_s(run, LIFTS.name, LIFTED).values(), int(scenario.lifts.number))
 
 
 def mean_surveyed_s(run: MeasuredRun) -> float:
-    """Mean time by which a line was surveyed; one that was not counts with the duration of the mission."""
+    """Mean time of line surveys; undone ones count with the mission's duration."""
     scenario: Any = run.scenario
     surveyed_s = done_s(run)
     for line, time_s in event_s(run, ESCORTING.name, SURVEYED).items():
@@ -342,13 +313,13 @@ def mean_surveyed_s(run: MeasuredRun) -> float:
 
 
 def mean_delivered_s(run: MeasuredRun) -> float:
-    """Mean time by which a load was handed over; one that was not counts with the duration of the mission."""
+    """Mean time of deliveries; undone ones count with the mission's duration."""
     scenario: Any = run.scenario
     return mean_of_all_s(done_s(run).values(), len(scenario.delivery), run)
 
 
 def blocked_s(run: MeasuredRun) -> float | Absent:
-    """Time that the vehicles stood within the reef, all together, second by second of the tracks."""
+    """Total time (s) of all vehicles standing within the reef."""
     table = run.scenario.of_feature(PASSAGE)
     if table is None:
         return NOT_APPLICABLE
@@ -364,10 +335,7 @@ def _rows(run: MeasuredRun, event: str) -> list[tuple[Any, ...]]:
 
 
 def mean_energy_wait_s(run: MeasuredRun) -> float | None:
-    """Mean time from when a drill had no energy to when another one came with some; to the end where nobody came.
-
-    None if no drill ever had none.
-    """
+    """Mean time (s) from an empty drill to the next giver, or the end of the run; None without."""
     came = _rows(run, CAME)
     waits_s = []
     for at_s, _, boring, *_ in _rows(run, HALTED):
@@ -377,12 +345,12 @@ def mean_energy_wait_s(run: MeasuredRun) -> float | None:
 
 
 def brought_j(run: MeasuredRun) -> float:
-    """Energy that has come into the batteries of drills."""
+    """Energy transferred into batteries of drills."""
     return math.fsum(row[4] for row in _rows(run, BROUGHT))
 
 
 def mean_bored_s(run: MeasuredRun) -> float:
-    """Mean time by which a site was surveyed or a hole bored; what was not counts with the mission's duration."""
+    """Mean time of site surveys and drillings; undone ones count with the mission's duration."""
     scenario: Any = run.scenario
     return mean_with_sites_s(run, [row[0] for row in _rows(run, BORED)], len(scenario.boring))
 
@@ -411,13 +379,13 @@ RESUPPLY_METRICS = (
 
 
 def draw_jobs(axes: Axes, results: RunResults, style: Style, label: str, says: str) -> str:
-    """Jobs done over time."""
+    """Draw jobs done over time."""
     draw_steps(axes, results, style, {"fleet": first_s(results).values()}, label)
     return says
 
 
 def draw_kinds(axes: Axes, results: RunResults, style: Style, table: Table, event: str, label: str, says: str) -> str:
-    """Sites surveyed, and jobs of another kind really done, over time."""
+    """Draw surveyed sites and truly done jobs of another kind over time."""
     column = table.columns[2].name
     done_s = {row[column]: row["time_s"] for row in results.table(table.name).to_pylist() if row["event"] == event}
     sites = {site["name"] for site in results.scenario_tables["site"]}
@@ -427,7 +395,7 @@ def draw_kinds(axes: Axes, results: RunResults, style: Style, table: Table, even
 
 
 def draw_reef(axes: Axes, results: RunResults, style: Style) -> str:
-    """The reef with its passage."""
+    """Draw the reef with its passage."""
     scenario = results.scenario_tables
     reef = scenario.get(PASSAGE)
     if reef is None:
