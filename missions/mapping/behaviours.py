@@ -200,7 +200,7 @@ class ZigzagExploring(Behaviour):
     def _survey(self) -> Survey:
         return self._job.on.survey(self._swath_m)
 
-    # Perception and action ---------------------------------------------------------
+    # Perception and action -----------------------------------------------------------------------
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Pending while mappable cells remain; the turn at a row's end counts as progress."""
@@ -348,7 +348,7 @@ class ZigzagExploring(Behaviour):
         elif missed and is_sure and not again:
             self._n_dead += 2 * missed.bit_count() >= self._survey.rows[passage.row].cells.bit_count()
 
-    # Updates received from others ---------------------------------------------------------------------
+    # Updates received from others ----------------------------------------------------------------
 
     def _hear(self, left: int, motion: Motion, since_s: float) -> None:
         """Shorten or replace the row if others have mapped cells of it ahead."""

@@ -127,7 +127,7 @@ def inspecting(groups: Iterable[Group], inspections: Collection[str]) -> list[Ob
     ]
 
 
-# Additions to a scenario ---------------------------------------------------------------------------
+# Additions to a scenario ------------------------------------------------------------------------
 
 
 def with_inspectors(scenario: MappingScenario) -> MappingScenario:

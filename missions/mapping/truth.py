@@ -77,7 +77,7 @@ class MappingTruth(MeetingTruth):
         self._stopped: dict[str, Milestone] = {}
         self._finished: set[Objective] = set()
 
-    # Coverage -----------------------------------------------------------------------------
+    # Coverage ------------------------------------------------------------------------------------
 
     @property
     def goal_fraction(self) -> float:
@@ -225,7 +225,7 @@ class MappingTruth(MeetingTruth):
             self._goal_fraction = fraction
             self._progress.append((now_s, fraction))
 
-    # End of the mission ---------------------------------------------------------------------------------
+    # End of the mission --------------------------------------------------------------------------
 
     @property
     def is_over(self) -> bool:
