@@ -139,7 +139,7 @@ _CONTROLS = frozenset(map(chr, (*range(0x20), *range(0x7F, 0xA0), 0xFFFE, 0xFFFF
 
 
 def bytes_of(text: object, most_bytes: int) -> bytes:
-    r"""Return a text in UTF-8; raises TypeError for no string.
+    """Return a text in UTF-8; raises TypeError for no string.
 
     Raises ValueError if the text is too long, or has control characters or a lone surrogate.
 
@@ -160,7 +160,7 @@ def bytes_of(text: object, most_bytes: int) -> bytes:
 
 
 def decoded_text(data: bytes, most_bytes: int) -> str:
-    r"""Decode a text from UTF-8; raises ValueError if it is invalid.
+    """Decode a text from UTF-8; raises ValueError if it is invalid.
 
     >>> decoded_text(b"T\\xc3\\xa4ufer", 8)
     'Täufer'
