@@ -1,6 +1,6 @@
-"""Organisational strategies, one module each; a module that has a ``STRATEGY`` is one.
+"""Organisational strategies: each module that defines ``STRATEGY`` is one.
 
-Adding a strategy is adding a file here, or naming ``package.module:object`` in a scenario.
+To add one, add a file here or name ``package.module:object`` in a scenario.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """A parameter of a strategy: its value where a scenario gives none, and what it means."""
+    """Parameter of a strategy: a field of its dataclass, with its default."""
 
     name: str
     default: bool | int | float | str
@@ -33,7 +33,7 @@ class Parameter:
 
 
 def strategies() -> dict[str, Strategy]:
-    """The shipped strategies by name."""
+    """Return the shipped strategies by name."""
     found: dict[str, Strategy] = {}
     for module_info in pkgutil.iter_modules(__path__):
         module = importlib.import_module(f"{__name__}.{module_info.name}")
@@ -44,9 +44,9 @@ def strategies() -> dict[str, Strategy]:
 
 
 def shipped(name: str) -> Strategy | None:
-    """The shipped strategy of a name; None if there is none.
+    """Return the shipped strategy of a name, or None.
 
-    Its module is looked for by that name, and only where it is in none of it are the others loaded.
+    Load all strategies only if no module has that name, since loading is slow.
     """
     module = name.replace("-", "_")
     if any(module_info.name == module for module_info in pkgutil.iter_modules(__path__)):
@@ -57,12 +57,12 @@ def shipped(name: str) -> Strategy | None:
 
 
 def bounds() -> frozenset[str]:
-    """Names of the shipped strategies that are bounds: they are shown beside the others, and never ranked."""
+    """Names of the shipped upper bounds: shown beside the other strategies, never ranked."""
     return frozenset(name for name, strategy in strategies().items() if strategy.declaration.sharing is not None)
 
 
 def parameters(strategy: Strategy) -> tuple[Parameter, ...]:
-    """What can be set of a strategy: the fields of its dataclass."""
+    """Return the parameters of a strategy: the fields of its dataclass."""
     if not dataclasses.is_dataclass(strategy):
         return ()
     annotated = typing.get_type_hints(type(strategy), include_extras=True)
@@ -78,7 +78,7 @@ def parameters(strategy: Strategy) -> tuple[Parameter, ...]:
 
 
 def faults_of_settings(strategy: Strategy, settings: Mapping[str, object]) -> Iterator[StrategyError]:
-    """What is wrong with parameters that are set together: each alone first, then what excludes each other."""
+    """Check parameters set together: first each one alone, then combinations."""
     from pydantic import TypeAdapter, ValidationError
 
     known = [parameter.name for parameter in parameters(strategy)]
@@ -106,10 +106,10 @@ def faults_of_settings(strategy: Strategy, settings: Mapping[str, object]) -> It
 
 
 def configured(strategy: Strategy, settings: Mapping[str, object]) -> Strategy:
-    """The strategy with some of its parameters set.
+    """Return a copy of the strategy with some parameters set.
 
     Raises:
-        StrategyError: a name or a value that the strategy does not allow; its ``key`` is the name.
+        StrategyError: invalid name or value; its ``key`` is the name.
     """
     if not settings:
         return strategy

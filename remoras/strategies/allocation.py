@@ -1,19 +1,16 @@
-"""The allocator that all shipped strategies share: what a job costs, who had best do it, and in which order.
+"""Allocator shared by all shipped strategies: cost, assignment and order of jobs.
 
-Strategies differ in who decides, on whose knowledge and by which messages. What they decide by is here:
+Strategies differ in the deciding vehicle, its knowledge and its messages; the decision rule is common:
 
-* **Cost.** When a vehicle will have done a job is said by ``Work.after``, over what is known to be left of it. Of
-  several jobs the nearest attracts a vehicle most, so a plan orders jobs in that way too.
-* **Work begun stays.** A job that a vehicle is at is not taken from it while it is present; what it is expected to be
-  at counts before anything new (``Expectations``).
-* **Plan.** Jobs go out in turns, or the longest first; then they are moved and exchanged until the end comes no
-  earlier, and the better one of the two plans counts (``search``).
-* **Revision.** A plan that is under way is changed only where the end comes earlier by a margin (``revised``).
-* **Help.** Who is left without a job may join another one at a job whose role has room, if that saves enough.
-* **Ties.** Jobs are taken by name and vehicles by node, so neither the order of a file nor a vehicle's name decides.
+* ``Work.after`` gives the completion time of the known remainder of a job. Jobs are ordered nearest first.
+* A present vehicle keeps a begun job; its expected end precedes all new jobs (``Expectations``).
+* Two construction heuristics and a local search minimise the makespan (``search``).
+* A plan under way changes only if the makespan falls by a margin (``revised``).
+* A vehicle without a job helps at a job with a vacancy if that saves enough time (``helped``).
+* Ties fall by job name and vehicle node: neither file order nor vehicle names matter.
 
-Expectations use the data that the whole fleet shares; vehicles may be slower or faster than their data. The method is
-ours: the papers that the strategies follow leave it open.
+Expectations use the static data shared by the fleet; true speeds may differ. The method is ours: the papers leave it
+open.
 """
 
 from __future__ import annotations
@@ -32,30 +29,23 @@ from remoras.work import Outlook, Work, share_left
 
 @dataclass(frozen=True, slots=True)
 class AllocationPlan:
-    """Who does what, in which order, and when each will have done it.
-
-    Attributes:
-        roles: jobs of each vehicle by their roles, in the order in which they are to be done.
-        ends_s: when each vehicle will have done them.
-    """
+    """Jobs of each vehicle, as roles in order of execution, and its completion time (s)."""
 
     roles: Mapping[str, Roles]
     ends_s: Mapping[str, float]
 
     @property
     def end_s(self) -> float:
-        """When the last of the vehicles will have done its jobs."""
+        """Makespan: time (s) at which the last vehicle completes its jobs."""
         return max(self.ends_s.values(), default=0.0)
 
 
 @dataclass(frozen=True)
 class Engagement:
-    """What a vehicle holds.
+    """Roles held by a vehicle: jobs begun, jobs queued.
 
     Attributes:
-        begun: the jobs that it has begun.
-        queued: those that it has not.
-        ending: works out when and where the former end; mostly nobody asks.
+        ending: computes time and place at the end of the begun jobs; evaluated lazily, since rarely needed.
     """
 
     begun: Roles
@@ -64,16 +54,16 @@ class Engagement:
 
     @cached_property
     def outlook(self) -> Outlook:
-        """When and where the vehicle will have done what it has begun."""
+        """Time and place at which the vehicle completes its begun jobs."""
         return self.ending()
 
     def end(self, data: VehicleData, work: Work) -> Outlook:
-        """When and where the vehicle will have done all that it holds."""
+        """Return time and place at which the vehicle completes all held jobs."""
         return work.after_all(self.outlook, data, self.queued)
 
 
 class Expectations:
-    """What each vehicle is at, and when it will have done it, as far as another one can tell."""
+    """One vehicle's estimate of the current job of each vehicle and of its completion time."""
 
     def __init__(self) -> None:
         self._at: dict[str, tuple[str, float]] = {}  # role, and when it should have been done
@@ -87,18 +77,16 @@ class Expectations:
         seen_s: float | None = None,
         unheard: Collection[str] = (),
     ) -> Engagement:
-        """What a vehicle holds, and when it has done what it has begun.
+        """Return the engagement of a vehicle.
 
-        A vehicle turns to the nearest job. From then on it is expected to have done it when its data
-        say so; where parts of the job are known to be done, what is left counts from where and when it was seen last.
+        A vehicle turns to the nearest job and is from then on expected to complete it on time. Once parts of the job
+        are known to be done, the estimate uses the remainder, from the last known position.
 
         Args:
-            data: of the vehicle.
-            held: what it holds.
-            work: as it is known.
-            now_s: it is not free before.
-            seen_s: when its position was heard; now if None.
-            unheard: names of roles of which it is not known to have heard: it turns to them later than now.
+            held: its roles.
+            now_s: earliest time at which the vehicle is free.
+            seen_s: time of its last received position; now if None.
+            unheard: names of roles that it has not acknowledged: it may turn to them later than now.
         """
         here = Outlook(now_s, work.position_m(data.name))
         if not held:
@@ -121,7 +109,7 @@ class Expectations:
 def _after(
     role: RoleSpecification, data: VehicleData, work: Work, now_s: float, seen_s: float, due_s: float
 ) -> Outlook:
-    """When and where a vehicle has done the job of a role that it should have done by ``due_s``, as seen last."""
+    """Time and place at the end of a job due by ``due_s``, re-estimated from the last sighting."""
     seen = work.after(Outlook(seen_s, work.position_m(data.name)), data, role)
     place_m = work.position_m(data.name) if seen is None else seen.position_m
     if seen is not None and share_left(work.job(role)) < 1.0:
@@ -135,13 +123,10 @@ def _after(
 def planned(
     work: Work, roles: Sequence[RoleSpecification], free: Sequence[VehicleData], outlooks: Mapping[str, Outlook]
 ) -> AllocationPlan:
-    """Who of ``free`` does which of ``roles``: the last one to have done all is so as early as can be found.
+    """Allocate ``roles`` to the vehicles ``free`` so that the makespan is minimal (heuristic).
 
     Args:
-        work: jobs of the group.
-        roles: what is to be given out.
-        free: vehicles that may be given some of it.
-        outlooks: when and where each of them is free.
+        outlooks: time and place at which each vehicle is free.
     """
     free = sorted(free, key=lambda data: data.node)
     if work.energy_j:
@@ -158,14 +143,6 @@ def planned(
 def _within_energy(
     work: Work, ordered: Mapping[str, Roles], free: Sequence[VehicleData], outlooks: Mapping[str, Outlook]
 ) -> dict[str, Roles]:
-    """A plan without what vehicles cannot finish on their energy: it goes to others that can, else to nobody.
-
-    Args:
-        work: jobs of the group.
-        ordered: jobs of each vehicle, by their roles, in order.
-        free: the vehicles.
-        outlooks: when and where each of them is free.
-    """
     kept = {data.name: work.affordable(outlooks[data.name], data, ordered[data.name]) for data in free}
     over = [role for data in free for role in ordered[data.name] if role not in kept[data.name]]
     for role in sorted(over, key=lambda role: role.job or ""):
@@ -181,7 +158,7 @@ def _within_energy(
 
 
 def affordable(work: Work, data: VehicleData, engaged: Engagement) -> Roles:
-    """What a vehicle holds, has not begun, and has the energy for."""
+    """Return the queued roles for which the vehicle has the energy."""
     if data.name not in work.energy_j:
         return engaged.queued
     fits = work.affordable(engaged.outlook, data, work.in_order(engaged.outlook, data, engaged.queued))
@@ -196,15 +173,12 @@ def revised(
     now_s: float,
     margin: float,
 ) -> AllocationPlan:
-    """A plan under way: what is vacant on top of what is queued, or all of it anew if that ends earlier by a margin.
+    """Return a plan for vacant and queued roles; keep the queues unless replanning saves a margin.
 
     Args:
-        work: jobs of the group.
-        vacant: what nobody holds.
-        free: vehicles that take jobs.
-        engaged: what each of them holds; what they have begun stays with them.
+        engaged: held roles per vehicle; begun jobs stay.
         now_s: time of the plan.
-        margin: by which share of the time left a new plan has to end earlier.
+        margin: share of the remaining time by which a new plan must end earlier.
     """
     outlooks = {data.name: engaged[data.name].outlook for data in free}
     queued = {data.name: affordable(work, data, engaged[data.name]) for data in free}
@@ -229,17 +203,15 @@ def helped(
     least_s: float,
     n_holders: Mapping[str, int] | None = None,
 ) -> Iterator[RoleAssignment]:
-    """Vehicles without work join others at jobs whose roles have room, where it saves most.
+    """Assign vehicles without work to other vehicles' jobs with a vacancy, largest saving first.
 
-    Of n vehicles at a job that takes them another T, one more that needs w to come saves (T - w) / (n + 1).
+    If n vehicles need another T for a job, one more with travel time w saves (T - w) / (n + 1).
 
     Args:
-        work: jobs of the group, with their holders.
-        idle: vehicles that have no work, and there is none to give them.
-        ends_s: by name of a role, when its job will have been done.
-        now_s: time of the plan.
-        least_s: help has to save as much.
-        n_holders: how many are at each job; as many as hold its role if None.
+        idle: vehicles that neither have work nor can be given any.
+        ends_s: expected end of each job, by role name.
+        least_s: minimum saving (s).
+        n_holders: number of vehicles per job; the holders of its role if None.
     """
     n_holders = dict(n_holders or {role.name: max(1, len(work.holders(role))) for role in work.open})
     left = sorted(idle, key=lambda data: data.node)
@@ -275,7 +247,7 @@ def _saving_s(work: Work, data: VehicleData, role: RoleSpecification, left_s: fl
 
 
 def job_plan(work: Work) -> AllocationPlan:
-    """Every open job that nobody holds, for members in addition to what each holds."""
+    """Plan all vacant jobs on top of the roles that members hold."""
     outlooks = {
         data.name: work.after_all(Outlook(0.0, work.position_m(data.name)), data, work.held_by(data.name))
         for data in work.workers
@@ -284,9 +256,9 @@ def job_plan(work: Work) -> AllocationPlan:
 
 
 def all_jobs(work: Work, help_s: float = math.inf) -> tuple[RoleAssignment, ...]:
-    """The roles of ``job_plan``, and help for who would be without work where it saves ``help_s``.
+    """Return the assignments of ``job_plan``, plus help for idle vehicles if it saves ``help_s``.
 
-    Who is expected to end last comes first: where roles are told at sea, the others can wait.
+    Vehicles with the latest expected end come first, since roles sent at run time take effect in that order.
     """
     plan = job_plan(work)
     given = tuple(sorted(assignments(work, plan), key=lambda assignment: -plan.ends_s[assignment.vehicle]))
@@ -300,5 +272,5 @@ def all_jobs(work: Work, help_s: float = math.inf) -> tuple[RoleAssignment, ...]
 
 
 def assignments(work: Work, plan: AllocationPlan, most_each: int | None = None) -> tuple[RoleAssignment, ...]:
-    """The roles of a plan, of each vehicle the first ``most_each``; all if None."""
+    """Return the roles of a plan, at most the first ``most_each`` per vehicle; all if None."""
     return tuple(work.assignment(role, name) for name, roles in plan.roles.items() for role in roles[:most_each])

@@ -1,27 +1,22 @@
-"""Consensus-based bundle algorithm, asynchronous: everybody bids, nobody leads.
+"""Consensus-based bundle algorithm, asynchronous: every vehicle bids, without a leader.
 
-Every vehicle keeps a bundle of jobs that it means to do, and the path through them. It adds the job that raises the
-score of its path most, among those for which it can outbid all that it has heard of. The score of a path is the sum of
-exp(-t / discount_s) over the times t until its jobs will be finished. They count from the round of the bid: counted
-from the start of the mission, late bids would round to nothing. When it hears a stronger bid for a job of its bundle,
-it drops the job and all that it added later, whose bids rested on it, and bids anew. A job is begun when its claim has
-stood for ``settle_rounds``; from then on its claim is the strongest there is, and if two have begun the same job, the
-one of the higher node gives it up on hearing of it. Claims of a vehicle that is absent do not count.
+Each vehicle plans a bundle of jobs and a path through them. It adds the job with the largest gain in path score among
+those for which it outbids all known claims. The score is the sum of exp(-t / discount_s) over completion times t,
+counted from the round of the bid; counted from mission start, late bids would round to zero. On a stronger claim the
+vehicle drops that job and all added later, whose bids depended on it. After ``settle_rounds`` it begins the job with
+the maximum strength; of two vehicles that have begun it, the higher node leaves. Claims of absent vehicles are ignored.
 
-A bundle is greedy: its bids leave out of account what the jobs that are left mean for all. So CBBA proper, with
-``plans_for_all`` off, divides work as sequential greedy does. With ``plans_for_all``, as shipped, this is the hybrid of
-information and plan consensus: a vehicle bids for its part of a plan for all members, made of its own picture by the
-allocator that all strategies share; consensus settles where pictures differ. A job that nobody has claimed for long
-each may expect of another: whoever is able bids for it too, and keeps the bid until it is lost.
+Bids ignore the effect on remaining jobs, so plain CBBA (``plans_for_all`` off) divides work like sequential greedy
+assignment. By default a vehicle bids for its part of a plan for all members, made from its own knowledge by the shared
+allocator; consensus resolves differences. If a job stays unclaimed for long, since each vehicle expects another one to
+do it, every able vehicle bids for it.
 
-All claims of a vehicle are one message: whose they are and of which round, then each job with the strength of the
-claim; what is not named is claimed no longer. It is broadcast when it changes and every ``repeat_rounds``, those of
-others too; nothing is acknowledged. The round is the time of last news of that vehicle: of two messages about one
-vehicle the later counts, whoever relayed it, and who relays an older one is told the newer.
+One unacknowledged message holds all claims of a vehicle, own or relayed: its name and round, then jobs with strengths;
+missing jobs are withdrawn. It is sent on change and every ``repeat_rounds``. Of two messages about a vehicle the later
+round wins.
 
-Source: Choi, Brunet, How 2009 (bundles, scores, vectors of bids and of times of last news); Johnson, Ponda, Choi, How
-2010 (asynchronous messages); Johnson, Choi, How 2012 (hybrid of information and plan consensus). Their tables of
-decisions are replaced by ``claims``: the latest claims of each vehicle are kept, the strongest wins.
+Source: Choi, Brunet, How 2009 (bundles, scores, bid vectors); Johnson, Ponda, Choi, How 2010 (asynchronous); Johnson,
+Choi, How 2012 (hybrid of information and plan consensus). ``negotiator.Claims`` replaces their decision tables.
 """
 
 from __future__ import annotations
@@ -41,9 +36,9 @@ from remoras.strategy import Heard, Move, Situation, Statement
 from remoras.work import Outlook, Work
 
 BEGUN = 16383
-"""Strength of the claim to a job that has been begun; bids stay below. A strength takes 14 bits."""
+"""Strength of the claim to a begun job, the 14-bit maximum; bids stay below."""
 JOBS_PER_BLOCK = 13
-"""Claims that go into one block; more do not fit the packet of a small modem."""
+"""Claims per block; more do not fit the packet of a small modem."""
 
 
 class Bidder(Member["Cbba"]):
@@ -58,16 +53,16 @@ class Bidder(Member["Cbba"]):
         self._bundle: list[str] = []  # in the order in which they were added
         self._path: list[str] = []  # in the order in which they are to be done
         self._expectations = Expectations()
-        self._unsaid: set[str] = set()  # vehicles of whose claims there is news to tell
+        self._unsaid: set[str] = set()  # vehicles with claims to report
         self._known: object = None
         self._lost: set[str] = set()  # jobs that the last plan left to stronger claims
         self._bid_anew = True
-        self._unclaimed: dict[str, int] = {}  # since when nobody claims an open role
-        self._orphans: list[str] = []  # those that nobody has claimed for long
-        self._adopted: set[str] = set()  # jobs of the bundle that were such
+        self._unclaimed: dict[str, int] = {}  # round since which an open role has no claim
+        self._orphans: list[str] = []  # unclaimed for long
+        self._adopted: set[str] = set()  # jobs of the bundle that were orphans
 
     def negotiate(self, situation: Situation) -> Move:
-        """Hear, give way, bid anew if something has changed, begin what has stood, tell what is new."""
+        """Process claims, yield to stronger ones, bid after changes, begin settled jobs, report."""
         work, now = situation.work, situation.round
         claims = self._claims = self._claims or Claims(work.database, work.group.name)
         self._listen(situation, claims)
@@ -87,7 +82,10 @@ class Bidder(Member["Cbba"]):
         return Move(tuple(said), holding=bool(unfinished))
 
     def division(self) -> Mapping[str, str]:
-        """Who claims which job most strongly."""
+        """Return the vehicle with the strongest claim, by role name.
+        - Bidder._listen
+        - Bidder._hear
+        """
         claims = self._claims
         winners = {name: claims.winner(name) for name in self._roles} if claims is not None else {}
         return {name: winner for name, winner in winners.items() if winner is not None}
@@ -95,7 +93,6 @@ class Bidder(Member["Cbba"]):
     # Consensus
 
     def _listen(self, situation: Situation, claims: Claims) -> None:
-        """Take in claims, who is absent and what is done; each may be a reason to bid anew."""
         work = situation.work
         others = set(work.members).difference(work.unavailable, {self._me})
         claims.members = tuple(name for name in work.database.names if name in others or name == self._me)
@@ -108,12 +105,11 @@ class Bidder(Member["Cbba"]):
             self._known, self._bid_anew = known, True
 
     def _hear(self, heard: Heard, claims: Claims) -> None:
-        """All claims of one vehicle, be it the issuer or one of which it relays news."""
         whose, attribute, at = heard.facts[0]
         if attribute != "claimsOf":
             return
         if int(at) < self._news.get(whose, -1):
-            self._unsaid.add(whose)  # the issuer has not heard the latest
+            self._unsaid.add(whose)  # the issuer lacks the latest claims
         if whose == self._me or int(at) < self._news.get(whose, -1):
             return
         strengths = {
@@ -134,15 +130,17 @@ class Bidder(Member["Cbba"]):
         self._news[whose] = int(at)
         if news:
             self._unsaid.add(whose)
-            # A plan for all rests on bids of others only where they were stronger; what they have begun is seen anyway.
+            # A plan for all depends on others' bids only if they were stronger; begun jobs are visible anyway.
             if not self._with.plans_for_all or not self._lost.isdisjoint(news):
                 self._bid_anew = True
 
     def _left(self, situation: Situation, claims: Claims) -> tuple[list[Statement], list[RoleSpecification]]:
-        """Roles that another vehicle has begun too are left; the statements, and the roles that stay."""
+        """Release roles that another vehicle has also begun; return the statements and the roles kept.
+        - Bidder._give_way
+        """
         said: list[Statement] = []
         held = situation.work.held_by(self._me)
-        begun = claims.made_before(situation.round, self._me, BEGUN)  # some, while it was cut off, only for itself
+        begun = claims.made_before(situation.round, self._me, BEGUN)  # some while isolated, unknown to others
         gone = [role.name for role in situation.work.unfinished if role.name in begun and role not in held]
         self._release(gone, situation.round, claims)
         for role in held:
@@ -152,7 +150,6 @@ class Bidder(Member["Cbba"]):
         return said, [role for role in held if claims.winner(role.name) == self._me]
 
     def _give_way(self, now: int, claims: Claims) -> None:
-        """Drop the first job of the bundle that is lost, and all that were added after it."""
         lost = next((n for n, name in enumerate(self._bundle) if claims.winner(name) != self._me), None)
         if lost is not None:
             self._release(self._bundle[lost:], now, claims)
@@ -186,7 +183,6 @@ class Bidder(Member["Cbba"]):
         return total
 
     def _build(self, held: Sequence[RoleSpecification], situation: Situation, claims: Claims) -> None:
-        """Add open jobs to the bundle while one can be won, expecting to do first what is ``held``."""
         work, data = situation.work, situation.work.database[self._me]
         if data not in work.workers:
             return
@@ -214,14 +210,10 @@ class Bidder(Member["Cbba"]):
             self._claim(name, bid, situation.round, claims)
 
     def _open(self, work: Work, claims: Claims) -> list[str]:
-        """Open roles that nobody has begun."""
         return [role.name for role in work.open if not claims.has(role.name, BEGUN)]
 
     def _found_orphans(self, open_roles: Sequence[str], now: int, claims: Claims) -> list[str]:
-        """Open roles that nobody has claimed for so long that whoever they are planned for does not know of it.
-
-        Vehicles that hear little of each other may each expect another one to do a job.
-        """
+        """Open roles unclaimed for so long that the vehicle planned for them cannot know of them."""
         unclaimed = [name for name in open_roles if claims.winner(name) is None]
         self._unclaimed = {name: self._unclaimed.get(name, now) for name in unclaimed}
         return [name for name, since in self._unclaimed.items() if now - since >= 2 * self._with.repeat_rounds]
@@ -229,7 +221,7 @@ class Bidder(Member["Cbba"]):
     def _build_by_plan(
         self, held: Sequence[RoleSpecification], outlook: Outlook, situation: Situation, claims: Claims
     ) -> None:
-        """Bid for the own part of a plan for all; what others claim more strongly counts as theirs."""
+        """Bid for the own part of a plan for all; concede jobs with stronger claims."""
         work = situation.work
         open_roles = self._open(work, claims)
         adopted = self._adopted.intersection(self._bundle).union(self._orphans)
@@ -253,7 +245,7 @@ class Bidder(Member["Cbba"]):
             if not beaten:
                 break
             for name in beaten:
-                winner = claims.winner(name) or self._me  # who may be able to do nothing any more, and still claim it
+                winner = claims.winner(name) or self._me  # may be unable to work and still claim it
                 theirs.setdefault(winner, []).append(self._roles[name])
         self._lost = {role.name for roles in theirs.values() for role in roles}
         self._adopted = set(mine).difference(planned_for_me)
@@ -266,7 +258,6 @@ class Bidder(Member["Cbba"]):
     def _engaged(
         self, name: str, held: Sequence[RoleSpecification], situation: Situation, claims: Claims
     ) -> Engagement:
-        """What a vehicle is known to be at: what this one holds, and what another one claims to have begun."""
         work = situation.work
         if name != self._me:
             held = [
@@ -278,14 +269,12 @@ class Bidder(Member["Cbba"]):
         return self._expectations.of(work.database[name], held, work, situation.now_s, seen_s)
 
     def _next(self, now: int) -> str | None:
-        """The job to begin now: the first of the path, once its claim has stood."""
         stood = (name for name in self._path[:1] if now - self._since.get(name, now) >= self._with.settle_rounds)
         return next(stood, None)
 
     # Saying
 
     def _sayings(self, now: int, unfinished: Sequence[str], claims: Claims) -> list[Statement]:
-        """Own claims and those of others, where there is something new; from time to time all."""
         all_due = now % self._with.repeat_rounds == 0
         new, self._unsaid = self._unsaid, set()
         said = []
@@ -304,7 +293,6 @@ class Bidder(Member["Cbba"]):
 
 
 def _strength(gain: float) -> int:
-    """The strength of a bid, by how much the job adds to the score of a path."""
     return max(1, min(BEGUN - 1, round(BEGUN * gain)))
 
 
@@ -316,7 +304,7 @@ PlansForAll = Annotated[
 
 @dataclass(frozen=True, slots=True)
 class Cbba(KnownFromStart):
-    """Bids and bundles; see the module's text."""
+    """CBBA and its hybrid with ``plans_for_all``; see the module docstring."""
 
     bundle: Annotated[int, Field(ge=1, le=12, description="most jobs that a vehicle plans ahead")] = 6
     settle_rounds: Annotated[int, frames("that a claim must have stood before its job is begun", 0)] = 1
@@ -339,12 +327,12 @@ class Cbba(KnownFromStart):
 
     @property
     def factors(self) -> Factors:
-        """Its levels."""
+        """Factor levels of this strategy."""
         plan = "all" if self.plans_for_all else "own"
         return Factors(self.common_plan, "each", plan, "claims", "no", "changes")
 
     def negotiator(self, me: str, group: Group) -> Bidder:
-        """A bidder for each member."""
+        """Return the bidder of one member."""
         return Bidder(me, group, self)
 
 

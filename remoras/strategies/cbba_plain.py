@@ -1,8 +1,6 @@
-"""CBBA as published: each vehicle bids for its own gain, job by job, and plans for nobody else.
+"""CBBA as published: each vehicle bids for its own gain, job by job, without a plan for all.
 
-As ``cbba`` in all else: so the difference between the two is what a plan for all is worth to bidders.
-
-Source: Choi, Brunet, How 2009; see ``cbba``.
+Otherwise identical to ``cbba``: the difference measures the value of a plan for all. Source: Choi, Brunet, How 2009.
 """
 
 from __future__ import annotations
@@ -15,7 +13,7 @@ from remoras.strategies.cbba import Cbba, PlansForAll
 
 @dataclass(frozen=True, slots=True)
 class CbbaPlain(Cbba):
-    """Greedy bundles; see the module's text."""
+    """CBBA with greedy bundles; see the module docstring."""
 
     plans_for_all: PlansForAll = False
 

@@ -1,12 +1,10 @@
-"""Central assignment: the head gives members their next jobs, as they finish.
+"""Central assignment: the group leader assigns members their next jobs as they finish.
 
-A member holds at most ``queue`` jobs: the first of the plan that the head makes of all open ones, anew whenever
-something has changed. A job that a member has not begun goes to another one if the whole then ends earlier by
-``margin``. Assignments and results are facts: they are acknowledged, and repeated until they are. A job that a member
-has not acknowledged for ``acknowledge_rounds`` goes to another one. If the head falls silent, members finish what they
-hold and wait for another head.
-
-Source: leader-follower assignment, as in most fleets today. Plan and margin are ours.
+A member holds at most ``queue`` jobs, the first ones of the leader's plan, which is revised on every change. A job not
+yet begun moves if the makespan then falls by ``margin``. Assignments and results are acknowledged facts, repeated until
+acknowledged. A job not acknowledged for ``acknowledge_rounds`` goes to another member. If the leader falls silent,
+members finish their jobs and wait for a new leader. Source: leader-follower assignment, as in most fleets today; plan
+and margin are ours.
 """
 
 from __future__ import annotations
@@ -21,7 +19,7 @@ from remoras.strategies.head_led import HeadLed
 
 @dataclass(frozen=True, slots=True)
 class Central(HeadLed):
-    """A leader that assigns and is told; see the module's text."""
+    """Central assignment by the group leader; see the module docstring."""
 
     queue: Annotated[int, QUEUE] = NEXT_JOBS
     common_plan: CommonPlan = "missions"

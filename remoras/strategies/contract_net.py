@@ -1,22 +1,18 @@
 """Contract net: announce, bid, award, with initiative of any robot, time-outs and re-auction.
 
-The head announces open jobs that nobody holds whenever something has changed and a member has room for one. Every
-member bids for each the time at which it expects to have done it. When the auction ends, the announcer plans with the
-bids, by the allocator that all strategies share, and awards each bidder with room the first jobs of its part, so that
-it holds ``queue`` at most. With ``looks_ahead`` off it awards the lowest bids instead, one to each bidder: what is left
-for later then counts for nothing. The winner accepts by stating the role itself; an award not accepted within
-``accept_rounds`` is cancelled and auctioned anew.
+After a change, the group leader announces unassigned open jobs if a member has free capacity. Members bid their
+expected completion times. At the end, the announcer plans with the bids by the shared allocator. It awards each bidder
+the first jobs of its part, up to ``queue`` held ones. With ``looks_ahead`` off, the lowest bids win, one per bidder.
+The winner accepts by stating the role; after ``accept_rounds`` without acceptance, the award is cancelled and the job
+auctioned again.
 
-Any robot takes the initiative. One that has known of an open job for ``initiative_rounds`` which nobody holds or
-announces does so itself, the one of the lowest node first. One that has not begun a job, and expects another to do it
-earlier by ``margin`` of the time left, announces it anew and hands it over to the lowest bid. If two hold the same job,
-the one that came later gives it up on hearing of the other. A job is announced once all that it needs is done.
+If an open job stays unannounced for ``initiative_rounds``, another vehicle announces it, the lowest node first. A
+vehicle also re-announces a queued job that another one would end earlier by ``margin`` of the time left. Of two holders
+of a job, the later one leaves. Announcements and bids are repeated in every frame of an auction, unacknowledged;
+awards, acceptances and results are acknowledged facts.
 
-Announcements and bids are said anew in every frame of an auction, all bids together, and not acknowledged. Awards,
-acceptances and results are facts, acknowledged and repeated until they are.
-
-Source: Smith 1980 (contract net); Sariel, Balch, Erdogan 2008 (DEMiR-CF: initiative of any robot, precedence, local
-models, time-outs, re-auction). Awarding by a plan is ours; Smith leaves the choice among bids to the announcer.
+Source: Smith 1980 (contract net); Sariel, Balch, Erdogan 2008 (DEMiR-CF: initiative, precedence, time-outs,
+re-auction). Awarding by a plan is ours; Smith leaves the choice to the announcer.
 """
 
 from __future__ import annotations
@@ -37,21 +33,24 @@ from remoras.strategy import JOB_DONE, Declaration, Heard, Move, Situation, Stat
 from remoras.work import Outlook
 
 EARLIEST = 1_000_000
-"""Strength of a claim made at time 0; it falls by one in a second, so the earlier claim is the stronger."""
+"""Strength of a claim made at 0 s; it falls by one per second, so earlier claims are stronger."""
 HIGHEST_BID_S = 65535
 FACTS_PER_BLOCK = 10
-"""Bids that go into one block: they share its head."""
+"""Bids per block; they share its header."""
 
 
 @dataclass(slots=True)
 class Sayings:
-    """When a vehicle was said to hold a role, and when not to, in whatever order that was heard."""
+    """Times of statements that a vehicle holds or releases a role, received in any order."""
 
     held_s: set[float] = field(default_factory=set)
     left_s: set[float] = field(default_factory=set)
 
     def claim(self) -> RoleClaim:
-        """Held since the first that was said after the last withdrawal; what rests on more sayings is newer."""
+        """Return the claim: held since the first statement after the last release.
+
+        A claim based on more statements is newer.
+        """
         withdrawn_s = max(self.left_s, default=-1.0)
         since_s = min((s for s in self.held_s if s > withdrawn_s), default=None)
         return RoleClaim(len(self.held_s) + len(self.left_s), 0 if since_s is None else EARLIEST - round(since_s))
@@ -59,7 +58,7 @@ class Sayings:
 
 @dataclass(slots=True)
 class Auction:
-    """An auction that this vehicle holds: when it ends, the bids so far, whether a job of its own is handed over."""
+    """Own auction: end (round, s), bids so far (s), and whether an own job is handed over."""
 
     ends: int
     ends_s: int
@@ -75,15 +74,17 @@ class Contractor(Member["ContractNet"]):
         self._claims: Claims | None = None
         self._sayings: dict[tuple[str, str], Sayings] = {}  # by (role, vehicle)
         self._auctions: dict[str, Auction] = {}  # own ones, by role
-        self._offered: dict[str, tuple[float, str]] = {}  # roles announced by others: until when, by whom
+        self._offered: dict[str, tuple[float, str]] = {}  # by role: end (s) and announcer of others' auctions
         self._unaccepted: dict[tuple[str, str], int] = {}  # own awards (role, vehicle), and the round they were made in
         self._accepted: set[str] = set()
-        self._unclaimed_since: dict[str, int] = {}  # open roles that nobody holds or announces
+        self._unclaimed_since: dict[str, int] = {}  # round, by open role without holder or auction
         self._announced_on: object = None
         self._expectations = Expectations()
 
     def negotiate(self, situation: Situation) -> Move:
-        """Hear, accept or leave what is held, award, announce where that is this vehicle's part, and bid."""
+        """Process statements, accept or release held roles, award, announce where responsible, bid.
+        - Contractor._engaged
+        """
         work = situation.work
         claims = self._claims = self._claims or Claims(work.database, work.group.name)
         claims.members = work.members
@@ -107,7 +108,6 @@ class Contractor(Member["ContractNet"]):
     def _engaged(
         self, roles: Mapping[str, RoleSpecification], situation: Situation, claims: Claims
     ) -> dict[str, Engagement]:
-        """What each worker holds, by the claims that are known, and when it will have done it."""
         return {
             data.name: self._expectations.of(
                 data,
@@ -120,7 +120,6 @@ class Contractor(Member["ContractNet"]):
         }
 
     def _accept(self, situation: Situation, claims: Claims) -> list[Statable]:
-        """What this vehicle holds it accepts once, or leaves if another had it before."""
         said: list[Statable] = []
         for role in situation.work.held_by(self._me):
             if claims.winner(role.name) != self._me:
@@ -171,12 +170,10 @@ class Contractor(Member["ContractNet"]):
     # Announcer
 
     def _cancel(self, situation: Situation, claims: Claims) -> list[Statable]:
-        """Own awards that were not accepted in time."""
         late = [key for key, made in self._unaccepted.items() if situation.round - made >= self._with.accept_rounds]
         return [self._leave(role, vehicle, situation, claims) for role, vehicle in late]
 
     def _award(self, engaged: Mapping[str, Engagement], situation: Situation, claims: Claims) -> list[Statable]:
-        """Jobs whose auction is over go to who bids best and has room."""
         over = {role: auction for role, auction in self._auctions.items() if auction.ends <= situation.round}
         if not over:
             return []
@@ -205,7 +202,6 @@ class Contractor(Member["ContractNet"]):
         n_held: Mapping[str, int],
         situation: Situation,
     ) -> list[tuple[str, str]]:
-        """(role, vehicle) of the bids that win."""
         work, database = situation.work, situation.work.database
         room = {name: self._with.queue - n for name, n in n_held.items()}
         bids = sorted(
@@ -238,7 +234,7 @@ class Contractor(Member["ContractNet"]):
         return found
 
     def _announce(self, engaged: Mapping[str, Engagement], situation: Situation, claims: Claims) -> None:
-        """Auction what nobody holds, if that is this vehicle's part, or a queued job that another would do earlier."""
+        """Auction unassigned jobs if responsible, or a queued job that another one would end earlier."""
         work, me = situation.work, self._me
         vacant = [
             role.name for role in work.open if claims.winner(role.name) is None and role.name not in self._offered
@@ -281,7 +277,7 @@ class Contractor(Member["ContractNet"]):
     def _is_better(
         self, role: str, vehicle: str, bid_s: float, engaged: Mapping[str, Engagement], situation: Situation
     ) -> bool:
-        """True if another would have done a job of this vehicle earlier than this one all that it holds."""
+        """True if a bid for a queued job beats, by the margin, the end of all own jobs."""
         work, data = situation.work, situation.work.database[self._me]
         if vehicle == self._me or self._me not in engaged or role not in (r.name for r in engaged[self._me].queued):
             return False
@@ -293,7 +289,7 @@ class Contractor(Member["ContractNet"]):
     def _bids(
         self, roles: Mapping[str, RoleSpecification], engaged: Mapping[str, Engagement], situation: Situation
     ) -> list[Statable]:
-        """Bids for all announced jobs, as long as their auction runs; those in its own auctions it tells nobody."""
+        """Bids for all announced jobs; bids in own auctions stay local."""
         if self._me not in engaged:
             return []
         said: list[Statable] = []
@@ -313,7 +309,7 @@ class Contractor(Member["ContractNet"]):
 
 
 def _by_bids(vehicle: str, over: Mapping[str, Auction], engaged: Engagement, situation: Situation) -> Outlook:
-    """When and where a bidder is free: as expected, later or earlier by what its bids differ from expected ones."""
+    """Expected end of a bidder's jobs, shifted by the median difference to its bids."""
     work, data = situation.work, situation.work.database[vehicle]
     end = engaged.end(data, work)
     shifts_s = []
@@ -328,7 +324,7 @@ def _by_bids(vehicle: str, over: Mapping[str, Auction], engaged: Engagement, sit
 
 @dataclass(frozen=True, slots=True)
 class ContractNet(KnownFromStart):
-    """Announce, bid, award; see the module's text."""
+    """Contract net; see the module docstring."""
 
     queue: Annotated[int, QUEUE] = 2
     bidding_rounds: Annotated[int, frames("from announcement to award", 2)] = 3
@@ -355,12 +351,12 @@ class ContractNet(KnownFromStart):
 
     @property
     def factors(self) -> Factors:
-        """Its levels."""
+        """Factor levels of this strategy."""
         plan = "all" if self.looks_ahead else "own"
         return Factors(self.common_plan, "each", plan, "bids", "no", "changes")
 
     def negotiator(self, me: str, group: Group) -> Contractor:
-        """An announcer and bidder for each member."""
+        """Return the announcer and bidder of one member."""
         return Contractor(me, group, self)
 
 

@@ -1,8 +1,7 @@
-"""The dispatcher: what the head of a group does about jobs during the mission, under several strategies.
+"""Dispatcher: run-time job assignment by the group leader, shared by several strategies.
 
-Whenever something has changed (a job is done, somebody is without work, has left, is absent, does not acknowledge), it
-plans anew what nobody has begun, by the allocator that all share, and states what its plan changes. Members whose turn
-it is not are told of their next jobs only, ``queue`` at a time.
+On a change (job done; member without work, gone, absent or not acknowledging), the leader replans the jobs not yet
+begun. It states the differences only, and at most ``queue`` jobs per member.
 """
 
 from __future__ import annotations
@@ -27,23 +26,22 @@ HELP = Field(ge=0.0, le=1e6, description="time that helping at another's job has
 ACKNOWLEDGE = Field(ge=1, le=10_000, description="TDMA frames that a member may take to acknowledge a job")
 
 NEXT_JOBS = 2
-"""Queue of a head that tells next jobs only, where it is no parameter."""
+"""Default ``queue`` of leaders that send next jobs only."""
 NOT_HEAD = Move(until_news=True)
 
 
 @dataclass(frozen=True, slots=True)
 class Dispatching:
-    """How a head gives out jobs.
+    """Parameters of a dispatcher.
 
     Attributes:
-        queue: most jobs that a vehicle holds.
-        margin: share of the time left by which the end has to come earlier for jobs to be moved.
-        help_s: time that helping at another's job has to save.
-        acknowledge_rounds: TDMA frames that a member may take to acknowledge a job.
-        repairs: ``changes``: the plan is mended when something has changed, and the group does not count as gathered
-            while there is work left. ``calls``: only while somebody without work calls for it, or something is vacant,
-            and the group may gather where members have begun the work and given way. ``never``: what was given once
-            stays as it was given.
+        queue: maximum number of held jobs, the current one included.
+        margin: share of the remaining time by which the makespan must fall to move jobs.
+        help_s: minimum saving (s) of help at another vehicle's job.
+        acknowledge_rounds: TDMA frames until an unacknowledged job is reassigned.
+        repairs: ``changes`` repairs the plan after any change; the group is not gathered before all work is done.
+            ``calls`` repairs it only if a member without work calls or a job is vacant; the group may gather earlier.
+            ``never`` keeps each first assignment.
     """
 
     queue: int
@@ -54,7 +52,7 @@ class Dispatching:
 
 
 class Dispatcher:
-    """The head's part, for each member: another may come to lead. Other members have nothing to decide."""
+    """Job assignment by the leader. Every member has one, since any may succeed the leader."""
 
     def __init__(self, me: str, group: Group, dispatching: Dispatching) -> None:
         self._me = me
@@ -65,10 +63,10 @@ class Dispatcher:
         self._planned_on: object = None
         self._taken: dict[tuple[str, str], tuple[float, float]] = {}  # share left and time due, by (vehicle, role)
         self._was_led = False
-        self._given: set[str] = set()  # jobs that somebody has been given, where nothing is mended
+        self._given: set[str] = set()  # jobs ever assigned; only for ``never``
 
     def negotiate(self, situation: Situation) -> Move:
-        """Plan anew if something has changed, and state what that changes."""
+        """As leader, replan after a change and state the differences."""
         work = situation.work
         if self._with.repairs == "never":
             self._given.update(role.name for role in work.unfinished if work.holders(role))
@@ -82,9 +80,9 @@ class Dispatcher:
         return Move(tuple(statements), holding=self._holds(engaged, situation))
 
     def _given_before(self, work: Work) -> list[Statement]:
-        """Roles that a former head gave, on succeeding it: who never heard of its own would be waited for in vain.
+        """Restate the assignments of the former leader after a succession.
 
-        A member may have heard that this vehicle has such a job, and would refuse it as taken.
+        A member may have missed its own, and may refuse it since it believes this vehicle to hold that job.
         """
         if not self._was_led:
             return []
@@ -99,9 +97,9 @@ class Dispatcher:
         return given
 
     def _together(self, said: Sequence[Statable], work: Work) -> list[tuple[Statable, ...]]:
-        """What is said at once: a role that changes hands is left and taken in one block, which counts whole.
+        """Group simultaneous facts: release and reassignment of a role share one block.
 
-        Who heard that it is to take a role, and not that another one left it, would find no room.
+        A member that received only the reassignment would find no vacancy.
         """
         left = {role: (name, attribute, role) for name, attribute, role in said if attribute == "leftRole"}
         taken = {role for _, attribute, role in said if attribute == "playsRole"}
@@ -116,7 +114,7 @@ class Dispatcher:
         return blocks
 
     def _common(self, fact: Statable, work: Work) -> list[Statable]:
-        """Roles without a job that a vehicle needs with a job which it is given."""
+        """Roles without a job that a vehicle needs together with the assigned job."""
         name, attribute, _ = fact
         if attribute != "playsRole":
             return []
@@ -124,9 +122,11 @@ class Dispatcher:
         return [(name, "playsRole", self._group.path(assignment.role)) for assignment in lacking]
 
     def _holds(self, engaged: Mapping[str, Engagement], situation: Situation) -> bool:
-        """True while the group has work left; where members may give way, while a job is vacant or still to be begun.
+        """True if the group must not gather yet.
 
-        Who was given a job is waited for until it gets on with it, or should have done it.
+        With ``calls``, it waits while a job is vacant, or assigned but neither progressed nor overdue; else while work
+        is left.
+        - Dispatcher._engagement
         """
         work = situation.work
         if self._with.repairs != "calls":
@@ -147,7 +147,6 @@ class Dispatcher:
         return is_awaited or any(not work.holders(role) for role in work.unfinished)
 
     def _engagement(self, data: VehicleData, situation: Situation) -> Engagement:
-        """What a vehicle is at and holds, as far as this one can tell."""
         work, name, now_s = situation.work, data.name, situation.now_s
         seen_s = now_s if name == self._me else situation.heard_s.get(name, 0.0)
         paths = situation.unheard.get(name, ())
@@ -155,7 +154,9 @@ class Dispatcher:
         return self._expectations.of(data, work.held_by(name), work, now_s, seen_s, unheard)
 
     def _is_due(self, engaged: Mapping[str, Engagement], late: Collection[object], situation: Situation) -> bool:
-        """True if something has changed since the last plan and, with ``calls``, somebody calls for work."""
+        """True if the basis of the last plan has changed; ``calls`` also demands a call or vacancy.
+        - Dispatcher._revision
+        """
         work = situation.work
         idle = {name for name, engagement in engaged.items() if not engagement.begun}
         short = frozenset(
@@ -185,7 +186,6 @@ class Dispatcher:
     def _revision(
         self, engaged: Mapping[str, Engagement], late: Collection[tuple[str, str]], situation: Situation
     ) -> list[Statable]:
-        """Roles that change hands, by the plan of now."""
         work, path = situation.work, self._group.path
         if self._with.repairs == "never":
             return self._first_given(engaged, situation)
@@ -210,7 +210,7 @@ class Dispatcher:
         return [*said, *given, *self._help(engaged, plan, deaf, situation)]
 
     def _first_given(self, engaged: Mapping[str, Engagement], situation: Situation) -> list[Statable]:
-        """Jobs that nobody was ever given, by a plan on top of what each vehicle holds."""
+        """Assign jobs without any former assignment, on top of the jobs held."""
         work = situation.work
         new = [role for role in work.open if not work.holders(role) and role.name not in self._given]
         after = {data.name: engaged[data.name].end(data, work) for data in work.workers}
@@ -232,7 +232,6 @@ class Dispatcher:
         return [(assignment.vehicle, "playsRole", self._group.path(assignment.role)) for assignment in found]
 
     def _unacknowledged(self, situation: Situation) -> set[tuple[str, str]]:
-        """(vehicle, role) that this vehicle stated too long ago without an acknowledgement."""
         unheard = [
             (name, role.name)
             for name, paths in situation.unheard.items()

@@ -1,18 +1,18 @@
-"""Factors: what strategies differ in, so that a study can cross it, one factor at a time.
+"""Factors: dimensions of strategies, for factorial studies.
 
-A shipped strategy is a point of this table by name. Factors that are switches of shared parts are parameters of the
-strategies that share them; the others are fixed by the part that decides, and are refused by name where they are set.
+Each shipped strategy is a named point of this table. Switches of shared code are parameters of the strategies; other
+factors are fixed by the deciding component, and setting them is refused by name.
 
 ===============  ===============================================  =================================================
 factor           levels                                           set by
 ===============  ===============================================  =================================================
-``common_plan``  ``none``, ``missions``, ``jobs``                 ``common_plan``, where somebody decides at sea
+``common_plan``  ``none``, ``missions``, ``jobs``                 ``common_plan``, with decisions at run time
 ``decides``      ``head``, ``each``, ``all``, ``nobody``          the choice of the strategy
 ``plan``         ``all``, ``own``                                 ``plans_for_all``, ``looks_ahead``
-``announces``    ``plan``, ``next-jobs``, ``claims``, ``bids``,   ``announces`` of a head
+``announces``    ``plan``, ``next-jobs``, ``claims``, ``bids``,   ``announces`` of a leader
                  ``states``, ``meetings``, ``nothing``
-``helps``        ``yes``, ``no``                                  ``help_s``: ``NO_HELP_S`` sends nobody
-``repairs``      ``changes``, ``calls``, ``never``                ``repairs`` of a head
+``helps``        ``yes``, ``no``                                  ``help_s``: ``NO_HELP_S`` disables help
+``repairs``      ``changes``, ``calls``, ``never``                ``repairs`` of a leader
 ===============  ===============================================  =================================================
 """
 
@@ -27,20 +27,20 @@ from pydantic import Field
 from remoras.strategy import OBJECTIVE, Declaration, Strategy
 
 ALL = 64
-"""Queue of a head that gives out all it has planned."""
+"""Queue of a leader that sends its whole plan."""
 NO_HELP_S = 1e6
-"""No help saves as much, so nobody is sent."""
+"""Saving (s) that no help reaches: disables help."""
 
 AtSea = Annotated[
     Literal["none", "missions"],
     Field(description="what all know at 0 s: nothing, or the missions and objectives of all groups"),
 ]
-"""``common_plan`` of strategies that divide jobs at sea."""
+"""``common_plan`` of strategies that divide jobs at run time."""
 CommonPlan = Annotated[
     Literal["none", "missions", "jobs"],
     Field(description="what all know at 0 s: nothing, missions and objectives, or who does which job too"),
 ]
-"""``common_plan`` of strategies of which the head plans."""
+"""``common_plan`` of strategies with a planning leader."""
 Repairs = Annotated[
     Literal["changes", "calls", "never"],
     Field(description="when the head mends the plan: as something changes, as somebody without work calls, or never"),
@@ -56,22 +56,22 @@ MISSIONS_AT_SEA = {
     "playsRole": "a head gives a member a role",
     OBJECTIVE: "a head gives a role an objective",
 }
-"""What has to be told where missions are not known at 0 s."""
+"""Messages needed if missions are unknown at 0 s."""
 
 
 @dataclass(frozen=True, slots=True)
 class Factors:
-    """The levels of a strategy.
+    """Factor levels of a strategy.
 
     Attributes:
-        common_plan: what all know at 0 s: ``none``; ``missions``: those of the groups, with objectives and roles
-            without a job; ``jobs``: who does which job, too.
-        decides: who decides at sea which job is whose: the ``head``, ``each`` for itself by bids, ``all`` alike by the
-            same plan, ``nobody``.
-        plan: decisions rest on a plan of the jobs of ``all``, or on the ``own`` gain.
-        announces: what is told of it.
-        helps: vehicles without work are sent to others' jobs.
-        repairs: when a plan is mended: on ``changes``, on ``calls`` for work, ``never``.
+        common_plan: common knowledge at 0 s: ``none``; ``missions`` with objectives and roles without jobs; ``jobs``:
+            assignments too.
+        decides: decides on assignments at run time: the ``head``, ``each`` vehicle by bids, ``all`` by an identical
+            plan, ``nobody``.
+        plan: basis of decisions: a plan of ``all`` jobs, or the ``own`` gain.
+        announces: content of the messages.
+        helps: vehicles without work join others' jobs.
+        repairs: plan repair on ``changes``, on ``calls`` for work, or ``never``.
     """
 
     common_plan: str
@@ -90,33 +90,32 @@ SETTINGS: Mapping[str, tuple[str, ...]] = {
     "helps": ("help_s",),
     "repairs": ("repairs",),
 }
-"""Parameters that set each factor, where a strategy has one of them."""
+"""Parameters that set each factor, for strategies with that parameter."""
 assert tuple(SETTINGS) == tuple(field.name for field in fields(Factors))
 
 
 def factors_of(strategy: Strategy) -> Factors | None:
-    """The levels of a strategy; None if it states none, as an upper bound or a user's own."""
+    """Return the levels of a strategy; None if it declares none, such as an upper bound."""
     levels: Factors | None = getattr(strategy, "factors", None)
     return levels
 
 
 def helps(help_s: float) -> str:
-    """The level of ``helps`` of a parameter ``help_s``."""
+    """Return the level of ``helps`` for a parameter ``help_s`` (s)."""
     return "no" if help_s >= NO_HELP_S else "yes"
 
 
 def known_from(common_plan: str, declaration: Declaration) -> Declaration:
-    """A declaration of a strategy whose missions are planned before, as it is with that ``common_plan``."""
+    """Adapt a declaration to ``common_plan``: ``none`` adds the messages that send missions."""
     if common_plan != "none":
         return declaration
     return replace(declaration, planned_before=False, messages={**MISSIONS_AT_SEA, **declaration.messages})
 
 
 def refusal(strategy: Strategy, name: str, others: Mapping[str, Strategy]) -> str | None:
-    """What is said to whoever sets a factor that is no parameter of the strategy; None if ``name`` is no factor.
+    """Explain why a factor is no parameter of the strategy; None if ``name`` is no factor.
 
     Args:
-        strategy, name: what was set, of what.
         others: all shipped strategies by name.
     """
     own = factors_of(strategy)

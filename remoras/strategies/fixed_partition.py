@@ -1,14 +1,9 @@
-"""Fixed partition: everything is planned before the dive, nobody says a word. The floor of a comparison.
+"""Fixed partition: a plan before the dive, no communication. The floor of a comparison.
 
-Each vehicle does the jobs it was given and goes to the rally point. Jobs that need each other go to one vehicle, since
-nobody would hear that a job has been done. The head leaves for the next rendezvous at a time agreed before: when the
-last one is expected to have come, and ``margin`` of that time later. What happens otherwise than planned, nobody
-learns. A job that comes up is done by the vehicle that came upon it, nearest first, once its own are done.
-
-Chains of jobs that need each other, for a plan that nobody can change once the vehicles have dived.
-
-A vehicle that hears nothing knows only of the jobs that it has done itself. So jobs that need each other, directly or
-through others, go to one vehicle, which does them in an order that their needs allow.
+Each vehicle does its assigned jobs and goes to the rally point. Jobs linked by prerequisites form a chain for one
+vehicle, in an order that the prerequisites allow, since no vehicle learns of others' finished jobs. The leader leaves
+for the next rendezvous at a prearranged time: the expected arrival of the last vehicle, plus ``margin``. Deviations
+stay unknown. A job that comes up is done by the vehicle that discovers it, after its own jobs, nearest first.
 """
 
 from __future__ import annotations
@@ -33,12 +28,12 @@ from remoras.work import Job, Outlook, Point, Work
 
 @dataclass(frozen=True)
 class ChainOfJobs:
-    """Jobs done by one vehicle, one after the other, as one job under the name of the first.
+    """Sequence of jobs of one vehicle, presented as one job with the name of the first.
 
     Attributes:
-        group: whose roles have the jobs.
-        links: name of the role and the job of each, in the order in which they are done.
-        needs: jobs outside of the chain that must be done before.
+        group: group of the roles.
+        links: role name and job, in order of execution.
+        needs: prerequisites outside the chain.
     """
 
     group: str
@@ -52,20 +47,20 @@ class ChainOfJobs:
 
     @property
     def place_m(self) -> Point:
-        """Where it begins."""
+        """Start position (m)."""
         return self.links[0][1].place_m
 
     @property
     def done(self) -> Key:
-        """The last job is done."""
+        """Completion fact of the last job."""
         return self.links[-1][1].done
 
     def is_able(self, data: VehicleData) -> bool:
-        """True if the vehicle is able to do every one of the jobs."""
+        """True if the vehicle is able to do every job of the chain."""
         return all(data.can_play(self.group, role) and job.is_able(data) for role, job in self.links)
 
     def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
-        """When and where the vehicle will have done all of them; None if it is not able to do one."""
+        """Time and place at which the vehicle completes the chain; None if unable."""
         if not self.is_able(data):
             return None
         for _, job in self.links:
@@ -77,7 +72,7 @@ class ChainOfJobs:
 
 
 def chains(work: Work) -> list[tuple[RoleSpecification, ...]]:
-    """Roles whose jobs need each other, together, each in an order in which they can be done; most stand alone."""
+    """Partition roles into chains linked by prerequisites, each in a feasible order."""
     found: list[list[RoleSpecification]] = []
     for role in work.roles:
         joined = [chain for chain in found if any(_are_linked(role, other, work) for other in chain)]
@@ -102,9 +97,9 @@ def _in_order(roles: list[RoleSpecification], work: Work) -> tuple[RoleSpecifica
 
 
 def chained(work: Work) -> Work:
-    """The same work where what is left of a chain is the one job of its first role, and its other roles are not seen.
+    """Replace the unfinished part of each chain by one job of its first role.
 
-    A chain that somebody has begun is left to that vehicle: nothing of it is vacant.
+    A begun chain stays with its vehicle: no part of it is vacant.
     """
     longer = [chain for chain in chains(work) if len(chain) > 1]
     if not longer:
@@ -127,7 +122,7 @@ def chained(work: Work) -> Work:
 
 
 class Timetable:
-    """One vehicle's copy of the plan: what it turns to next, and when the group counts as gathered."""
+    """One vehicle's copy of the plan: its next job and the time of the rendezvous."""
 
     def __init__(self, me: str, group: Group, margin: float) -> None:
         self._me = me
@@ -139,7 +134,7 @@ class Timetable:
         self._met = False
 
     def negotiate(self, situation: Situation) -> Move:
-        """Take the next role of a chain or one that has come up, go on, or meet."""
+        """Take the next role of a chain or a discovered one, continue, or declare the group gathered."""
         work = situation.work
         if self._meeting_s is None:
             self._meeting_s = self._expected_s(situation)
@@ -160,13 +155,11 @@ class Timetable:
         return Move((Statement(((self._group.name, "gatheredAt", self._group.rally_point),), told=False),))
 
     def _come_up(self, situation: Situation) -> Sequence[RoleSpecification]:
-        """Roles whose jobs this vehicle has come upon itself and is able to do, the nearest first."""
         work, data = situation.work, situation.work.database[self._me]
         new = [role for role in work.vacant if role.name not in self._planned and work.able(data, role)]
         return work.in_order(Outlook(situation.now_s, work.position_m(self._me)), data, new) if new else ()
 
     def _expected_s(self, situation: Situation) -> float:
-        """When the last one is expected at the rally point, and the margin later."""
         plan = chained(replace(situation.work, done=frozenset(), positions_m={}))
         last_s = 0.0
         for data in plan.workers:
@@ -178,7 +171,7 @@ class Timetable:
 
 @dataclass(frozen=True, slots=True)
 class FixedPartition:
-    """No communication; see the module's text."""
+    """Strategy without communication; see the module docstring."""
 
     margin: Annotated[
         float, Field(ge=0.0, le=100.0, description="how much later than expected the head leaves, as a share")
@@ -196,11 +189,11 @@ class FixedPartition:
     form = staticmethod(founded)
 
     def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
-        """Common roles for all, and every chain of jobs for somebody."""
+        """Assign common roles to all members and each chain of jobs to one of them."""
         return common_roles(work) + all_jobs(chained(work))
 
     def negotiator(self, me: str, group: Group) -> Timetable:
-        """The plan, for each member."""
+        """Return the timetable of one member."""
         return Timetable(me, group, self.margin)
 
 

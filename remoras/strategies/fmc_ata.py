@@ -1,36 +1,26 @@
-"""FMC_ATA: vehicles buy shares of jobs in a Fisher market, by whatever bids have arrived.
+"""FMC_ATA: vehicles buy shares of jobs in a Fisher market, from asynchronous bids.
 
-Every vehicle has the same money, and spends all of it on jobs. The price of a job is the sum of the bids for it, and
-whoever bids is allotted its bid over the price. What a vehicle gains from a share x of a job is (r x)^elasticity, with
-r the worth of the whole job to it; it bids anew in proportion to what it gained from each (proportional response). In a
-market of constant elasticity this comes to the equilibrium: nobody would rather have what another one has, and no job
-is left over. Then a role's room counts: if more bid than it has room for, the greatest shares stay and are made to sum
-to 1; and of those the ones below ``least_share`` are dropped, but for the greatest. A vehicle turns to its jobs in the
-order of gain over time, r x / (way + x work).
+Every vehicle spends the same budget. The price of a job is the sum of its bids; a bidder is allotted its bid over the
+price. A share x yields the utility (r x)^elasticity, r being the worth of the whole job to the vehicle. New bids are
+proportional to utilities (proportional response), which converges to the envy-free equilibrium of the market. Then
+capacity applies: the greatest shares up to a role's maximum stay, normalised to 1; all below ``least_share`` are
+dropped, except for the greatest. A vehicle orders its jobs by gain over time, r x / (travel + x work). It bids after a
+message or the end of a job, using the last bids of each peer. New work or a new vehicle restarts its bidding.
 
-It is asynchronous: there are no rounds in which all bid. A vehicle bids anew once a message has arrived, or a job is
-gone, by the last bids that it has heard of each other one; a message older than that is left aside. Once work or a
-vehicle comes up it enters the market anew: its first bids are in proportion to the gain from whole jobs.
+From abstracts and program (below): equal budgets, proportional response, elasticity 0.9, prices, capacity, worth that
+falls with arrival time, order by gain over time, message stamps. Ours, for TDMA broadcasts and work that takes time:
 
-From abstracts and program (below): equal money, proportional response, elasticity 0.9, prices and shares, the room of a
-task, worth that falls with the time of arrival, the order by gain over time, stamps of messages, and going on with the
-last ones. Ours, since bids are broadcast in TDMA slots, and work takes time:
+* No vehicle acts for a task: each computes all prices and shares from its own and received bids.
+* Worth r = work e^(-arrival / discount_s), from the duration of the job; arrival counts from now.
+* Bids are whole parts of 255, the greatest 13 in one block. Of equal bids the lower node wins.
+* Shares below 0.25 are dropped (0.001 in the program), since travel has a cost.
+* A vehicle finishes a begun job; if more have begun it than its capacity, the lower nodes stay. The current job keeps
+  its bid; others are valued from its end. No job begins within ``settle_rounds`` after new work or vehicles.
+* Sharers of a job do not wait for each other (in the program's schedule another job may come first).
 
-* No vehicle plays a task: each works out all prices and shares by the bids that it has heard and its own.
-* Worth r = work e^(-arrival / discount_s): what counts of a job is the time that it takes; arrival counts from now.
-* Bids are told in whole parts of 255, the greatest 13 in one block; each travels as a claim, of 14 bits, to its role.
-* Shares below 0.25 are dropped (0.001 in the program), since it costs the way to go there.
-* Who has begun a job stays until it is done, unless more are at it than have room, of whom the lower nodes stay. What
-  it is at keeps its money in the market; the other jobs are worth what they are after it. Who is free begins the
-  first job of its schedule, but no earlier than ``settle_rounds`` after work or vehicles last came up. Of equal bids
-  the lower node's counts.
-* Nobody waits for those with whom it shares a job (in the program's schedule it may do another one before).
-
-Source: Rachmut, Nelke, Zivan 2023, Asynchronous communication aware multi-agent task allocation, IJCAI, 262-270: by its
-abstract, and by what the program of its first author does (Simulation_For_Research, ``solver_fmc_distributed_asy``),
-since its text was not at hand; Nelke, Okamoto, Zivan 2020, Market clearing-based dynamic multi-agent task allocation,
-ACM TIST 11 (1) (FMC_TA), by its abstract; Zhang 2011, Proportional response dynamics in the Fisher market, Theoretical
-Computer Science 412 (24).
+Source: Rachmut, Nelke, Zivan 2023, IJCAI, 262-270 (by its abstract and its first author's program,
+Simulation_For_Research, ``solver_fmc_distributed_asy``); Nelke, Okamoto, Zivan 2020, ACM TIST 11 (1) (FMC_TA, by its
+abstract); Zhang 2011, Proportional response dynamics in the Fisher market, Theoretical Computer Science 412 (24).
 """
 
 from __future__ import annotations
@@ -50,17 +40,17 @@ from remoras.strategy import Declaration, Heard, Move, Situation, Statement
 from remoras.work import Outlook, Work
 
 MONEY = 255
-"""What each vehicle spends; bids are told in whole parts of it."""
+"""Budget of each vehicle; bids are sent in whole parts of it."""
 BIDS_PER_BLOCK = 13
-"""Bids that go into one block, as claims do (``remoras.strategies.cbba``)."""
+"""Bids per block, as for claims (``remoras.strategies.cbba``)."""
 
 
 def responses(worth: Mapping[str, float], shares: Mapping[str, float], elasticity: float) -> dict[str, float]:
-    """The bids of one buyer, as parts of its money: in proportion to what it gained from its shares.
+    """Return one buyer's next bids as shares of its budget, by proportional response.
 
     Args:
-        worth: of each whole good to the buyer, above 0; shares: of each good that it was allotted, 0..1.
-        elasticity: of what it gains, above 0..1; with 1 gains are linear.
+        worth: of each whole good to the buyer, above 0; shares: allotted share of each good, 0..1.
+        elasticity: exponent of the utility, in (0, 1]; 1 is linear.
     """
     bought = {good: worth[good] * shares[good] for good in worth}
     gains = {good: exp(elasticity * log(gain)) if gain > 0.0 else 0.0 for good, gain in bought.items()}
@@ -69,7 +59,7 @@ def responses(worth: Mapping[str, float], shares: Mapping[str, float], elasticit
 
 
 def in_whole_parts(bids: Mapping[str, float], money: int, most: int) -> dict[str, int]:
-    """The ``most`` greatest bids in whole parts of the money, all of which they spend; none of nothing."""
+    """Round the ``most`` greatest bids to whole parts that sum to ``money``; omit zero parts."""
     left = dict(sorted(bids.items(), key=lambda bid: (-bid[1], bid[0]))[:most])
     total = math.fsum(left.values())
     exact = {good: money * bid / total for good, bid in left.items()}
@@ -81,12 +71,12 @@ def in_whole_parts(bids: Mapping[str, float], money: int, most: int) -> dict[str
 
 
 def allotted(bids: Mapping[str, float], room: int | None, least_share: float) -> dict[str, float]:
-    """The shares of one good, by buyer: bids over the price, where a good has room for so many buyers.
+    """Return the shares of one good by buyer: bid over price, within its capacity.
 
     Args:
-        bids: for it, above 0; of equal ones the first counts.
-        room: for how many; None: for all.
-        least_share: those below it are dropped, but for the greatest.
+        bids: above 0; of equal bids the first wins.
+        room: maximum number of buyers; None: unlimited.
+        least_share: smaller shares are dropped, except for the greatest.
     """
     greatest = sorted(bids, key=lambda buyer: -bids[buyer])[:room]
     price = math.fsum(bids[buyer] for buyer in greatest)
@@ -101,7 +91,7 @@ class Buyer(Member["FmcAta"]):
     def __init__(self, me: str, group: Group, strategy: FmcAta) -> None:
         super().__init__(me, group, strategy)
         self._bids: dict[str, float] = {}  # own, parts of the money, by role
-        self._told: tuple[str | None, dict[str, int]] = (None, {})  # where this vehicle is, and its bids, as told last
+        self._told: tuple[str | None, dict[str, int]] = (None, {})  # own job and bids, as last sent
         self._heard: dict[str, dict[str, int]] = {}  # last bids of others
         self._news: dict[str, int] = {}  # of which round they are
         self._at: dict[str, str] = {}  # at which role another one is
@@ -111,7 +101,7 @@ class Buyer(Member["FmcAta"]):
         self._since = 0  # the round of the last one that came into it
 
     def negotiate(self, situation: Situation) -> Move:
-        """Hear bids, bid anew if any have come, begin the first job of the schedule once it has stood, tell."""
+        """Process bids, update own bids, begin the first job once the market has settled, report."""
         work, now = situation.work, situation.round
         is_heard = [self._hear(heard) for heard in situation.heard]
         self._keep_what_is_left(work)
@@ -138,7 +128,7 @@ class Buyer(Member["FmcAta"]):
         return Move(tuple(said), holding=bool(work.unfinished))
 
     def division(self) -> Mapping[str, str]:
-        """Who is at a job, or has the greatest share of it."""
+        """Return the vehicle at each job, else the one with the greatest share."""
         greatest = {role: next(iter(shares)) for role, shares in self._shares.items() if shares}
         begun = {role: vehicle for vehicle, role in self._at.items()}
         return {**greatest, **begun} if self._told[0] is None else {**greatest, **begun, self._told[0]: self._me}
@@ -146,7 +136,6 @@ class Buyer(Member["FmcAta"]):
     # Messages
 
     def _hear(self, heard: Heard) -> bool:
-        """Take in the bids of a vehicle; False if they are none of this group, or older than the last ones."""
         told = {(subject, attribute): value for subject, attribute, value in heard.facts}
         made = told.get((heard.issuer, "claimsOf"))
         if made is None or int(made) <= self._news.get(heard.issuer, -1):
@@ -169,7 +158,6 @@ class Buyer(Member["FmcAta"]):
         return Statement(((self._me, "claimsOf", now), *place, *offers))
 
     def _keep_what_is_left(self, work: Work) -> None:
-        """Leave out who is not there, and what is done or may not be begun."""
         there, left = {data.name for data in work.workers}, {role.name for role in work.unfinished}
         self._heard = {
             vehicle: {role: bid for role, bid in bids.items() if role in left}
@@ -183,7 +171,7 @@ class Buyer(Member["FmcAta"]):
     def _worth(
         self, at: RoleSpecification | None, crowded: list[RoleSpecification], situation: Situation
     ) -> dict[str, float]:
-        """What each whole job is worth to this vehicle, in seconds of work; that it cannot do is missing."""
+        """Worth of each feasible job (s of work), discounted by arrival time."""
         work, now_s = situation.work, situation.now_s
         data, here = work.database[self._me], Outlook(now_s, work.position_m(self._me))
         held = () if at is None else (at,)
@@ -198,11 +186,12 @@ class Buyer(Member["FmcAta"]):
             way_s = distance(outlook.position_m, work.job(role).place_m) / data.transit_speed_mps
             arrival_s = 0.0 if role == at else outlook.free_s + way_s - now_s
             work_s = max(1.0, then.free_s - outlook.free_s - way_s)
-            found[role.name] = work_s * max(1e-6, exp(-arrival_s / self._with.discount_s))  # far ones stay in, too
+            found[role.name] = work_s * max(
+                1e-6, exp(-arrival_s / self._with.discount_s)
+            )  # keeps distant jobs in the market
         return found
 
     def _bought(self) -> dict[str, float]:
-        """This vehicle's share of each good that it bids for, by the last bids heard."""
         shares = {}
         for role, bid in self._bids.items():
             others = math.fsum(bids.get(role, 0) for bids in self._heard.values()) / MONEY
@@ -210,7 +199,6 @@ class Buyer(Member["FmcAta"]):
         return shares
 
     def _allotted(self, work: Work) -> dict[str, dict[str, float]]:
-        """Shares of all open jobs, by the bids as all have been told them last."""
         bids = {**self._heard, self._me: self._told[1]}
         nodes = sorted(bids, key=lambda vehicle: work.database[vehicle].node)
         return {
@@ -225,7 +213,6 @@ class Buyer(Member["FmcAta"]):
     # Schedule
 
     def _first(self, worth: Mapping[str, float], situation: Situation) -> str | None:
-        """Of the jobs allotted to this vehicle the one that it gains most from in the time that it takes."""
         work, me = situation.work, self._me
         data, here = work.database[me], Outlook(situation.now_s, work.position_m(me))
         best, most = None, 0.0
@@ -244,7 +231,7 @@ class Buyer(Member["FmcAta"]):
 
 @dataclass(frozen=True, slots=True)
 class FmcAta(DividedAtSea):
-    """A Fisher market for jobs; see the module's text."""
+    """Fisher market for jobs; see the module docstring."""
 
     discount_s: Annotated[
         float, Field(gt=0.0, le=1e6, description="a job that is reached this much later is worth 1/e of the other")
@@ -269,9 +256,9 @@ class FmcAta(DividedAtSea):
     )
 
     def negotiator(self, me: str, group: Group) -> Buyer:
-        """A buyer for each member."""
+        """Return the buyer of one member."""
         return Buyer(me, group, self)
 
 
 FMC_ATA = FmcAta()
-"""FMC_ATA: a Fisher market for shares of jobs."""
+"""The strategy with default parameters."""

@@ -1,20 +1,15 @@
-"""Who founds the groups: the same for every shipped strategy, so that they differ in nothing but allocation.
+"""Initial role assignment, common to all shipped strategies: only job allocation differs.
 
-Founding is one assignment over all founding roles of all groups. Every such role needs as many holders as its minimum
-says, a head one; whenever all can be had at once, all are. Of those able, first come those that name the role before
-their other founding roles among the roles they can play, then those with the most energy. Who has a role in a group
-takes another one of it, or one of a group on another branch of the same nesting, only where it cannot be done
-otherwise. Then those who are left take what has room; groups within others get them in turns. Who is able to play
-nothing that has room is a reserve. A head needs the social layer; a role may have to be played by the holder of another
-(a Coordinator is the Tactician of the group above). Source: Carlesi, Michel, Jouvencel, Ferber 2011, sections IV, VII.
+Each founding role needs its minimum of holders, a leader role at least one; if all are fillable together, all are
+filled. Preferred are vehicles that list the role earlier among their playable founding roles, then those with most
+energy. A second role in a group, or in a group on another branch of the same nesting, is given only if unavoidable.
+Remaining vehicles fill vacancies, sibling groups in turn; vehicles without a playable vacancy form a reserve. A leader
+needs the social layer; ``played_by`` couples two roles (a Coordinator is the Tactician of the group above).
 
-Seats: who is to hold which role, all at once, where who holds one depends on who holds another.
-
-A mixed integer programme with one variable for each vehicle and role (HiGHS, by SciPy): a role has at least as many
-holders as it needs, and no more than it allows; the holder of a role that has to be played with another holds both;
-incompatible roles have no holder in common. Least is how often a vehicle holds two roles of one group, or of groups
-that are apart; then, how many holders there are. Of all ways in which these are least the first counts: role by role,
-vehicle by vehicle.
+If the greedy order fails, a mixed-integer programme decides (``Seats``; HiGHS by SciPy). It has one binary variable per
+vehicle and role, holder counts as bounds, and couplings and incompatibilities as constraints. It minimises double
+roles, then holders; ties fall in order of roles and vehicles. Source: Carlesi, Michel, Jouvencel, Ferber 2011, sections
+IV, VII.
 """
 
 from __future__ import annotations
@@ -30,17 +25,17 @@ from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecif
 from remoras.work import Work
 
 Row = tuple[dict[int, float], float, float]
-"""Weights of variables, and the least and the most of their sum."""
+"""Constraint: weights of variables, lower and upper bound of their sum."""
 
 
 class Seats:
-    """One assignment.
+    """One assignment problem.
 
     Args:
-        roles: groups and roles, those that are given first in front.
-        needed: how many holders each has at least.
-        able: names of those able to hold each, those first who come first.
-        apart: for each group, by name, others that its members should not be in.
+        roles: in order of assignment.
+        needed: minimum number of holders per role.
+        able: names of eligible vehicles per role, preferred first.
+        apart: by group name, other groups that its members should not join.
     """
 
     def __init__(
@@ -57,7 +52,7 @@ class Seats:
         self._rows = [*self._counts(), *self._couplings(), *self._doublings()]
 
     def filled(self) -> tuple[RoleAssignment, ...] | None:
-        """Who holds what; None if not all roles can be filled."""
+        """Return the assignments; None if infeasible."""
         fixed: dict[int, int] = {}
         found = self._solved(fixed)
         if found is None:
@@ -100,7 +95,6 @@ class Seats:
                     yield {variable: 1.0, other: 1.0}, 0.0, 1.0
 
     def _doublings(self) -> Iterator[Row]:
-        """Behind the variables of the pairs stand those of what should not be: each is 1 where two are held."""
         held: dict[str, list[tuple[str, int]]] = {}
         for (r, name), variable in self._variables.items():
             held.setdefault(name, []).append((self._roles[r][0].name, variable))
@@ -111,8 +105,8 @@ class Seats:
                     self._n_variables += 1
 
     def _solved(self, fixed: Mapping[int, int]) -> tuple[int, list[int]] | None:
-        """What is least, and values of the variables that make it so, where some are fixed; None if nothing fits."""
-        import numpy as np  # these take a third of a second to load, and few foundings need them
+        """Minimum and values of the variables with some ``fixed``; None if infeasible."""
+        import numpy as np  # loading takes 0.3 s and is rarely needed
         from scipy.optimize import Bounds, LinearConstraint, milp
         from scipy.sparse import csr_array
 
@@ -138,19 +132,12 @@ Founding = tuple[Group, RoleSpecification]
 
 
 def founded(database: AUVDatabase, groups: Sequence[Group]) -> Organisation:
-    """Groups and their founding roles: ``form`` of every shipped strategy."""
+    """Return the groups with their founding roles assigned: ``form`` of every shipped strategy."""
     founders = _Founders(database, groups)
     return founders.all_others(founders.needed())
 
 
 class _Founders:
-    """Who is to play the founding roles.
-
-    Args:
-        database: static data of all vehicles.
-        groups: with the demands of their roles.
-    """
-
     def __init__(self, database: AUVDatabase, groups: Sequence[Group]) -> None:
         self._database, self._groups, self._apart = database, groups, apart(groups)
         self._founding = list(_in_order([(group, role) for group in groups for role in group.roles if role.founding]))
@@ -160,10 +147,9 @@ class _Founders:
         self._eligible = {(group.name, role.name): self._suited(group, role) for group, role in self._founding}
 
     def needed(self) -> Organisation:
-        """Groups and the founding roles that somebody has to hold, each held by as few as it demands.
+        """Fill the minimum of each founding role, greedily in order.
 
-        One after the other is given to who comes first. If that leaves one without a holder, or a vehicle with more
-        than it need have, each is given to the first with whom the rest can still be had.
+        If a role stays unfilled or a vehicle is doubled, solve the exact problem and take the better result.
         """
         found = Organisation.of(self._groups)
         for group, role in self._founding:
@@ -180,7 +166,6 @@ class _Founders:
         return found if is_as_good and self._n_doubled(found) <= self._n_doubled(exact) else exact
 
     def all_others(self, organisation: Organisation) -> Organisation:
-        """The organisation in which those who are left have founding roles with room."""
         while True:
             room = [
                 (0 if group.within is None else len(organisation.members(group.name)), number, group, role, able[0])
@@ -193,20 +178,19 @@ class _Founders:
             organisation, _ = organisation.assign(data.name, group.name, role.name)
 
     def _left(self, organisation: Organisation, group: Group, role: RoleSpecification) -> list[VehicleData]:
-        """Who may take a role that has room, without having another one in the group or beside it."""
+        """Vehicles that may fill a vacancy without another role in the group or one apart from it."""
         if role.maximum is not None and len(organisation.members(group.name, role.name)) >= role.maximum:
             return []
         able = self._able(organisation, group, role)
         return [data for data in able if not self._is_taken(organisation, data.name, group)]
 
     def _suited(self, group: Group, role: RoleSpecification) -> list[VehicleData]:
-        """Vehicles able to play a role, those first whom it suits best."""
         able = self._database.able_to_play(group.name, role.name)
         able = tuple(data for data in able if data.social_layer or not role.head)
         return sorted(able, key=lambda data: (self._rank(data, group, role), -data.energy_j, data.node))
 
     def _able(self, organisation: Organisation, group: Group, role: RoleSpecification) -> list[VehicleData]:
-        """Those who may take the role beside what they hold, those first who hold nothing there."""
+        """Vehicles that may take the role beside their own ones, those without a role there first."""
         able = [
             data
             for data in self._eligible[group.name, role.name]
@@ -221,14 +205,12 @@ class _Founders:
         return min(ranks.get(role.name, len(ranks)), ranks.get(group.path(role.name), len(ranks)))
 
     def _is_taken(self, organisation: Organisation, vehicle: str, group: Group) -> bool:
-        """True if it plays a role in the group, or in one that is apart from it."""
         return any(organisation.is_member(vehicle, name) for name in (group.name, *self._apart[group.name]))
 
     def _is_filled(self, organisation: Organisation, group: Group, role: RoleSpecification) -> bool:
         return len(organisation.members(group.name, role.name)) >= _n_needed(role)
 
     def _n_doubled(self, organisation: Organisation) -> int:
-        """How many pairs of roles vehicles hold of one group, or of groups that are apart."""
         pairs = (pair for name in self._database for pair in combinations(organisation.roles_of(name), 2))
         return sum(one.group == other.group or other.group in self._apart[one.group] for one, other in pairs)
 
@@ -238,12 +220,11 @@ def _n_needed(role: RoleSpecification) -> int:
 
 
 def _ranks(data: VehicleData, founding: Collection[str]) -> dict[str, int]:
-    """How early a vehicle names each founding role among those that it can play."""
     return {name: n for n, name in enumerate(name for name in data.playable_roles if name in founding)}
 
 
 def _in_order(founding: list[Founding]) -> Iterator[Founding]:
-    """Founding roles in the order in which they are given: heads, then the roles of groups that have one."""
+    """Order of assignment: leader roles, then the roles of groups with a leader."""
     done: set[tuple[str, str]] = set()
     while ready := [
         (group, role)
@@ -258,13 +239,12 @@ def _in_order(founding: list[Founding]) -> Iterator[Founding]:
 
 
 def common_roles(work: Work, working: Collection[str] | None = None) -> tuple[RoleAssignment, ...]:
-    """Roles without a job that members able to play them do not play yet, as many as a role allows.
+    """Return roles without a job for able members that lack them, within each role's maximum.
 
-    This is ``adapt`` of the strategies whose vehicles divide the jobs during the mission.
+    It is ``adapt`` of strategies that divide jobs at run time.
 
     Args:
-        work: of the group.
-        working: vehicles for which the roles are, others take them only where a role demands more; all if None.
+        working: vehicles in need of the roles; others only fill a minimum. All if None.
     """
     group, organisation, database = work.group, work.organisation, work.database
     members = [name for name in database.names if organisation.is_member(name, group.name)]

@@ -1,23 +1,20 @@
-"""GRAPE: an anonymous hedonic game, in which each vehicle joins the coalition that suits it, and all come to agree.
+"""GRAPE: anonymous hedonic game; each vehicle joins its best coalition until all agree.
 
-A partition says which vehicle is at which job; who is at none is in the void. Every vehicle holds one, with how often
-it has evolved and a time stamp. A vehicle that is not satisfied looks what it would gain in each coalition as the
-partition has them; it joins the best one if that is strictly better than its own, and the partition has evolved once
-more. Then it is satisfied, and broadcasts partition, number and stamp. Of the partitions that it hears and its own the
-one that has evolved most often counts, of equals the one of the greater stamp; if that is another's it is satisfied no
-longer. Where all gain less in a greater coalition, this ends in a partition that nobody wants to leave.
+A partition maps vehicles to jobs; vehicles without a job are in the void. Every vehicle holds a partition with an
+evolution count and a time stamp. An unsatisfied vehicle computes its gain in each coalition, joins the best one if
+strictly better than its own, which increments the count, and broadcasts. Of own and received partitions the higher
+count wins, then the higher stamp; adopting another's makes the vehicle unsatisfied. If gains fall with coalition size,
+this ends in a Nash-stable partition. The game continues from the current partition when jobs end or appear, or vehicles
+are lost.
 
-What a vehicle gains is ``(reward + work) / n - way``, in seconds: the time that the job takes it, and a reward that is
-the same for all jobs, shared by the n vehicles that are at it; less the time of the way. More than a role has room for
-gain nothing. When jobs are done or come up, or vehicles are lost, the game goes on from the partition there is.
-
-Ours, since vehicles take time to work and packets are lost: who has begun a job stays until it is done, unless more are
-at it than have room, of whom the lower nodes stay; a job is begun once its coalition has stood for ``settle_rounds``;
-stamps are the round and the node instead of drawn, so that no two are alike. A partition is told in one block, so the
-fleet has to be small.
+The gain of a vehicle in a coalition of n is ``(reward + work) / n - travel`` in seconds, with the same reward for all
+jobs; above the maximum of the role it is minus infinity. Ours, for work that takes time and packet loss: a vehicle
+finishes a begun job; above the maximum the lower nodes stay. A job begins once its coalition is stable for
+``settle_rounds``. Stamps consist of round and node instead of random numbers, so they are unique. A partition is one
+block, so the fleet has to be small.
 
 Source: Jang, Shin, Tsourdos 2018, Anonymous hedonic game for task allocation in a large-scale multiple agent system,
-IEEE Transactions on Robotics 34 (6), algorithms 1 and 2. Utility: reward over participants, less the way (its eq. 32).
+IEEE Transactions on Robotics 34 (6), algorithms 1 and 2. Utility: reward over participants, less travel (its eq. 32).
 """
 
 from __future__ import annotations
@@ -36,7 +33,7 @@ from remoras.strategy import Declaration, Heard, Move, Situation, Statement
 from remoras.work import Outlook, Work
 
 MOST_EVOLVED, MOST_STAMP = 65535, 1048575
-"""That words have room for."""
+"""Maxima that a fact can hold."""
 
 
 class Player(Member["Grape"]):
@@ -51,7 +48,7 @@ class Player(Member["Grape"]):
         self._stood: tuple[str | None, int] = (None, 0)  # the own coalition, and the round since which it has been
 
     def negotiate(self, situation: Situation) -> Move:
-        """Hear partitions, join the best coalition, begin its job once that has stood, tell what is new."""
+        """Process partitions, join the best coalition, begin its job once stable, report changes."""
         work, now = situation.work, situation.round
         for heard in situation.heard:
             self._hear(heard)
@@ -74,13 +71,12 @@ class Player(Member["Grape"]):
         return Move(tuple(said), holding=bool(work.unfinished))
 
     def division(self) -> Mapping[str, str]:
-        """Who is at which job."""
+        """Return one vehicle at each job."""
         return {role: vehicle for vehicle, role in self._partition.items()}
 
     # Partition
 
     def _hear(self, heard: Heard) -> None:
-        """Take over a partition that counts more than the own."""
         told = {(subject, attribute): value for subject, attribute, value in heard.facts}
         evolved, stamp = told.get((heard.issuer, "claimsOf")), told.get((heard.issuer, "worksSince"))
         if evolved is None or stamp is None or (int(evolved), int(stamp)) <= self._age:
@@ -92,7 +88,7 @@ class Player(Member["Grape"]):
         self._age, self._is_satisfied = (int(evolved), int(stamp)), False
 
     def _keep_what_is_left(self, work: Work) -> None:
-        """Leave out who is not there and what is done or may not be begun; what changes is a reason to look anew."""
+        """Remove absent vehicles and finished jobs; a change makes the vehicle unsatisfied."""
         there = {data.name for data in work.workers}
         left = {role.name: role.job for role in work.unfinished}
         self._partition = {v: role for v, role in self._partition.items() if v in there and role in left}
@@ -104,7 +100,6 @@ class Player(Member["Grape"]):
         return sum(at == role for vehicle, at in self._partition.items() if vehicle != self._me)
 
     def _join(self, role: str | None, situation: Situation) -> None:
-        """Join a coalition, or the void, unless this vehicle is there."""
         if role == self._partition.get(self._me):
             return
         if role is None:
@@ -119,11 +114,7 @@ class Player(Member["Grape"]):
     # Utility
 
     def _best(self, situation: Situation, left: Sequence[RoleSpecification]) -> str | None:
-        """The coalition in which this vehicle gains most; its own unless another is strictly better.
-
-        Args:
-            situation: as it is known; left: roles that it gives up.
-        """
+        """Best coalition, the own one on ties; None for the void. ``left``: roles to leave."""
         own = self._partition.get(self._me)
         best, most = None, 0.0
         for role in situation.work.open:
@@ -133,7 +124,6 @@ class Player(Member["Grape"]):
         return best
 
     def _gain_s(self, role: RoleSpecification, situation: Situation) -> float:
-        """What this vehicle gains in the coalition of a job (s)."""
         work, n = situation.work, self._n_others(role.name) + 1
         data, here = work.database[self._me], Outlook(situation.now_s, work.position_m(self._me))
         then = work.after(here, data, role)
@@ -151,7 +141,7 @@ class Player(Member["Grape"]):
 
 @dataclass(frozen=True, slots=True)
 class Grape(DividedAtSea):
-    """An anonymous hedonic game; see the module's text."""
+    """Anonymous hedonic game; see the module docstring."""
 
     reward_s: Annotated[
         float, Field(ge=0.0, le=1e6, description="what each job is worth beside the time that it takes (s)")
@@ -170,7 +160,7 @@ class Grape(DividedAtSea):
     )
 
     def negotiator(self, me: str, group: Group) -> Player:
-        """A player for each member."""
+        """Return the player of one member."""
         return Player(me, group, self)
 
 

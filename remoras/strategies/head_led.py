@@ -1,8 +1,7 @@
-"""Strategies of which the head plans: one part with four factors, of which the shipped ones are points.
+"""Strategies with a planning leader: one implementation with four factors.
 
-The head of a group plans for all its members, by the allocator that all strategies share. Four parameters are factors,
-and each can be changed alone: what is known before the dive (``common_plan``), whether all of the plan is told or next
-jobs only (``announces``), whether helpers are sent (``help_s``), and when the plan is mended (``repairs``).
+The leader plans for all members of its group by the shared allocator. Each factor can be varied alone: prior knowledge
+(``common_plan``), messages (``announces``), helpers (``help_s``) and plan repair (``repairs``).
 """
 
 from __future__ import annotations
@@ -39,7 +38,6 @@ CALLS = {INFLUENCE_SIGNAL: "one signed byte for every role that the sender plays
 
 @lru_cache
 def _declared(source: str, common_plan: str, repairs: str) -> Declaration:
-    """What such a head takes from the vehicles."""
     calls, before = repairs == "calls", common_plan != "none"
     messages = {**({} if before else MISSIONS_AT_SEA), **TOLD, **(CALLS if calls else {})}
     return Declaration(source=source, messages=messages, planned_before=before, influences=calls)
@@ -47,7 +45,7 @@ def _declared(source: str, common_plan: str, repairs: str) -> Declaration:
 
 @dataclass(frozen=True, slots=True)
 class HeadLed:
-    """A head that plans and tells; see the module's text.
+    """Leader that plans and assigns; see the module docstring.
 
     Raises:
         StrategyError: two factors exclude each other.
@@ -76,19 +74,18 @@ class HeadLed:
 
     @property
     def declaration(self) -> Declaration:
-        """What it is and what it takes from the vehicles."""
+        """Declaration for the current factor levels."""
         return _declared(self.source, self.common_plan, self.repairs)
 
     @property
     def factors(self) -> Factors:
-        """Its levels."""
+        """Factor levels of this strategy."""
         return Factors(self.common_plan, "head", "all", self.announces, helps(self.help_s), self.repairs)
 
     def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
-        """Common roles, and every open job for somebody unless the head gives out jobs at sea, some at a time.
+        """Return common roles, and all open jobs unless the leader assigns next jobs only.
 
-        Where missions are told at sea each role takes time to tell, so common roles are for those who work; others get
-        them with a job.
+        If missions are sent at run time, only vehicles with a job get common roles, since each role takes time to send.
         """
         is_begun = any(work.holders(role) or role.job in work.done for role in work.roles)
         if self.common_plan == "missions" or (self.repairs == "never" and is_begun):
@@ -99,7 +96,7 @@ class HeadLed:
         return given + common_roles(work, {assignment.vehicle for assignment in given})
 
     def negotiator(self, me: str, group: Group) -> Dispatcher:
-        """The head's part, for each member: another may come to lead."""
+        """Return the dispatcher of one member: any may succeed the leader."""
         queue = ALL if self.announces == "plan" else getattr(self, "queue", NEXT_JOBS)
         dispatching = Dispatching(queue, self.margin, self.help_s, self.acknowledge_rounds, self.repairs)
         return Dispatcher(me, group, dispatching)

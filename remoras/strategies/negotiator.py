@@ -1,10 +1,7 @@
-"""What strategies have in common whose vehicles divide jobs at sea: each of their modules holds its decision rule.
+"""Common parts of strategies that divide jobs at run time, with a convergent claim table.
 
-Who claims which role, as far as one vehicle knows: a table that heals itself.
-
-Of each vehicle's claim to a role the latest is kept; of the claims to a role the strongest wins, of equals that of
-the lower node. Hearing is a join: the order, repetitions and relays of messages make no difference, only what has not
-been heard yet does. So vehicles that have heard the same agree, and nobody has to ask whether others did.
+The table keeps each vehicle's latest claim to each role; the strongest claim to a role wins, ties go to the lower node.
+Merging is a join: order, repetition and relaying of messages are irrelevant. So vehicles with the same claims agree.
 """
 
 from __future__ import annotations
@@ -27,12 +24,12 @@ S = TypeVar("S")
 
 
 def frames(what: str, least: int = 1, most: int = 1000) -> Any:
-    """A parameter that counts TDMA frames."""
+    """Return the field of a parameter in TDMA frames."""
     return Field(ge=least, le=most, description=f"TDMA frames {what}")
 
 
 def taking(source: str, messages: Mapping[str, str], blocks_per_round: int = 1) -> Declaration:
-    """Declaration of a strategy in which each vehicle takes jobs itself."""
+    """Return the declaration of a strategy in which each vehicle takes jobs on its own."""
     return Declaration(
         source=source,
         messages={**messages, JOB_DONE: "the sender has done a job"},
@@ -43,12 +40,12 @@ def taking(source: str, messages: Mapping[str, str], blocks_per_round: int = 1) 
 
 
 def in_blocks(facts: Sequence[Statable], most: int) -> list[Statement]:
-    """Facts that share the head of a block, at most so many together."""
+    """Group facts with a common block header into blocks of at most ``most``."""
     return [Statement(tuple(facts[n : n + most])) for n in range(0, len(facts), most)]
 
 
 class DividedAtSea:
-    """Strategy that before the dive gives out only roles without a job."""
+    """Strategy that assigns only roles without a job before the dive."""
 
     __slots__ = ()
     form = staticmethod(founded)
@@ -56,7 +53,7 @@ class DividedAtSea:
 
 
 class KnownFromStart(DividedAtSea):
-    """Strategy with the parameter ``common_plan``; ``planned`` is its declaration where missions are known at 0 s."""
+    """Strategy with ``common_plan``; ``planned`` is its declaration with missions known at 0 s."""
 
     __slots__ = ()
     common_plan: AtSea
@@ -64,16 +61,12 @@ class KnownFromStart(DividedAtSea):
 
     @property
     def declaration(self) -> Declaration:
-        """What it is and what it takes from the vehicles."""
+        """Declaration for the current ``common_plan``."""
         return known_from(self.common_plan, self.planned)
 
 
 class Member(Generic[S]):
-    """One vehicle's part in dividing the jobs of a group.
-
-    Args:
-        me: its name; group: whose jobs are divided; strategy: with the parameters.
-    """
+    """One vehicle's part in dividing the jobs of a group."""
 
     def __init__(self, me: str, group: Group, strategy: S) -> None:
         self._me, self._group, self._with = me, group, strategy
@@ -85,11 +78,7 @@ class Member(Generic[S]):
         return Statement(((self._me, "leftRole", self._group.path(role)),), told=False)
 
     def _kept(self, work: Work, places: Mapping[str, str]) -> tuple[RoleSpecification | None, list[RoleSpecification]]:
-        """The role that this vehicle stays at, and those that it leaves since lower nodes fill them.
-
-        Args:
-            work: as it is known; places: roles by vehicle.
-        """
+        """Role that this vehicle keeps, and roles that it leaves since lower nodes fill them."""
         node, held = work.database[self._me].node, work.held_by(self._me)
         crowded = []
         for role in held:
@@ -101,9 +90,9 @@ class Member(Generic[S]):
 
 @dataclass(frozen=True, slots=True, order=True)
 class RoleClaim:
-    """How strongly a vehicle claims a role; strength 0 withdraws the claim.
+    """Claim of a vehicle to a role; strength 0 withdraws it.
 
-    ``at`` orders the claims of one vehicle to one role, the greater is the newer: the round it was made in, say.
+    ``at`` orders the claims of one vehicle to one role, such as by round: the greater is the newer.
     """
 
     at: int
@@ -111,12 +100,7 @@ class RoleClaim:
 
 
 class Claims:
-    """Latest claims by role and vehicle.
-
-    Args:
-        database: static data of all vehicles.
-        group: whose roles are claimed.
-    """
+    """Latest claims by role and vehicle, of one group."""
 
     def __init__(self, database: AUVDatabase, group: str) -> None:
         self._database = database
@@ -127,7 +111,7 @@ class Claims:
 
     @property
     def members(self) -> Collection[str]:
-        """Only their claims count."""
+        """Vehicles with valid claims."""
         return self._members
 
     @members.setter
@@ -137,7 +121,7 @@ class Claims:
             self._winners.clear()
 
     def take(self, role: str, vehicle: str, claim: RoleClaim) -> bool:
-        """Note a claim; True if it is news."""
+        """Merge a claim; True if it is newer than the stored one."""
         known = self._of.setdefault(role, {})
         if vehicle in known and known[vehicle] >= claim:
             return False
@@ -146,11 +130,11 @@ class Claims:
         return True
 
     def of(self, role: str, vehicle: str) -> RoleClaim | None:
-        """The latest claim of a vehicle."""
+        """Return the latest claim of a vehicle to a role, or None."""
         return self._of.get(role, {}).get(vehicle)
 
     def standing(self, role: str) -> dict[str, RoleClaim]:
-        """Claims, not withdrawn, of members that are able to play the role."""
+        """Return the valid claims to a role: not withdrawn, by members able to play it."""
         claims = self._of.get(role, {}).items()
         return {
             v: claim
@@ -159,23 +143,23 @@ class Claims:
         }
 
     def has(self, role: str, strength: int) -> bool:
-        """True if a claim of that strength stands."""
+        """True if a valid claim has that strength."""
         return any(claim.strength == strength for claim in self.standing(role).values())
 
     def made_before(self, at: int, vehicle: str, strength: int) -> set[str]:
-        """Roles that a vehicle has claimed with that strength since before ``at``."""
+        """Return the roles with a claim of that strength by a vehicle, made before ``at``."""
         latest = ((role, claims.get(vehicle)) for role, claims in self._of.items())
         return {role for role, claim in latest if claim is not None and claim.strength == strength and claim.at < at}
 
     def winner(self, role: str) -> str | None:
-        """Who has the strongest claim."""
+        """Return the vehicle with the strongest valid claim, or None."""
         if role not in self._winners:
             claims = self.standing(role)
             self._winners[role] = min(claims, key=lambda v: (-claims[v].strength, self._database[v].node), default=None)
         return self._winners[role]
 
     def beats(self, role: str, vehicle: str, strength: int) -> bool:
-        """True if a claim of that strength would win."""
+        """True if a claim of that strength would win, or the vehicle already does."""
         winner = self.winner(role)
         if winner is None or winner == vehicle:
             return True

@@ -1,8 +1,7 @@
-"""The oracle: every vehicle knows at once what any vehicle knows, and how fast each really is.
+"""Oracle: instant shared knowledge and true speeds, as an upper bound.
 
-Nobody sends a packet: what a vehicle finds out is in every world model in the same instant. The head plans before the
-dive with the real speeds, and anew whenever something has changed, by the allocator that all strategies share. What a
-strategy lacks to the oracle is what it loses by not knowing; what the oracle lacks to a better plan, all lack.
+An observation enters every world model at once. The leader plans with the true speeds and replans on every change by
+the shared allocator. A strategy's gap to the oracle is its loss by missing knowledge.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ NEVER = 1_000_000
 
 @dataclass(frozen=True, slots=True)
 class Oracle:
-    """Perfect knowledge at once; see the module's text."""
+    """Perfect and instant knowledge; see the module docstring."""
 
     name: ClassVar[str] = "oracle"
     declaration: ClassVar[Declaration] = Declaration(
@@ -34,11 +33,11 @@ class Oracle:
     form = staticmethod(founded)
 
     def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
-        """Common roles for all, and every open job for somebody."""
+        """Assign common roles to all members and every open job to one of them."""
         return common_roles(work) + all_jobs(work, HELP_S)
 
     def negotiator(self, me: str, group: Group) -> Dispatcher:
-        """The head's part, for each member."""
+        """Return the dispatcher of one member."""
         return Dispatcher(me, group, Dispatching(ALL, MARGIN, HELP_S, NEVER))
 
 

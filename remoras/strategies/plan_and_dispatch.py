@@ -1,11 +1,9 @@
-"""Plan before the dive, dispatch at sea.
+"""Plan before the dive, repair by the leader at run time.
 
-Before the dive every member gets the jobs that ``fixed-partition`` would give it. At sea the head moves a job that
-nobody has begun where the whole then ends earlier by ``margin``, where its holder is absent or takes no jobs, and where
-it has not been acknowledged for ``acknowledge_rounds``. As long as all goes as planned, nobody says a word about who
-does what; without the head, the plan stands.
-
-Source: ours, of two usual parts: a plan agreed before the dive, and leader-follower assignment.
+Every member starts with its part of a plan of all open jobs. The leader moves an unbegun job if the makespan then
+falls by ``margin``, if its holder is absent or takes no jobs, or after ``acknowledge_rounds`` without acknowledgement.
+Without deviations no assignment is sent; without a leader the plan stands. Source: ours, of two usual parts: a plan
+agreed before the dive, and leader-follower assignment.
 """
 
 from __future__ import annotations
@@ -18,7 +16,7 @@ from remoras.strategies.head_led import HeadLed
 
 @dataclass(frozen=True, slots=True)
 class PlanAndDispatch(HeadLed):
-    """A plan, and a leader that mends it; see the module's text."""
+    """Initial plan, repaired by the leader; see the module docstring."""
 
     name: ClassVar[str] = "plan-and-dispatch"
     source: ClassVar[str] = "a plan agreed before the dive, mended by leader-follower assignment"

@@ -1,13 +1,12 @@
-"""The REMORAS strategy: jobs allocated by the head of the group, then satisfaction and altruism.
+"""REMORAS strategy: jobs allocated by the group leader, then satisfaction and altruism.
 
-The head allocates all open jobs when it plans the mission, and again when a member leaves or a job is done that others
-need. What the vehicles make of it is moved by the influence signals that each sends for every role it plays. A member
-that is able to work and has none is dissatisfied, and its signals call for work: then the head, as the optimiser of
-organisational performances, allocates what is vacant, moves jobs that nobody has begun where the whole ends earlier by
-``margin``, or else lets the member help at another's job.
+The leader allocates all open jobs at mission planning, and again after a departure or a finished prerequisite. Vehicles
+send an influence signal for every role. A member able to work but without a job is dissatisfied, and its signal
+requests work. Then the leader, as optimiser of organisational performances, assigns vacant jobs, moves unbegun ones if
+the makespan falls by ``margin``, or sends the member to help.
 
-Source: Carlesi, Michel, Jouvencel, Ferber 2011, sections IV and VII: the optimiser, roles, signals; Simonin, Ferber
-2000: calls and answers. What the optimiser computes is ours.
+Source: Carlesi, Michel, Jouvencel, Ferber 2011, sections IV and VII: optimiser, roles, signals; Simonin, Ferber 2000:
+requests and answers. The optimiser's algorithm is ours.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ from remoras.strategies.head_led import HeadLed
 
 @dataclass(frozen=True, slots=True)
 class Remoras(HeadLed):
-    """Roles allocated by the head of each group; see the module's text."""
+    """Roles allocated by the leader of each group; see the module docstring."""
 
     common_plan: CommonPlan = "none"
     repairs: Repairs = "calls"

@@ -1,7 +1,7 @@
 """REMORAS with missions planned before the dive.
 
-As ``remoras`` in all else: so the difference between the two is what planning at sea, and telling each other of it,
-costs. Source: as of ``remoras``; planning before is ours.
+Otherwise identical to ``remoras``: the difference is the cost of planning and communicating missions at run time.
+Planning before the dive is ours.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from remoras.strategies.remoras import Remoras
 
 @dataclass(frozen=True, slots=True)
 class RemorasPlanned(Remoras):
-    """The same organisation, agreed before; see the module's text."""
+    """REMORAS with prior plan; see the module docstring."""
 
     common_plan: CommonPlan = "jobs"
 

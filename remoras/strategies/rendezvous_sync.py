@@ -1,12 +1,11 @@
-"""Rendezvous synchronisation: work is divided, and knowledge exchanged, only when all meet.
+"""Rendezvous synchronisation: work is divided, and knowledge exchanged, only at rendezvous.
 
-Before the dive every member gets the first ``jobs_per_leg`` jobs of a plan of all. Whoever has done its jobs goes to
-the rally point. On the way and at work a vehicle is silent: what it has to tell waits until it has come. When the head,
-free itself, hears all members there, maps have merged, and it gives out the first jobs of a new plan; each leaves for
-its own as soon as it has heard of them. Between two meetings nothing needs to be heard, so losses can only prolong a
-meeting. Who is still expected to be at work is waited for, with some time to spare; who is not heard for a lease after
-that has left the group, by the rule that all strategies share, and others get what it held. A vehicle without work in
-any group, such as one that only supervises, is never silent by plan, and its lease runs all the time.
+Each member starts with the first ``jobs_per_leg`` jobs of a common plan, does them silently and goes to the rally
+point. Once the leader, itself free, receives all members there, it assigns the first jobs of a new plan; each member
+leaves on receiving its own. So packet loss can only prolong a rendezvous. The leader waits for members still expected
+at work, with a time reserve. A member missing for a lease after that leaves the group by the common rule, and others
+get its jobs. A vehicle without work in any group, such as a supervisor, has no planned silence: its lease runs all the
+time.
 
 Source: rendezvous point synchronisation as cited by Carlesi et al. 2011, section II. The plan is ours.
 """
@@ -31,22 +30,22 @@ from remoras.strategy import JOB_DONE, Declaration, Move, Situation, Statable, S
 from remoras.work import Outlook, Work
 
 PRESENT_ROUNDS = 30
-"""A vehicle that was heard at the rally point in as many TDMA frames, and has no work, has come."""
+"""A vehicle received at the rally point within as many TDMA frames has arrived."""
 
 
 LATE = 1.3
-"""A vehicle may take longer for a leg, by this factor, than its data say."""
+"""Factor by which a leg may exceed its expected duration."""
 
 
 class _Leg(NamedTuple):
-    """What a vehicle holds, and until when it may be silent about it (s)."""
+    """Held roles and the end (s) of the silence expected for them."""
 
     held: tuple[str, ...]
     until_s: float
 
 
 class Convener(Member["RendezvousSync"]):
-    """One vehicle's part: it is silent when away; the head, when all are there, gives out what is left."""
+    """One vehicle's part: silent when away; a leader assigns jobs at the rally point."""
 
     def __init__(self, me: str, group: Group, strategy: RendezvousSync) -> None:
         super().__init__(me, group, strategy)
@@ -54,7 +53,7 @@ class Convener(Member["RendezvousSync"]):
         self._to_take: tuple[RoleSpecification, ...] = ()  # own jobs of the next leg, until all others have theirs
 
     def negotiate(self, situation: Situation) -> Move:
-        """Be silent on the way; at the rally point wait for those who are expected, then give out the next jobs."""
+        """Keep silent when away; at the rally point wait for expected members, then assign jobs."""
         work = situation.work
         here = {data.name for data in work.workers if self._is_here(data.name, situation)}
         if work.unfinished and self._me not in here:
@@ -74,7 +73,6 @@ class Convener(Member["RendezvousSync"]):
         return Move(tuple(Statement((fact,)) for fact in said), holding=bool(work.unfinished), expected=expected)
 
     def _held(self, work: Work) -> bool:
-        """True while somebody still has a job."""
         return any(work.held_by(data.name) for data in work.workers)
 
     def _is_here(self, vehicle: str, situation: Situation) -> bool:
@@ -87,7 +85,7 @@ class Convener(Member["RendezvousSync"]):
         return is_near and silent_s <= PRESENT_ROUNDS * frame_s
 
     def _expected(self, situation: Situation) -> set[str]:
-        """Who may be silent now: members that are at work or on the way, and all who have work in other groups."""
+        """Vehicles with planned silence: members at work or under way, and workers of other groups."""
         work, now_s = situation.work, situation.now_s
         organisation = work.organisation
         with_jobs = [g.name for g in organisation.groups.values() if any(role.job is not None for role in g.roles)]
@@ -105,7 +103,6 @@ class Convener(Member["RendezvousSync"]):
         return expected
 
     def _back_s(self, data: VehicleData, situation: Situation) -> float:
-        """When a vehicle will be at the rally point by its data, with all done that it holds."""
         work = situation.work
         here = Outlook(situation.now_s, work.position_m(data.name))
         end = work.after_all(here, data, work.held_by(data.name))
@@ -116,7 +113,7 @@ class Convener(Member["RendezvousSync"]):
         return [(vehicle, "playsRole", self._group.path(role.name)) for role in roles]
 
     def _given_out(self, situation: Situation) -> list[Statable]:
-        """The first jobs of a plan of what is vacant, for those who are here; this vehicle leaves last."""
+        """Assign the first jobs of a new plan to others; own jobs start once these acknowledge."""
         work = situation.work
         outlooks = {data.name: Outlook(situation.now_s, work.position_m(data.name)) for data in work.workers}
         plan = planned(work, work.vacant, work.workers, outlooks)
@@ -127,7 +124,7 @@ class Convener(Member["RendezvousSync"]):
 
 @dataclass(frozen=True, slots=True)
 class RendezvousSync:
-    """Meetings; see the module's text."""
+    """Rendezvous synchronisation; see the module docstring."""
 
     jobs_per_leg: Annotated[int, Field(ge=1, le=64, description="most jobs for a vehicle between two meetings")] = 5
     meeting_radius_m: Annotated[
@@ -147,13 +144,13 @@ class RendezvousSync:
     form = staticmethod(founded)
 
     def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
-        """Jobs of the first leg; in a mission that is planned anew none, since meetings give them out."""
+        """Return the jobs of the first leg; none on replanning, since rendezvous assign them."""
         if any(work.holders(role) for role in work.roles):
             return common_roles(work)
         return common_roles(work) + assignments(work, job_plan(work), self.jobs_per_leg)
 
     def negotiator(self, me: str, group: Group) -> Convener:
-        """The head's part, for each member: another may come to lead."""
+        """Return the convener of one member: any may succeed the leader."""
         return Convener(me, group, self)
 
 

@@ -1,19 +1,17 @@
-"""Reorganising: a group that goes on under another shipped strategy in mid-mission, as what it meets asks for it.
+"""Reorganising: a group that changes its strategy in mid-mission, depending on conditions.
 
-It begins under ``plan-and-dispatch``: all know a plan from the start, and its head mends it. Each vehicle estimates
-how old news is (a TDMA frame over the share of packets that are heard, the mean of its links, or the age of the last
-word if that is more), which jobs are done earlier or later than foreseen, which members are gone, which jobs nobody
-knew of. Where something is not as foreseen and news is fresh, the head proposes to go on as ``status-broadcast`` does,
-under which nobody waits for anybody. Where news is old, the plan that all know is worth more than what can be told.
+It starts under ``plan-and-dispatch``. Each vehicle estimates the age of information (``news_age_s``) and detects
+deviations: jobs early or late, lost members, unforeseen jobs. On a deviation with fresh information, the leader
+proposes ``status-broadcast``, where no vehicle waits for another. With old information, the common plan is worth more
+than messages.
 
-A proposal is a number: how often the organisation was changed, and to which. Every member says the greatest that it has
-heard, again and again, and goes by it; hearing is a join, so whoever has heard the same agrees, whatever was lost, and
-of two heads of a divided group the one with the greater number counts once either is heard. Who changes keeps the job
-that it is at and leaves the others; of its peers it takes for true that they are at the first of what they held.
-A head that was not heard yet may still give out jobs: who has changed leaves them, and says where it is.
+A proposal is a number: the count of changes, which also names the strategy. Members repeat and follow the greatest
+number received, so vehicles with the same messages agree, and of two leaders of a divided group the greater number
+wins. On a change, a vehicle keeps its current job, leaves the others, and assumes each peer at the first of its held
+jobs. A leader without the proposal may still assign jobs: members that have changed leave them and report their state.
 
-Source: ours. What a group may go on under are strategies with sources of their own; that loss, group and work decide
-which of them does best is what ``fathom-1`` measures.
+Source: ours; the strategies have their own sources. Measurements of ``fathom-1``: loss, group and work decide which is
+best.
 """
 
 from __future__ import annotations
@@ -35,13 +33,16 @@ from remoras.strategy import Declaration, Move, Situation, Statement
 from remoras.work import Outlook, Work
 
 PLAN, STATES = PlanAndDispatch(), StatusBroadcast()
-"""Strategies that a group may go on under; it begins under the first."""
+"""Strategies of a group; it starts under the first."""
 N_ORGANISATIONS, MOST = 2, 65535
-"""Of these, and the greatest number that can be told."""
+"""Number of strategies, and greatest number that a fact can hold."""
 
 
 def news_age_s(situation: Situation) -> float:
-    """How old news of other workers is: a TDMA frame over the share of packets heard, or the last word if older (s)."""
+    """Return the age of information of other workers (s); inf without links.
+
+    It is a TDMA frame over the mean reception probability, or the time since the last reception if greater.
+    """
     known = [data.name for data in situation.work.workers if data.name in situation.links]
     if not known:
         return math.inf
@@ -51,11 +52,7 @@ def news_age_s(situation: Situation) -> float:
 
 
 class Foreseen:
-    """What a vehicle knew in its first round: who works, at which jobs, and when each should be done.
-
-    Args:
-        situation: of that round.
-    """
+    """Expectations of a vehicle in its first round: workers, jobs, and the end of each job."""
 
     def __init__(self, situation: Situation) -> None:
         work = situation.work
@@ -69,7 +66,7 @@ class Foreseen:
                 self._due_s[role.job or ""] = outlook.free_s
 
     def has_failed(self, situation: Situation, share: float) -> bool:
-        """True if a worker is gone, a job was found, or one is done too early or late by a share of its time."""
+        """True on a lost worker, a new job, or a job early or late by ``share`` of its expected end."""
         work, now_s = situation.work, situation.now_s
         if not self._workers.issubset(data.name for data in work.workers):
             return True
@@ -83,17 +80,17 @@ class Foreseen:
 
 
 class Reorganiser(Member["Reorganising"]):
-    """One vehicle's part under whichever strategy its group is now."""
+    """One vehicle's part under the current strategy of its group."""
 
     def __init__(self, me: str, group: Group, strategy: Reorganising) -> None:
         super().__init__(me, group, strategy)
         self._planned, self._stated = PLAN.negotiator(me, group), STATES.negotiator(me, group)
         self._foreseen: Foreseen | None = None
         self.number = 0
-        """How often the organisation was changed, as far as it is known: even under the first strategy."""
+        """Count of strategy changes, as far as known: even under the first strategy."""
 
     def negotiate(self, situation: Situation) -> Move:
-        """Hear how the group is organised, propose another way as a head, and go on under the one that counts."""
+        """Process proposals, propose a change as leader, continue under the valid strategy."""
         before, work = self.number, situation.work
         self._foreseen = self._foreseen or Foreseen(situation)
         self.number = max([before, *self._heard(situation)])
@@ -108,30 +105,27 @@ class Reorganiser(Member["Reorganising"]):
             if not before % N_ORGANISATIONS:
                 self._stated.take_over(situation)
             given_up = [role for role in work.held_by(self._me) if not self._stated.is_at(role.name)]
-            if given_up:  # others would find no room
+            if given_up:  # else others find no vacancy
                 path = self._group.path
                 said.append(Statement(tuple((self._me, "leftRole", path(role.name)) for role in given_up)))
             move = self._stated.negotiate(_without(given_up, situation, self._me))
         return replace(move, statements=(*said, *move.statements), until_news=False)
 
     def division(self) -> Mapping[str, str]:
-        """Who is at which job, where that is not told as roles are."""
+        """Return the vehicle at each job under ``status-broadcast``; else empty: roles give it."""
         return self._stated.division() if self.number % N_ORGANISATIONS else {}
 
     def _heard(self, situation: Situation) -> Iterator[int]:
-        """Numbers that members of the group have told."""
         for heard in situation.heard:
             for subject, attribute, value in heard.facts:
                 if attribute == "claimsOf" and subject == heard.issuer and subject in situation.work.members:
                     yield int(value)
 
     def _is_better_changed(self, situation: Situation, foreseen: Foreseen) -> bool:
-        """True if something is other than foreseen, and news is fresh."""
         return foreseen.has_failed(situation, self._with.share) and news_age_s(situation) <= self._with.news_s
 
 
 def _without(roles: Sequence[RoleSpecification], situation: Situation, vehicle: str) -> Situation:
-    """The situation once a vehicle has left roles."""
     work = situation.work
     organisation = work.organisation
     for role in roles:
@@ -141,7 +135,7 @@ def _without(roles: Sequence[RoleSpecification], situation: Situation, vehicle: 
 
 @dataclass(frozen=True, slots=True)
 class Reorganising:
-    """An organisation that changes itself at sea; see the module's text."""
+    """Strategy that changes at run time; see the module docstring."""
 
     news_s: Annotated[
         float, Field(ge=0.0, le=1e6, description="how old news may be where the plan is given up (s)")
@@ -166,12 +160,12 @@ class Reorganising:
     form = staticmethod(founded)
 
     def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
-        """As the strategy that it begins under; once somebody has a job, negotiators give out what comes up."""
+        """Assign as ``plan-and-dispatch``; after the first assignment negotiators assign new jobs."""
         is_begun = any(work.holders(role) or role.job in work.done for role in work.roles)
         return common_roles(work) if is_begun else PLAN.adapt(work)
 
     def negotiator(self, me: str, group: Group) -> Reorganiser:
-        """One for each member."""
+        """Return the reorganiser of one member."""
         return Reorganiser(me, group, self)
 
 

@@ -1,25 +1,19 @@
-"""The search for a plan: who does which jobs, so that the last vehicle has done its own as early as can be found.
+"""Local search for a plan of minimum makespan, with its bottleneck assignment.
 
-Two plans are made and improved, the better one counts. In the first, jobs go out in turns, one to each vehicle, by a
-bottleneck assignment (``matching``); it suits jobs far apart. In the second, the longest job goes out first, always to
-the vehicle that would then have done all of its own first (Graham 1969, list scheduling); it suits jobs of unequal
-length. Improving takes up to two jobs from the vehicle that is free last for up to two of another one, as long as the
-end comes earlier, or as early with less time in total. At a local optimum each job in turn is put elsewhere, and that
-is improved again (Lourenço, Martin, Stützle 2003, iterated local search), until ``MOST_PATHS`` paths were looked at. On
-13 patches and three vehicles the end is within 1 % of the best of 300 random restarts.
+Of two construction heuristics the better one is improved further. The first assigns jobs in rounds, one per vehicle, by
+bottleneck assignment; it suits distant jobs. The second gives the longest job to the vehicle that would then end first
+(Graham 1969, list scheduling); it suits unequal lengths. Descent moves up to two jobs between the last vehicle and
+another one while the makespan falls, or the total time at equal makespan. At a local optimum each job in turn is moved
+and the descent repeated (Lourenço, Martin, Stützle 2003, iterated local search), until ``MOST_PATHS`` paths are
+evaluated. On 13 patches and three vehicles the makespan is within 1 % of the best of 300 random restarts.
 
-Most of what a search looks at does not help. Whether an exchange between the vehicle that is free last and another one
-helps follows from what these two hold, but for one case: a third may be free as late. So of a pair of which nothing
-has helped, and nothing would without a third, it is kept what they held, and only what is held otherwise is tried.
+The effect of an exchange depends only on the jobs of its two vehicles, unless a third one ends as late. So pairs
+without an improving exchange are memorised with their jobs and tried again only after a change. Jobs are the bits of an
+integer, for lookup of evaluated paths. Durations are cached by start position: they must not depend on the time of day.
 
-A vehicle's jobs are the bits of an integer, so that a path is looked at once. What a job takes is looked up by where
-the vehicle comes from: it must not depend on the time of day.
-
-Who had best do what, one job to each: a bottleneck assignment followed by one of minimum cost.
-
-Source: Burkard, Dell'Amico, Martello 2009: linear bottleneck assignment by a threshold, with as many pairs as
-augmenting paths can make; linear sum assignment by shortest augmenting paths, in the rectangular form of Crouse 2016.
-SciPy has the same, and is asked where there are many pairs: to load it takes a third as long as a whole mission.
+Source of the assignment: Burkard, Dell'Amico, Martello 2009: linear bottleneck assignment by threshold with augmenting
+paths; linear sum assignment by shortest augmenting paths, in the rectangular form of Crouse 2016. SciPy has the same
+and is used for large problems only: loading it takes a third as long as a whole mission.
 """
 
 from __future__ import annotations
@@ -36,16 +30,17 @@ from remoras.organisation import RoleSpecification
 from remoras.work import Job, Outlook, Point, Work
 
 TIE_BREAK = 100_000
-"""A pair that costs a millisecond more is worse than any fall of ties."""
+"""Weight of a millisecond over any order of ties."""
 MANY = 20_000
-"""Pairs times rows (or columns, if these are fewer) from which on SciPy is asked: about 10 ms of this module."""
+"""Pairs times the smaller dimension from which SciPy is faster: about 10 ms of this module."""
 
 Costs = Sequence[Sequence[float]]
 
 
 def assignment(costs_ms: Sequence[Sequence[int | None]]) -> dict[int, int]:
-    """Row -> column so that as many rows as possible are assigned, the dearest pair is as cheap as possible, and
-    then the sum is least; None forbids a pair. Equals fall the same way in every run.
+    """Assign rows to columns: most rows, then least maximum cost, then least sum.
+
+    None forbids a pair. Ties are deterministic.
 
     >>> assignment([[5, 9], [9, 14]])
     {0: 1, 1: 0}
@@ -71,7 +66,7 @@ def assignment(costs_ms: Sequence[Sequence[int | None]]) -> dict[int, int]:
 
 
 def _bottleneck(limits: Sequence[int], n_pairs: Callable[[int], int]) -> int:
-    """The least cost to which pairs may be limited so that as many rows are assigned as without a limit."""
+    """Least cost limit that admits as many rows as no limit."""
     most = n_pairs(limits[-1])
     low, high = 0, len(limits) - 1
     while low < high:
@@ -84,7 +79,7 @@ def _bottleneck(limits: Sequence[int], n_pairs: Callable[[int], int]) -> int:
 
 
 def _n_pairs(costs_ms: Sequence[Sequence[int | None]], limit: int) -> int:
-    """How many rows can have a column of their own that costs no more than a limit, by augmenting paths."""
+    """Maximum matching of rows to columns within a cost limit, by augmenting paths."""
     allowed = [[c for c, cost in enumerate(row) if cost is not None and cost <= limit] for row in costs_ms]
     column_of: dict[int, int] = {}
     row_of: dict[int, int] = {}
@@ -109,7 +104,6 @@ def _n_pairs(costs_ms: Sequence[Sequence[int | None]], limit: int) -> int:
 def _exchange(
     begin: int, column: int, before: Mapping[int, int], column_of: dict[int, int], row_of: dict[int, int]
 ) -> None:
-    """Give each row on the path from a row to a column the next column on it."""
     row = -1
     while row != begin:
         row = before[column]
@@ -118,11 +112,7 @@ def _exchange(
 
 
 def least(costs: Costs) -> dict[int, int]:
-    """Row -> column, in the order of rows, so that the sum is least; as many as the fewer of the two.
-
-    Args:
-        costs: whole numbers, one of each row and column.
-    """
+    """Assign rows to columns at minimum sum, as many as the smaller dimension; integer costs."""
     n_rows, n_columns = len(costs), len(costs[0])
     if n_rows * n_columns * min(n_rows, n_columns) > MANY:
         from scipy.optimize import linear_sum_assignment
@@ -147,7 +137,7 @@ def _augment(
     column_of: dict[int, int],
     row_of: dict[int, int],
 ) -> None:
-    """Give a row a column along the shortest path of exchanges: Dijkstra's, over costs less the prices of both ends."""
+    """Assign a row along the shortest augmenting path: Dijkstra over reduced costs."""
     shortest = [math.inf] * len(column_prices)
     before: dict[int, int] = {}  # the row from which each column is reached
     open_columns = list(range(len(column_prices) - 1, -1, -1))
@@ -184,18 +174,18 @@ Roles = tuple[RoleSpecification, ...]
 Held = list[int]
 """Jobs of each vehicle, as bits."""
 Effort = tuple[float, float]
-"""What is to be least: the end, then the ends of all in total (s), both to the millisecond."""
+"""Objective, lexicographic: makespan, then sum of all ends (s), to the millisecond."""
 
 NOTHING = -1
-"""Stands for what no vehicle holds."""
+"""Placeholder for a job set that no vehicle holds."""
 MOST_PATHS = 4000
-"""Paths of single vehicles that are looked at in one search."""
+"""Single-vehicle paths evaluated per search."""
 SHAPES = ((1, 0), (1, 1), (1, 2), (2, 1))
-"""How many jobs the last vehicle gives to another one, and gets from it."""
+"""Numbers of jobs that the last vehicle gives to another one and takes back."""
 
 
 class Draft(NamedTuple):
-    """Jobs of each vehicle, when each has done them (s), and what that comes to."""
+    """Plan: jobs and end (s) of each vehicle, and its objective."""
 
     held: Held
     ends_s: list[float]
@@ -203,7 +193,7 @@ class Draft(NamedTuple):
 
 
 class _Legs(dict[int, Outlook | None]):
-    """When and where a vehicle has done each job, from an outlook; None if it is not able. Jobs by their place."""
+    """Time and place after each job, by index, from one outlook; None if the vehicle is unable."""
 
     def __init__(self, jobs: Sequence[Job], able: int, data: VehicleData, outlook: Outlook) -> None:
         self._given = jobs, able, data, outlook
@@ -215,13 +205,12 @@ class _Legs(dict[int, Outlook | None]):
 
 
 class Search:
-    """One search; it remembers what jobs take.
+    """One search, with caches of job durations.
 
     Args:
-        work: jobs of the group.
-        roles: what is to be given out.
-        free: vehicles that may be given some of it.
-        outlooks: when and where each of them is free.
+        roles: roles to assign.
+        free: eligible vehicles.
+        outlooks: time and place at which each of them is free.
     """
 
     def __init__(
@@ -252,11 +241,11 @@ class Search:
         self._sums: dict[tuple[int, int], list[int]] = {}
         self._nearest: dict[Point, list[int]] = {}  # roles by how near to a place they are
         self._ends_s: list[dict[int, float]] = [{} for _ in self._free]
-        self._barren: dict[tuple[int, int], Held] = {}  # by who is last and holds what: with whom no exchange helps
+        self._barren: dict[tuple[int, int], Held] = {}  # per last vehicle and its jobs: fruitless partners
         self._n_paths = 0
 
     def found(self) -> dict[str, Roles]:
-        """The best plan: roles of each vehicle, by the names of their jobs."""
+        """Return the best plan: roles of each vehicle, in order of job names."""
         if not self._free:
             return {}
         begun = (self._in_turns(), self._longest_first())
@@ -273,7 +262,7 @@ class Search:
         return _Legs(self._jobs, self._able[vehicle], self._free[vehicle], outlook)
 
     def _leg(self, vehicle: int, role: int, from_m: Point) -> Outlook | None:
-        """How long a vehicle takes for a job from a place, and where that ends; None if it is not able."""
+        """Duration and end position of a job from a position; None if the vehicle is unable."""
         key = vehicle, role, from_m
         if key in self._legs:
             return self._legs[key]
@@ -282,13 +271,13 @@ class Search:
         return leg
 
     def _end_s(self, vehicle: int, jobs: int) -> float:
-        """When a vehicle has done jobs in the order in which it turns to them, see ``Work.in_order``."""
+        """End (s) of a vehicle's jobs in the order of ``Work.in_order``; inf for incompatible roles."""
         known = self._ends_s[vehicle]
         end_s = known.get(jobs)
         if end_s is not None:
             return end_s
         self._n_paths += 1
-        if any(jobs & both == both for both in self._excluding):  # of roles that nobody may play together
+        if any(jobs & both == both for both in self._excluding):  # incompatible roles
             known[jobs] = math.inf
             return math.inf
         end_s, start_m = self._outlooks[vehicle]
@@ -303,7 +292,6 @@ class Search:
         return end_s
 
     def _next(self, jobs: int, at_m: Point) -> int:
-        """Which of several jobs is nearest to a place, of equals the first."""
         first, last = (jobs & -jobs).bit_length() - 1, jobs.bit_length() - 1
         if jobs == 1 << first | 1 << last:
             places_m = self._places_m
@@ -321,7 +309,6 @@ class Search:
     # Two plans to begin with
 
     def _in_turns(self) -> Held:
-        """Jobs given out in turns, one to each vehicle that is able, from where it will then be."""
         outlooks = list(self._outlooks)
         held = [0] * len(self._free)
         vacant = list(range(len(self._roles)))
@@ -343,7 +330,6 @@ class Search:
         return held
 
     def _longest_first(self) -> Held:
-        """Jobs given out one by one, the longest first, each to the vehicle that then has done its own first."""
         held = [0] * len(self._free)
         for role in sorted(range(len(self._roles)), key=lambda role: -self._length_s(role)):
             ends_s = [
@@ -356,7 +342,7 @@ class Search:
         return held
 
     def _length_s(self, role: int) -> float:
-        """How long the job takes the fastest vehicle that is there; of vehicles that are alike one is asked."""
+        """Duration of a job for the fastest vehicle already there, one per kind of vehicle."""
         there, job = Outlook(0.0, self._places_m[role]), self._jobs[role]
         able = [next((v for v in alike if self._able[v] >> role & 1), None) for alike in self._alike]
         legs = [job.after(there, self._free[vehicle]) for vehicle in able if vehicle is not None]
@@ -365,9 +351,9 @@ class Search:
     # Improvement
 
     def _kicked(self, best: Draft) -> Held:
-        """The plan after putting each job elsewhere and improving that, as often as it helps and paths are left."""
+        """Iterated local search until no kick improves, or the path budget is spent."""
         places = [(r, v) for r in range(len(self._roles)) for v in range(len(self._free)) if self._able[v] >> r & 1]
-        n_useless = 0  # since the last one that helped: after all of them, none will
+        n_useless = 0  # kicks since the last improvement
         for role, vehicle in cycle(places):
             if self._n_paths >= MOST_PATHS or n_useless == len(places):
                 break
@@ -380,7 +366,6 @@ class Search:
         return best.held
 
     def _put(self, role: int, vehicle: int, plan: Draft) -> tuple[Held, list[float]]:
-        """A plan, and its ends, in which a vehicle has a job, whoever had it."""
         held, ends_s, bit = list(plan.held), list(plan.ends_s), 1 << role
         before = next((at for at, jobs in enumerate(held) if jobs & bit), vehicle)
         held[before] &= ~bit
@@ -390,7 +375,7 @@ class Search:
         return held, ends_s
 
     def _descended(self, held: Held, ends_s: list[float]) -> Draft:
-        """These lists, improved until it helps no more to take jobs from the vehicle that is free last."""
+        """Descend to a local optimum, or until the path budget is spent."""
         effort: Effort | None = _effort(ends_s)
         while effort is not None:
             least = effort
@@ -398,7 +383,7 @@ class Search:
         return Draft(held, ends_s, least)
 
     def _improved(self, held: Held, ends_s: list[float], before: Effort) -> Effort | None:
-        """Make the first exchange that helps, and say what effort is left; None if there is none."""
+        """Apply the first improving exchange in place and return the objective; None without one."""
         end_s = before[0]
         last = ends_s.index(end_s)
         barren = self._barren.get((last, held[last]))
@@ -414,7 +399,7 @@ class Search:
                 held[last], held[other] = kept, taken
                 ends_s[:] = after_s
                 return effort
-            if then_s < end_s and other_s < end_s:  # a third is free as late
+            if then_s < end_s and other_s < end_s:  # a third vehicle ends as late
                 fruitful.add(other)
         tried = self._barren[last, held[last]] = list(held)
         for at in fruitful:
@@ -422,7 +407,7 @@ class Search:
         return None
 
     def _exchanges(self, last: int, held: Held, others: Iterable[int]) -> Iterator[tuple[int, int, int]]:
-        """What ``last`` holds, one of others, and what that holds, after one exchange between the two."""
+        """Yield the jobs of ``last`` after an exchange, the other vehicle, and its jobs."""
         mine, able, some = held[last], self._able, self._sums
         for n_given, n_back in SHAPES:
             for other in others:
@@ -436,7 +421,6 @@ class Search:
                         yield mine & ~given | back, other, theirs & ~back | given
 
     def _some(self, jobs: int, count: int) -> list[int]:
-        """Every choice of so many of ``jobs``."""
         key = jobs, count
         if key not in self._sums:
             bits = [1 << role for role in range(jobs.bit_length()) if jobs >> role & 1]
@@ -449,7 +433,7 @@ def _effort(ends_s: Sequence[float]) -> Effort:
 
 
 def _alike(vehicles: Sequence[VehicleData]) -> list[list[int]]:
-    """Vehicles, by their places, that differ in nothing but who they are, where they start and what they may play."""
+    """Indices of vehicles, grouped by data except name, node, start and playable roles."""
     kinds: list[VehicleData] = []
     found: list[list[int]] = []
     for place, data in enumerate(vehicles):

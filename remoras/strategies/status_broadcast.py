@@ -1,16 +1,14 @@
-"""Status broadcast: everybody tells the state of its mission again and again, and predicts those it does not hear.
+"""Status broadcast: each vehicle repeats its mission state and predicts silent peers.
 
-Every ``period_rounds`` a vehicle broadcasts which job it is at and which jobs it knows to be done; repetition takes
-the place of acknowledgement. From what it has heard it predicts when each other vehicle will have done its job. With
-these predictions it makes the plan of all members, by the allocator that all strategies share, and takes the first job
-of its own part; others who have heard the same make the same plan. Who has no part in the plan helps at a job whose
-role has room, if that saves ``help_s``.
+Every ``period_rounds`` a vehicle broadcasts its current job and the known finished jobs; repetition replaces
+acknowledgement. From received states it predicts the end of each peer's job, plans for all members by the shared
+allocator and takes the first job of its part; vehicles with the same states make the same plan. A vehicle without a
+part helps at a job with a vacancy if that saves ``help_s``.
 
-Health and re-tasking: a vehicle that says that it takes no jobs, or has left the group, has no part in the plan, and
-its job is open again. A job that is late by ``doubt_rounds`` is done again by who has nothing else left to do; that of
-one to which nobody is known to have turned is late from when it was first left to somebody, whoever that was. If two
-are at the same job, though the one that came later did not come to help, or it has no room for both, that one chooses
-anew on hearing of the other.
+Re-tasking: a vehicle that takes no jobs or has left the group has no part in the plan; its job is open again. A job
+late by ``doubt_rounds`` is repeated by a vehicle without other work; a planned job that no vehicle has begun is late
+from its first planned end. Of two at one job beyond its maximum, or without intention to help, the later one chooses
+again.
 
 Source: Sotzing, Lane 2010 (DELPHIS: broadcast of the mission state, prediction of silent partners, re-tasking).
 """
@@ -34,12 +32,12 @@ from remoras.work import Outlook, Point, Work, share_left
 
 JOBS_PER_BLOCK = 8
 RECENT_ROUNDS = 3
-"""A vehicle heard in as many TDMA frames that says nothing of a job has none; else it was free when it was heard."""
+"""A jobless vehicle received within as many TDMA frames is free now, else since then."""
 
 
 @dataclass(frozen=True, slots=True)
 class JobWatch:
-    """A vehicle at the job of a role: since when, where it came from, and when it should have done it."""
+    """Job of a vehicle: start (s), start position (m) and expected end (s)."""
 
     role: str
     since_s: float
@@ -48,18 +46,18 @@ class JobWatch:
 
 
 class Broadcaster(Member["StatusBroadcast"]):
-    """One vehicle's account of the mission, its own and what it has heard."""
+    """Mission state as one vehicle knows it."""
 
     def __init__(self, me: str, group: Group, strategy: StatusBroadcast) -> None:
         super().__init__(me, group, strategy)
         self._at: dict[str, JobWatch] = {}  # last known of every vehicle
-        self._reported: set[str] = set()  # jobs that somebody says are done
-        self._has_taken_over = False  # and nobody was told
-        self._helps = False  # it is at a job that it knew another one to be at
-        self._awaited: dict[str, float] = {}  # jobs left to vehicles without work: when they should have been done
+        self._reported: set[str] = set()  # jobs reported done
+        self._has_taken_over = False  # not yet reported
+        self._helps = False  # knowingly at another vehicle's job
+        self._awaited: dict[str, float] = {}  # due time (s) of jobs planned for idle vehicles
 
     def negotiate(self, situation: Situation) -> Move:
-        """Hear, predict, leave what is done or was another's before, take what is left, tell the state."""
+        """Process states, predict, release jobs done or taken earlier, take a job, broadcast."""
         for heard in situation.heard:
             self._hear(heard, situation.work)
         work = situation.work.knowing(self._reported)
@@ -87,12 +85,12 @@ class Broadcaster(Member["StatusBroadcast"]):
         return Move(tuple(said), holding=bool(work.unfinished))
 
     def division(self) -> Mapping[str, str]:
-        """Who is at which job."""
+        """Return the last known vehicle at each job."""
         return {at.role: name for name, at in self._at.items()}
 
     def take_over(self, situation: Situation) -> None:
-        """Go on where jobs were given out otherwise: whoever holds some is at one that is begun, or at the nearest."""
-        self._has_taken_over = self._helps = True  # whoever is two at a job was meant to be
+        """Continue after another strategy: assume each holder at a begun job, else at its nearest."""
+        self._has_taken_over = self._helps = True  # two vehicles at a job were planned
         work, now_s = situation.work, situation.now_s
         for data in work.workers:
             held = work.held_by(data.name)
@@ -106,7 +104,6 @@ class Broadcaster(Member["StatusBroadcast"]):
         return at is not None and at.role == role
 
     def _hear(self, heard: Heard, work: Work) -> None:
-        """The state of the mission as a peer tells it."""
         said = {attribute: value for subject, attribute, value in heard.facts if subject == heard.issuer}
         group, _, role = str(said.get("worksOn", "")).partition(".")
         known = self._at.get(heard.issuer)
@@ -125,9 +122,9 @@ class Broadcaster(Member["StatusBroadcast"]):
         return JobWatch(role, since_s, from_m, since_s if then is None else then.free_s)
 
     def _is_later(self, role: str, doubted: Collection[str], work: Work) -> bool:
-        """True if as many members as the job takes, none of them doubted, were at it before this one.
+        """True if earlier members, not doubted, already fill the job.
 
-        One that did not come to help takes it to be its own: where two chose the same, by what each knew, one goes on.
+        Without intention to help, one earlier member fills it: so of two equal choices only one continues.
         """
         mine, database = self._at.get(self._me), work.database
         if mine is None:
@@ -145,9 +142,9 @@ class Broadcaster(Member["StatusBroadcast"]):
     # Prediction
 
     def _outlook(self, data: VehicleData, work: Work, situation: Situation) -> Outlook:
-        """When and where a vehicle will have done what it was last known to be at; without work, where it was seen.
+        """Predicted end of a vehicle's job; without a job, its last known position and time.
 
-        Where parts of the job are known to be done, what is left counts from where and when it was seen last.
+        Once parts of the job are known to be done, the prediction uses the remainder from the last known position.
         """
         now_s, place_m = situation.now_s, work.position_m(data.name)
         heard_s = now_s if data.name == self._me else situation.heard_s.get(data.name, 0.0)
@@ -164,14 +161,13 @@ class Broadcaster(Member["StatusBroadcast"]):
         return Outlook(due_s, seen.position_m)
 
     def _is_late(self, vehicle: str, free_s: float, situation: Situation) -> bool:
-        """True if a vehicle was expected to have done something long ago."""
         doubt_s = self._with.doubt_rounds * situation.now_s / situation.round
         return vehicle != self._me and free_s + doubt_s <= situation.now_s
 
     def _choice(
         self, work: Work, outlooks: Mapping[str, Outlook], doubted: Collection[str], situation: Situation
     ) -> str | None:
-        """The role that is left to this vehicle by the plan that all make of what is left; None if there is none."""
+        """Role of this vehicle in the common plan, or one to repeat or help; else None."""
         if self._me not in outlooks:
             return None
         at = [(at.role, name) for name, at in self._at.items() if name in outlooks]
@@ -190,7 +186,7 @@ class Broadcaster(Member["StatusBroadcast"]):
         doubted: Collection[str],
         situation: Situation,
     ) -> str | None:
-        """A job that others are at, or should have begun by this plan, and are late with."""
+        """Nearest job for which peers, at it or planned for it, are late."""
         trusted = {at.role for name, at in self._at.items() if name in outlooks and name not in doubted}
         awaited: dict[str, float] = {}
         unfinished = {role.name for role in work.unfinished}
@@ -200,7 +196,7 @@ class Broadcaster(Member["StatusBroadcast"]):
             for role in plan.roles[data.name]:
                 outlook = work.after(outlook, data, role) or outlook
                 due_s = outlook.free_s
-                if data.name not in busy:  # whoever it is left to, its time began when it was first left to somebody
+                if data.name not in busy:  # due since its first planned end
                     due_s = awaited[role.name] = self._awaited.get(role.name, due_s)
                 if not self._is_late(data.name, due_s, situation):
                     trusted.add(role.name)
@@ -212,7 +208,6 @@ class Broadcaster(Member["StatusBroadcast"]):
     def _help(
         self, work: Work, plan: AllocationPlan, outlooks: Mapping[str, Outlook], situation: Situation
     ) -> str | None:
-        """A job of another one that has room for this vehicle too, if that saves enough."""
         at = {name: at.role for name, at in self._at.items() if name in outlooks}
         idle = [data for data in work.workers if data.name not in at and not plan.roles[data.name]]
         ends_s: dict[str, float] = {}
@@ -226,7 +221,6 @@ class Broadcaster(Member["StatusBroadcast"]):
     # Saying
 
     def _state(self, work: Work) -> list[Statement]:
-        """The state of the mission as this vehicle knows it."""
         done = [role.job for role in work.roles if role.job is not None and role.job in work.done]
         facts: list[Statable] = [(job, "knownDone", True) for job in done]
         said = in_blocks(facts, JOBS_PER_BLOCK)
@@ -234,7 +228,7 @@ class Broadcaster(Member["StatusBroadcast"]):
         if at is not None:
             job, since = (self._me, "worksOn", self._group.path(at.role)), (self._me, "worksSince", at.since_s)
             said.append(Statement((job, since)))
-        elif work.unfinished:  # it may have left one, or begun anew: who was at a job would be waited for
+        elif work.unfinished:  # peers would wait for its former job
             free = (role for role in self._group.roles if role.job is None and self._me in work.holders(role))
             said += [Statement(((self._me, "worksOn", self._group.path(role.name)),)) for role in islice(free, 1)]
         return said
@@ -242,7 +236,7 @@ class Broadcaster(Member["StatusBroadcast"]):
 
 @dataclass(frozen=True, slots=True)
 class StatusBroadcast(KnownFromStart):
-    """Mission states, repeated; see the module's text."""
+    """Repeated mission states; see the module docstring."""
 
     period_rounds: Annotated[int, frames("between two broadcasts of the state")] = 3
     doubt_rounds: Annotated[int, frames("that a job may be late before another vehicle does it too", 0, 10_000)] = 30
@@ -261,11 +255,11 @@ class StatusBroadcast(KnownFromStart):
 
     @property
     def factors(self) -> Factors:
-        """Its levels."""
+        """Factor levels of this strategy."""
         return Factors(self.common_plan, "all", "all", "states", helps(self.help_s), "changes")
 
     def negotiator(self, me: str, group: Group) -> Broadcaster:
-        """A broadcaster for each member."""
+        """Return the broadcaster of one member."""
         return Broadcaster(me, group, self)
 
 
