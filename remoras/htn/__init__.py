@@ -1,16 +1,10 @@
-"""Hierarchical task networks: missions, objectives and activities as tasks (Erol, Hendler, Nau 1994).
+"""Hierarchical task networks: missions and activities as tasks (Erol, Hendler, Nau 1994).
 
-An *abstract* task has methods, tried in the order in which the domain lists them; a method turns it into a sequence of
-tasks, or into one sequence after another if it leaves something open. An *elementary* task has an operator: a test,
-and the facts that it makes true. ``plan`` searches depth first, left to right, and backtracks; it returns a
-``Plan``, which is the tree of its tasks, or a ``NoPlan``. An ``Execution`` carries a plan out, and plans the branch
-anew in which a step fails.
-
-Facts are a read-only mapping from keys to values (``facts.get(key)``). The planner notes every key that the search
-looked up: those are the facts the plan *rests on*. If one of them changes, another plan may come out; if none does, the
-same plan does.
-
-There is no global domain and no state between calls: any number of planners may run side by side.
+An *abstract* task has methods in order of preference; a method yields a sequence of subtasks, or several sequences if
+it leaves variables free. An *elementary* task has an operator: a precondition and effects. ``plan`` searches depth
+first, left to right, with backtracking, and returns a ``Plan`` (the task tree) or a ``NoPlan``. An ``Execution``
+executes a plan and replans the branch of a failed step. Facts are a read-only mapping (``facts.get(key)``). The planner
+records every key read: the same values of these facts yield the same plan. Planners share no state.
 """
 
 from remoras.htn.domain import Domain, Expected, Method, Operator, Task

@@ -1,4 +1,4 @@
-"""Domains: elementary tasks with an operator, abstract tasks with methods, and what is wrong with them."""
+"""Domains: operators of elementary tasks, methods of abstract tasks, and their validation."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from remoras.htn.facts import FactsLike, Key
 
 
 class Task(NamedTuple):
-    """A task: its name and its arguments, for example ``Task("Exploring", ("left",))``."""
+    """Task name with arguments, for example ``Task("Exploring", ("left",))``."""
 
     name: str
     args: tuple[Any, ...] = ()
@@ -25,26 +25,24 @@ Decomposition = Sequence[Task]
 
 
 def always(facts: FactsLike, *args: Any) -> bool:
-    """The test of what is always possible."""
+    """Precondition that always holds."""
     return True
 
 
 def nothing(facts: FactsLike, *args: Any) -> Mapping[Key, Any]:
-    """The effects of what changes no fact."""
+    """Effects of an operator that changes no fact."""
     return {}
 
 
 @dataclass(frozen=True, slots=True)
 class Method:
-    """Ways to achieve an abstract task, if ``applicable(facts, *args)``.
+    """Decomposition of an abstract task, if ``applicable(facts, *args)``.
 
     Attributes:
-        name: of the method, as it stands in plans.
-        subtasks: ``subtasks(facts, *args)`` returns a list of tasks, or an iterator over such lists, one for each way
-            to bind what the arguments leave open; the next is asked for only after a dead end.
-        applicable: test on the facts.
-        uses: names of all the tasks that it may return; None if they are not declared. What is declared is checked
-            when the domain is made.
+        name: shown in plans.
+        subtasks: ``subtasks(facts, *args)`` returns a list of tasks, or an iterator over lists, one per binding of free
+            variables; evaluated lazily, after a dead end.
+        uses: names of all possible subtasks, checked with the domain; None if undeclared.
     """
 
     name: str
@@ -54,35 +52,34 @@ class Method:
 
     @classmethod
     def fixed(cls, name: str, *subtasks: Task | str, applicable: Callable[..., bool] = always) -> Method:
-        """A method whose tasks do not depend on facts or arguments; a task without arguments may be given by name."""
+        """Return a method with constant subtasks; a task without arguments may be given by name."""
         tasks = [Task(subtask) if isinstance(subtask, str) else subtask for subtask in subtasks]
         return cls(name, lambda facts, *args: tasks, applicable, tuple(task.name for task in tasks))
 
 
 class Expected(NamedTuple):
-    """What carrying out an elementary task is expected to take: time (s) and energy (J)."""
+    """Expected time (s) and energy (J) of an elementary task."""
 
     time_s: float = 0.0
     energy_j: float = 0.0
 
 
 def at_once(facts: FactsLike, *args: Any) -> Expected:
-    """The expectation of what takes neither time nor energy worth counting."""
+    """Expectation of a task with negligible time and energy."""
     return Expected()
 
 
 @dataclass(frozen=True, slots=True)
 class Operator:
-    """An elementary task: possible if ``applicable(facts, *args)``, makes ``effects(facts, *args)`` true.
+    """Elementary task, possible if ``applicable(facts, *args)``; adds ``effects(facts, *args)``.
 
     Attributes:
-        name: of the task.
-        applicable: test on the facts; asked by the planner, and again when the task starts.
-        effects: facts by key; one that becomes None is not known any more, one that becomes ANY has some value. The
-            task has ended when they hold; one without effects ends as it is carried out.
-        handler: name of what carries it out; that of the task if left out.
-        expected: ``expected(facts, *args)``, time and energy, asked when the task starts; None where nobody can tell.
-        lasts: True if it goes on as long as the plan has it, whatever its effects.
+        applicable: evaluated by the planner, and again at the start of the task.
+        effects: facts by key; None: unknown from then on, ANY: any known value. The task ends when they hold; without
+            effects it ends at once.
+        handler: name of the executing handler; the task name if empty.
+        expected: ``expected(facts, *args)`` at the start of the task; None if unknown.
+        lasts: True for a task that runs until the plan drops it, whatever its effects.
     """
 
     name: str
@@ -94,12 +91,12 @@ class Operator:
 
     @property
     def handled_by(self) -> str:
-        """Name of what carries it out."""
+        """Name of the executing handler."""
         return self.handler or self.name
 
     @property
     def has_effects(self) -> bool:
-        """True unless it changes no fact."""
+        """True if the operator changes facts."""
         return self.effects is not nothing
 
 
@@ -108,8 +105,8 @@ class Domain:
     """Operators and methods by task name.
 
     Raises:
-        PlanningError: names everything that is wrong: tasks that are both elementary and abstract, or without a
-            method; methods that use a task which is not in the domain; tasks that go round in a circle for ever.
+        PlanningError: lists all faults: tasks both elementary and abstract, or without a method; unknown subtasks;
+            unavoidable recursion.
     """
 
     operators: Mapping[str, Operator]
@@ -121,7 +118,7 @@ class Domain:
 
     @classmethod
     def of(cls, operators: Sequence[Operator], methods: Mapping[str, Sequence[Method]]) -> Domain:
-        """A domain of operators and of methods by task; raises PlanningError if a task has two operators."""
+        """Return a domain; raise PlanningError if a task has two operators."""
         names = [operator.name for operator in operators]
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
@@ -133,7 +130,7 @@ class Domain:
 
     @cached_property
     def recursive(self) -> frozenset[str]:
-        """Names of the tasks that may come up below themselves; a method that declares nothing may lead to any task."""
+        """Names of tasks that may be their own descendants; undeclared subtasks may be any task."""
         below = {
             name: self.methods.keys() if any(method.uses is None for method in methods) else {
                 used for method in methods for used in method.uses or () if used in self.methods
@@ -154,7 +151,7 @@ class Domain:
         return frozenset(found)
 
     def tasks(self) -> list[str]:
-        """Names of all its tasks, sorted."""
+        """Return the names of all tasks, sorted."""
         return sorted(self.operators.keys() | self.methods.keys())
 
 
@@ -180,7 +177,7 @@ def _faults(domain: Domain) -> Iterator[str]:
 
 
 def _rings(domain: Domain) -> Iterator[tuple[str, ...]]:
-    """For the tasks that no sequence of methods ends, a chain from each ring of them; of undeclared methods all end."""
+    """A cycle per group of tasks that no choice of methods terminates."""
     ends = {name for name, methods in domain.methods.items() if any(method.uses is None for method in methods)}
     ends |= domain.operators.keys()
     left = {name: methods for name, methods in domain.methods.items() if methods and name not in ends}

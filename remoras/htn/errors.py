@@ -1,4 +1,4 @@
-"""What the errors of the search say."""
+"""Error messages of the search."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from remoras.errors import PlanningError
 from remoras.htn.domain import Domain, Method, Task
 
 MAX_CHAIN = 8
-"""Tasks of a chain that are shown."""
+"""Maximum number of tasks shown of a chain."""
 
 
 def unknown_task(task: Task, domain: Domain) -> PlanningError:
-    """The error of a task that is neither elementary nor abstract."""
+    """Return the error for a task that is neither elementary nor abstract."""
     return PlanningError(f"task {task} is not in the domain, which has: {', '.join(domain.tasks())}")
 
 
 def wrong_subtasks(method: Method, task: Task, subtasks: Any) -> PlanningError:
-    """The error of a method that gave ``subtasks``, which are none or are not declared."""
+    """Return the error for ``subtasks`` that are no tasks, or undeclared."""
     if isinstance(subtasks, list | tuple) and all(isinstance(subtask, Task) for subtask in subtasks):
         undeclared = sorted({subtask.name for subtask in subtasks} - set(method.uses or ()))
         return PlanningError(
@@ -32,7 +32,7 @@ def wrong_subtasks(method: Method, task: Task, subtasks: Any) -> PlanningError:
 
 
 def endless(tasks: Sequence[Task], max_expansions: int, loop: Sequence[Task], chain: Sequence[Task]) -> PlanningError:
-    """There is no plan within so many expansions: with the loop that was found, or where the search stood."""
+    """Return the error for an exhausted limit, with the recursion found or the last chain."""
     again = next((i for i in range(len(chain) - 2, -1, -1) if chain[i].name == chain[-1].name), None) if chain else None
     if loop:
         hint = f"; endless recursion without any change: {_arrows(loop)}"

@@ -1,16 +1,13 @@
-"""Execution: a plan is carried out as the tree that it is, and where a step fails, its branch is planned anew.
+"""Execution of a plan as a tree, with replanning of the branch of a failed step.
 
-**Order.** Steps start in the order of the plan, and do not wait for each other's end: what a step needs of earlier ones
-is said by its test. A step whose test does not hold waits while an earlier one is running, which may bring it about;
-with none running it has failed. So a plan in another order fails, or its steps do not depend on each other.
+Steps start in plan order without waiting for each other's end: preconditions express dependencies. A step whose
+precondition does not hold waits while an earlier step runs; with none running it has failed. Preconditions and effects
+are evaluated on the facts of the executing vehicle, not on the planner's forecast. A step ends when its effects hold;
+if they hold before its start, it is skipped, so replanning repeats no step.
 
-**Test and effects** are asked of the facts of whoever carries the plan out, not of what the planner foresaw. A step has
-ended when its effects hold. One whose effects hold before it starts is done without being carried out, so nothing is
-done twice, however often a branch is planned.
-
-**Repair.** A failure climbs to the lowest task above that can be achieved in another way, in the facts as they are now:
-by another method, or by another decomposition of the same. Only that branch is planned anew. What is done stays done,
-and no step outside the branch is looked at, so a repair costs as much as its branch, however long the plan is.
+A failure ascends to the lowest ancestor with an alternative, given the current facts: another method, or another
+decomposition by the same one. Only that branch is replanned, so the cost depends on the branch, not on the length of
+the plan.
 """
 
 from __future__ import annotations
@@ -27,14 +24,14 @@ from remoras.htn.search import Way, plan
 
 
 class Status(StrEnum):
-    """How far a task is."""
+    """Status of a task."""
 
     WAITING = "waiting"
     RUNNING = "running"
     DONE = "done"
     FAILED = "failed"
     DROPPED = "dropped"
-    """The plan has it no longer."""
+    """No longer part of the plan."""
 
 
 _Effects = tuple[tuple[Key, Any], ...]
@@ -43,16 +40,15 @@ FINAL = frozenset({Status.DONE, Status.FAILED, Status.DROPPED})
 
 @dataclass(slots=True)
 class Branch:
-    """A task of a plan under way.
+    """Task of a plan in execution.
 
     Attributes:
-        task: the task; method: by which it is achieved, None if it is elementary.
-        parent: place of the task above, or ROOT.
-        children: places of the tasks that it is decomposed into now; those of earlier ways are not among them.
-        status: of an elementary task, and of one that has failed or that the plan has no longer; of others see
-            ``Execution.statuses``.
-        expected: what the task was expected to take when it started; None if it has not, or nobody can tell.
-        tried: ways by which it was not achieved.
+        method: chosen method; None for an elementary task.
+        parent: index of the parent, or ROOT.
+        children: indices of the current subtasks, without those of earlier decompositions.
+        status: valid for elementary, failed and dropped tasks; for others see ``Execution.statuses``.
+        expected: expected effort, set at the start; None before, or if unknown.
+        tried: failed decompositions.
     """
 
     task: Task
@@ -65,16 +61,12 @@ class Branch:
 
 
 class Execution:
-    """One plan under way.
+    """One plan in execution.
 
     Attributes:
-        branches: every task that the plan has had, each behind the task above it; a place does not change.
-        rests_on: keys of the facts that planning has looked up.
-        version: grows with every change.
-
-    Args:
-        domain: operators and methods.
-        plan: to be carried out.
+        branches: all tasks ever planned, parents before children; indices are stable.
+        rests_on: keys of the facts read by planning.
+        version: incremented on every change.
 
     >>> from remoras.htn.domain import Method, Operator
     >>> domain = Domain.of([Operator("dive", effects=lambda facts: {"deep": True})],
@@ -99,28 +91,18 @@ class Execution:
         self._domain = domain
         self._roots: list[int] = []
         self._waiting: list[int] = []  # steps, the next one last
-        self._running: dict[int, _Effects | None] = {}  # None: the step goes on
+        self._running: dict[int, _Effects | None] = {}  # None: until dropped
         self.renew(plan)
 
     # Plans ---------------------------------------------------------------------------------------
 
     def renew(self, plan: Plan) -> None:
-        """Go over to a plan for the whole; tasks that it shares with the one before stay where they are.
-
-        Every step has its turn once more; those whose effects hold are done without being carried out.
-        """
+        """Switch to a new plan; common tasks keep their indices, all steps are re-evaluated."""
         self._running, self._waiting, self._roots = {}, [], []
         self.rests_on = frozenset()
         self._take(plan, range(len(self.branches)), [])
 
     def _take(self, plan: Plan, former: Iterable[int], places: list[int]) -> None:
-        """Put the nodes of a plan in the place of tasks; tasks in both stay where they are, but for failed steps.
-
-        Args:
-            plan: made anew, for the whole or for a branch.
-            former: places of the tasks that it replaces.
-            places: of its first node, if it has one: that of the branch which is mended.
-        """
         branches, mended, former = self.branches, bool(places), list(former)
         shared: dict[Any, list[int]] = {}
         for place in reversed(former):
@@ -157,17 +139,15 @@ class Execution:
         return self._domain.operators[branch.task.name]
 
     def _is_done_for_good(self, branch: Branch) -> bool:
-        """True of an elementary task without effects: nobody could see that it has to be done again."""
         return branch.method is None and not self._operator(branch).has_effects
 
     def _last(self, place: int) -> Status:
-        """What becomes of a task that the plan has no longer: an abstract one whose steps are done is done."""
         children = self.branches[place].children
         is_done = children and all(self.branches[child].status is Status.DONE for child in children)
         return Status.DONE if is_done else Status.DROPPED
 
     def abandon(self) -> None:
-        """Leave undone whatever is not done."""
+        """Drop all unfinished tasks."""
         for place in reversed(range(len(self.branches))):
             if self.branches[place].status not in FINAL:
                 self.branches[place].status = self._last(place)
@@ -175,21 +155,21 @@ class Execution:
         self._running.clear()
         self.version += 1
 
-    # Carrying out --------------------------------------------------------------------------------
+    # Execution -----------------------------------------------------------------------------------
 
     @property
     def is_waiting(self) -> bool:
-        """True while there are steps that have not started."""
+        """True while some steps have not started."""
         return bool(self._waiting)
 
     @property
     def has_failed(self) -> bool:
-        """True if a task that was asked for has no other way."""
+        """True if a root task has no alternative left."""
         return any(self.branches[root].status is Status.FAILED for root in self._roots)
 
     @property
     def running(self) -> list[Step]:
-        """Steps that have started and not ended, in the order in which they started."""
+        """Running steps, in order of their start."""
         return [Step(self.branches[place].task, place) for place in self._running]
 
     @property
@@ -198,7 +178,7 @@ class Execution:
         return frozenset(key for effects in self._running.values() for key, _ in effects or ())
 
     def settle(self, facts: FactsLike) -> bool:
-        """End all running steps whose effects hold; True if there were some."""
+        """End all running steps with effects that hold; True if any ended."""
         ended = [place for place, effects in self._running.items() if effects is not None and is_met(facts, effects)]
         for place in self._running:
             self._expect(place, facts)
@@ -207,7 +187,6 @@ class Execution:
         return bool(ended)
 
     def _expect(self, place: int, facts: FactsLike) -> None:
-        """Ask what a step is expected to take, until somebody can tell."""
         branch = self.branches[place]
         if branch.expected is None:
             branch.expected = self._operator(branch).expected(facts, *branch.task.args)
@@ -219,7 +198,7 @@ class Execution:
         self.version += 1
 
     def advance(self, facts: FactsLike) -> Iterator[Step]:
-        """Start every step whose turn it is; each is to be carried out, or begun, before the next is asked for."""
+        """Start all ready steps; the caller executes or begins each before requesting the next."""
         self.settle(facts)
         while self._waiting:
             place = self._waiting[-1]
@@ -245,14 +224,9 @@ class Execution:
     # Repair --------------------------------------------------------------------------------------
 
     def fail(self, place: int, facts: FactsLike) -> bool:
-        """The step at ``place`` has failed: plan the lowest branch above it anew that has another way.
+        """Mark the step at ``place`` as failed and replan the lowest ancestor with an alternative.
 
-        Args:
-            place: of a step.
-            facts: as they are now.
-
-        Returns:
-            True if there is another way, which ``advance`` goes; False if the whole has failed.
+        Return True if one was found, for ``advance``; False if the whole plan has failed.
         """
         self.branches[place].status, self.branches[place].expected = Status.FAILED, None
         self._running.pop(place, None)
@@ -275,12 +249,11 @@ class Execution:
         return False
 
     def plan_anew(self, facts: FactsLike, task: Task) -> Plan | NoPlan:
-        """A plan for ``task``, the whole, that goes none of the ways which have failed."""
+        """Plan the root ``task`` without its failed decompositions."""
         tried = [way for root in self._roots if self.branches[root].task == task for way in self.branches[root].tried]
         return plan(self._domain, facts, task, without=tried)
 
     def _below(self, place: int) -> dict[int, None]:
-        """Places of all tasks below one, each behind the task above it."""
         found: dict[int, None] = {}
         left = self.branches[place].children[::-1]
         while left:
@@ -288,10 +261,10 @@ class Execution:
             left += self.branches[left.pop()].children[::-1]
         return found
 
-    # Looking at it -------------------------------------------------------------------------------
+    # Inspection ---------------------------------------------------------------------------------
 
     def statuses(self) -> list[Status]:
-        """The status of every task: of an abstract one that of its steps."""
+        """Return the status of every task, derived from its steps if abstract."""
         found = [branch.status for branch in self.branches]
         for place in reversed(range(len(found))):
             branch = self.branches[place]
@@ -306,10 +279,7 @@ class Execution:
 
 
 def _alike(shared: dict[Any, list[int]], parent: int, task: Task) -> list[int]:
-    """Places, the first one last, of the tasks below ``parent`` that may equal ``task``.
-
-    Those are of the same name where an argument cannot be compared by hash.
-    """
+    """Candidate indices below ``parent``, first one last; by name if an argument is unhashable."""
     try:
         return shared.setdefault((parent, task), [])
     except TypeError:

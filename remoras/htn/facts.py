@@ -1,7 +1,4 @@
-"""Facts: those given, those made true on the way, and a note of what the search asked.
-
-A fact is a key and a value; one whose value is None is not known, one whose value is None or False does not hold.
-"""
+"""Facts of a search: given ones, effects on the way, and a record of the keys read."""
 
 from __future__ import annotations
 
@@ -21,21 +18,21 @@ class _Mark(Enum):
 
 
 ANY: Final = _Mark.ANY
-"""As the value of an effect: whatever value."""
+"""Effect value that matches any known value."""
 MISSING: Final = _Mark.MISSING
 _WORD = (1 << 64) - 1
 
 
 class FactsLike(Protocol):
-    """Anything that answers ``get(key, default)``."""
+    """Any object with ``get(key, default)``."""
 
     def get(self, key: Any, default: Any = None, /) -> Any:
-        """The value of a fact, or ``default`` if it is not known."""
+        """Return the value of a fact, or ``default`` if unknown."""
         ...
 
 
 class _Words(dict[Any, int]):
-    """A word of 64 bits for every fact that is asked for, from its number (SplitMix64)."""
+    """64-bit hash word per requested fact, from its sequence number (SplitMix64)."""
 
     def __missing__(self, fact: Any) -> int:
         mixed = (len(self) + 1) * 0x9E3779B97F4A7C15 & _WORD
@@ -46,12 +43,12 @@ class _Words(dict[Any, int]):
 
 
 class Facts:
-    """Facts as the search sees them; methods and operators are handed this.
+    """State of the search, passed to methods and operators.
 
     Attributes:
-        read: keys of what was looked up of the facts given.
-        compared: keys of facts that were made true on the way, where states were compared with what was given.
-        trail: every change: key, value before, value after.
+        read: keys read from the given facts.
+        compared: keys of changed facts, compared with the given ones by state hashing.
+        trail: all changes: key, value before, value after.
     """
 
     def __init__(self, given: FactsLike) -> None:
@@ -64,7 +61,7 @@ class Facts:
         self._words = _Words()
 
     def get(self, key: Key, default: Any = None) -> Any:
-        """The value of a fact; a key that is not made true on the way is noted as read."""
+        """Return the value of a fact; record the key as read unless set by an effect."""
         value = self._values.get(key, MISSING)
         if value is MISSING:
             value = self._values[key] = self._given.get(key)
@@ -79,7 +76,7 @@ class Facts:
             values[key] = value
 
     def undo(self, length: int) -> None:
-        """Take back all changes in the trail behind ``length``, the last first."""
+        """Undo all changes of the trail after ``length``, last first."""
         values, trail = self._values, self.trail
         while len(trail) > length:
             key, before, _ = trail.pop()
@@ -90,10 +87,9 @@ class Facts:
         del self._words_at[length + 1 :]
 
     def word(self, length: int) -> int:
-        """A word for the state after ``length`` changes.
+        """Return a 64-bit state hash after ``length`` changes: XOR over the changed facts (Zobrist).
 
-        It is the exclusive or of one word for each fact that differs from what was given. So equal states have equal
-        words; different states have different ones but for a chance of 2^-64.
+        Equal states have equal words; different states collide with probability 2^-64.
         """
         words = self._words_at
         if length >= len(words):
@@ -112,12 +108,12 @@ class Facts:
             return 0
         try:
             return self._words[key, value]
-        except TypeError:  # a value that cannot be compared by hash equals no other
+        except TypeError:  # an unhashable value equals no other
             return self._words[len(self._words)]
 
 
 def is_met(facts: FactsLike, wanted: Iterable[tuple[Key, Any]]) -> bool:
-    """True if every fact has the value that is wanted; False is wanted of what does not hold, ANY of what is known."""
+    """True if all facts have the wanted values; False matches None and False, ANY any known value."""
     for key, value in wanted:
         found = facts.get(key)
         if (found is None) if value is ANY else found if value is False else found != value:

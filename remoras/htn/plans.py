@@ -1,4 +1,4 @@
-"""Plans: the tree of a decomposition, written flat, and the facts that it rests on."""
+"""Plans: the decomposition tree in flat form, with the facts that it depends on."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 from remoras.htn.domain import Task
 
 ROOT = -1
-"""The parent of a task that was asked for."""
+"""Parent index of a root task."""
 
 
 class Node(NamedTuple):
-    """A task of a plan, the method that was taken (None: the task is elementary), and the place of the task above."""
+    """Task of a plan, its method (None if elementary), and the index of its parent."""
 
     task: Task
     method: str | None
@@ -21,7 +21,7 @@ class Node(NamedTuple):
 
 
 class Step(NamedTuple):
-    """An elementary task of a plan, and its place among the nodes."""
+    """Elementary task of a plan, and its node index."""
 
     task: Task
     place: int
@@ -29,12 +29,12 @@ class Step(NamedTuple):
 
 @dataclass(frozen=True)
 class Plan:
-    """A decomposition of the tasks asked for.
+    """Decomposition of the root tasks.
 
     Attributes:
-        nodes: every task, each before its subtasks and these in order, so that the elementary ones stand in the order
-            of execution. A task whose method has no subtasks is here too. Ancestors are shared, not copied.
-        rests_on: keys of all facts that the search looked up.
+        nodes: all tasks in preorder, so elementary tasks are in order of execution; tasks with an empty decomposition
+            included.
+        rests_on: keys of all facts read by the search.
     """
 
     nodes: tuple[Node, ...]
@@ -42,12 +42,12 @@ class Plan:
 
     @cached_property
     def tasks(self) -> tuple[Task, ...]:
-        """The elementary tasks in order."""
+        """Elementary tasks in order."""
         return tuple(node.task for node in self.nodes if node.method is None)
 
     @cached_property
     def children(self) -> tuple[tuple[int, ...], ...]:
-        """For every node the places of its subtasks."""
+        """Indices of the subtasks, per node."""
         found: list[list[int]] = [[] for _ in self.nodes]
         for place, node in enumerate(self.nodes):
             if node.parent != ROOT:
@@ -65,11 +65,11 @@ class Plan:
 
 @dataclass(frozen=True)
 class NoPlan:
-    """No decomposition of the tasks exists.
+    """Result of a search without a decomposition.
 
     Attributes:
-        task: the first of the tasks asked for.
-        rests_on: as of a plan.
+        task: first root task.
+        rests_on: keys of all facts read by the search.
     """
 
     task: Task

@@ -1,16 +1,15 @@
-"""The search: depth first, left to right, with backtracking; where that loses plans, again with bounded depth.
+"""Depth-first search with backtracking; if that loses plans, iterative deepening.
 
-**One loop in place of recursion**, since a plan may be deeper than Python's stack. Tasks still to be done are a linked
-list, the agenda. Every task that is taken from it becomes a node of the plan, so the list of nodes is the tree in
-preorder, and going back cuts it. A trail holds what was there before each change, as in a Prolog machine.
+**Loop instead of recursion**, since a plan may exceed Python's stack. The agenda is a linked list of open tasks. Each
+task taken becomes a node, so the node list is the tree in preorder and backtracking truncates it. A trail restores the
+state, as in a Prolog machine.
 
-**Loops.** A task that has itself among its ancestors, in the same state, can go round for ever, so it is given up
-there. Entered tasks are found by task and state; one that is found is an ancestor if the way up from here meets it.
-This loses plans in which a task must repeat in one state. So if it has given something up and found nothing, or has
-used half of the expansions, the search starts again without this rule and with bounded depth: 8, 16, 32 levels, ...
+**Cycles.** A task with itself as ancestor in the same state is pruned. Open tasks are looked up by task and state, then
+checked for ancestry. This loses plans that must repeat a task in one state. So if something was pruned without a plan,
+or after half of the expansions, the search restarts without pruning and with depth limits 8, 16, 32 ...
 
-**No work twice.** Which plans complete an agenda depends on the state alone, as its ancestors do not change. Whoever
-comes to the same agenda in the same state a second time has failed there before, and turns back.
+**No repeated work.** The completions of an agenda depend on the state alone, as its ancestors are fixed. A second visit
+of an agenda in the same state backtracks, since the first one failed.
 """
 
 from __future__ import annotations
@@ -32,30 +31,26 @@ NO_OTHERS: Iterator[Decomposition] = iter(())
 
 _node = partial(tuple.__new__, Node)
 Agenda = list[Any]
-"""A task to be done: [task, place of the task above, depth, agenda behind it, states in which it was met]."""
+"""Open task: [task, parent index, depth, rest of the agenda, states visited with it]."""
 DEAD_END: Agenda = []
 Way = tuple[str | None, tuple[Task, ...]]
-"""How a task is decomposed: the name of a method, and the subtasks that it gave."""
+"""Decomposition: method name and its subtasks."""
 _Open = tuple[int, int, Any]
-"""A task that was entered: its place, the length of the trail, and an earlier one of the same name and arguments."""
+"""Entered task: index, length of the trail, and an earlier one with equal name and arguments."""
 _Choice = tuple[Agenda, int, Iterator[Decomposition], int, int, int]
-"""Another way after a dead end: agenda, next method, other decompositions of the last one; lengths of nodes, trail and
-entered tasks, as they were."""
+"""Choice point: agenda, next method, decompositions left; lengths of nodes, trail, entered."""
 
 
 class _Search:
     """One search.
 
     Attributes:
-        nodes: the plan that was found.
-        loop: the first chain of tasks that was given up because it came round to its first task.
+        loop: first pruned cycle.
 
     Args:
-        domain: operators and methods.
-        facts: that hold at first, and again when the search has ended without a plan.
-        tasks: to be done.
-        depth_limit: tasks that lie deeper are given up; None: loops are given up.
-        without: ways that are not to be gone by the tasks asked for.
+        facts: initial state, restored after a search without a plan.
+        depth_limit: prunes deeper tasks; None: prunes cycles.
+        without: decompositions excluded for root tasks.
     """
 
     def __init__(
@@ -76,7 +71,7 @@ class _Search:
         self._facts = facts
         self._depth_limit = depth_limit
         self._without = without
-        # Nodes and entered tasks lie flat: the fewer objects, the less Python's collector goes through.
+        # Flat lists: fewer objects mean less work for Python's garbage collector.
         self._tasks: list[Task] = []
         self._taken: list[str | None] = []
         self._parents: list[int] = []
@@ -87,7 +82,7 @@ class _Search:
         self._agenda = _agenda(tasks, ROOT, 0, None)
 
     def run(self, max_expansions: int) -> int:
-        """Search for the first plan; returns the expansions that it took."""
+        """Search for the first plan; return the number of expansions."""
         operator_of, recursive = self._domain.operators.get, self._domain.recursive
         perform, enter, decompose = self._perform, self._enter, self._decompose
         agenda = self._agenda
@@ -111,13 +106,13 @@ class _Search:
         return max_expansions
 
     def chain(self) -> tuple[Task, ...]:
-        """The task at which the search stands, below the abstract tasks that it came from."""
+        """Current task below its ancestors."""
         if not self._agenda:
             return ()
         return (*reversed([task for task, _ in self._above(self._agenda[1])]), self._agenda[0])
 
     def may_have_missed(self) -> bool:
-        """True unless it went through everything."""
+        """True if the search was incomplete."""
         return self.has_given_up or not self.has_ended
 
     def _perform(self, agenda: Agenda, operator: Operator) -> Agenda | None:
@@ -133,7 +128,7 @@ class _Search:
         return behind if not self._has_turned_back or self._is_new(behind) else DEAD_END
 
     def _enter(self, agenda: Agenda) -> Agenda | None:
-        """Decompose a task that is met for the first time, unless that is a loop, or lies too deep."""
+        """Decompose a task, unless it closes a cycle or is too deep."""
         task, parent, depth, _, _ = agenda
         if self._depth_limit is not None:
             if depth >= self._depth_limit:
@@ -144,10 +139,10 @@ class _Search:
         entered = self._open
         try:
             above = before = entered.get(task)
-        except TypeError:  # an argument that cannot be compared by hash
+        except TypeError:  # unhashable argument
             return self._decompose(agenda, 0, NO_OTHERS)
         while above is not None and not self._is_above(above[0], parent):
-            above = above[2]  # it is done
+            above = above[2]  # done, hence no ancestor
         if above is not None:
             loop = above[0] if above[1] == n_trail else self._loop(task, parent, place, above)
             if loop is not None:
@@ -157,7 +152,7 @@ class _Search:
         return self._decompose(agenda, 0, NO_OTHERS)
 
     def _loop(self, task: Task, parent: int, place: int, above: _Open) -> int | None:
-        """Where the same task was entered in the same state; asked if it is an ancestor and something has changed."""
+        """Index of an ancestor with the same task and state, else None; records the state."""
         if above[2] is None:
             self._note((task, self._facts.word(above[1])), above[0])
         key = task, self._facts.word(len(self._facts.trail))
@@ -168,25 +163,22 @@ class _Search:
         return None
 
     def _note(self, key: Any, place: int) -> None:
-        """Enter a task with its state, until the search turns back behind this."""
         self._entered += (self._open_in, key, self._open_in.get(key))
         self._open_in[key] = place
 
     def _give_up(self, before: int, parent: int, task: Task) -> Agenda:
-        """``task`` is that at place ``before``, in the same state."""
         self.has_given_up = True
         if not self.loop:
             self.loop = (*reversed([above for above, _ in self._above(parent, before)]), task)
         return self._dead_end()
 
     def _is_above(self, place: int, parent: int) -> bool:
-        """True if the way up from ``parent`` meets ``place``."""
+        """True if ``place`` is an ancestor of, or equals, ``parent``."""
         while parent > place:
             parent = self._parents[parent]
         return parent == place
 
     def _decompose(self, agenda: Agenda, next_method: int, others: Iterator[Decomposition]) -> Agenda | None:
-        """Take the next decomposition of a task: another of the same method, or one of the methods after it."""
         task, parent, depth, behind, _ = agenda
         name, args = task
         facts = self._facts
@@ -233,7 +225,6 @@ class _Search:
         return behind  # type: ignore[no-any-return]
 
     def _turn_back(self) -> Agenda | None:
-        """Go on with the last choice that has another way; DEAD_END if there is none."""
         choices, entered = self._choices, self._entered
         while choices:
             agenda, next_method, others, n_nodes, n_trail, n_entered = choices.pop()
@@ -252,8 +243,8 @@ class _Search:
         return DEAD_END
 
     def _is_new(self, agenda: Agenda | None) -> bool:
-        """True unless the search came to this agenda in this state before."""
-        # It comes here again only by a choice below the task of which this is the rest: that one finds it noted.
+        """True on the first visit of this agenda in this state."""
+        # Only a choice point below the preceding task can lead here again, and it finds this record.
         if agenda is None or (agenda[4] is None and not (self._choices and self._choices[-1][3] > agenda[1])):
             return True
         word = self._facts.word(len(self._facts.trail))
@@ -266,7 +257,7 @@ class _Search:
         return True
 
     def _above(self, place: int, highest: int = 0) -> Iterator[tuple[Task, int]]:
-        """The task at ``place`` and the abstract tasks above it, with their places, as far up as ``highest``."""
+        """Yield the task at ``place`` and its ancestors with their indices, up to ``highest``."""
         while place >= highest:
             yield self._tasks[place], place
             place = self._parents[place]
@@ -291,21 +282,12 @@ def plan(
     max_expansions: int = 200_000,
     without: Collection[Way] = (),
 ) -> Plan | NoPlan:
-    """Decompose tasks into elementary tasks.
+    """Decompose tasks into elementary tasks: first plan in order of methods and decompositions.
 
-    Args:
-        domain: operators and methods.
-        facts: what is known; only looked up, never changed.
-        tasks: to be done, one or several in order.
-        max_expansions: bound on the tasks looked at; if it is reached without a plan, that is a PlanningError.
-        without: ways, each a method's name and the subtasks that it gave, by which the tasks asked for are not to be
-            decomposed, though tasks below them may be.
-
-    Returns:
-        The first plan found, methods and decompositions in their order; or NoPlan.
+    ``max_expansions`` limits the decomposed tasks. ``without`` excludes decompositions of the root tasks only.
 
     Raises:
-        PlanningError: a task is not in the domain, or the bound is reached; with the chain of an endless recursion.
+        PlanningError: unknown task, or limit exceeded; with the chain of an endless recursion.
 
     >>> from remoras.htn.domain import Method
     >>> domain = Domain.of([Operator("dive"), Operator("map")], {"survey": [
