@@ -1,9 +1,8 @@
-"""The sea: who hears a packet, and when. It knows geometry and loss, never content, and imports nothing of ours.
+"""Acoustic channel: reception of packets, from geometry and loss alone.
 
-``models`` is the seam of channel models, ``shipped`` names those that are there, ``link`` has the links of the simple
-ones, ``acoustic`` and ``trace`` are the others. ``loss`` has the draws, ``channel`` the broadcast channel, ``modems``
-the modem profiles. Kernels of the acoustic channel: ``sound_speed``, ``absorption``, ``noise``, ``budget``,
-``bit_errors`` and ``packet_errors``. They are imported from there.
+``models`` is the interface of channel models, ``shipped`` lists them; ``link``, ``acoustic``, ``trace`` and ``network``
+implement their links. ``channel`` is the broadcast channel, ``loss`` draws its outcomes, ``modems`` has the profiles.
+``link_budget`` and ``error_rates`` are the formulas. Packet content plays no role.
 """
 
 __all__: list[str] = []

@@ -1,10 +1,9 @@
-"""Channel model ``acoustic``: link budget with fading, or the measured error curve of a modem.
+"""Channel model ``acoustic``: link budget with fading, or a modem's measured error curve.
 
-Of a frame of L bits the curve has the packet error rate at some ratios in the band. Between two of them it is linear in
-dB; below the first every frame is lost, and above the last its rate holds. A frame that is shorter by the factor x is
-lost as often as if the parts of a whole one were lost independently: 1 - (1 - PER)^x.
-
-The curve was measured in some channel, with the fades and echoes of that: no fading of ours comes on top.
+The curve gives the packet error rate of a frame at some in-band signal-to-noise ratios, linear in dB between them.
+Below the first ratio every frame is lost; above the last its rate holds. Parts of a frame are lost independently: a
+fraction x of a frame is lost with probability 1 - (1 - PER)^x. A measured curve includes the fading of its channel, so
+the model adds none.
 """
 
 from __future__ import annotations
@@ -33,11 +32,11 @@ from exchange.acoustics.site import Site, SiteLinks, SiteMean, SiteTable
 from exchange.arithmetic import power_of_10
 
 Curve = Sequence[tuple[float, float]]
-"""Signal-to-noise ratio in the band (dB) and packet error rate of a whole frame, by rising ratio."""
+"""In-band signal-to-noise ratio (dB, rising) and packet error rate of a whole frame."""
 
 
 def per_at(curve: Curve, snr_db: float) -> float:
-    """Packet error rate of a whole frame.
+    """Return the packet error rate of a whole frame.
 
     >>> per_at([(-1.0, 0.8), (0.0, 0.5), (2.0, 0.1)], 1.0)
     0.3
@@ -52,52 +51,39 @@ def per_at(curve: Curve, snr_db: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class MeasuredLinks:
-    """Links of one modem in one sea whose losses follow from its curve.
-
-    Args:
-        budget: of all links.
-        curve: of whole frames.
-        frame_bits: of a whole frame.
-    """
+    """Links of one modem whose losses follow from its measured curve."""
 
     budget: Budget
     curve: Curve
     frame_bits: int
 
     def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
-        """Probability that one frame of the packet or more are lost."""
+        """Return the probability that at least one frame of the packet is lost."""
         return self.loss_at(range_m, packet.size_bits)
 
     def shifted(self, excess_db: float) -> MeasuredLinks:
-        """The same links where the ratio of signal to noise is by so much above that of the budget."""
+        """Return the links with a signal-to-noise ratio higher by ``excess_db``."""
         return replace(self, budget=self.budget.shifted(excess_db))
 
     def loss_at(self, range_m: float, size_bits: int) -> float:
-        """Probability that a packet is lost that is taken whole."""
+        """Return the loss probability of a packet that is received as a whole."""
         per = per_at(self.curve, self.budget.effective_snr_db(range_m))
         return per if per in (0.0, 1.0) else block_loss(per, size_bits / self.frame_bits)
 
     def delivered_at(self, range_m: float, size_bits: int) -> float:
-        """Share of a packet that arrives in the mean where each frame is delivered for itself."""
+        """Return the mean share of a packet that arrives if frames are received one by one."""
         n_whole, rest_bits = divmod(size_bits, self.frame_bits)
         whole, rest = self.loss_at(range_m, self.frame_bits), self.loss_at(range_m, rest_bits)
         return 1.0 - (n_whole * self.frame_bits * whole + rest_bits * rest) / size_bits if size_bits else 1.0
 
 
 RANGES = 200
-"""Ranges over which the mean loss is estimated."""
+"""Number of ranges in the mean loss."""
 
 
 @dataclass(frozen=True, slots=True)
 class AcousticLinks:
-    """Links of one modem in one sea: the loss follows from range and size of the packet, and from nothing else.
-
-    Args:
-        budget: of all links.
-        modulation: of the modem.
-        fading: for how long one fade lasts.
-        frame_bits: of a whole frame.
-    """
+    """Links of one modem in one sea: loss from range and packet size."""
 
     budget: Budget
     modulation: Modulation
@@ -105,19 +91,19 @@ class AcousticLinks:
     frame_bits: int
 
     def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
-        """Probability that one frame of the packet or more are lost."""
+        """Return the probability that at least one frame of the packet is lost."""
         return self.loss_at(range_m, packet.size_bits)
 
     def shifted(self, excess_db: float) -> AcousticLinks:
-        """The same links where the ratio of signal to noise is by so much above that of the budget."""
+        """Return the links with a signal-to-noise ratio higher by ``excess_db``."""
         return replace(self, budget=self.budget.shifted(excess_db))
 
     def loss_at(self, range_m: float, size_bits: int) -> float:
-        """Probability that a packet is lost that is taken whole."""
+        """Return the loss probability of a packet that is received as a whole."""
         return packet_loss(self.modulation, self.fading, size_bits, self.frame_bits, self._ebn0(range_m))
 
     def delivered_at(self, range_m: float, size_bits: int) -> float:
-        """Share of a packet that arrives in the mean where each frame is delivered for itself."""
+        """Return the mean share of a packet that arrives if frames are received one by one."""
         return delivered_share(self.modulation, self.fading, size_bits, self.frame_bits, self._ebn0(range_m))
 
     def _ebn0(self, range_m: float) -> float:
@@ -125,7 +111,7 @@ class AcousticLinks:
 
 
 class AcousticChannel(ChannelModel):
-    """Losses that follow from the sea, the modem and the way."""
+    """Losses from sea, modem and path."""
 
     title = "losses from range, depth, sea and modem: spreading, absorption, noise, modulation and fading"
     counts_depth = True
@@ -165,14 +151,14 @@ class AcousticChannel(ChannelModel):
     UNSAID = frozenset({"site"})
 
     def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
-        """Links of the fleet's modem; nothing of them is drawn but what the site does to them."""
+        """Return the links of the fleet's modem; only the site is random."""
         links = self._plain_links(deployment)
         if self.site is None or not self.site.is_on:
             return links
         return SiteLinks(links, Site.drawn(self.site, len(deployment.nodes), seed), SiteMean.over(links, self.site))
 
     def links(self, deployment: Deployment) -> AcousticLinks | MeasuredLinks | SiteMean:
-        """The same, by range and size alone: in a site in the mean over it."""
+        """Return the links by range and size alone, averaged over the site if there is one."""
         links = self._plain_links(deployment)
         return links if self.site is None or not self.site.is_on else SiteMean.over(links, self.site)
 
@@ -185,21 +171,17 @@ class AcousticChannel(ChannelModel):
         return AcousticLinks(self.budget(deployment), modem.modulation, Fading(self.fading), 8 * modem.frame_bytes)
 
     def mean_per(self, deployment: Deployment) -> float:
-        """Of a full packet, over ranges spread evenly from 0 to the declared one: the tracks are not known before."""
+        """Return the mean loss of a full packet over ranges from 0 to the declared one."""
         links, bits = self.links(deployment), deployment.modem.payload_bits
         ranges_m = ((number + 0.5) / RANGES * deployment.range_m for number in range(RANGES))
         return math.fsum(links.loss_at(range_m, bits) for range_m in ranges_m) / RANGES
 
     def sound_speed_mps(self, deployment: Deployment) -> float | None:
-        """By temperature and salinity, at the mean depth of the fleet."""
+        """Return the sound speed (m/s) by temperature and salinity at the fleet's mean depth."""
         return sound_speed_mps(self.temperature_c, self.salinity_psu, _mean_depth_m(deployment))
 
     def budget(self, deployment: Deployment) -> Budget:
-        """The link budget of a fleet.
-
-        Raises:
-            ValueError: the profile has no band, or neither settings nor profile say how loud the modem is.
-        """
+        """Return the link budget of a fleet; raises ValueError without band or source level."""
         modem, level_db = deployment.modem, self._source_level_db(deployment.modem)
         if level_db is None:
             raise ValueError(f"modem {modem.name} has no source level")
@@ -230,13 +212,13 @@ class AcousticChannel(ChannelModel):
 
     @classmethod
     def faults(cls, settings: Mapping[str, Any]) -> Iterator[SettingFault]:
-        """Two keys that say how loud the modem is."""
+        """Yield a fault if two keys give the source level."""
         if settings.get("source_level_db") is not None and settings.get("acoustic_power_w") is not None:
             allowed = "given beside source_level_db, which says the same: leave one of them out"
             yield SettingFault("acoustic_power_w", str(settings["acoustic_power_w"]), allowed)
 
     def misfits(self, deployment: Deployment) -> Iterator[SettingFault]:
-        """A modem of which nobody says how loud it is, in which band it sends, or how it writes bits."""
+        """Yield faults for a modem without source level, band or modulation."""
         modem = deployment.modem
         lacking = ["band_khz"] if modem.band_khz is None else []
         lacking += ["modulation"] if modem.modulation is None and not modem.per_at_snr else []

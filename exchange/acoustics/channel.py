@@ -1,12 +1,8 @@
-"""The acoustic broadcast channel: who hears a packet, and when.
+"""Acoustic broadcast channel: receivers and reception times of each packet, and collisions.
 
-Packets that meet: who sends hears nothing meanwhile, and packets that overlap at a receiver are both lost there.
-
-A packet of length L that starts at t is at a receiver in the distance d during [t + d/c, t + d/c + L], and keeps its
-sender from hearing during [t, t + L]. Two packets meet at a receiver if these spans overlap. There is no capture: the
-nearer one is lost, too. What does not reach a receiver, or is lost there to noise, disturbs nothing there.
-
-How many packets arrive when they are drawn one by one, through the channel as runs use it.
+A packet of duration L sent at t occupies a receiver at distance d during [t + d/c, t + d/c + L], and its sender during
+[t, t + L]. Two packets collide at a receiver if these intervals overlap: both are lost, without capture of the nearer
+one, and a sender receives nothing while it transmits. A packet out of range or lost to noise does not interfere.
 """
 
 from __future__ import annotations
@@ -23,7 +19,7 @@ from exchange.arithmetic import length
 
 
 class Arrival(NamedTuple):
-    """A packet as one receiver hears it, complete at ``time_s``."""
+    """Packet at one receiver, complete at ``time_s``."""
 
     receiver: int
     time_s: float
@@ -32,13 +28,13 @@ class Arrival(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Blackout:
-    """A time in which a node is neither heard nor hears, or in which nothing passes between parts of the fleet.
+    """Period without communication of a node, or between parts of the fleet.
+
+    It covers packets that start at ``from_s`` or later, but before ``until_s`` (s).
 
     Args:
-        from_s: a packet that starts at this time, or later,
-        until_s: but before this one, is cut off.
-        node: whom it befalls; everybody if None.
-        between: sets of nodes that hear nothing of each other, in place of ``node``; who is in none of them hears all.
+        node: isolated node; all nodes if None.
+        between: sets of nodes isolated from each other, in place of ``node``; nodes in no set are unaffected.
     """
 
     from_s: float
@@ -47,7 +43,7 @@ class Blackout:
     between: tuple[frozenset[int], ...] = ()
 
     def cut_off(self, sender: int) -> frozenset[int | None]:
-        """Nodes that nothing of a sender's reaches while it lasts; with None in it, or the sender, that is all."""
+        """Return the nodes that a sender cannot reach; None or the sender itself in it means all."""
         if not self.between:
             return frozenset((self.node,))
         own = [side for side in self.between if sender in side]
@@ -55,38 +51,33 @@ class Blackout:
 
 
 class Channel(Protocol):
-    """Carries packets; it knows geometry and loss, never content."""
+    """Carrier of packets by geometry and loss."""
 
     def transmit(
         self, slot: int, sender: int, data: bytes, now_s: float, positions_m: Sequence[tuple[float, float]]
     ) -> list[Arrival]:
-        """Arrivals of ``data``, sent at ``now_s`` in ``slot``, at those who do not lose it.
+        """Return the arrivals of ``data``, sent at ``now_s`` (s) in ``slot``, at all who receive it.
 
-        Args:
-            positions_m: (x east, y north) of every node, shape (n_nodes, 2), metres.
+        ``positions_m`` is (x east, y north) of every node, shape (n_nodes, 2), in metres.
         """
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class BroadcastChannel:
-    """One packet at a time in one sea: straight rays, one sound speed, a range, a loss model.
+    """Broadcast channel: straight rays, one sound speed, a range, a loss model.
 
-    A packet is lost at a receiver if the draw of ``loss.uniform(seed, trial, slot, sender, receiver)``
-    lies below the link's probability, or if sender or receiver is blacked out when the packet starts, or if it comes
-    too late or from too far, see ``carries_beyond_range``.
+    A receiver loses a packet if ``loss.uniform(seed, trial, slot, sender, receiver)`` is below the loss probability of
+    the link. It also loses packets that start in a blackout of sender or receiver, arrive too late or come from too
+    far.
 
     Args:
-        modem: of all nodes.
-        link: how likely a packet is lost on each link.
-        seed: of the run.
         trial: number of the run, or 0.
-        sound_speed_mps: in the sea.
-        range_m: the declared range, for which the guard of the slots is made.
-        blackouts: times without communication.
-        depths_m: of the nodes, for ranges in three dimensions; ranges are those on the chart if it is empty.
-        carries_beyond_range: how far a packet carries is left to the link. It is only lost if it is not complete before
-            its slot ends, after the time of the longest packet and the guard. Else nothing is heard beyond ``range_m``.
+        range_m: declared range, for which the slot guard time is set.
+        depths_m: of the nodes, for ranges in three dimensions; if empty, ranges are horizontal.
+        carries_beyond_range: only the link limits the range; a packet is lost if incomplete at the end of its slot
+            (longest
+            packet plus guard). If False, no packet arrives beyond ``range_m``.
     """
 
     modem: Modem
@@ -98,12 +89,12 @@ class BroadcastChannel:
     blackouts: tuple[Blackout, ...] = ()
     depths_m: tuple[float, ...] = ()
     carries_beyond_range: bool = False
-    _trial_key: list[int] = field(default_factory=list, init=False, repr=False, compare=False)  # once it is asked for
+    _trial_key: list[int] = field(default_factory=list, init=False, repr=False, compare=False)  # cached on first use
 
     def transmit(
         self, slot: int, sender: int, data: bytes, now_s: float, positions_m: Sequence[tuple[float, float]]
     ) -> list[Arrival]:
-        """Arrivals at all whom it reaches in time, who are not blacked out and do not lose the packet."""
+        """Return the arrivals in range and in time that neither blackout nor loss prevents."""
         cut_off: frozenset[int | None] = frozenset()
         for blackout in self.blackouts:
             if blackout.from_s <= now_s < blackout.until_s:
@@ -117,7 +108,7 @@ class BroadcastChannel:
         if self.carries_beyond_range:
             reach_m = math.inf
             slot_ends_s = now_s + self.modem.packet_s(self.modem.payload_bits) + self.range_m / self.sound_speed_mps
-        draws: int | None = None  # nothing is drawn where nothing can be lost
+        draws: int | None = None  # no draw without a loss probability
         arrivals = []
         for receiver, (other_x_m, other_y_m) in enumerate(positions_m):
             if receiver == sender or receiver in cut_off:
@@ -142,18 +133,14 @@ class BroadcastChannel:
 
 
 TOUCH_S = 1e-6
-"""Packets that overlap by less only touch: one ends when the other begins."""
+"""Overlap (s) below which packets do not collide."""
 
 
 @dataclass(eq=False, slots=True)
 class Hearing:
-    """A packet on its way to one receiver.
+    """Packet on its way to one receiver.
 
-    Attributes:
-        slot, sender: of the packet.
-        arrival: when it is complete, and with what.
-        from_s: when its first bit arrives.
-        collided: True once another packet is known to meet it.
+    ``from_s`` is the arrival time of its first bit. ``collided`` is True once a collision is known.
     """
 
     slot: int
@@ -164,12 +151,12 @@ class Hearing:
 
 
 def _meet(from_s: float, until_s: float, other_from_s: float, other_until_s: float) -> bool:
-    """True if two spans of time overlap by more than rounding."""
+    """True if two time intervals overlap by more than ``TOUCH_S``."""
     return from_s < other_until_s - TOUCH_S and other_from_s < until_s - TOUCH_S
 
 
 class Collisions:
-    """Follows the packets that are on their way.
+    """Tracker of packets in flight and their collisions.
 
     >>> ahead, behind = Arrival(2, 2.0, b""), Arrival(2, 2.5, b"")
     >>> air = Collisions()
@@ -183,22 +170,15 @@ class Collisions:
     def __init__(self) -> None:
         self._sending: dict[int, tuple[float, float]] = {}
         self._hearings: dict[int, list[Hearing]] = {}
-        self._silent_from_s = -math.inf  # nothing is on its way from then on
+        self._silent_from_s = -math.inf  # end of the last packet in flight
 
     def send(
         self, slot: int, sender: int, from_s: float, until_s: float, arrivals: Sequence[Arrival]
     ) -> tuple[list[Hearing], list[Hearing]]:
-        """Let a packet set out.
+        """Add a packet that ``sender`` transmits from ``from_s`` to ``until_s`` (s).
 
-        Args:
-            slot: in which it is sent.
-            sender: that hears nothing meanwhile.
-            from_s: when its first bit is sent.
-            until_s: when its last one is.
-            arrivals: of the packet, if it met no other.
-
-        Returns:
-            Its hearings, and all that are now known to be lost, those of packets before it among them.
+        ``arrivals`` are those without collision. Returns its receptions, and all receptions now known to be lost,
+        including those of earlier packets.
         """
         if from_s >= self._silent_from_s:
             self._sending.clear()
@@ -231,7 +211,7 @@ class Collisions:
         return hearings, lost
 
     def _on_their_way(self, receiver: int, now_s: float) -> list[Hearing]:
-        """Packets that a receiver may still hear now, or later."""
+        """Return the packets in flight to a receiver; drop completed ones."""
         still = [hearing for hearing in self._hearings.get(receiver, ()) if hearing.arrival.time_s > now_s]
         self._hearings[receiver] = still
         return still
@@ -239,27 +219,22 @@ class Collisions:
 
 @dataclass(slots=True)
 class CachedLinks:
-    """Links between vehicles that stay where they are: each is asked once."""
+    """Links between static vehicles, with one query per receiver."""
 
     links: LinkModel
     known: dict[int, float] = field(default_factory=dict)
 
     def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
-        """The answer that the links gave for this receiver at first."""
+        """Return the first answer of the links for this receiver."""
         if receiver not in self.known:
             self.known[receiver] = self.links.p_loss(packet, receiver, range_m)
         return self.known[receiver]
 
 
 def n_arrived(links: LinkModel, modem: Modem, ranges_m: Sequence[float], n_packets: int, seed: int) -> list[int]:
-    """Full packets of one sender that arrive at each of some receivers.
+    """Return the number of full packets that arrive at each receiver, by sampling the channel.
 
-    Args:
-        links: whose losses depend on range and size alone.
-        modem: of all.
-        ranges_m: of the receivers.
-        n_packets: that are sent, one in each slot.
-        seed: of the draws.
+    The losses of ``links`` depend on range and size only. The sender transmits one packet per slot.
     """
     channel = BroadcastChannel(modem, CachedLinks(links), seed, carries_beyond_range=True)
     positions_m = [(0.0, 0.0), *((range_m, 0.0) for range_m in ranges_m)]

@@ -1,14 +1,13 @@
-"""Packet error rates from bit error rates of modulations, in white noise and under fading (Proakis 2001).
+"""Packet error rates of modulations, in white noise and under fading (Proakis 2001).
 
-``ebn0`` is the energy of a bit over the density of the noise, as a ratio; under a fade it is the mean of that.
-
-How bits err together is said by ``Fading``. Under a fade that lasts for a block of L bits, the block is lost with
+``ebn0`` is the ratio of bit energy to noise density, under fading its mean. ``Fading`` gives the correlation of bit
+errors. A block of L bits under one fade is lost with probability
 
     P(g) = integral over x from 0 of (1 - (1 - b(x))^L) exp(-x / g) / g
 
-where b is the bit error rate in white noise and g the mean of Eb/N0. Integrated by parts, P is the mean of
-1 - exp(-X / g) over a threshold X that exceeds x with probability 1 - (1 - b(x))^L. X is inverted in closed form, and
-the mean is summed by a tanh-sinh rule: few points, positive weights, so P lies in [0, 1] and falls with g.
+where b is the bit error rate in white noise and g the mean of Eb/N0. By parts, P is the mean of 1 - exp(-X / g) over a
+threshold X that exceeds x with probability 1 - (1 - b(x))^L. X has a closed inverse, and a tanh-sinh rule sums the
+mean: few points and positive weights, so P lies in [0, 1] and decreases with g.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from exchange.arithmetic import PI, erfc, exp, expm1, expm1_of, log, log1p, norm
 
 
 class Modulation(Enum):
-    """How a modem writes bits; PSK of two phases, or of four with Gray's code, which errs alike bit by bit."""
+    """Modulation of a modem; PSK has two phases, or four with Gray code (equal bit error rate)."""
 
     FSK_NONCOHERENT = "fsk-noncoherent"
     FSK_COHERENT = "fsk-coherent"
@@ -33,7 +32,7 @@ class Modulation(Enum):
 
 
 def steady(modulation: Modulation, ebn0: float) -> float:
-    """Bit error rate in white noise alone.
+    """Return the bit error rate in white noise.
 
     >>> round(steady(Modulation.FSK_NONCOHERENT, 10.0), 6)
     0.003369
@@ -50,7 +49,7 @@ def steady(modulation: Modulation, ebn0: float) -> float:
 
 
 def faded(modulation: Modulation, ebn0: float) -> float:
-    """Bit error rate in the mean over a Rayleigh fade.
+    """Return the mean bit error rate under Rayleigh fading.
 
     >>> round(faded(Modulation.FSK_NONCOHERENT, 10.0), 5)
     0.08333
@@ -67,12 +66,7 @@ def faded(modulation: Modulation, ebn0: float) -> float:
 
 
 def needed_ebn0(modulation: Modulation, rate: float) -> float:
-    """Energy of a bit over the density of white noise at which bits err at this rate; the inverse of ``steady``.
-
-    Args:
-        modulation: of the bits.
-        rate: above 0, at most 0.5.
-    """
+    """Return the Eb/N0 of a bit error rate in (0, 0.5]: the inverse of ``steady``."""
     quantile = normal_quantile(rate)
     match modulation:
         case Modulation.FSK_NONCOHERENT:
@@ -86,14 +80,14 @@ def needed_ebn0(modulation: Modulation, rate: float) -> float:
 
 
 STEP, HALF = 0.25, 12
-"""Step of the tanh-sinh rule, and its points on either side of the middle.
+"""Step of the tanh-sinh rule, and points on either side of the middle.
 
-From -30 to 50 dB errors stay below 1e-13 of the loss for blocks of 64 bits and more, below 1e-3 for shorter ones.
+From -30 to 50 dB errors are below 1e-13 of the loss for blocks of 64 bits and more, below 1e-3 for shorter ones.
 """
 
 
 class Fading(Enum):
-    """For how long one fade lasts; the fades of blocks are independent, exponential in energy (Rayleigh)."""
+    """Duration of one fade; fades are independent and exponential in energy (Rayleigh)."""
 
     NONE = "none"
     BIT = "bit"
@@ -102,7 +96,7 @@ class Fading(Enum):
 
 
 def block_loss(bit_error_rate: float, n_bits: float) -> float:
-    """Probability that at least one of ``n_bits`` is wrong, if bits err independently.
+    """Return the probability of at least one error in ``n_bits`` independent bits.
 
     >>> round(block_loss(1e-3, 256), 4)
     0.226
@@ -111,12 +105,7 @@ def block_loss(bit_error_rate: float, n_bits: float) -> float:
 
 
 def faded_block_loss(modulation: Modulation, n_bits: int, ebn0: float) -> float:
-    """Probability that a block under one Rayleigh fade has a wrong bit.
-
-    Args:
-        modulation: of its bits.
-        n_bits: of the block.
-        ebn0: mean energy of a bit over the density of the noise, as a ratio.
+    """Return the probability of a bit error in a block under one Rayleigh fade.
 
     >>> round(faded_block_loss(Modulation.FSK_NONCOHERENT, 256, 10.0), 3)
     0.652
@@ -131,7 +120,7 @@ def faded_block_loss(modulation: Modulation, n_bits: int, ebn0: float) -> float:
 
 @lru_cache(maxsize=4096)
 def _thresholds(modulation: Modulation, n_bits: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Values of the threshold X, and their weights, which sum up to the loss where there is nothing but noise."""
+    """Return thresholds X and their weights, which sum to the loss without signal."""
     whole = 1.0 - ldexp(1.0, -n_bits)
     weighted = []
     for number in range(-HALF, HALF + 1):
@@ -139,7 +128,7 @@ def _thresholds(modulation: Modulation, n_bits: int) -> tuple[tuple[float, ...],
         above, below = 0.5 * exp(t), 0.5 * exp(-t)
         steep = exp(PI * (above - below))
         low, high = 1.0 / (1.0 + 1.0 / steep), 1.0 / (1.0 + steep)
-        intact = high * whole + ldexp(1.0, -n_bits)  # 1 - low * whole, exact near the end too
+        intact = high * whole + ldexp(1.0, -n_bits)  # 1 - low * whole, also exact near low = 1
         rate = -expm1((log1p(-low * whole) if low < 0.5 else log(intact)) / n_bits)
         weighted.append((needed_ebn0(modulation, min(rate, 0.5)), (above + below) * low * high))
     total = math.fsum(weight for _, weight in weighted)
@@ -147,7 +136,7 @@ def _thresholds(modulation: Modulation, n_bits: int) -> tuple[tuple[float, ...],
 
 
 def frames(n_bits: int, frame_bits: int) -> Iterator[int]:
-    """Sizes of the frames of a packet; the last may be shorter.
+    """Yield the frame sizes of a packet; the last may be shorter.
 
     >>> list(frames(1100, 512))
     [512, 512, 76]
@@ -157,14 +146,7 @@ def frames(n_bits: int, frame_bits: int) -> Iterator[int]:
 
 
 def frame_loss(modulation: Modulation, fading: Fading, n_bits: int, ebn0: float) -> float:
-    """Probability that a frame is lost, whatever becomes of the others of its packet.
-
-    Args:
-        modulation: of its bits.
-        fading: for how long one fade lasts.
-        n_bits: of the frame.
-        ebn0: mean energy of a bit over the density of the noise, as a ratio.
-    """
+    """Return the loss probability of one frame."""
     match fading:
         case Fading.NONE:
             return block_loss(steady(modulation, ebn0), n_bits)
@@ -175,14 +157,9 @@ def frame_loss(modulation: Modulation, fading: Fading, n_bits: int, ebn0: float)
 
 
 def packet_loss(modulation: Modulation, fading: Fading, n_bits: int, frame_bits: int, ebn0: float) -> float:
-    """Probability that a packet is lost that is taken whole: all of its frames must pass.
+    """Return the loss probability of a packet that needs all of its frames.
 
-    Args:
-        modulation: of its bits.
-        fading: for how long one fade lasts; under one that lasts for the packet its frames share their fate.
-        n_bits: of the packet.
-        frame_bits: of a whole frame.
-        ebn0: mean energy of a bit over the density of the noise, as a ratio.
+    Under ``Fading.PACKET`` the packet is one block. ``frame_bits`` is the size of a whole frame.
     """
     if fading is Fading.PACKET or n_bits <= frame_bits:
         return frame_loss(modulation, fading, n_bits, ebn0)
@@ -192,7 +169,7 @@ def packet_loss(modulation: Modulation, fading: Fading, n_bits: int, frame_bits:
 
 
 def delivered_share(modulation: Modulation, fading: Fading, n_bits: int, frame_bits: int, ebn0: float) -> float:
-    """Share of a packet's bits that arrive in the mean, if frames are delivered one by one; arguments as above."""
+    """Return the mean share of a packet's bits that arrive if frames are received one by one."""
     if n_bits == 0:
         return 1.0
     intact = (size * (1.0 - frame_loss(modulation, fading, size, ebn0)) for size in frames(n_bits, frame_bits))

@@ -1,4 +1,4 @@
-"""Probability that a packet is lost on a link. The draw itself is made in ``loss``."""
+"""Loss probability of a packet on a link; ``loss`` draws the outcome."""
 
 from __future__ import annotations
 
@@ -10,14 +10,10 @@ from exchange.acoustics import loss
 
 
 class Transmission(NamedTuple):
-    """What a sender sends once, as a model of losses sees it.
+    """Transmission of one packet, as seen by loss models.
 
-    Attributes:
-        slot: TDMA slot, counted from 0.
-        sender: node that owns the slot.
-        start_s: time at which the packet starts, from the start of the run.
-        size_bits: of the packet.
-        positions_m: (x east, y north) of every node when it starts; empty where nobody says.
+    ``start_s`` counts from the start of the run. ``positions_m`` is (x east, y north) of every node at that time; empty
+    if unknown.
     """
 
     slot: int
@@ -28,85 +24,76 @@ class Transmission(NamedTuple):
 
 
 class LinkModel(Protocol):
-    """The links of one run: how likely a packet is lost on each.
+    """Links of one run.
 
-    ``exchange.acoustics.channel.BroadcastChannel`` asks once for each packet and receiver within range, and compares
-    the answer with a uniform number of its own. The answer depends on the arguments alone, not on earlier questions.
+    ``exchange.acoustics.channel.BroadcastChannel`` queries each packet and receiver in range once and compares the
+    answer with its own uniform number. The answer depends on the arguments only, not on earlier queries.
     """
 
     def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
-        """Probability that ``receiver`` loses a packet.
+        """Return the probability (0 to 1) that ``receiver`` loses a packet.
 
-        Args:
-            packet: what is sent, when and by whom.
-            receiver: another node than its sender.
-            range_m: distance between them when it starts, in metres; in depth too if the model of the channel says so.
-
-        Returns:
-            A number from 0 to 1.
+        ``range_m`` is the distance at the start of the packet, in three dimensions if the channel model counts depth.
         """
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class Perfect:
-    """Every packet arrives: the bound from above."""
+    """Links without loss: the upper bound."""
 
     def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
-        """No packet is lost."""
+        """Return 0."""
         return 0.0
 
 
 @dataclass(frozen=True, slots=True)
 class Bernoulli:
-    """Every receiver loses every packet with the same probability ``per``, independently."""
+    """Independent losses with one probability ``per`` on all links."""
 
     per: float
 
     def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
-        """The same for every packet."""
+        """Return ``per``."""
         return self.per
 
 
 @dataclass(frozen=True, slots=True)
 class Matrix:
-    """Every directed link loses packets with a probability of its own, independently.
+    """Independent losses with a probability per directed link.
 
-    Args:
-        per: loss probability of the links that are not listed.
-        per_of: loss probability by (sender, receiver).
+    ``per_of`` maps (sender, receiver) to it; ``per`` is for links not listed.
     """
 
     per: float
     per_of: Mapping[tuple[int, int], float]
 
     def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
-        """The rate of the link."""
+        """Return the rate of the link."""
         return self.per_of.get((packet.sender, receiver), self.per)
 
 
 @dataclass(frozen=True, slots=True)
 class GilbertElliott:
-    """Losses in bursts: every directed link is in its good or its bad state (Gilbert 1960; Elliott 1963).
+    """Burst losses: every directed link is in a good or bad state (Gilbert 1960; Elliott 1963).
 
-    The states of a link are a stationary Markov chain over all slots, the sender's own or not. They are drawn here, so
-    this model, unlike the others, is one realisation and knows its seed. One keyed number u of each slot moves the
-    link: to bad if u < p_good_to_bad, to good if u >= 1 - p_bad_to_good, whatever its state was; else the state stays
-    (the coupling of Propp and Wilson 1996). So the state follows from the last slot whose number decides; before there
-    is one, from the number of slot -1, which is compared with the stationary share. It is a pure function of (seed,
-    trial, slot, sender, receiver), whatever has been asked before. Runs of one seed are paired: more ways into the bad
-    state, fewer out of it, or more losses in either state lose a superset of packets (if per_good <= per_bad).
+    The states of a link are a stationary Markov chain over all slots, owned by the sender or not. This model draws them
+    itself, so it is one realisation with a seed. A keyed uniform number u per slot moves the link to bad if u <
+    p_good_to_bad, to good if u >= 1 - p_bad_to_good, from either state; else the state stays (the coupling of Propp and
+    Wilson 1996). The state thus follows from the last slot with a decisive number; before any, from comparing the
+    number of slot -1 with the stationary share. It is a pure function of (seed, trial, slot, sender, receiver). Runs of
+    one seed are paired: a higher p_good_to_bad or loss rate, or a lower p_bad_to_good, loses a superset of packets (if
+    per_good <= per_bad).
 
-    The last state asked for is kept for each link, to look back no farther than to it. Asked in the order of slots, a
-    state takes at most one draw (1 us) for each slot that went by, however slow the chain; in another order at most
-    slot + 1, and 1 / (p_good_to_bad + p_bad_to_good) on average. This never changes the answer.
+    A cache of the last state per link limits the look-back and never changes the answer. In slot order a state costs at
+    most one draw (1 us) per elapsed slot; in other orders at most slot + 1, on average 1 / (p_good_to_bad +
+    p_bad_to_good).
 
     Args:
-        p_good_to_bad: probability per slot that a good link turns bad.
-        p_bad_to_good: probability per slot that a bad link turns good; the sum of both is above 0 and at most 1.
-        per_good: probability that a packet is lost in the good state.
-        per_bad: the same in the bad state.
-        seed: of the whole study or mission, as ``loss.uniform`` takes it.
+        p_good_to_bad: probability per slot.
+        p_bad_to_good: probability per slot; the sum of both is above 0 and at most 1.
+        per_good: loss probability in the good state.
+        per_bad: loss probability in the bad state.
         trial: number of the run, or 0.
     """
 
@@ -129,11 +116,11 @@ class GilbertElliott:
 
     @property
     def mean_per(self) -> float:
-        """Stationary probability that a packet is lost."""
+        """Stationary loss probability."""
         return self.per_good + self.bad_share * (self.per_bad - self.per_good)
 
     def is_bad(self, slot: int, sender: int, receiver: int) -> bool:
-        """State of a link in a slot, counted from 0."""
+        """True if a link is in the bad state in a slot."""
         key = loss.state_key(self.seed, self.trial)
         known_slot, bad = self._known.get((sender, receiver), (slot + 1, False))
         if known_slot > slot:
@@ -147,5 +134,5 @@ class GilbertElliott:
         return bad
 
     def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
-        """The rate of the state that the link is in."""
+        """Return the loss rate of the link's state."""
         return self.per_bad if self.is_bad(packet.slot, packet.sender, receiver) else self.per_good

@@ -1,4 +1,4 @@
-"""Link budget: sound speed, absorption, ambient noise, and the signal-to-noise ratio of a link.
+"""Link budget: sound speed, absorption, ambient noise, signal-to-noise ratio of a link.
 
 Sources: sound speed by Mackenzie (1981), nine-term equation for sound speed in the oceans; absorption by Thorp (1967)
 and Francois and Garrison (1982); noise by Coates (1989) from the curves of Wenz (1962); source level by Urick (1983).
@@ -14,12 +14,7 @@ from exchange.arithmetic import exp, log, log10, power_of_10
 
 
 def sound_speed_mps(temperature_c: float, salinity_psu: float, depth_m: float) -> float:
-    """Speed of sound; fitted for 2 to 30 degrees, a salinity of 25 to 40 and depths down to 8000 m.
-
-    Args:
-        temperature_c: of the water, degrees Celsius.
-        salinity_psu: grams of salt in a kilogram of water, nearly.
-        depth_m: below the surface.
+    """Return the sound speed; fitted for 2 to 30 deg C, salinity 25 to 40 g/kg, depth to 8000 m.
 
     >>> round(sound_speed_mps(10.0, 35.0, 100.0), 4)
     1491.4351
@@ -39,7 +34,7 @@ def sound_speed_mps(temperature_c: float, salinity_psu: float, depth_m: float) -
 
 
 def thorp_db_per_km(frequency_khz: float) -> float:
-    """Absorption after Thorp (1967), a fit to water of 4 degrees near 1000 m, for frequencies above 0.4 kHz.
+    """Return the absorption by Thorp (1967), fitted above 0.4 kHz at 4 deg C and about 1000 m.
 
     >>> round(thorp_db_per_km(25.0), 4)
     6.1048
@@ -51,14 +46,9 @@ def thorp_db_per_km(frequency_khz: float) -> float:
 def francois_garrison_db_per_km(
     frequency_khz: float, temperature_c: float, salinity_psu: float, depth_m: float, ph: float
 ) -> float:
-    """Absorption by boric acid, magnesium sulphate and water itself, after Francois and Garrison (1982).
+    """Return the absorption by boric acid, MgSO4 and water (Francois, Garrison 1982).
 
-    Args:
-        frequency_khz: of the sound.
-        temperature_c: of the water, degrees Celsius.
-        salinity_psu: of the water; the formula was fitted for 30 to 35.
-        depth_m: below the surface.
-        ph: acidity of the water, 8.1 at the surface of the oceans.
+    Fitted for salinity 30 to 35 g/kg. ``temperature_c`` is in deg C; ``ph`` is 8.1 at the ocean surface.
 
     >>> round(francois_garrison_db_per_km(25.0, 4.0, 35.0, 1000.0, 8.0), 4)
     4.9757
@@ -81,16 +71,13 @@ def francois_garrison_db_per_km(
 
 
 STEPS = 64
-"""Steps of Simpson's rule over a band; an even number."""
+"""Number of steps of Simpson's rule over a band; even."""
 
 
 def noise_db_per_hz(frequency_khz: float, shipping: float, wind_mps: float) -> float:
-    """Spectral density of the noise, dB re 1 uPa^2 / Hz.
+    """Return the spectral density of ambient noise, dB re 1 uPa^2 / Hz.
 
-    Args:
-        frequency_khz: where in the spectrum.
-        shipping: activity of ships, from 0 to 1.
-        wind_mps: speed of the wind at the surface.
+    ``shipping`` is the ship activity from 0 to 1, ``wind_mps`` the wind speed at the surface.
 
     >>> round(noise_db_per_hz(25.0, 0.5, 5.0), 3)
     38.548
@@ -106,18 +93,12 @@ def noise_db_per_hz(frequency_khz: float, shipping: float, wind_mps: float) -> f
 
 
 def noise_in_band_db(low_khz: float, high_khz: float, shipping: float, wind_mps: float) -> float:
-    """Level of the noise in a band, dB re 1 uPa: the integral of its density.
-
-    Args:
-        low_khz: lower end of the band, above 0.
-        high_khz: upper end of the band.
-        shipping: activity of ships, from 0 to 1.
-        wind_mps: speed of the wind at the surface.
+    """Return the noise level in a band, dB re 1 uPa; arguments as for ``noise_db_per_hz``.
 
     >>> round(noise_in_band_db(22.5, 27.5, 0.5, 5.0), 2)
     75.58
     """
-    step = log(high_khz / low_khz) / STEPS  # even on the logarithm, over which the density is smooth
+    step = log(high_khz / low_khz) / STEPS  # logarithmic steps, since the density is smooth in log f
     total = 0.0
     for number in range(STEPS + 1):
         weight = 1 if number in (0, STEPS) else 4 if number % 2 else 2
@@ -127,11 +108,11 @@ def noise_in_band_db(low_khz: float, high_khz: float, shipping: float, wind_mps:
 
 
 SOURCE_LEVEL_OF_1_W_DB = 170.8
-"""Source level of an omnidirectional source that gives 1 W of sound, dB re 1 uPa at 1 m (Urick 1983)."""
+"""Source level of an omnidirectional source of 1 W, dB re 1 uPa at 1 m (Urick 1983)."""
 
 
 def source_level_db(acoustic_power_w: float) -> float:
-    """Source level of an omnidirectional source, dB re 1 uPa at 1 m.
+    """Return the source level of an omnidirectional source, dB re 1 uPa at 1 m.
 
     >>> round(source_level_db(10.0), 1)
     180.8
@@ -140,12 +121,9 @@ def source_level_db(acoustic_power_w: float) -> float:
 
 
 def transmission_loss_db(range_m: float, spreading: float, absorption_db_per_km: float) -> float:
-    """Loss by spreading and absorption, against 1 m from the source; nearer than that it is taken as at 1 m.
+    """Return the loss by spreading and absorption re 1 m; ranges below 1 m count as 1 m.
 
-    Args:
-        range_m: from the source.
-        spreading: exponent k of the intensity: 1 cylindrical, 1.5 practical, 2 spherical.
-        absorption_db_per_km: of the water at the centre of the band.
+    ``spreading`` is the exponent k of the intensity: 1 cylindrical, 1.5 practical, 2 spherical.
 
     >>> round(transmission_loss_db(1000.0, 1.5, 6.1048), 2)
     51.1
@@ -156,23 +134,20 @@ def transmission_loss_db(range_m: float, spreading: float, absorption_db_per_km:
 
 @lru_cache(maxsize=64)
 def _per_bit_db(band_hz: float, rate_bps: float) -> float:
-    """What the ratio of a bit is above that in the band; worked out once, since every packet asks for it."""
+    """Return B / R in dB, cached since every packet needs it."""
     return 10.0 * log10(band_hz / rate_bps)
 
 
 @dataclass(frozen=True, slots=True)
 class Budget:
-    """What decides the signal-to-noise ratio of a link, but for its range.
+    """Parameters of the signal-to-noise ratio of a link, except its range.
 
     Args:
         source_level_db: dB re 1 uPa at 1 m.
-        noise_db: level of the noise in the band, dB re 1 uPa.
-        directivity_db: gain of the receiver against that noise.
-        spreading: exponent of the spreading loss.
-        absorption_db_per_km: at the centre of the band.
-        band_hz: width of the band.
-        rate_bps: net bits of a second.
-        margin_db: by which a receiver falls short of what its modulation, or its curve, would do.
+        noise_db: noise level in the band, dB re 1 uPa.
+        directivity_db: gain of the receiver against noise.
+        rate_bps: net bit rate.
+        margin_db: shortfall of the receiver against its modulation or curve.
     """
 
     source_level_db: float
@@ -185,21 +160,21 @@ class Budget:
     margin_db: float = 0.0
 
     def shifted(self, excess_db: float) -> Budget:
-        """The same budget with a ratio of signal to noise that is higher by so much."""
+        """Return the budget with a signal-to-noise ratio higher by ``excess_db``."""
         return replace(self, directivity_db=self.directivity_db + excess_db)
 
     def loss_db(self, range_m: float) -> float:
-        """Transmission loss."""
+        """Return the transmission loss."""
         return transmission_loss_db(range_m, self.spreading, self.absorption_db_per_km)
 
     def snr_db(self, range_m: float) -> float:
-        """Signal-to-noise ratio in the band."""
+        """Return the in-band signal-to-noise ratio."""
         return self.source_level_db - self.loss_db(range_m) - self.noise_db + self.directivity_db
 
     def effective_snr_db(self, range_m: float) -> float:
-        """Signal-to-noise ratio in the band, less the margin."""
+        """Return the in-band signal-to-noise ratio less the margin."""
         return self.snr_db(range_m) - self.margin_db
 
     def ebn0_db(self, range_m: float) -> float:
-        """Energy of a bit over the density of the noise: the ratio in the band, less the margin, times B / R."""
+        """Return Eb/N0: the effective in-band ratio times B / R."""
         return self.effective_snr_db(range_m) + _per_bit_db(self.band_hz, self.rate_bps)

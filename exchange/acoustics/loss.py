@@ -1,44 +1,41 @@
-"""Who loses which packet: every outcome a pure function of (seed, trial, slot, sender, receiver).
+"""Keyed random numbers: each is a pure function of (seed, trial, slot, sender, receiver).
 
-The uniform number of a link is drawn first and compared with the loss probability afterwards. So the same
-outcomes meet every policy, every strategy and every loss rate of a trial: comparisons are paired, and what
-is lost at one rate is lost at every higher one.
+The uniform number of a link is drawn first, then compared with the loss probability. All policies, strategies and loss
+rates of a trial thus share their numbers: comparisons are paired, and a packet lost at one rate is lost at higher ones.
 
-The generator is counter-based: each counter word is added to the state and the state is mixed. The mixer is
-"moremur" (P. Evensen, 2019), a 64-bit finaliser of the kind that SplitMix64 uses (Steele et al., 2014). Its
-constants fit into 63 bits and the shifts are masked, so the same lines give the same bits on Python integers
-and on compiled signed 64-bit words.
+The generator is counter-based: it adds each counter word to the state and mixes the state with "moremur" (P. Evensen,
+2019), a 64-bit finaliser like that of SplitMix64 (Steele et al., 2014). Its constants fit into 63 bits and shifts are
+masked, so the same lines give the same bits on Python integers and compiled signed 64-bit words.
 """
 
 SPEEDS = 2
-"""`trial` of the draws that say how fast a vehicle really is; losses of missions have 0."""
+"""`trial` of the draws of true vehicle speeds; losses in missions use 0."""
 FAULTS = 3
-"""`trial` of the draws that say which vehicle a fault befalls, and when."""
+"""`trial` of the draws of vehicles and times of faults."""
 FINDS = 4
-"""`trial` of the draws that say where a mission's features lie, and how long each takes."""
+"""`trial` of the draws of places and durations of a mission's features."""
 MISSES = 5
-"""`trial` of the draws that say in which ticks a sensor yields nothing."""
+"""`trial` of the draws of ticks without sensor data."""
 DRIFTS = 6
-"""`trial` of the draws that say in which direction a vehicle takes itself to be off."""
+"""`trial` of the draws of the directions of navigation errors."""
 LOOKS = 7
-"""`trial` of the draws that say what a look at an object of the sea shows."""
+"""`trial` of the draws of sensor observations of objects in the sea."""
 CLOCKS = 8
-"""`trial` of the draws that say how far clocks are off, and how fast they drift."""
+"""`trial` of the draws of clock offsets and drifts."""
 SURGES = 9
-"""`trial` of the draws that say when the current rises."""
+"""`trial` of the draws of times at which the current rises."""
 NODES = 11
-"""`trial` of the draws that say which node of a measured network a vehicle is."""
+"""`trial` of the draws of nodes of a measured network for vehicles."""
 DAMAGES = 12
-"""`trial` of the draws that say which packets arrive damaged."""
+"""`trial` of the draws of damaged packets."""
 PLACES = 13
-"""`trial` of the draws that say which of their bits are turned."""
+"""`trial` of the draws of inverted bits in damaged packets."""
 SITES = 14
-"""`trial` of the draws that say how links of one length differ by place, time and receiver."""
-"""`trial` of the draws by which fleets in one sea have seeds of their own."""
+"""`trial` of the draws of link differences by place, time and receiver."""
 EPISODES = 16
-"""`trial` of the draws that say which run of a benchmark is learned on next."""
+"""`trial` of the draws of the next benchmark run to learn on."""
 GROUNDS = 17
-"""`trial` of the draws that make the grounds by which strategies are judged."""
+"""`trial` of the draws of random areas that strategies are evaluated on."""
 
 _LOW_64 = 0xFFFF_FFFF_FFFF_FFFF
 _LOW_37 = (1 << 37) - 1
@@ -47,49 +44,44 @@ _LOW_53 = (1 << 53) - 1
 
 
 def mixed(word: int) -> int:
-    """Scramble 64 bits: each input bit turns about half of the output bits."""
+    """Scramble 64 bits: each input bit inverts about half of the output bits."""
     word = ((word ^ ((word >> 27) & _LOW_37)) * 0x3C79AC492BA7B653) & _LOW_64
     word = ((word ^ ((word >> 33) & _LOW_31)) * 0x1C69B3F74AC4AE35) & _LOW_64
     return word ^ ((word >> 27) & _LOW_37)
 
 
 def trial_key(seed: int, trial: int) -> int:
-    """The generator's state for one trial, 64 bits; `seed` is from 0 to 2^62."""
+    """Return the 64-bit generator state of a trial; `seed` is from 0 to 2^62."""
     return mixed(mixed(seed + 1) + trial + 1)
 
 
 def slot_key(key: int, slot: int) -> int:
-    """The generator's state for one slot of the trial with that key."""
+    """Return the generator state of a slot in a trial with this key."""
     return mixed(key + slot + 1)
 
 
 STATES = 1 << 62
-"""Stands where slots stand, beyond all of them: the stream of the states of links, apart from that of losses."""
+"""Pseudo-slot, beyond all slots, for the stream of link states."""
 
 
 def state_key(seed: int, trial: int) -> int:
-    """The generator's state for the states of the links in one trial; takes the place of a trial's key."""
+    """Return the generator state for link states in a trial, used as its trial key."""
     return slot_key(trial_key(seed, trial), STATES)
 
 
 def link_draw(key: int, sender: int, receiver: int) -> int:
-    """The same number as `link_uniform` gives, in units of 2^-53."""
+    """Return the number of `link_uniform` in units of 2^-53."""
     return mixed(key + (sender << 16) + receiver + 1) >> 11 & _LOW_53
 
 
 def link_uniform(key: int, sender: int, receiver: int) -> float:
-    """The uniform number in [0, 1) of one link in the slot with that key."""
+    """Return the uniform number in [0, 1) of a link in a slot with this key."""
     return ((mixed(key + (sender << 16) + receiver + 1) >> 11) & _LOW_53) * 2.0**-53
 
 
 def uniform(seed: int, trial: int, slot: int, sender: int, receiver: int) -> float:
-    """The number in [0, 1) that decides a packet's fate: lost if it is below the loss probability.
+    """Return the uniform number in [0, 1) of a packet: lost if below the loss probability.
 
-    Args:
-        seed: of the whole study or mission, from 0 to 2^62.
-        trial: number of the run, or 0.
-        slot: TDMA slot, counted from 0.
-        sender: node that owns the slot.
-        receiver: another node; node numbers are below 2^16.
+    `seed` is from 0 to 2^62, `trial` the number of the run or 0; node numbers are below 2^16.
     """
     return link_uniform(slot_key(trial_key(seed, trial), slot), sender, receiver)

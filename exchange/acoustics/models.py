@@ -1,9 +1,8 @@
-"""Interface of channel models, and the files of links that some of them read.
+"""Interface of channel models, the simple models, and checks of link files.
 
-A model is one class. It lists its settings, the keys of ``[channel]`` that it uses. It makes the ``LinkModel`` of a
-run, and says how many packets it loses in the mean. ``exchange.acoustics.channel`` asks the ``LinkModel`` for each
-packet and receiver, and draws by itself. A scenario names a shipped model, or another as ``package.module:Class``.
-The simple models are here; ``acoustic``, ``trace`` and ``network`` have files of their own.
+A model is a class with its settings, the keys of ``[channel]``. It creates the ``LinkModel`` of a run, which
+``exchange.acoustics.channel`` queries for each packet and receiver, and estimates the mean loss. A scenario names a
+shipped model, or another as ``package.module:Class``. ``acoustic``, ``trace`` and ``network`` have their own files.
 """
 
 from __future__ import annotations
@@ -22,22 +21,17 @@ from exchange.acoustics.modems import Modem
 
 
 class LinkFileError(ValueError):
-    """A file of links that cannot be used; its text says where and why."""
+    """Invalid file of links; the text has place and reason."""
 
 
 class LinkFileGoneError(LinkFileError):
-    """A file that is not there any more, or not the one that was used."""
+    """Missing file, or one that differs from the file used before."""
 
 
 def hash_of(file: str, kinds: str) -> str:
-    """The sha256 of a file, in hexadecimal digits.
+    """Return the sha256 of a file in hexadecimal digits; raises LinkFileGoneError if unreadable.
 
-    Args:
-        file: its path.
-        kinds: which files are allowed, for the message.
-
-    Raises:
-        LinkFileGoneError: it cannot be read.
+    ``kinds`` are the allowed files, for the message.
     """
     try:
         return hashlib.sha256(Path(file).read_bytes()).hexdigest()
@@ -48,10 +42,9 @@ def hash_of(file: str, kinds: str) -> str:
 
 
 def same_hash(file: str, sha256: str, kinds: str) -> str:
-    """The sha256 of a file that has to be the one that was used; any is if ``sha256`` is empty.
+    """Return the sha256 of a file that must match ``sha256``, if not empty.
 
-    Raises:
-        LinkFileGoneError: it cannot be read, or has another hash.
+    Raises LinkFileGoneError if the file is unreadable or has another hash.
     """
     digest = hash_of(file, kinds)
     if sha256 and digest != sha256:
@@ -63,7 +56,7 @@ Probability = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
 class OfVehicle(NamedTuple):
-    """Marks a text that names a vehicle of the scenario: whoever reads the scenario checks that there is one."""
+    """Mark of a text that must name a vehicle of the scenario."""
 
 
 VehicleName = Annotated[str, OfVehicle()]
@@ -71,15 +64,13 @@ VehicleName = Annotated[str, OfVehicle()]
 
 
 class SettingFault(NamedTuple):
-    """What is wrong between the settings of a model.
+    """Inconsistent settings of a model.
 
     Attributes:
-        key: setting at fault, behind ``channel.``; an entry of a list by its number from 1, as in ``link.2.receiver``.
-        given: its value.
-        allowed: what is allowed instead.
-        names: that are allowed; whoever shows the fault proposes the one most like what was given.
-        file: that ``key`` stands in, where that is a file of the model's own and not the scenario.
-        line: of that file, if the model knows it.
+        key: setting behind ``channel.``; list entries by number from 1, as in ``link.2.receiver``.
+        names: allowed names, from which the nearest is proposed.
+        file: the model's own file with ``key``; empty for the scenario.
+        line: in that file, if known.
     """
 
     key: str
@@ -92,14 +83,13 @@ class SettingFault(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Deployment:
-    """The fleet that transmits, as far as a channel model may know it.
+    """Transmitting fleet, as visible to channel models.
 
     Attributes:
-        nodes: node number of each vehicle, by name; from 0 on, without gaps.
-        depths_m: working depth of each node.
-        modem: of all vehicles.
-        range_m: declared range, for which the guard of the slots is made.
-        duration_s: time at which the run ends at the latest.
+        nodes: node number of each vehicle, from 0 without gaps.
+        depths_m: working depth per node.
+        range_m: declared range, for which the slot guard time is set.
+        duration_s: latest end of the run.
     """
 
     nodes: Mapping[str, int]
@@ -110,13 +100,13 @@ class Deployment:
 
 
 class ChannelModel(BaseModel):
-    """A channel model, and the settings that it takes.
+    """Channel model with its settings.
 
-    Compulsory: ``title``, ``link_model`` and ``mean_per``. Settings are fields with bounds, a description and a
-    default, so that the model can be named alone. A key that a shipped model has too, such as ``per``, keeps its type
-    and bounds. A model without settings leaves aside those that a scenario has for others.
+    Compulsory: ``title``, ``link_model`` and ``mean_per``. Settings are fields with bounds, description and default, so
+    that a model name suffices. A key shared with a shipped model, such as ``per``, keeps its type and bounds. Settings
+    of other models are ignored.
 
-    Here is a model whose links lose the more, the longer they are:
+    Example of links with losses that grow with range:
 
     >>> class Fading(ChannelModel):
     ...     title = "losses grow with range"
@@ -145,53 +135,47 @@ class ChannelModel(BaseModel):
     title: ClassVar[str] = ""
     """One line for listings."""
     counts_depth: ClassVar[bool] = False
-    """True if ranges, and so the times of arrivals, are those in three dimensions; else those on the chart."""
+    """True if ranges and arrival times are three-dimensional, else horizontal."""
     UNSAID: ClassVar[frozenset[str]] = frozenset()
-    """Settings that are left out of what is written while they are None."""
+    """Settings omitted from output while None."""
     carries_beyond_range: ClassVar[bool] = False
-    """True if the losses themselves say how far a packet carries; else nothing is heard beyond the declared range."""
+    """True if only losses limit the range; else no packet arrives beyond the declared range."""
 
     def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
-        """The model of all links in one run; asked once, before the run starts.
+        """Return the links of one run; called once before its start.
 
-        Args:
-            deployment: the fleet that transmits.
-            seed: of the run. A model that draws takes its numbers from ``exchange.acoustics.loss`` by seed, slot,
-                sender and receiver, so that its answers do not depend on what was asked before.
+        A random model draws from ``exchange.acoustics.loss`` by seed, slot, sender and receiver, so that answers do not
+        depend on earlier queries.
         """
         raise NotImplementedError(f"{type(self).__name__} makes no links: define link_model(deployment, seed)")
 
     def mean_per(self, deployment: Deployment) -> float:
-        """Packet error rate in the mean over time and all directed links of a fleet, within range; for the results.
+        """Return the mean packet error rate over time and directed links in range, for the results.
 
-        A model that cannot know it, for lack of the tracks, estimates it and says how.
+        A model that cannot know it before the run estimates it and documents the estimate.
         """
         raise NotImplementedError(f"{type(self).__name__} does not say what it loses: define mean_per(deployment)")
 
     def sound_speed_mps(self, deployment: Deployment) -> float | None:
-        """Speed of sound that follows from the settings; None, as here, where that of the world holds. Optional."""
+        """Return the sound speed (m/s) from the settings; None for that of the world. Optional."""
         return None
 
     def assumed(self, deployment: Deployment | None = None, seed: int = 0) -> str:
-        """What is assumed that a reader of results has to know: captions of all figures add it. Optional.
+        """Return an assumption for the captions of all figures. Optional.
 
-        Args:
-            deployment: the fleet of one run; None where several runs are meant.
-            seed: of that run.
+        ``deployment`` and ``seed`` describe one run; None stands for several runs.
         """
         return ""
 
     def misfits(self, deployment: Deployment) -> Iterator[SettingFault]:
-        """What is wrong between the settings and the fleet; asked when a scenario is checked. Optional."""
+        """Yield faults between settings and fleet, when a scenario is checked. Optional."""
         yield from ()
 
     @classmethod
     def faults(cls, settings: Mapping[str, Any]) -> Iterator[SettingFault]:
-        """What is wrong between settings that are right one by one; asked when a scenario is checked. Optional.
+        """Yield faults between individually valid settings, when a scenario is checked. Optional.
 
-        Args:
-            settings: values as the file has them, defaults left out. What is malformed is reported elsewhere: pass it
-                by.
+        ``settings`` are as in the file, without defaults; other checks report malformed values, so ignore these.
         """
         yield from ()
 
@@ -202,16 +186,16 @@ class PerfectChannel(ChannelModel):
     title = "every packet arrives"
 
     def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
-        """Links that lose nothing."""
+        """Return links without loss."""
         return Perfect()
 
     def mean_per(self, deployment: Deployment) -> float:
-        """Nothing is lost."""
+        """Return 0."""
         return 0.0
 
 
 class BernoulliChannel(ChannelModel):
-    """Independent losses, alike on all links."""
+    """Independent losses with one rate on all links."""
 
     title = "every receiver loses every packet with probability per, independently"
 
@@ -220,16 +204,16 @@ class BernoulliChannel(ChannelModel):
     )
 
     def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
-        """Links of one packet error rate."""
+        """Return links with one packet error rate."""
         return Bernoulli(self.per)
 
     def mean_per(self, deployment: Deployment) -> float:
-        """The rate itself."""
+        """Return ``per``."""
         return self.per
 
 
 class LinkTable(BaseModel):
-    """One directed link of the matrix channel."""
+    """Directed link of the matrix channel."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
 
@@ -239,25 +223,25 @@ class LinkTable(BaseModel):
 
 
 class MatrixChannel(BernoulliChannel):
-    """Independent losses, with a rate of its own for each link that is listed."""
+    """Independent losses with a rate for each listed link."""
 
     title = "as bernoulli, but each (sender, receiver) listed under link has a per of its own"
 
     link: tuple[LinkTable, ...] = ()
 
     def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
-        """Links of a rate each."""
+        """Return links with individual rates."""
         nodes = deployment.nodes
         return Matrix(self.per, {(nodes[link.sender], nodes[link.receiver]): link.per for link in self.link})
 
     def mean_per(self, deployment: Deployment) -> float:
-        """Mean over the links, listed or not."""
+        """Return the mean over all links."""
         n_links = len(deployment.nodes) * (len(deployment.nodes) - 1)
         return self.per + math.fsum(link.per - self.per for link in self.link) / n_links
 
     @classmethod
     def faults(cls, settings: Mapping[str, Any]) -> Iterator[SettingFault]:
-        """A link from a vehicle to itself, or listed twice."""
+        """Yield faults for links of a vehicle to itself and duplicates."""
         links = settings.get("link", ())
         pairs: set[tuple[str, str]] = set()
         for number, link in enumerate(links if isinstance(links, Sequence) else (), 1):
@@ -273,7 +257,7 @@ class MatrixChannel(BernoulliChannel):
 
 
 class GilbertElliottChannel(ChannelModel):
-    """Losses in bursts."""
+    """Burst losses."""
 
     title = "losses in bursts: links turn bad with p_good_to_bad and good with p_bad_to_good per slot"
 
@@ -287,11 +271,11 @@ class GilbertElliottChannel(ChannelModel):
     per_bad: Probability = Field(0.8, description="gilbert-elliott: packet error rate of a link in its bad state")
 
     def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
-        """Links with a state each, drawn by the seed."""
+        """Return links with states drawn by the seed."""
         return self._chain(seed)
 
     def mean_per(self, deployment: Deployment) -> float:
-        """Stationary mean over both states."""
+        """Return the stationary mean over both states."""
         return self._chain(seed=0).mean_per
 
     def _chain(self, seed: int) -> GilbertElliott:
@@ -299,7 +283,7 @@ class GilbertElliottChannel(ChannelModel):
 
     @classmethod
     def faults(cls, settings: Mapping[str, Any]) -> Iterator[SettingFault]:
-        """A chain that never changes, or changes more than surely."""
+        """Yield a fault if the sum of both transition probabilities is not in (0, 1]."""
         keys = ("p_good_to_bad", "p_bad_to_good")
         rates = {key: settings.get(key, cls.model_fields[key].default) for key in keys}
         if all(isinstance(rate, int | float) and 0.0 <= rate <= 1.0 for rate in rates.values()):

@@ -1,4 +1,4 @@
-"""Modem profiles: the shipped ones, read from ``modems.toml`` beside this file, and any others from their tables."""
+"""Modem profiles, shipped in ``modems.toml`` or defined by a table of the user."""
 
 from __future__ import annotations
 
@@ -12,32 +12,29 @@ from typing import Any
 from exchange.acoustics.error_rates import Modulation
 
 FILE = "modems.toml"
-"""Where the profiles stand."""
+"""File of the shipped profiles."""
 MEASURED = "table"
-"""Modulation of a profile whose losses were measured."""
+"""Modulation of a profile with measured losses."""
 
 
 @dataclass(frozen=True, slots=True)
 class Modem:
-    """What the exchange and the acoustic channel need to know of a modem.
+    """Modem parameters for exchange and acoustic channel.
 
     Attributes:
         payload_bytes: largest packet.
-        frame_bytes: of its frames, each of which is lost or passes for itself; the packet if it has no frames.
-        rate_bps: net rate while the payload is sent.
+        frame_bytes: independently lost part of a packet; the packet if it has no frames.
+        rate_bps: net rate during the payload.
         head_s: time before the payload (preamble, cycle initialisation).
-        range_m: nominal range.
-        title: one line for listings.
-        band_khz: lower and upper end of the band; None where nobody says.
-        modulation: how bits are written; None where nobody says, or where losses were measured.
-        per_at_snr: losses that were measured: signal-to-noise ratio in the band (dB), by which they are sorted, and the
-            packet error rate of a whole frame.
-        margin_db: by which its receiver falls short of its modulation or its curve; fitted to its nominal range.
-        source_level_db: dB re 1 uPa at 1 m; None where nobody says.
-        receive_w: power while it listens; None where nobody says. Runs count it if ``communication.count_listening``
-            is set; else the ``hotel_w`` of the vehicles has it.
-        unverified: names of those numbers above that no source was found for: estimates.
-        equipment: class of the ontology that it is of.
+        band_khz: lower and upper end of the band; None if unknown.
+        modulation: None if unknown or if losses were measured.
+        per_at_snr: measured losses: in-band signal-to-noise ratio (dB, rising), packet error rate of a whole frame.
+        margin_db: shortfall of the receiver against modulation or curve; fitted to the nominal range.
+        source_level_db: dB re 1 uPa at 1 m; None if unknown.
+        receive_w: listening power, used with ``communication.count_listening``, else part of ``hotel_w``; None if
+            unknown.
+        unverified: names of fields that are estimates without a source.
+        equipment: its class in the ontology.
     """
 
     name: str
@@ -58,11 +55,11 @@ class Modem:
 
     @property
     def payload_bits(self) -> int:
-        """Largest packet, in bits."""
+        """Largest packet (bits)."""
         return 8 * self.payload_bytes
 
     def packet_s(self, size_bits: int) -> float:
-        """Time on the air of a packet of ``size_bits``.
+        """Return the transmission time (s) of a packet of ``size_bits``.
 
         >>> round(modems()["nanomodem-v3"].packet_s(512), 3)
         1.106
@@ -72,13 +69,13 @@ class Modem:
 
 @cache
 def modems() -> dict[str, Modem]:
-    """The shipped profiles by name."""
+    """Return the shipped profiles by name."""
     text = Path(__file__).with_name(FILE).read_text(encoding="utf-8")
     return {name: modem_of(name, profile) for name, profile in tomllib.loads(text).items()}
 
 
 def modem_of(name: str, profile: Mapping[str, Any]) -> Modem:
-    """The profile that a table has, whose values are right one by one.
+    """Return the profile of a table with valid values.
 
     >>> modem_of("own", {"payload_bytes": 48, "rate_bps": 300.0, "head_s": 0.2, "range_m": 1500.0}).packet_s(384)
     1.48

@@ -1,27 +1,27 @@
-"""The channel ``network``: losses that were measured at sea, of each directed link of some nodes, or over range.
+"""Channel ``network``: losses measured at sea, per directed link or over range.
 
 A network is a table of a TOML file:
 
     [[network]]
     name = "harbour"
-    title = "two nodes in a harbour"                # all but the name and what was lost may be left out
-    citation = "who measured it, where it was published"
-    packet = "what was counted"
-    unknown = ["what is not known"]
+    title = "two nodes in a harbour"                # only name and losses are compulsory
+    citation = "author and publication of the measurement"
+    packet = "type of the packets counted"
+    unknown = ["unknown property"]
 
-    [[network.node]]                                # two or more nodes, each of them with
+    [[network.node]]                                # two or more nodes, each with
     name = "quay"
     position_m = [0.0, 0.0]                         # x east, y north
     depth_m = 3.0
-    per = { buoy = 0.2 }                            # share lost at each other node of what it sends
+    per = { buoy = 0.2 }                            # share of its packets lost at each other node
 
 or in place of nodes
 
     per_over_range = [[100.0, 0.05], [400.0, 0.6]]  # range in metres, share lost
 
-A file of several networks is named with the one that is meant, as ``seas.toml:harbour``. A CSV of the columns sender,
-receiver and per is a network too, of which no more than the losses is known. Links are static: a node stays where it
-was measured, whatever way the vehicle takes that it stands for. Losses over range follow the vehicles.
+One of several networks in a file is given as ``seas.toml:harbour``. A CSV file with the columns sender, receiver and
+per is a network with losses only. Links are static: a node keeps its measured place, independent of the motion of its
+vehicle. Losses over range follow the vehicles.
 """
 
 from __future__ import annotations
@@ -58,17 +58,16 @@ from exchange.acoustics.models import (
 KINDS = "a TOML or CSV file"
 COLUMNS = ("sender", "receiver", "per")
 FARTHEST_M, DEEPEST_M = 100_000.0, 11_000.0
-"""The world of a network: nodes within this of its origin, east and north, and above this depth. No modem reaches
-farther, and no sea is deeper."""
+"""Maximum coordinates (m, east and north) and depth (m) of a node."""
 LARGEST_BYTES, MOST_NODES = 1_000_000, 100
 LONGEST_LINE = 2_000
-"""Characters: a key takes tomllib time by the square of its length. 64 nodes take up to 1000."""
+"""Maximum line length in characters: tomllib needs time quadratic in the length of a key."""
 
 Metres = Annotated[float, Field(ge=-FARTHEST_M, le=FARTHEST_M)]
 
 
 def _node_name(value: Any) -> Any:
-    """The name of a node; a whole number names one, too, as those of most networks look like."""
+    """Accept whole numbers as node names."""
     if isinstance(value, str):
         return value
     if isinstance(value, int) and not isinstance(value, bool):
@@ -82,7 +81,7 @@ NodeName = Annotated[
 
 
 class NetworkFileError(LinkFileError):
-    """A file that is no network; ``faults`` are all that is wrong with it."""
+    """Invalid network file; ``faults`` has all faults."""
 
     def __init__(self, faults: Sequence[SettingFault]) -> None:
         first = faults[0]
@@ -91,7 +90,7 @@ class NetworkFileError(LinkFileError):
 
 
 class NetworkNode(BaseModel):
-    """A node, and what the others lose of what it sends."""
+    """Node, with the losses of its packets at the others."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
 
@@ -102,7 +101,7 @@ class NetworkNode(BaseModel):
 
 
 class Network(BaseModel):
-    """Losses that were measured, and what is known of how: of links between nodes, or over range."""
+    """Measured losses of links between nodes or over range, with their origin."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
 
@@ -116,12 +115,12 @@ class Network(BaseModel):
 
     @property
     def assumption(self) -> str:
-        """What is assumed of vehicles that are given its losses."""
+        """Assumption about vehicles with these losses."""
         return "losses over range as measured" if self.per_over_range else "static links on moving vehicles"
 
     @property
     def nodes(self) -> list[str]:
-        """Names of the nodes; none if losses are over range."""
+        """Names of the nodes; empty for losses over range."""
         return [node.name for node in self.node]
 
     @cached_property
@@ -130,7 +129,7 @@ class Network(BaseModel):
         return {(node.name, other): per for node in self.node for other, per in node.per.items()}
 
     def faults(self) -> Iterator[tuple[str, str, str]]:
-        """(key, value, what is allowed) of what is wrong between values that are right one by one."""
+        """Yield (key, value, allowed) of faults between individually valid values."""
         if bool(self.node) == bool(self.per_over_range):
             yield "node", "", "nodes with a per each, or else per_over_range, has to be given"
             return
@@ -155,7 +154,7 @@ class Network(BaseModel):
 
 
 class NetworkFile(BaseModel):
-    """What a file holds."""
+    """Content of a TOML file."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", defer_build=True)
 
@@ -164,7 +163,7 @@ class NetworkFile(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class OverRange:
-    """Losses over range: linear between those that were measured, and as the first or the last beyond them.
+    """Losses over range: linear between measured ranges, constant beyond them.
 
     >>> OverRange((100.0, 300.0), (0.0, 0.5)).at(200.0)
     0.25
@@ -174,11 +173,11 @@ class OverRange:
     per: tuple[float, ...]
 
     def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
-        """That of the range, whatever link it is."""
+        """Return the loss at the range, for any link."""
         return self.at(range_m)
 
     def at(self, range_m: float) -> float:
-        """Share lost at a range."""
+        """Return the share lost at a range."""
         after = bisect_right(self.ranges_m, range_m)
         if after in (0, len(self.ranges_m)):
             return self.per[min(after, len(self.per) - 1)]
@@ -187,14 +186,14 @@ class OverRange:
         return near + (far - near) * ((range_m - near_m) / (far_m - near_m))
 
     def mean(self, range_m: float) -> float:
-        """Mean over ranges that are spread evenly from 0 to ``range_m``."""
+        """Return the mean over ranges from 0 to ``range_m``."""
         knots_m = [0.0, *(knot_m for knot_m in self.ranges_m if 0.0 < knot_m < range_m), range_m]
         sums = (0.5 * (self.at(near) + self.at(far)) * (far - near) for near, far in pairwise(knots_m))
         return math.fsum(sums) / range_m
 
 
 class NetworkChannel(ChannelModel):
-    """Losses of a network that was measured."""
+    """Losses of a measured network."""
 
     title = "losses as measured at sea, of the links of a network (static, while vehicles move) or over range"
 
@@ -209,7 +208,7 @@ class NetworkChannel(ChannelModel):
     sha256: str = Field("", description="network: hash of the file, which results repeat")
 
     def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
-        """Links between the nodes that the vehicles are, or over the range between vehicles."""
+        """Return links between the nodes of the vehicles, or over range."""
         network = network_of(self.network, self.sha256)
         if network.per_over_range:
             return OverRange(*zip(*network.per_over_range, strict=True))
@@ -217,10 +216,10 @@ class NetworkChannel(ChannelModel):
         return Matrix(0.0, {(a, b): network.per[node_of[a], node_of[b]] for a, b in permutations(node_of, 2)})
 
     def drawn(self, network: Network, deployment: Deployment, seed: int) -> dict[int, str]:
-        """Node of the network that each vehicle is, by the vehicle's number.
+        """Return the network node of each vehicle, by vehicle number.
 
-        Those that ``nodes`` does not list have what it leaves in the order of one number of each node, which the seed
-        draws; so a fleet that grows keeps its nodes. The order of nodes in a file does not matter.
+        Vehicles without an entry in ``nodes`` get the remaining nodes in the order of one seeded number per node. A
+        larger fleet thus keeps its nodes, and the order of nodes in a file has no effect.
         """
         given = {deployment.nodes[vehicle]: node for vehicle, node in self.nodes.items()}
         numbers = {
@@ -230,11 +229,10 @@ class NetworkChannel(ChannelModel):
         return {number: given[number] if number in given else left.pop(0) for number in range(len(deployment.nodes))}
 
     def _left(self, network: Network) -> list[str]:
-        """Nodes that no vehicle was said to be."""
         return [name for name in network.nodes if name not in self.nodes.values()]
 
     def mean_per(self, deployment: Deployment) -> float:
-        """Over the links in use, and over all draws of nodes; over ranges spread evenly up to the declared one."""
+        """Return the mean over links and draws of nodes, or over ranges up to the declared one."""
         network = network_of(self.network, self.sha256)
         if network.per_over_range:
             return OverRange(*zip(*network.per_over_range, strict=True)).mean(deployment.range_m)
@@ -247,7 +245,7 @@ class NetworkChannel(ChannelModel):
         return math.fsum(means) / len(means)
 
     def assumed(self, deployment: Deployment | None = None, seed: int = 0) -> str:
-        """The name of the network, what is assumed of vehicles that are given its losses, and which are what nodes."""
+        """Return the network name, its assumption and, for one run, the node of each vehicle."""
         network = network_of(self.network, self.sha256)
         text = f"{network.name}: {network.assumption}"
         if deployment is None or not network.node:
@@ -256,9 +254,9 @@ class NetworkChannel(ChannelModel):
         return ", ".join([text, *(f"{name} = {node_of[number]}" for name, number in deployment.nodes.items())])
 
     def misfits(self, deployment: Deployment) -> Iterator[SettingFault]:
-        """A network that is not known or malformed, or that is too small; nodes or vehicles that are not there.
+        """Yield faults of an unknown, invalid or too small network, or unknown nodes and vehicles.
 
-        Results whose file is gone can still be read: if the hash is given, that is a fault of a new run alone.
+        Results must stay readable without their file: if the hash is given, only a new run fails.
         """
         try:
             network = network_of(self.network, self.sha256)
@@ -290,7 +288,7 @@ class NetworkChannel(ChannelModel):
 
 
 def shipped() -> dict[str, Network]:
-    """The networks that are shipped, by name."""
+    """Return the shipped networks by name."""
     return dict(_shipped())
 
 
@@ -301,7 +299,7 @@ def _shipped() -> dict[str, Network]:
 
 
 def file_in(setting: str) -> str:
-    """The file that a setting names, without the network in it that is meant; empty for the name of a shipped one.
+    """Return the file of a setting without the network name; empty for a shipped network.
 
     >>> file_in("seas.toml:harbour"), file_in("links.csv"), file_in("mission-2012")
     ('seas.toml', 'links.csv', '')
@@ -312,15 +310,10 @@ def file_in(setting: str) -> str:
 
 
 def network_of(setting: str, sha256: str = "") -> Network:
-    """The network of a name, or of a file, which is read once as long as it stays the same.
+    """Return a shipped network, or that of a file, cached while its content stays the same.
 
-    Args:
-        setting: name of a shipped one, path of a file, or path and name as ``seas.toml:harbour``.
-        sha256: hash that the file must have; any if empty.
-
-    Raises:
-        LinkFileGoneError: there is no such network or file, or the file has another hash.
-        NetworkFileError: it is no network.
+    ``setting`` is a name, a path, or both as ``seas.toml:harbour``; ``sha256`` is the required hash, if not empty.
+    Raises LinkFileGoneError for an unknown network, missing file or other hash, NetworkFileError for invalid content.
     """
     if not (file := file_in(setting)):
         if setting in _shipped():
@@ -338,7 +331,6 @@ def network_of(setting: str, sha256: str = "") -> Network:
 
 @lru_cache(maxsize=16)
 def _read(file: str, sha256: str) -> list[Network]:
-    """The networks in a file of this content."""
     content = Path(file).read_bytes()
     if len(content) > LARGEST_BYTES:
         allowed = f"has {len(content) / 1e6:.1f} MB; allowed: up to {LARGEST_BYTES / 1e6:g} MB"
@@ -352,7 +344,7 @@ def _read(file: str, sha256: str) -> list[Network]:
 
 
 def _of_toml(text: str, file: str) -> list[Network]:
-    """The networks of a TOML text; ``file`` is what messages call it."""
+    """Parse the networks of a TOML text; ``file`` is its name in messages."""
     long = next((number for number, line in enumerate(text.split("\n"), 1) if len(line) > LONGEST_LINE), None)
     if long is not None:
         raise NetworkFileError(
@@ -363,13 +355,13 @@ def _of_toml(text: str, file: str) -> list[Network]:
     except RecursionError:
         allowed = "tables or lists lie too deep within each other; no network needs that"
         raise NetworkFileError([SettingFault("TOML", "", allowed, file=file)]) from None
-    except ValueError as error:  # of which TOMLDecodeError is one
+    except ValueError as error:  # base of TOMLDecodeError
         raise NetworkFileError([SettingFault("TOML", "", str(error), file=file)]) from None
     return _checked(tables, file)
 
 
 def _checked(tables: dict[str, Any], file: str) -> list[Network]:
-    """The networks of a file's tables."""
+    """Validate the networks of a file's tables."""
     try:
         found = NetworkFile.model_validate_json(json.dumps(tables, default=str), strict=True).network
     except ValidationError as error:
@@ -391,7 +383,7 @@ def _checked(tables: dict[str, Any], file: str) -> list[Network]:
 
 
 def _of_detail(detail: Mapping[str, Any], tables: Any, file: str) -> SettingFault:
-    """What pydantic has found wrong with the tables of a file; entries of lists are called by name or number."""
+    """Convert a pydantic error to a fault; list entries appear by name or number."""
     parts: list[str] = []
     for part in detail["loc"]:
         is_entry = isinstance(part, int)
@@ -405,9 +397,7 @@ def _of_detail(detail: Mapping[str, Any], tables: Any, file: str) -> SettingFaul
         n_entries = sum(isinstance(part, int) for part in detail["loc"])
         known = tuple((NetworkFile, Network, NetworkNode)[n_entries].model_fields)
         return SettingFault(key, given, f"unknown key, allowed here: {', '.join(known)}", known, file)
-    if (
-        detail["type"] == "string_pattern_mismatch"
-    ):  # the one pattern there is, of the name, which figures are called by
+    if detail["type"] == "string_pattern_mismatch":  # the only pattern: network names, used in file names
         return SettingFault(
             key, given, "allowed: 1 to 40 characters, none of them / \\ or a control character", file=file
         )
@@ -416,7 +406,7 @@ def _of_detail(detail: Mapping[str, Any], tables: Any, file: str) -> SettingFaul
 
 
 def _of_csv(text: str, file: str) -> list[Network]:
-    """The network of a CSV text: what is lost on each of its links, and nothing else."""
+    """Parse the network of a CSV text."""
 
     def refused(line: int, key: str, given: str, allowed: str) -> NetworkFileError:
         return NetworkFileError([SettingFault(key, json.dumps(given) if given else "", allowed, (), file, line)])

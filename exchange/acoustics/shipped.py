@@ -1,4 +1,4 @@
-"""The channel models that are shipped, by the names that scenarios use."""
+"""Shipped channel models, by their names in scenarios."""
 
 from exchange.acoustics.acoustic import AcousticChannel
 from exchange.acoustics.models import (
@@ -20,4 +20,4 @@ CHANNELS: dict[str, type[ChannelModel]] = {
     "trace": TraceChannel,
     "network": NetworkChannel,
 }
-"""The shipped models by the name that scenarios use."""
+"""Shipped models by name."""

@@ -1,18 +1,18 @@
-"""The site term of the channel ``acoustic``: ``[channel.site]``, by which links of one length differ, and change.
+"""Site term of the channel ``acoustic``: variation of links by place and time.
 
-Transmission loss in a place is log-normal about a law of the range, with a variance that is that of the site
-(Stojanovic, Preisig 2009; Llor, Stojanovic 2013). Here the ratio of signal to noise of a link from a to b at t is that
-of the budget plus S(a, b, t) less N(b):
+Transmission loss at a site is log-normal about a law of the range, with the variance of the site (Stojanovic, Preisig
+2009; Llor, Stojanovic 2013). The signal-to-noise ratio of a link from a to b at t is that of the budget plus S(a, b, t)
+less N(b):
 
-    S  Gaussian, spread_db in all places, the same from b to a, since sound takes the same ways back. With S(c, d, u)
-       it is correlated by exp(-(|a - c|^2 + |b - d|^2) / (2 L^2) - (t - u)^2 / (2 T^2)), or by that with c and d
-       exchanged, over the distance L and the time T.
-    N  Gaussian, receiver_db: noise near the receiver, drawn once per vehicle and run. By it links are asymmetric.
+    S  Gaussian with spread_db, equal from b to a, since sound paths are reciprocal. Its correlation with S(c, d, u) is
+       exp(-(|a - c|^2 + |b - d|^2) / (2 L^2) - (t - u)^2 / (2 T^2)), or with c and d exchanged, for the distance L
+       and the time T.
+    N  Gaussian with receiver_db: noise at the receiver, one draw per vehicle and run. It makes links asymmetric.
 
-S is a sum of ``WAVES`` plane waves over both places and time, whose wave numbers and phases are drawn by the seed
-(spectral method, Shinozuka 1971), each with the same wave in the other direction. So it is a pure function of seed,
-places and time, whatever is asked before, and does not depend on strategy, policy or what is said. Over seeds it has
-that correlation exactly, and is Gaussian but for its kurtosis, which is below 3 by 1.5 / WAVES at most.
+S is a sum of ``WAVES`` plane waves over both places and time, each with its reciprocal, with wave numbers and phases
+drawn by the seed (spectral method, Shinozuka 1971). It is a pure function of seed, places and time, independent of
+queries, strategy and traffic. Over seeds its correlation is exact, and it is Gaussian except for a kurtosis below 3 by
+at most 1.5 / WAVES.
 """
 
 from __future__ import annotations
@@ -29,35 +29,35 @@ from exchange.acoustics.link import Transmission
 from exchange.arithmetic import PI, exp, normal_quantile, sincos
 
 WAVES = 24
-"""Plane waves of which a site is made."""
+"""Number of plane waves of a site."""
 LEVELS = 32
-"""Levels of equal probability over which the mean of a site is taken."""
+"""Number of equiprobable levels in the mean over a site."""
 RECEIVERS = 1 << 20
-"""Stands where the numbers of waves stand in draws, beyond all of them: those of the noise of receivers."""
+"""Pseudo-number, beyond all waves, for the draws of receiver noise."""
 HALF_STEP = 2.0**-54
-"""Half of the step between two uniform numbers: with it none is 0."""
+"""Half of the step between uniform numbers, added to exclude 0."""
 
 PlaceM = tuple[float, float]
 
 
 class Links(Protocol):
-    """Links whose losses follow from range and size."""
+    """Links with losses from range and size alone."""
 
     def loss_at(self, range_m: float, size_bits: int) -> float:
-        """Probability that a packet is lost that is taken whole."""
+        """Return the loss probability of a packet that is received as a whole."""
         ...
 
     def delivered_at(self, range_m: float, size_bits: int) -> float:
-        """Share of a packet that arrives in the mean where each frame is delivered for itself."""
+        """Return the mean share of a packet that arrives if frames are received one by one."""
         ...
 
     def shifted(self, excess_db: float) -> Links:
-        """The same links where the ratio of signal to noise is by so much above that of the budget."""
+        """Return the links with a signal-to-noise ratio higher by ``excess_db``."""
         ...
 
 
 class SiteTable(BaseModel):
-    """The table ``[channel.site]``."""
+    """Table ``[channel.site]``."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
 
@@ -79,12 +79,12 @@ class SiteTable(BaseModel):
 
     @property
     def is_on(self) -> bool:
-        """True if links differ by it."""
+        """True if the site affects links."""
         return self.spread_db > 0.0 or self.receiver_db > 0.0
 
 
 class Wave(NamedTuple):
-    """A plane wave over two places and time: in their sum, in their difference, in time (rad/m, rad/m, rad/s)."""
+    """Plane wave over the sum and difference of two places (rad/m) and time (rad/s)."""
 
     of_sum: PlaceM
     of_difference: PlaceM
@@ -93,7 +93,7 @@ class Wave(NamedTuple):
 
 
 def correlation(one: tuple[PlaceM, PlaceM], other: tuple[PlaceM, PlaceM], distance_m: float) -> float:
-    """Correlation of the transmission losses of two links at one time, by the places of their ends.
+    """Return the correlation of the transmission losses of two simultaneous links.
 
     >>> round(correlation(((0.0, 0.0), (900.0, 0.0)), ((900.0, 0.0), (0.0, 200.0)), 200.0), 4)
     0.6065
@@ -109,19 +109,16 @@ def correlation(one: tuple[PlaceM, PlaceM], other: tuple[PlaceM, PlaceM], distan
 
 
 def _doubling(a: PlaceM, b: PlaceM, distance_m: float) -> float:
-    """Variance of a wave and the same in the other direction, over that of one: 2 where both ends are in one place."""
+    """Return the variance of a wave plus its reciprocal, relative to one wave: 2 if a equals b."""
     east_m, north_m = a[0] - b[0], a[1] - b[1]
     return 1.0 + exp(-(east_m * east_m + north_m * north_m) / (distance_m * distance_m))
 
 
 @dataclass(frozen=True, slots=True)
 class Site:
-    """What a site does to links in one run.
+    """Effect of a site on links in one run.
 
-    Args:
-        table: of the site.
-        waves: that are drawn.
-        receivers_db: noise near each receiver, above that of the budget.
+    ``receivers_db`` is the noise at each receiver above that of the budget.
     """
 
     table: SiteTable
@@ -130,7 +127,7 @@ class Site:
 
     @classmethod
     def drawn(cls, table: SiteTable, n_nodes: int, seed: int) -> Site:
-        """The site of the run with that seed."""
+        """Draw the site of a run by its seed."""
 
         def normal(number: int, part: int) -> float:
             return normal_quantile(loss.uniform(seed, loss.SITES, number, part, 0) + HALF_STEP)
@@ -148,7 +145,7 @@ class Site:
         return cls(table, tuple(map(wave, range(WAVES))), receivers_db)
 
     def spread_db(self, a: PlaceM, b: PlaceM, now_s: float) -> float:
-        """How far the transmission loss between two places lies below the law (dB); the same in both directions."""
+        """Return the reciprocal reduction (dB) of transmission loss between two places."""
         (x, y), (u, v) = a, b
         total = math.fsum(
             sincos(of_sum[0] * (x + u) + of_sum[1] * (y + v) + of_time * now_s + phase_rad)[1]
@@ -158,56 +155,46 @@ class Site:
         return self.table.spread_db * 2.0 * total / math.sqrt(WAVES * _doubling(a, b, self.table.distance_m))
 
     def excess_db(self, a: PlaceM, b: PlaceM, receiver: int, now_s: float) -> float:
-        """Ratio of signal to noise of a link, above that of the budget (dB)."""
+        """Return the signal-to-noise ratio of a link above that of the budget (dB)."""
         return self.spread_db(a, b, now_s) - self.receivers_db[receiver]
 
 
 @dataclass(frozen=True, slots=True)
 class SiteMean:
-    """Links in the mean over a site, where nobody says between which places.
-
-    Args:
-        levels: the same links at levels of equal probability.
-    """
+    """Links averaged over a site, for unknown places; ``levels`` are equiprobable."""
 
     levels: Sequence[Links]
 
     @classmethod
     def over(cls, links: Links, table: SiteTable) -> SiteMean:
-        """The mean of links over a site."""
+        """Return the mean of links over a site."""
         spread_db = math.sqrt(table.spread_db * table.spread_db + table.receiver_db * table.receiver_db)
         excesses_db = [spread_db * normal_quantile((number + 0.5) / LEVELS) for number in range(LEVELS)]
         return cls([links.shifted(excess_db) for excess_db in excesses_db])
 
     def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
-        """Probability that one frame of the packet or more are lost."""
+        """Return the probability that at least one frame of the packet is lost."""
         return self.loss_at(range_m, packet.size_bits)
 
     def loss_at(self, range_m: float, size_bits: int) -> float:
-        """Probability that a packet is lost that is taken whole."""
+        """Return the loss probability of a packet that is received as a whole."""
         return math.fsum(links.loss_at(range_m, size_bits) for links in self.levels) / len(self.levels)
 
     def delivered_at(self, range_m: float, size_bits: int) -> float:
-        """Share of a packet that arrives in the mean where each frame is delivered for itself."""
+        """Return the mean share of a packet that arrives if frames are received one by one."""
         return math.fsum(links.delivered_at(range_m, size_bits) for links in self.levels) / len(self.levels)
 
 
 @dataclass(frozen=True, slots=True)
 class SiteLinks:
-    """Links of one run in a site.
-
-    Args:
-        links: by the budget alone.
-        site: of the run.
-        mean: over the site, for packets of which nobody says where the nodes are.
-    """
+    """Links of one run at a site; ``mean`` is used for packets without positions."""
 
     links: Links
     site: Site
     mean: SiteMean
 
     def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
-        """Probability that one frame of the packet or more are lost."""
+        """Return the probability that at least one frame of the packet is lost."""
         if not packet.positions_m:
             return self.mean.loss_at(range_m, packet.size_bits)
         a, b = packet.positions_m[packet.sender], packet.positions_m[receiver]

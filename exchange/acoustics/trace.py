@@ -1,15 +1,15 @@
-"""The channel ``trace``: outcomes of links that were recorded, at sea or in a run, replayed from a file.
+"""Channel ``trace``: recorded link outcomes, at sea or in a run, replayed from a file.
 
-The file is CSV with a line of names, or Parquet, of the columns
+The file is CSV with a header, or Parquet, with the columns
 
     time_s    start of a packet, from the start of the run
-    sender    name of the vehicle that sent it
-    receiver  name of one that listened
-    lost      1 if it was lost there, 0 if not; or in its place
+    sender    name of the sending vehicle
+    receiver  name of a receiving vehicle
+    lost      1 if lost there, else 0; or in its place
     per       packet error rate of the link from then on
 
-in any order of rows; other columns are passed over. A row holds until the next of its link, the first also for what was
-before it. The trace lasts until its last row, and as long after that as the median time between two rows of a link.
+Rows may have any order; other columns are ignored. A row holds until the next one of its link, the first also before
+its time. The trace ends one median row interval of a link after its last row.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from exchange.acoustics.models import (
 )
 
 ROUNDING_S = 0.001
-"""A row holds this much before its time: a writer may have rounded it."""
+"""Tolerance (s) by which a row takes effect early, for times rounded by the writer."""
 KEYS = ("time_s", "sender", "receiver")
 OUTCOMES = {"0": 0.0, "1": 1.0, "false": 0.0, "true": 1.0}
 KINDS = "a CSV or Parquet file"
@@ -45,13 +45,13 @@ KINDS = "a CSV or Parquet file"
 
 @dataclass(frozen=True, slots=True)
 class LossSeries:
-    """Loss of one directed link: at each time it begins to be what stands at the same place of ``per``."""
+    """Loss of one directed link: ``per[i]`` from ``times_s[i]`` on."""
 
     times_s: tuple[float, ...]
     per: tuple[float, ...]
 
     def at(self, time_s: float) -> float:
-        """Probability of loss at a time.
+        """Return the loss probability at a time.
 
         >>> LossSeries((0.0, 10.0), (1.0, 0.0)).at(9.9)
         1.0
@@ -59,7 +59,7 @@ class LossSeries:
         return self.per[max(0, bisect_right(self.times_s, time_s + ROUNDING_S) - 1)]
 
     def mean(self, until_s: float) -> float:
-        """Mean over the time from 0 to ``until_s``."""
+        """Return the mean over the time from 0 to ``until_s``."""
         if until_s <= 0.0:
             return self.per[0]
         begins_s = (0.0, *self.times_s[1:], until_s)
@@ -69,14 +69,14 @@ class LossSeries:
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """What a file holds: a series of each directed link, by the names of its vehicles; the time that it lasts."""
+    """Loss series by (sender, receiver), and the end of the trace (s)."""
 
     links: Mapping[tuple[str, str], LossSeries]
     until_s: float
 
     @property
     def vehicles(self) -> list[str]:
-        """Names of all vehicles in it."""
+        """Sorted names of all vehicles."""
         return sorted({name for link in self.links for name in link})
 
     @property
@@ -94,14 +94,14 @@ class Trace:
 
 @dataclass(frozen=True, slots=True)
 class TraceLinks:
-    """Links that do what was recorded; a trace that is repeated starts anew when it has ended."""
+    """Links as recorded; with ``repeat`` the trace restarts after its end."""
 
     series: Mapping[tuple[int, int], LossSeries]
     until_s: float
     repeat: bool
 
     def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
-        """What the trace says of the link at the start of the packet."""
+        """Return the loss of the link at the start of the packet."""
         time_s = packet.start_s
         if self.repeat and self.until_s > 0.0:
             time_s %= self.until_s
@@ -109,7 +109,7 @@ class TraceLinks:
 
 
 class TraceChannel(ChannelModel):
-    """Losses as they were recorded."""
+    """Recorded losses."""
 
     title = "losses of each link as recorded in channel.file: outcomes, or rates over time"
 
@@ -121,26 +121,26 @@ class TraceChannel(ChannelModel):
     )
 
     def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
-        """Links of the file's vehicles."""
+        """Return the links of the file's vehicles."""
         trace, nodes = trace_of(self.file, self.sha256), deployment.nodes
         series = {(nodes[sender], nodes[receiver]): link for (sender, receiver), link in trace.links.items()}
         return TraceLinks(series, trace.until_s, self.repeat)
 
     def mean_per(self, deployment: Deployment) -> float:
-        """Over the time that the file lasts, and its links."""
+        """Return the mean over the duration and links of the file."""
         trace = trace_of(self.file, self.sha256)
         return math.fsum(series.mean(trace.until_s) for series in trace.links.values()) / len(trace.links)
 
     @classmethod
     def faults(cls, settings: Mapping[str, Any]) -> Iterator[SettingFault]:
-        """No file is named."""
+        """Yield a fault if no file is given."""
         if not settings.get("file"):
             yield SettingFault("file", "", f"missing: a CSV or Parquet file of {', '.join(KEYS)}, and lost or per")
 
     def misfits(self, deployment: Deployment) -> Iterator[SettingFault]:
-        """A file that cannot be read, that is of other vehicles, or that ends before the run.
+        """Yield a fault for a file that is unreadable, of other vehicles or too short for the run.
 
-        Results whose file is gone can still be read: if the hash is given, that is a fault of a new run alone.
+        Results must stay readable without their file: if the hash is given, only a new run fails.
         """
         if not self.file:
             return
@@ -158,7 +158,7 @@ class TraceChannel(ChannelModel):
 
 
 def _misfit(trace: Trace, deployment: Deployment, repeat: bool) -> str:
-    """Why a trace is not one of this fleet and its run; empty if it is."""
+    """Return the reason why a trace does not fit fleet and run; empty if it does."""
     fleet = list(deployment.nodes)
     others = [name for name in trace.vehicles if name not in deployment.nodes]
     if others:
@@ -180,22 +180,16 @@ def _misfit(trace: Trace, deployment: Deployment, repeat: bool) -> str:
 
 
 def trace_of(file: str, sha256: str = "") -> Trace:
-    """The trace in a file, which is read once as long as it stays the same.
+    """Return the trace of a CSV or Parquet file, cached while its content stays the same.
 
-    Args:
-        file: path of a CSV or Parquet file.
-        sha256: hash that its content must have; any if empty.
-
-    Raises:
-        LinkFileGoneError: there is no such file, or it has another hash.
-        LinkFileError: it is no trace.
+    ``sha256`` is the required hash, if not empty. Raises LinkFileGoneError for a missing file or another hash,
+    LinkFileError for invalid content.
     """
     return _read(file, same_hash(file, sha256, KINDS))
 
 
 @lru_cache(maxsize=16)
 def _read(file: str, sha256: str) -> Trace:
-    """The trace in a file of this content."""
     names, rows = _parquet(file) if file.endswith(".parquet") else _csv(file)
     kind = "lost" if "lost" in names else "per"
     missing = [name for name in (*KEYS, kind) if name not in names]
@@ -222,7 +216,7 @@ def _read(file: str, sha256: str) -> Trace:
 
 
 Rows = Iterable[tuple[str, list[Any]]]
-"""Where each row stands in its file, and its values."""
+"""Position of each row in its file, and its values."""
 
 
 def _csv(file: str) -> tuple[list[str], Rows]:
@@ -246,7 +240,7 @@ def _parquet(file: str) -> tuple[list[str], Rows]:
 
 
 def _checked(where: str, kind: str, row: list[Any]) -> tuple[float, str, str, float]:
-    """Time, sender, receiver and loss of a row."""
+    """Return time, sender, receiver and loss of a row."""
     time, sender, receiver, outcome = (str(value).strip() for value in row)
     if not sender or not receiver or sender == receiver:
         raise LinkFileError(f"{where}: from {sender!r} to {receiver!r} is no link of two vehicles")
