@@ -1,4 +1,4 @@
-"""Drivers: what stands between a vehicle's exchange and a modem. The manager knows nothing of them."""
+"""Drivers: interfaces between the exchange of a vehicle and its modem."""
 
 from exchange.drivers.memory import Ether, MemoryDriver
 from exchange.drivers.seam import AT_ONCE, AtOnce, Driver, Pace, Paced, TimedPacket

@@ -1,8 +1,9 @@
-"""A Nanomodem v3 of Newcastle University at a serial port: broadcasts of 2 to 64 bytes.
+"""Driver for the Nanomodem v3 of Newcastle University at a serial port.
 
-The host sends ``$B``, the length in two digits and the data; the modem answers ``$B`` and the length as it begins to
-transmit. Of others it gives ``#B``, the sender's address in three digits, the length and the data. What else it says
-(``E`` for what it cannot do, answers to other commands) is passed over. 9600 baud, 8 bits, no parity, one stop bit.
+It broadcasts 2 to 64 bytes. The host sends ``$B``, the length in two digits and the data; the modem confirms with
+``$B`` and the length when it starts to transmit. It reports received broadcasts as ``#B``, sender address in three
+digits, length and data. The driver ignores other output, such as ``E`` for errors. 9600 baud, 8 bits, no parity, one
+stop bit.
 """
 
 from __future__ import annotations
@@ -19,25 +20,18 @@ from exchange.drivers.seam import Paced, TimedPacket
 from exchange.errors import ConfigurationError
 
 LEAST_BYTES, MOST_BYTES = 2, 64
-"""Data of one broadcast."""
+"""Limits of the data in one broadcast."""
 HEARD = re.compile(rb"#B[0-9]{3}([0-9]{2})")
 LONGEST_HEAD = 7
-"""Bytes of ``#B``, address and length."""
+"""Size of ``#B``, address and length (bytes)."""
 MOST_AT_ONCE = 4096
 
 
 class Nanomodem:
-    """The modem of one vehicle.
+    """Modem of one vehicle at a serial port such as ``/dev/ttyUSB0``.
 
-    Args:
-        port: device of the serial port, such as ``/dev/ttyUSB0``.
-        pace: what time of the mission it is.
-
-    Raises:
-        ConfigurationError: the port cannot be opened, or is no serial port.
-
-    Attributes:
-        n_unfit: packets that were not sent, since the modem takes none of their length.
+    Raises ConfigurationError if the port cannot be opened or is no serial port. ``n_unfit`` counts packets not sent
+    because of their length.
     """
 
     def __init__(self, port: Path, pace: Paced) -> None:
@@ -58,23 +52,23 @@ class Nanomodem:
         self.n_unfit = 0
 
     def send(self, data: bytes, now_s: float) -> None:
-        """Let the modem broadcast a packet; one that does not fit is counted, and not sent."""
+        """Broadcast a packet; count and drop one of invalid length."""
         if self._file is None:
             return
         if not LEAST_BYTES <= len(data) <= MOST_BYTES:
             self.n_unfit += 1
             return
-        with suppress(OSError):  # a modem that is not there is a packet lost
+        with suppress(OSError):  # without the modem the packet is lost
             os.write(self._file, b"$B%02d%b" % (len(data), data))
 
     def receive(self, until_s: float) -> list[TimedPacket]:
-        """The packets that have come; at ``until_s`` none."""
+        """Return the received packets; wait until ``until_s`` for the first."""
         while self._file is not None and select.select([self._file], [], [], self._pace.wait_s(until_s))[0]:
             try:
                 came = os.read(self._file, MOST_AT_ONCE)
             except OSError:
                 came = b""
-            if not came:  # the port is gone
+            if not came:  # port removed
                 self.close()
             self._rest += came
             if heard := self._taken():
@@ -82,7 +76,7 @@ class Nanomodem:
         return []
 
     def _taken(self) -> list[TimedPacket]:
-        """The whole packets of what has come; data may look like a head, so they are passed over as one."""
+        """Return the complete packets received; data that looks like a head is not parsed as one."""
         heard: list[TimedPacket] = []
         now_s = max(0.0, self._pace.now_s)
         while (head := HEARD.search(self._rest)) is not None:
@@ -100,7 +94,7 @@ class Nanomodem:
         return heard
 
     def close(self) -> None:
-        """Free the port."""
+        """Close the port."""
         if self._file is not None:
             os.close(self._file)
             self._file = None

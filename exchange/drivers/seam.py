@@ -1,7 +1,7 @@
-"""What a driver is, and the time by which it waits.
+"""Driver interface, and the mission time on which drivers wait.
 
-A driver carries packets, bytes that the manager has packed, and says when each was heard. It may lose, double, delay
-and reorder them: the exchange stands that. It never waits for an answer, and a packet that is lost is not its care.
+A driver carries packets as bytes and reports their reception times. It may lose, duplicate, delay and reorder them; the
+exchange tolerates that. It never waits for an answer and does not retransmit.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import NamedTuple, Protocol, runtime_checkable
 
 
 class TimedPacket(NamedTuple):
-    """A packet, and when the whole of it was heard (s of the mission)."""
+    """Packet with the time at which it was completely received (s of the mission)."""
 
     data: bytes
     time_s: float
@@ -22,63 +22,57 @@ class TimedPacket(NamedTuple):
 
 @runtime_checkable
 class Driver(Protocol):
-    """Sends and receives the packets of one vehicle.
+    """Transmission and reception of the packets of one vehicle.
 
-    A node calls ``send`` in the own slots of its vehicle, ``receive`` all the time between, and ``close`` once, at its
-    end. All three are called from one thread.
+    A node calls ``send`` in its own slots, ``receive`` between them and ``close`` at its end, all from one thread.
     """
 
     def send(self, data: bytes, now_s: float) -> None:
-        """Transmit a packet to whoever hears it; returns without waiting for anybody.
+        """Transmit a non-empty packet, without blocking.
 
-        Args:
-            data: the packet, not empty.
-            now_s: when its slot opened (s of the mission); it may be sent a little later.
+        ``now_s`` is the start of the slot (s of the mission); the packet may leave slightly later.
         """
         ...
 
     def receive(self, until_s: float) -> Sequence[TimedPacket]:
-        """What has been heard since the last call, in the order in which it came.
+        """Return the packets since the last call, in order of reception.
 
-        Returns at once if there is something, else as soon as something comes, and with nothing at ``until_s``. A time
-        that is past means: do not wait. What was damaged on the way may be given: the manager refuses it.
-
-        Args:
-            until_s: time of the mission (s).
+        It waits for the first packet until ``until_s`` (s of the mission), and not at all if that is past. Packets may
+        be damaged; the manager rejects these.
         """
         ...
 
     def close(self) -> None:
-        """Let go of the modem; calling it again does nothing."""
+        """Release the modem; a repeated call has no effect."""
         ...
 
 
 class Pace(Protocol):
-    """Says what time of the mission it is."""
+    """Clock of the mission time."""
 
     @property
     def now_s(self) -> float:
-        """Time of the mission (s), below 0 before it begins."""
+        """Mission time (s), negative before the start."""
         ...
 
     @property
     def uncertainty_s(self) -> float:
-        """By how much that may be wrong (s)."""
+        """Uncertainty of the mission time (s)."""
         ...
 
 
 @dataclass(frozen=True)
 class AtOnce:
-    """No pace: whatever is to happen is due at once."""
+    """Clock of an unpaced run: everything is due at once."""
 
     @property
     def now_s(self) -> float:
-        """Later than everything."""
+        """Infinity: later than all events."""
         return math.inf
 
     @property
     def uncertainty_s(self) -> float:
-        """None: nobody waits for it."""
+        """Zero (s): no caller waits."""
         return 0.0
 
 
@@ -86,11 +80,10 @@ AT_ONCE = AtOnce()
 
 
 class Paced:
-    """Time of the mission by the clock of the machine, in real time or faster.
+    """Mission time by the machine clock, in real time or faster.
 
-    Args:
-        start_s: when the mission begins, by ``time.monotonic``, which is the same for all processes of a machine.
-        speed: seconds of the mission in a second.
+    ``start_s`` is the mission start by ``time.monotonic``, common to all processes of a machine. ``speed`` is in
+    seconds of the mission per second.
     """
 
     def __init__(self, start_s: float, speed: float = 1.0) -> None:
@@ -99,14 +92,14 @@ class Paced:
 
     @property
     def now_s(self) -> float:
-        """Time of the mission (s)."""
+        """Mission time (s)."""
         return (time.monotonic() - self.start_s) * self.speed
 
     @property
     def uncertainty_s(self) -> float:
-        """By how much that may be wrong (s): the clock of the machine is taken to be right."""
+        """Uncertainty of the mission time (s): 0, the machine clock is taken as exact."""
         return 0.0
 
     def wait_s(self, until_s: float) -> float:
-        """How long it is until a time of the mission, in seconds of the machine; 0 if it is past."""
+        """Return the wait until a mission time, in seconds of the machine; 0 if it is past."""
         return max(0.0, (until_s - self.now_s) / self.speed)

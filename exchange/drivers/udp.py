@@ -1,7 +1,7 @@
-"""UDP in place of a modem: a datagram to each peer for every packet, on one machine.
+"""UDP in place of a modem, on one machine: one datagram per packet and peer.
 
-A datagram is ``RMR1``, the time at which the slot opened (s of the mission, a big-endian double) and the packet. Modems
-need time to transmit and the network has none, so a packet counts as heard when a modem would have ended it.
+A datagram is ``RMR1``, the start of the slot (s of the mission, big-endian double) and the packet. The reception time
+includes the transmission time of a modem, which the network lacks.
 """
 
 from __future__ import annotations
@@ -19,31 +19,23 @@ from exchange.drivers.seam import Paced, TimedPacket
 from exchange.errors import ConfigurationError
 
 Address = tuple[str, int]
-"""IPv4 address of a host, and a port."""
+"""IPv4 address of a host, and port."""
 HEAD = struct.Struct(">4sd")
 MAGIC = b"RMR1"
 LARGEST_BYTES = 65_507
-"""What one datagram holds."""
+"""Maximum size of a datagram."""
 MOST_AT_ONCE = 64
-"""Datagrams that one call gives: a flood does not keep a node from its own slots."""
+"""Maximum number of datagrams per call, so that a flood does not delay own slots."""
 
 
 def address_of(text: str, option: str) -> Address:
-    """The address that ``HOST:PORT`` is.
-
-    Args:
-        text: as the user gave it.
-        option: that it was given with, for messages.
-
-    Raises:
-        ConfigurationError: it is none.
-    """
+    """Parse ``HOST:PORT``; raises ConfigurationError that names ``option``."""
     host, colon, port = text.rpartition(":")
     try:
         if not colon or not host or not port.isascii() or not port.isdigit() or int(port) > 65_535:
             raise ValueError
         return socket.gethostbyname(host), int(port)
-    except (OSError, ValueError):  # UnicodeError, of a name that cannot be one, is a ValueError
+    except (OSError, ValueError):  # UnicodeError, from an invalid host name, is a ValueError
         raise ConfigurationError(
             f"{option} {text}: allowed is HOST:PORT with a host that is known and a port up to 65535, such as "
             "127.0.0.1:47000"
@@ -51,13 +43,9 @@ def address_of(text: str, option: str) -> Address:
 
 
 class Socket:
-    """A UDP port of this machine.
+    """UDP port of this machine; port 0 selects a free one.
 
-    Args:
-        address: to listen on; port 0 is any that is free.
-
-    Raises:
-        ConfigurationError: it is in use, or no address of this machine.
+    Raises ConfigurationError if the address is in use or not of this machine.
     """
 
     def __init__(self, address: Address = ("127.0.0.1", 0)) -> None:
@@ -76,16 +64,16 @@ class Socket:
 
     @property
     def address(self) -> Address:
-        """Where it is reached."""
+        """Bound address."""
         host, port = self._socket.getsockname()
         return host, port
 
     def wait(self, wait_s: float) -> bool:
-        """True as soon as there is a datagram; False after so many seconds without."""
+        """True as soon as there is a datagram; False after ``wait_s`` (s) without one."""
         return bool(select.select([self._socket], [], [], wait_s)[0])
 
     def take(self) -> tuple[bytes, Address] | None:
-        """The next datagram and who sent it; None if there is none, or the last one that was sent found nobody."""
+        """Return the next datagram and its sender; None without one or after a failed send."""
         try:
             data, sender = self._socket.recvfrom(LARGEST_BYTES)
         except OSError:
@@ -93,21 +81,18 @@ class Socket:
         return data, (sender[0], sender[1])
 
     def put(self, data: bytes, to: Address) -> None:
-        """Send a datagram; that nobody is there does not matter."""
+        """Send a datagram; ignore an unreachable receiver."""
         with suppress(OSError):
             self._socket.sendto(data, to)
 
     def close(self) -> None:
-        """Free the port."""
+        """Close the port."""
         self._socket.close()
 
     def heard_start_s(self, peers: Iterable[Address], wait_s: float, speed: float) -> float | None:
-        """When the mission of the peers began, by ``time.monotonic``; None if none is heard so long.
+        """Return the start of the peers' mission by ``time.monotonic``; None after ``wait_s`` (s).
 
-        Args:
-            peers: whom to believe.
-            wait_s: how long to listen, in seconds of the machine.
-            speed: seconds of the mission in a second.
+        ``speed`` is in seconds of the mission per second.
         """
         known, until_s = frozenset(peers), time.monotonic() + wait_s
         while self.wait(max(0.0, until_s - time.monotonic())):
@@ -118,7 +103,7 @@ class Socket:
 
 
 def _opened(datagram: bytes) -> tuple[float, bytes] | None:
-    """When the slot of a packet opened, and the packet; None if the datagram is not of ours."""
+    """Return slot start and packet of a datagram; None for another format."""
     if len(datagram) <= HEAD.size:
         return None
     magic, sent_s = HEAD.unpack_from(datagram)
@@ -126,16 +111,10 @@ def _opened(datagram: bytes) -> tuple[float, bytes] | None:
 
 
 class UdpDriver:
-    """Packets by UDP to peers that are known by their addresses; others are not listened to.
+    """Packets by UDP to and from peers of known addresses.
 
-    Args:
-        port: to send from and to listen on; closed with the driver.
-        peers: addresses of all others.
-        pace: what time of the mission it is.
-        air_s: how long a modem takes for so many bits (s).
-
-    Attributes:
-        n_strange: datagrams of strangers, and such as are no packets.
+    It owns ``port`` and closes it. ``air_s`` maps bits to the transmission time of a modem (s). ``n_strange`` counts
+    datagrams of other senders or formats.
     """
 
     def __init__(self, port: Socket, peers: Iterable[Address], pace: Paced, air_s: Callable[[int], float]) -> None:
@@ -147,14 +126,14 @@ class UdpDriver:
         self.n_strange = 0
 
     def send(self, data: bytes, now_s: float) -> None:
-        """Send the packet to each peer; nothing after it was closed."""
+        """Send the packet to each peer; after ``close`` do nothing."""
         if self._is_open:
             datagram = HEAD.pack(MAGIC, now_s) + data
             for peer in self._peers:
                 self._port.put(datagram, peer)
 
     def receive(self, until_s: float) -> list[TimedPacket]:
-        """The packets of peers that have come; at ``until_s`` none."""
+        """Return the packets of peers; wait until ``until_s`` for the first."""
         while self._is_open and self._port.wait(self._pace.wait_s(until_s)):
             if heard := self._taken():
                 return heard
@@ -174,6 +153,6 @@ class UdpDriver:
         return heard
 
     def close(self) -> None:
-        """Free the port."""
+        """Close the port."""
         self._is_open = False
         self._port.close()

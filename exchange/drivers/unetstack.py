@@ -1,7 +1,7 @@
-"""A modem that runs UnetStack, or its simulator: broadcasts as frames of its physical layer, by JSON over TCP.
+"""Driver for UnetStack modems: physical-layer broadcasts, by JSON over TCP.
 
-UnetStack's agents speak over fjage (JSON Protocol Specifications, https://fjage.readthedocs.io): a JSON object a line.
-A program has a name of its own, says for whom it wants messages, and sends those of others an object ``message``:
+The agents of UnetStack use fjage (JSON Protocol Specifications, https://fjage.readthedocs.io), one JSON object per
+line. A client has a unique name, subscribes to recipients, and receives their messages in objects ``message``:
 
     -> {"action": "agentForService", "id": I, "service": "org.arl.unet.Services.PHYSICAL"}
     <- {"inResponseTo": "agentForService", "id": I, "agentID": "phy"}
@@ -9,8 +9,8 @@ A program has a name of its own, says for whom it wants messages, and sends thos
     -> {"action": "send", "message": {"clazz": "org.arl.unet.phy.TxFrameReq", "data": {"data": [bytes], ...}}}
     <- {"action": "send", "message": {"clazz": "org.arl.unet.phy.RxFrameNtf", "data": {"data": [bytes], ...}}}
 
-Bytes come as base64 in ``{"clazz": "[B", "data": ...}``, or as a list of numbers. Frames are of type 2 (data), to 0
-(all), of protocol 32 (the first of users); those of other protocols are passed over.
+Bytes are base64 in ``{"clazz": "[B", "data": ...}``, or a list of numbers. Frames are of type 2 (data), to 0
+(broadcast), of protocol 32 (the first user protocol); others are ignored.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ PHYSICAL = "org.arl.unet.Services.PHYSICAL"
 TRANSMIT, HEARD, REFUSED = "TxFrameReq", "RxFrameNtf", "REFUSE"
 DATA, EVERYBODY, PROTOCOL = 2, 0, 32
 PATIENCE_S = 5.0
-"""How long a modem may take until it answers (s)."""
+"""Timeout of connection and answers (s)."""
 MOST_BYTES = 1 << 20
-"""Of a line: what is longer is none."""
+"""Maximum length of a line; longer input is discarded."""
 _ANSWERS: dict[str, dict[str, Any]] = {
     "services": {"services": []},
     "agentForService": {},
@@ -43,17 +43,10 @@ _ANSWERS: dict[str, dict[str, Any]] = {
 
 
 class UnetStack:
-    """The modem of one vehicle.
+    """Modem of one vehicle; UnetStack usually listens at port 1100.
 
-    Args:
-        address: where UnetStack listens, usually port 1100.
-        pace: what time of the mission it is.
-
-    Raises:
-        ConfigurationError: nobody answers there, or it has no physical layer.
-
-    Attributes:
-        n_refused: packets that the modem refused, since they were too long, or it was busy.
+    Raises ConfigurationError without an answer or physical layer. ``n_refused`` counts packets that the modem refused
+    as too long or while busy.
     """
 
     def __init__(self, address: Address, pace: Paced) -> None:
@@ -77,7 +70,7 @@ class UnetStack:
         self._say({"action": "wantsMessagesFor", "id": str(uuid.uuid4()), "agentIDs": wanted})
 
     def _answer(self, asked: str) -> str:
-        """The agent that the answer to a question names; empty if there is none in time."""
+        """Return the agent named in the answer to a request; empty after the timeout."""
         until_s = time.monotonic() + PATIENCE_S
         while self._socket is not None and (left_s := until_s - time.monotonic()) > 0.0:
             for said in self._lines(left_s):
@@ -86,7 +79,7 @@ class UnetStack:
         return ""
 
     def send(self, data: bytes, now_s: float) -> None:
-        """Let the modem broadcast a packet; one that it refuses is counted when it says so."""
+        """Broadcast a packet; refusals are counted on notification."""
         request = {
             "msgID": str(uuid.uuid4()),
             "perf": "REQUEST",
@@ -97,11 +90,11 @@ class UnetStack:
             "protocol": PROTOCOL,
             "data": {"clazz": "[B", "data": base64.b64encode(data).decode()},
         }
-        message = {"clazz": f"org.arl.unet.phy.{TRANSMIT}", "data": request}  # clazz has to stand first
+        message = {"clazz": f"org.arl.unet.phy.{TRANSMIT}", "data": request}  # clazz must be the first key
         self._say({"action": "send", "relay": True, "message": message})
 
     def receive(self, until_s: float) -> list[TimedPacket]:
-        """The packets that have come; at ``until_s`` none."""
+        """Return the received packets; wait until ``until_s`` for the first."""
         while self._socket is not None:
             left_s = self._pace.wait_s(until_s)
             heard = [data for said in self._lines(left_s) if (data := self._heard(said)) is not None]
@@ -110,7 +103,7 @@ class UnetStack:
         return []
 
     def close(self) -> None:
-        """Say goodbye, and let go of the connection."""
+        """Sign off and close the connection."""
         if self._socket is not None:
             self._say({"alive": False})
         if self._socket is not None:
@@ -122,12 +115,12 @@ class UnetStack:
             return
         try:
             self._socket.sendall(json.dumps(value).encode() + b"\n")
-        except OSError:  # a modem that is not there any more is a packet lost
+        except OSError:  # without the modem the packet is lost
             self._socket.close()
             self._socket = None
 
     def _lines(self, wait_s: float) -> list[dict[str, Any]]:
-        """What has come within a time (s), answered where an answer is due; nonsense is passed over."""
+        """Return the objects received within ``wait_s`` (s), after answering requests."""
         if self._socket is None or not select.select([self._socket], [], [], wait_s)[0]:
             return []
         try:
@@ -150,7 +143,7 @@ class UnetStack:
         return said
 
     def _answered(self, said: dict[str, Any]) -> None:
-        """Answer what a container asks of another: whether it is there, and whom it has."""
+        """Answer requests of the container about its agents."""
         action = said.get("action")
         if said.get("alive") is True:
             self._say({"alive": True})
@@ -161,7 +154,7 @@ class UnetStack:
             self._say({"id": said.get("id"), "inResponseTo": action, **_ANSWERS[action]})
 
     def _heard(self, said: dict[str, Any]) -> bytes | None:
-        """The packet of a frame that was heard; None of anything else."""
+        """Return the packet of a received frame; None for other messages."""
         message = said.get("message")
         content = message.get("data") if isinstance(message, dict) else None
         if not isinstance(message, dict) or not isinstance(content, dict):
@@ -174,7 +167,7 @@ class UnetStack:
         try:
             if isinstance(data, dict):
                 data = base64.b64decode(data["data"], validate=True)
-            elif isinstance(data, list):  # Java's bytes have a sign
+            elif isinstance(data, list):  # Java bytes are signed
                 data = bytes(byte % 256 for byte in data)
         except (KeyError, ValueError, TypeError):
             return None
