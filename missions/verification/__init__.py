@@ -1,6 +1,6 @@
-"""An independent reading of results: what of a folder does not follow from its tables and its scenario.
+"""Independent verification of results: discrepancies between tables, summary and scenario.
 
-Nothing here imports anything of ours. What should follow is worked out from docs/howto/results.md and docs/model/.
+It imports no other package of this project; expected values follow docs/howto/results.md and docs/model/.
 """
 
 from missions.verification.folder import verify

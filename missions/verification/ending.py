@@ -1,7 +1,4 @@
-"""Roles, faults, milestones and verdict of a run.
-
-docs/howto/results.md, tables ``roles`` and ``organisation``.
-"""
+"""Checks of roles, faults, milestones and verdict of a run (docs/howto/results.md)."""
 
 from __future__ import annotations
 
@@ -30,17 +27,17 @@ KEEP_OWN_JOBS = (
     "cbba", "cbba-plain", "status-broadcast", "fixed-partition", "remoras.strategies.grape:GRAPE",
     "remoras.strategies.fmc_ata:FMC_ATA", "remoras.strategies.reorganising:REORGANISING",
 )  # fmt: skip
-"""Strategies under which each vehicle notes its jobs for itself."""
+"""Strategies in which each vehicle records its own jobs."""
 
 
 def check_roles(record: Record, report: CheckReport) -> None:
-    """Look at the events of each role of each vehicle, and hold them against the vehicle's view of itself."""
+    """Check the role events of each vehicle against each other and its own view."""
     _check_sequences(record, report)
     _check_views(record, report)
 
 
 def _check_sequences(record: Record, report: CheckReport) -> None:
-    """A role is assigned and left in turn; what drives a vehicle begins while it has the role, and ends once."""
+    """Check that roles are assigned and left in turn, and active only between both."""
     declared = record.declared_roles
     has: set[tuple[str, Role]] = set()
     drives: set[tuple[str, Role]] = set()
@@ -68,7 +65,7 @@ def _check_sequences(record: Record, report: CheckReport) -> None:
                 why = "" if key in has else "it does not have it"
                 has.discard(key)
             case "active":
-                acts = bool(absent[vehicle])  # for a holder that it takes for absent, before it is assigned the role
+                acts = bool(absent[vehicle])  # it may act for an absent holder before its own assignment
                 why = "it drives it already" if key in drives else "" if key in has or acts else "it has it not"
                 drives.add(key)
             case "inactive":
@@ -79,7 +76,6 @@ def _check_sequences(record: Record, report: CheckReport) -> None:
 
 
 def _check_views(record: Record, report: CheckReport) -> None:
-    """Roles of a vehicle are those that it has in its own view."""
     names = ("time_s", "vehicle", "group", "role", "event")
     views = record["organisation"].rows(*names, "peer")
     own = (row[:5] for row in views if row[1] == row[5] and row[4] in ("assigned", "left"))
@@ -88,23 +84,23 @@ def _check_views(record: Record, report: CheckReport) -> None:
 
 
 class Views:
-    """Who takes whom to hold which roles, and who is in the mission."""
+    """Assumed role holders per viewer, and vehicles in the mission."""
 
     def __init__(self, record: Record) -> None:
         self.inside = set(record.vehicles)
         self.roles: dict[tuple[str, str], set[Role]] = defaultdict(set)
 
     def own(self, name: str) -> set[Role]:
-        """Roles that a vehicle takes itself to hold."""
+        """Return the roles that a vehicle assumes for itself."""
         return self.roles[name, name]
 
     def holders(self, role: Role) -> list[str]:
-        """Vehicles in the mission that take themselves to hold a role."""
+        """Return the vehicles in the mission that assume a role for themselves."""
         return [name for name in sorted(self.inside) if role in self.roles[name, name]]
 
 
 def views_with_durations(record: Record, end_s: float) -> Iterator[tuple[float, Views]]:
-    """Views, each time with how long they stood so (s)."""
+    """Yield the duration (s) and state of the views between changes."""
     changes: list[tuple[float, int, Any]] = []
     for time_s, vehicle, kind, _ in record["faults"].rows("time_s", "vehicle", "kind", "detail"):
         if kind in AWAY:
@@ -132,7 +128,7 @@ def views_with_durations(record: Record, end_s: float) -> Iterator[tuple[float, 
 
 
 def organisation_figures(record: Record, end_s: float) -> dict[str, float | None]:
-    """Figures of the organisation over the run; without a time they are None."""
+    """Return the organisation metrics of a run; None without duration."""
     roles = record.declared_roles
     by_groups = record.of("communication").get("needs_follow", "all") == "groups"
     keeps = record.of("strategy")["name"] in KEEP_OWN_JOBS
@@ -153,7 +149,7 @@ def organisation_figures(record: Record, end_s: float) -> dict[str, float | None
 
 
 def _n_wrong(views: Views, left_out: set[Role], by_groups: bool) -> int:
-    """Pairs of vehicles in the mission of which the one errs on which roles the other plays."""
+    """Return the number of ordered pairs in the mission with a wrong view of the peer's roles."""
     n = 0
     for viewer in views.inside:
         groups = {group for group, _ in views.own(viewer)}
@@ -168,7 +164,7 @@ def _is_overfull(views: Views, key: Role, role: dict[str, Any]) -> bool:
 
 
 def _is_malformed(views: Views, key: Role, role: dict[str, Any]) -> bool:
-    """True if a founding role has too few holders, a role too many, or one who may not hold it."""
+    """True if a founding role lacks holders, or a role has too many or unauthorised ones."""
     holders = views.holders(key)
     least = max(int(role.get("minimum", 0)), int(role.get("head", False))) if role.get("founding") else 0
     if len(holders) < least or _is_overfull(views, key, role):
@@ -178,11 +174,11 @@ def _is_malformed(views: Views, key: Role, role: dict[str, Any]) -> bool:
 
 
 ROUNDED_S = 1e-4 + CLOSE_S
-"""Milestones are rounded to 0.1 ms."""
+"""Tolerance of milestones, which are rounded to 0.1 ms."""
 
 
 def check_ending(record: Record, report: CheckReport) -> None:
-    """Look at faults, milestones and the verdict."""
+    """Check faults, batteries, milestones and verdict."""
     _check_faults(record, report)
     _check_batteries(record, report)
     _check_milestones(record, report)
@@ -190,9 +186,9 @@ def check_ending(record: Record, report: CheckReport) -> None:
 
 
 def _check_faults(record: Record, report: CheckReport) -> None:
-    """What is declared with vehicle and time befell it then; nothing else of these kinds did."""
+    """Check that exactly the declared faults occurred."""
     declared = record.scenario.get("fault", [])
-    kinds = {*KINDS, *(fault["kind"] for fault in declared)}  # rows of others are of what went wrong by itself
+    kinds = {*KINDS, *(fault["kind"] for fault in declared)}  # other kinds are not declared
     begun = [spell for spell in record.spells if spell.kind in kinds]
     left = list(begun)
     for fault in declared:
@@ -232,7 +228,7 @@ def _check_faults(record: Record, report: CheckReport) -> None:
 
 
 def _is_told(fault: dict[str, Any]) -> bool:
-    """True if a fault says whom it befalls when; else the seed draws it, or the organisation says who it is."""
+    """True if a fault declares vehicle and time, which else the seed or organisation decides."""
     at_s = fault.get("at_s")
     return isinstance(at_s, int | float) and fault["vehicle"] != "any" and not fault["vehicle"].startswith("head of ")
 
@@ -248,7 +244,7 @@ def _is_of(spell: Spell, fault: dict[str, Any]) -> bool:
 
 
 def _check_batteries(record: Record, report: CheckReport) -> None:
-    """Who is without energy has used all of it, and there is a row of it."""
+    """Check that empty batteries and rows of kind energy match."""
     empty = {spell.vehicle for spell in record.spells if spell.kind == ENERGY}
     for name, track in record.tracks.items():
         report.look("batteries")
@@ -264,7 +260,7 @@ def _milestones(record: Record, name: str) -> list[dict[str, Any]]:
 
 
 def _check_milestones(record: Record, report: CheckReport) -> None:
-    """They are in time order and within the run; those of mapping and of meetings agree with tables."""
+    """Check order and time of milestones, and agreement with the tables."""
     stones = record.summary["milestones"]
     report.look("milestones", len(stones))
     for before, after in pairwise(stones):
@@ -280,17 +276,17 @@ def _check_milestones(record: Record, report: CheckReport) -> None:
 
 
 def _reasons_against(record: Record, stone: dict[str, Any]) -> Iterator[str]:
-    """Why a milestone does not follow from the tables, if so."""
+    """Yield the reasons why a milestone does not follow from the tables."""
     time_s, vehicle = float(stone["time_s"]), stone["vehicle"]
     match stone["name"]:
         case "gathered":
             yield from _against_gathering(record, stone["group"], time_s)
         case "mapping_stopped":
             decided_s = [at_s for of, at_s in record["decisions"].rows("vehicle", "time_s") if of == vehicle]
-            since_s = time_s - record.tick_s  # what is decided between two ticks may be seen at the next
-            until_s = time_s + record.without_decision_s  # what it does no more for want of its aim is decided anew
+            since_s = time_s - record.tick_s  # a decision between two ticks may appear at the next
+            until_s = time_s + record.without_decision_s  # without its goal it decides again
             has_decided = any(since_s - ROUNDED_S <= at_s <= until_s + ROUNDED_S for at_s in decided_s)
-            is_over = until_s > record.end_s + ROUNDED_S or record.is_away(vehicle, until_s)  # before it decides anew
+            is_over = until_s > record.end_s + ROUNDED_S or record.is_away(vehicle, until_s)  # before its next decision
             if not has_decided and not is_over:
                 yield "none: it decided nothing then"
         case "mapping_done":
@@ -313,7 +309,7 @@ def _has_row(rows: Any, vehicle: str, time_s: float) -> bool:
 
 
 def _against_gathering(record: Record, group: str, time_s: float) -> Iterator[str]:
-    """Who of a group that has met had not been at its rally point by then, and is not named as missing."""
+    """Yield faults for members that neither visited the rally point nor are recorded as missing."""
     table = next((table for table in record.scenario["group"] if table["name"] == group), None)
     place = None if table is None else next(
         (point for point in record.scenario.get("rally_point", []) if point["name"] == table.get("rally_point")), None
@@ -333,13 +329,13 @@ def _against_gathering(record: Record, group: str, time_s: float) -> Iterator[st
 
 
 def _members(record: Record, group: str, time_s: float) -> list[str]:
-    """Vehicles with a role of a group at a time; who begins anew says then which it has."""
+    """Return the vehicles with a role in a group at a time."""
     names = record.vehicles
     return sorted(name for name in names if any(of == group for of, _ in record.roles_at(name, time_s + CLOSE_S)))
 
 
 def _check_verdict(record: Record, report: CheckReport) -> None:
-    """Complete is what has all of its goal, its meetings and no reason against it; then it ended as it was."""
+    """Check that a completed run has goal, meetings and end time; others the full duration."""
     summary, scenario = record.summary, record.of("scenario")
     ended, is_complete = _milestones(record, "mission_complete"), summary.get("completed")
     report.same("verdict", "summary", "completed", is_complete, bool(ended))

@@ -1,4 +1,4 @@
-"""Results folders of runs and sweeps: form of the tables, checks of each run, table of runs against the ledger."""
+"""Verification of results folders: form of tables, checks of runs, sweep against ledger."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ COLUMNS = {
     "fleet_maps": "told_bits=0.. apart_bits=0..", "contacts": "detector cell kind x_m=.. y_m=..",
     "images": "shown kind x_m=.. y_m=..",
 }  # fmt: skip
-"""Columns of the tables beside time and vehicle, and which values they have: words, a range, or names of something."""
+"""Columns besides time and vehicle, with allowed words, range or kind of names."""
 WITHOUT_VEHICLE = ("packets", "items", "goal", "fleet_maps")
 MISSIONS = {
     "mapping:Mapping": "coverage goal", "trident:Trident": "jobs charted choreography attempts",
@@ -72,33 +72,33 @@ MISSIONS = {
     "minehunting:Minehunting": "jobs strips classifications", "escort:Escort": "jobs escorting", "ferry:Ferry": "jobs",
     "recovery:Recovery": "jobs lifts", "resupply:Resupply": "jobs energy",
 }  # fmt: skip
-"""Tables that a mission adds, by its class."""
+"""Tables of a mission, by its class."""
 OF_SENSORS = {"arrows:Arrows": {"acoustic": "contacts", "magnetic": "contacts", "optical": "images"}}
-"""Tables that sensors of its vehicles add, by their types."""
+"""Tables of sensors, by mission and sensor type."""
 FEATURES = {
     "settling": ("scenario", "settle_s"), "clocks": ("communication", "clocks"), "silenced": ("watch", "cpu_s"),
 }  # fmt: skip
 """Tables that a key of the scenario adds."""
 OF_EVERY_RUN = tuple(COLUMNS)[: tuple(COLUMNS).index("settling")]
 UNITS = {"_s": "s", "_m": "m", "_rad": "rad", "_mps": "m/s", "_j": "J", "_bits": "bit"}
-"""Unit of a column by the end of its name."""
+"""Unit of a column, by name suffix."""
 REPEATING = ("decisions", "activities", "organisation", "faults", "refused", "roles", "items", "clocks")
-"""Tables of which a row may come twice."""
+"""Tables that may repeat a row."""
 NOT_DERIVED = dict.fromkeys(
     ("unsaid.reason", "unsaid.candidates", "rows of unsaid"), "what waited in a slot, and why, stands in no other table"
 )
-"""What tables of every run say that nothing else in a folder tells, and why."""
+"""Columns of every run that no other table determines, with the reason."""
 OWN = "a table of a mission, sensor or feature: only its form, times, vehicles and ranges are looked at"
 
 
 def columns_of(name: str) -> dict[str, str]:
-    """Columns of a table that has a name, and which values they have."""
+    """Return the columns of a table with their allowed values."""
     own = dict(column.partition("=")[::2] for column in COLUMNS[name].split())
     return {"time_s": ".."} | ({} if name in WITHOUT_VEHICLE else {"vehicle": "vehicle"}) | own
 
 
 def check_tables(record: Record, report: CheckReport) -> bool:
-    """Look at what is there, its columns and its units; False if the other checks have nothing to go by."""
+    """Check presence, columns and units of tables; False if further checks are impossible."""
     mission = str(record.of("scenario").get("mission", "")).removeprefix("missions.").removesuffix("Mission")
     due = {*OF_EVERY_RUN, *MISSIONS.get(mission, "").split()}
     carried = {sensor.get("type") for data in record.vehicles.values() for sensor in data.get("sensor", [])}
@@ -133,7 +133,7 @@ def _names(table: TableColumns) -> set[str]:
 
 
 def check_rows(record: Record, report: CheckReport) -> bool:
-    """Look at times, values and repeated rows of every table; False if names are not those of the fleet."""
+    """Check times, values and repeated rows of all tables; False if vehicle names are unknown."""
     n_before = report.n_findings["vehicles"]
     end_s = record.end_s + float(record.of("scenario").get("settle_s", 0.0))
     for name, table in record.tables.items():
@@ -149,7 +149,6 @@ def check_rows(record: Record, report: CheckReport) -> bool:
 
 
 def _check_values(record: Record, name: str, column: str, allowed: str, report: CheckReport) -> None:
-    """Look at the values of a column: a range, names of vehicles or of things of the scenario, or words."""
     values = record[name][column]
     check = "vehicles" if column == "vehicle" else "values"
     report.look(check, len(values))
@@ -206,25 +205,20 @@ THEMES: dict[str, Callable[[Record, CheckReport], None]] = {
     "ground": check_ground,
     "figures": check_figures,
 }
-"""Checks of a run by theme."""
+"""Checks of a run, by theme."""
 BROKEN = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
-"""What values raise that no run can have written."""
+"""Exceptions raised by values that no run writes."""
 
 
 def modem_of(scenario: dict[str, Any], manifest: dict[str, Any]) -> dict[str, Any] | None:
-    """Profile of the modem of a run: as the manifest has it, or the scenario; None where neither does."""
+    """Return the modem profile from manifest or scenario; None if incomplete."""
     found = manifest.get("modem") or scenario.get("modem", {}).get(scenario["communication"]["modem"])
     is_whole = isinstance(found, dict) and {"rate_bps", "head_s", "payload_bytes"} <= set(found)
     return found if is_whole else None
 
 
 def verify_run(record: Record, report: CheckReport) -> None:
-    """Run the checks of a run.
-
-    Args:
-        record: of the run.
-        report: takes what they find.
-    """
+    """Run all checks of a run; ``report`` collects the findings."""
     if not check_tables(record, report) or not check_rows(record, report):
         report.skip("the rest of the run", "tables, columns or vehicles are missing or unknown")
         return
@@ -239,21 +233,17 @@ def verify_run(record: Record, report: CheckReport) -> None:
 
 
 SEAL = '{"crc": "'
-"""How a line of the ledger with a checksum begins; its eight digits and ``", `` follow, then what they are of."""
+"""Prefix of a ledger line with checksum; eight digits, ``", `` and the covered text follow."""
 
 
 SECTIONS = ("scenario", "vehicle", "group", "world", "channel", "communication", "strategy", "decision")
-"""Tables that every scenario has."""
+"""Tables of every scenario."""
 MAKING = ("fleet", "finds", "organisation", "object")
-"""Settings from which other parts of a scenario are made: vehicles, roles, groups."""
+"""Settings that generate vehicles, roles or groups."""
 
 
 def verify_sweep(folder: Path) -> CheckReport:
-    """Say what in the folder of a sweep does not follow.
-
-    Raises:
-        NoResults: its study cannot be read.
-    """
+    """Verify the folder of a sweep; raises NoResults if its study is unreadable."""
     report = CheckReport()
     try:
         study = json.loads((folder / "study.json").read_text(encoding="utf-8"))
@@ -281,7 +271,7 @@ def verify_sweep(folder: Path) -> CheckReport:
 
 
 def _ledger(path: Path, report: CheckReport) -> dict[str, dict[str, Any]]:
-    """Lines of the ledger by key; a line whose checksum is another is told and left out."""
+    """Return the ledger lines by key; report and skip lines with a wrong checksum."""
     found: dict[str, dict[str, Any]] = {}
     for number, text in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), 1):
         report.look("ledger")
@@ -300,7 +290,7 @@ def _ledger(path: Path, report: CheckReport) -> dict[str, dict[str, Any]]:
 
 
 def _check_table(path: Path, lines: dict[str, dict[str, Any]], report: CheckReport) -> None:
-    """Every run of the ledger has one row, with the figures of its line."""
+    """Check that each run of the ledger has one row with the same values."""
     if not path.is_file():
         report.skip("runs.parquet", "the sweep has not ended: there is none yet")
         return
@@ -325,7 +315,7 @@ def _check_table(path: Path, lines: dict[str, dict[str, Any]], report: CheckRepo
 
 
 def _table(path: Path, report: CheckReport, read: Callable[[Path], pa.Table] = pq.read_table) -> pa.Table | None:
-    """The table of a file; None if it cannot be read."""
+    """Return the table of a file; None, with a finding, if unreadable."""
     try:
         return read(path)
     except (OSError, ValueError, pa.ArrowException) as error:
@@ -334,13 +324,13 @@ def _table(path: Path, report: CheckReport, read: Callable[[Path], pa.Table] = p
 
 
 def _read_alone(path: Path) -> pa.Table:
-    """The table of a file, without columns from the names of its folders."""
+    """Return the table of a file, without columns derived from folder names."""
     with pq.ParquetFile(path) as file:
         return file.read()
 
 
 def scenario_of(study: dict[str, Any], line: dict[str, Any]) -> dict[str, Any] | None:
-    """The scenario of a run: that of the study with the settings of its line; None where a setting makes others."""
+    """Return the study's scenario with the settings of a line; None if it needs generation."""
     settings = line.get("settings", {})
     scenarios = study.get("scenario", {})
     base = scenarios.get(line["summary"].get("scenario"))
@@ -366,18 +356,13 @@ def scenario_of(study: dict[str, Any], line: dict[str, Any]) -> dict[str, Any] |
 
 
 def _without_none(value: Any) -> Any:
-    """Tables as TOML would have them: what is absent is left out."""
     if isinstance(value, dict):
         return {key: _without_none(one) for key, one in value.items() if one is not None}
     return [_without_none(item) for item in value] if isinstance(value, list) else value
 
 
 def verify(folder: Path) -> CheckReport:
-    """Read a results folder of a run or a sweep, and say what in it does not follow.
-
-    Raises:
-        NoResults: it holds neither.
-    """
+    """Verify the results folder of a run or a sweep; raises NoResults for any other folder."""
     if (folder / "ledger.jsonl").is_file():
         return verify_sweep(folder)
     missing = [name for name in ("summary.json", "manifest.json") if not (folder / name).is_file()]

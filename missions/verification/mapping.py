@@ -1,7 +1,7 @@
-"""The ground of mapping: which cells were covered when and by whom, and what share of the goal that is.
+"""Checks of mapping: covered cells, by time and vehicle, and their share of the goal.
 
-docs/model/mapping.md, "Survey": a cell is covered when its centre is within half a swath of a vehicle whose mapping
-sensor is on and works, and whose speed over ground does not exceed the limit of the sensor.
+A cell is covered if its centre is within half a swath of a vehicle with an active, working mapping sensor, whose ground
+speed does not exceed the sensor's limit (docs/model/mapping.md, "Survey").
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ from missions.verification.record import (
 )
 
 SENSING = {"Mapping", "Inspecting"}
-"""Activities while which the sensors of a vehicle are on."""
+"""Activities during which sensors are on."""
 REACH_M = PLACE_STEP_M
-"""How far a distance to a cell's centre may be off by rounding."""
+"""Rounding tolerance of a distance to a cell centre (m)."""
 SHARE = 2e-9
 
 
 class MappingSwath(NamedTuple):
-    """A mapping sensor: its name, half of its width, and the speed up to which it maps."""
+    """Mapping sensor with half its swath and its maximum speed."""
 
     name: str
     reach_m: float
@@ -43,7 +43,10 @@ class MappingSwath(NamedTuple):
 
 
 def cells_of(record: Record) -> dict[tuple[int, int], str]:
-    """Cells whose centre lies in an area, and the first area in which it does; on a border, in that east or north."""
+    """Return the cells with their centre in an area, and the first such area.
+
+    A centre on a border belongs to the area east or north of it.
+    """
     size_m = float(record.of("world")["cell_m"])
     found: dict[tuple[int, int], str] = {}
     for area in record.scenario.get("area", []):
@@ -62,7 +65,7 @@ def cells_of(record: Record) -> dict[tuple[int, int], str]:
 
 
 def mapping_swaths(data: dict[str, Any]) -> list[MappingSwath]:
-    """The mapping sensors of a vehicle."""
+    """Return the mapping sensors of a vehicle."""
     return [
         MappingSwath(one.get("name") or one.get("type") or "mapping", one["swath_m"] / 2.0, one["speed_limit_mps"])
         for one in data.get("sensor", [])
@@ -71,11 +74,11 @@ def mapping_swaths(data: dict[str, Any]) -> list[MappingSwath]:
 
 
 def sensor_was_on(record: Record, name: str, times_s: Array) -> tuple[Array, Array]:
-    """Whether the sensors of a vehicle were on at each tick, perhaps and surely: by its last decision before it.
+    """Return for each tick if the sensors were possibly on, and if certainly on.
 
-    What a vehicle hears may end an activity at once, and no row says so before its next decision. So they were surely
-    on only if they still are by all decisions of the period that follows. Of several at one time the last counts, and
-    rows do not say where each begins: they were perhaps on if they are by any, and surely if by all.
+    The last decision before a tick counts. A received packet may end an activity without a row until the next decision,
+    so certainty needs all decisions of the following period. Rows do not separate decisions at one time: any of them
+    makes on possible, only all of them certain.
     """
     perhaps, surely = dict[float, bool](), dict[float, bool]()
     for time_s, vehicle, rows in record.decisions:
@@ -90,12 +93,12 @@ def sensor_was_on(record: Record, name: str, times_s: Array) -> tuple[Array, Arr
     certain = np.array([False, *(surely[index] for index in when)])
     at = np.searchsorted(when, times_s, side="left")
     until = np.searchsorted(when, times_s + record.without_decision_s, side="right")
-    n_off = np.concatenate(([0], np.cumsum(~certain)))  # decisions that are off among the first so many
+    n_off = np.concatenate(([0], np.cumsum(~certain)))  # cumulative number of decisions that are not certain
     return np.array([False, *(perhaps[index] for index in when)])[at], n_off[until + 1] == n_off[at]
 
 
 def sensor_was_dead(spells: Iterable[Spell], name: str, sensor: str, times_s: Array) -> Array:
-    """Whether a fault had killed a sensor at each of some times."""
+    """Return for each time if a fault had disabled a sensor."""
     found = np.zeros(len(times_s), dtype=bool)
     for spell in spells:
         if spell.vehicle == name and sensor in dead_sensors(spell.kind, spell.detail):
@@ -104,7 +107,7 @@ def sensor_was_dead(spells: Iterable[Spell], name: str, sensor: str, times_s: Ar
 
 
 def check_ground(record: Record, report: CheckReport) -> None:
-    """Each covered cell follows from a track; what a track must have covered is there; the goal follows from both."""
+    """Check covered cells against tracks in both directions, and the goal against both."""
     cells = cells_of(record)
     stated: dict[str, dict[tuple[int, int], float]] = {name: {} for name in record.vehicles}
     for time_s, vehicle, x, y in record["coverage"].rows("time_s", "vehicle", "cell_x", "cell_y"):
@@ -129,7 +132,7 @@ def _check_vehicle(
     stated: dict[tuple[int, int], float],
     report: CheckReport,
 ) -> None:
-    """Compare what a vehicle covered with what was below its swaths, certainly and at the most."""
+    """Compare the covered cells of a vehicle with those certainly and possibly below its swaths."""
     time_s = track.time_s
     was_on, was_surely_on = sensor_was_on(record, name, time_s)
     awake = was_on & ~record.during(name, AWAY, time_s)
@@ -141,7 +144,7 @@ def _check_vehicle(
         most_mps = swath.limit_mps * (1.0 + record.spread)
         slow = ground_mps <= most_mps * 1.000001 + error_mps
         is_slow = ground_mps < swath.limit_mps * (1.0 - record.spread) * 1.000001 - error_mps / 2.0
-        if not record.spread and water_stands(record):  # else rounded headings do not tell how fast it was
+        if not record.spread and water_stands(record):  # else rounded headings hide the ground speed
             is_slow |= _is_steady(track, swath.limit_mps)
         is_sure = (is_slow & was_surely_on).tolist()
         for at, cell, distance_m in _below(record, track, np.flatnonzero(on & slow), swath.reach_m + REACH_M, cells):
@@ -164,9 +167,9 @@ def _check_vehicle(
 
 
 def _is_steady(track: Track, speed_mps: float) -> Array:
-    """True for each tick in which, as in the one before, a vehicle goes straight on at a speed: then it is no faster.
+    """Return the ticks with constant heading and speed ``speed_mps``, where it is not exceeded.
 
-    One that gains speed, or keeps clear of another, may be faster by less than the table shows; the latter turns.
+    While accelerating or avoiding, a vehicle may be faster than its rounded speed; avoidance also turns it.
     """
     turned_rad = (np.diff(track.heading_rad) + math.pi) % (2.0 * math.pi) - math.pi
     found: Array = np.abs(track.speed_mps - speed_mps) <= SPEED_STEP_MPS / 2.0
@@ -177,7 +180,7 @@ def _is_steady(track: Track, speed_mps: float) -> Array:
 def _below(
     record: Record, track: Track, rows: Array, reach_m: float, cells: dict[tuple[int, int], str]
 ) -> Iterable[tuple[int, tuple[int, int], float]]:
-    """(row of the track, cell, distance) of all cells of areas whose centre is within reach."""
+    """Yield (row of the track, cell, distance) of all area cells with their centre within reach."""
     if not cells or not len(rows):
         return
     size_m = float(record.of("world")["cell_m"])
@@ -199,7 +202,7 @@ def _below(
 
 
 def find_weight(record: Record) -> float:
-    """Cells that a find counts for: those that whoever is able to map an area maps on average in the mean stay."""
+    """Return the weight of a feature: cells that an able vehicle maps in a mean dwell."""
     finds, size_m = record.of("finds"), float(record.of("world")["cell_m"])
     depth_m = {area["name"]: float(area.get("depth_m") or 0.0) for area in record.scenario["area"]}
     surveys = [(key, depth_m[role["job"]]) for key, role in record.declared_roles.items() if role.get("job") in depth_m]
@@ -214,7 +217,7 @@ def find_weight(record: Record) -> float:
 
 
 def _check_goal(record: Record, cells: dict[tuple[int, int], str], report: CheckReport) -> None:
-    """The share of the goal at every time follows from what is covered and inspected of all that is declared."""
+    """Check the share of the goal over time against covered cells and inspected features."""
     n_finds = int(record.of("finds").get("number", 0))
     weight = find_weight(record) if n_finds else 0.0
     if not len(cells) + weight * n_finds:
@@ -247,4 +250,4 @@ def _check_goal(record: Record, cells: dict[tuple[int, int], str], report: Check
 
 
 TIME_S = 2.0**-11
-"""By how much two roundings of one time may differ."""
+"""Tolerance of two roundings of one time (s)."""

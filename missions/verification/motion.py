@@ -1,7 +1,7 @@
-"""Motion and energy: where vehicles are follows from heading, speed and the water; what they used from speed and modem.
+"""Checks of motion (heading, speed, current) and energy (speed, modem).
 
-Equations of docs/model/vehicle.md, "Motion and energy" and "Faults", and of docs/model/sea.md. A vehicle that is
-unreachable neither moves nor uses energy; the water does not carry it.
+Equations of docs/model/vehicle.md, "Motion and energy" and "Faults", and docs/model/sea.md. A vehicle out of operation
+neither moves by itself nor uses energy.
 """
 
 from __future__ import annotations
@@ -28,15 +28,15 @@ from missions.verification.record import (
 )
 
 PLACE_M = 1.5 * PLACE_STEP_M
-"""Differences of two rounded places are off by a step in each axis at most."""
+"""Rounding tolerance of the difference of two places (m)."""
 BEYOND_M = 60.0
-"""How far beyond the borders a vehicle may come while it turns back."""
+"""Tolerated distance beyond the borders during a turn back (m)."""
 LAYER_M = 3.0
-"""Vehicles that differ more than this in depth pass freely."""
+"""Depth difference above which vehicles do not conflict (m)."""
 
 
 def check_tracks(record: Record, report: CheckReport) -> None:
-    """Every vehicle has a row at every tick; each follows from the one before."""
+    """Check that each vehicle has a row per tick that follows from the previous one."""
     n_ticks = round(record.end_s / record.tick_s) + 1
     due_s = np.arange(n_ticks) * record.tick_s
     for name, data in record.vehicles.items():
@@ -67,7 +67,7 @@ def _check_start(data: dict[str, Any], name: str, track: Track, report: CheckRep
 
 
 def water_mps(record: Record, depth_m: Array, times_s: Array) -> tuple[Array, Array] | None:
-    """Velocity of the water at depths (east, north); None where draws of the seed decide it."""
+    """Return the water velocity (east, north) at depths; None if random surges affect it."""
     current = record.of("current")
     if current.get("surge"):
         return None
@@ -80,12 +80,12 @@ def water_mps(record: Record, depth_m: Array, times_s: Array) -> tuple[Array, Ar
 
 
 def water_stands(record: Record) -> bool:
-    """True if no water moves vehicles."""
+    """True without current."""
     return not record.of("current")
 
 
 def over_ground_mps(record: Record, track: Track) -> tuple[Array, Array]:
-    """Speed over ground at each tick, and how far it may be off by rounding; without bound where surges are drawn."""
+    """Return the ground speed per tick and its rounding error, infinite under random surges."""
     speed = track.speed_mps
     if water_stands(record):
         return speed, np.full(len(speed), SPEED_STEP_MPS)
@@ -98,9 +98,9 @@ def over_ground_mps(record: Record, track: Track) -> tuple[Array, Array]:
 
 
 def way_through_water(record: Record, name: str, track: Track) -> tuple[Array, Array] | None:
-    """Way of each tick through the water (east, north, m); None where the water cannot be told.
+    """Return the path through the water per tick (east, north, m); None under random surges.
 
-    It carries a vehicle also in the tick in which that empties its battery, unless a packet emptied it.
+    Current carries a vehicle also in the tick that empties its battery, unless a packet emptied it.
     """
     moving = ~record.during(name, AWAY, track.time_s[1:])
     for spell in record.spells:
@@ -115,19 +115,19 @@ def way_through_water(record: Record, name: str, track: Track) -> tuple[Array, A
 
 
 def floats(record: Record, name: str, track: Track) -> Array:
-    """Whether a vehicle is lost, off or without energy throughout each tick, and carried off by the water."""
+    """Return for each tick if a vehicle drifts with the water: lost, off or without energy."""
     found: Array = record.during(name, FLOATING, track.time_s[1:]) & record.during(name, FLOATING, track.time_s[:-1])
     late = [kind for kind in AWAY if kind not in FLOATING]
-    found &= ~record.during(name, tuple(late), track.time_s[:-1])  # who has not come yet is not in the water
+    found &= ~record.during(name, tuple(late), track.time_s[:-1])  # late vehicles are not yet in the water
     return found & (not record.of("current").get("lost_stay", False))
 
 
 def _check_steps(record: Record, name: str, data: dict[str, Any], track: Track, report: CheckReport) -> None:
-    """Each step leads along the heading, no farther than the speed; speed, turns and their changes keep limits."""
+    """Check steps against heading and speed, and limits of speed, acceleration and turn rate."""
     time_s, dt_s = track.time_s[1:], np.diff(track.time_s)
     away = record.during(name, AWAY, time_s)
     drained = record.during(name, (ENERGY,), time_s)
-    ends = drained & ~record.during(name, (ENERGY,), track.time_s[:-1])  # it moved before its battery was empty
+    ends = drained & ~record.during(name, (ENERGY,), track.time_s[:-1])  # it moved until its battery was empty
     moves = ~away
     speed, before = track.speed_mps[1:], track.speed_mps[:-1]
     top_mps = max(data["transit_speed_mps"], data["survey_speed_mps"]) * (1.0 + record.spread)
@@ -173,7 +173,7 @@ def _check_steps(record: Record, name: str, data: dict[str, Any], track: Track, 
 
 
 def _check_depth(record: Record, name: str, own_m: float, track: Track, report: CheckReport) -> None:
-    """At its own depth, or at the surface without energy; with drift, anywhere between, as fast as it may rise."""
+    """Check the depth: constant, 0 without energy, bounded by vertical speed with drift."""
     low_m = np.where(record.during(name, (ENERGY,), track.time_s), 0.0, own_m)
     high_m = low_m.copy()
     navigation = record.of("navigation")
@@ -193,7 +193,7 @@ def _check_depth(record: Record, name: str, own_m: float, track: Track, report: 
 
 
 def listening_w(record: Record) -> float | None:
-    """Power that listening takes on top; None where the folder does not say what the modem takes."""
+    """Return the additional listening power (W); None if unknown."""
     communication = record.of("communication")
     if communication.get("receive_power_w"):
         return float(communication["receive_power_w"])
@@ -203,7 +203,7 @@ def listening_w(record: Record) -> float | None:
 
 
 def sending_j(record: Record) -> Array:
-    """Energy of each packet: the power of the modem times the time on the air."""
+    """Return the energy of each packet (J): modem power times transmission time."""
     packets = record["packets"]
     power_w = float(record.of("communication")["transmit_power_w"])
     if record.packet_s is None:
@@ -214,7 +214,7 @@ def sending_j(record: Record) -> Array:
 
 
 def _check_energy(record: Record, name: str, data: dict[str, Any], track: Track, report: CheckReport) -> None:
-    """What was used grows with each tick by hotel, drag, listening, drains and the packets sent since the last."""
+    """Check energy per tick: hotel, drag, listening, drains and packets."""
     listening = listening_w(record)
     if listening is None:
         report.skip("energy", "the manifest does not say what the modem takes to listen")
@@ -227,7 +227,7 @@ def _check_energy(record: Record, name: str, data: dict[str, Any], track: Track,
     sent_j = np.bincount(at, each_j, minlength=len(time_s) + 1)[: len(time_s)]
     at_tick = np.abs(sent_s - np.rint(sent_s / record.tick_s) * record.tick_s) < TIME_STEP_S
     near = np.bincount(at[at_tick], each_j[at_tick], minlength=len(time_s) + 2)
-    unsure_j = np.maximum(near[1 : len(time_s)], near[2 : len(time_s) + 1])  # before or behind a tick, by rounding
+    unsure_j = np.maximum(near[1 : len(time_s)], near[2 : len(time_s) + 1])  # rounding may move a packet across a tick
     speed = track.speed_mps[1:]
     drained = record.during(name, (ENERGY,), time_s)
     runs = ~record.during(name, AWAY, time_s[1:])
@@ -237,7 +237,7 @@ def _check_energy(record: Record, name: str, data: dict[str, Any], track: Track,
             drained_w += power_w * ((time_s[1:] >= spell.from_s) & (time_s[1:] < spell.until_s))
     due_j = runs * dt_s * (data["hotel_w"] + listening + drained_w + data["drag_w_per_mps3"] * speed**3) + sent_j[1:]
     step_j = dt_s * data["drag_w_per_mps3"] * 3.0 * speed**2 * 0.6 * SPEED_STEP_MPS
-    step_j += dt_s * 1e-5 * drained_w  # a detail states six digits of it
+    step_j += dt_s * 1e-5 * drained_w  # a detail has six digits
     used_j = np.diff(track.energy_j.astype(float))
     asked = ~drained[1:]
     report.look("energy", 2 * len(used_j))
@@ -262,17 +262,19 @@ def _check_borders(record: Record, name: str, track: Track, report: CheckReport)
     out_m = np.maximum.reduce([x_min - track.x_m, track.x_m - x_max, y_min - track.y_m, track.y_m - y_max])
     report.look("borders", len(out_m))
     adrift = record.during(name, (*FLOATING, "slow") if record.of("current") else FLOATING, track.time_s)
-    most_m = BEYOND_M + np.maximum.accumulate(np.where(adrift, np.maximum(out_m, 0.0), 0.0))  # it has to come back
+    most_m = BEYOND_M + np.maximum.accumulate(
+        np.where(adrift, np.maximum(out_m, 0.0), 0.0)
+    )  # it must not move further out
     for at in np.flatnonzero((out_m > most_m) & ~adrift):
         stated, most = f"{out_m[at]:.1f} m outside the area of operations", f"at most {most_m[at]:.1f} m"
         report.add("borders", "trajectories", track.time_s[at], name, stated, f"{most}, while it turns or comes back")
 
 
 def least_distances_m(record: Record) -> dict[tuple[str, str], tuple[float, float]]:
-    """Least distance (m) of every two vehicles of one depth layer while both were there, and when it was."""
+    """Return the minimum distance (m) of each pair in one depth layer, and its time (s)."""
     found = {}
     for one, other in combinations(record.tracks, 2):
-        moves = bool(record.of("navigation").get("drift"))  # so vehicles leave their layers to learn where they are
+        moves = bool(record.of("navigation").get("drift"))  # vehicles then leave their layers to fix their position
         if not moves and abs(record.vehicles[one]["depth_m"] - record.vehicles[other]["depth_m"]) > LAYER_M:
             continue
         a, b = record.tracks[one], record.tracks[other]
@@ -289,7 +291,7 @@ def least_distances_m(record: Record) -> dict[tuple[str, str], tuple[float, floa
 
 
 def _check_conflicts(record: Record, report: CheckReport) -> None:
-    """Rows that say that two came too near to each other: they did."""
+    """Check that recorded conflicts and pairs below the separation match."""
     separation_m = float(record.of("guidance").get("separation_m", 5.0))
     noted: set[frozenset[str]] = set()
     for time_s, vehicle, kind, detail in record["faults"].rows("time_s", "vehicle", "kind", "detail"):

@@ -1,4 +1,4 @@
-"""Slots, sizes and fates of packets; holders of items.
+"""Checks of packets (slots, sizes, outcomes) and of the holders of items.
 
 docs/model/channel.md, "Slots", "Collisions" and "Channel"; docs/model/vehicle.md, "Faults"; docs/howto/results.md for
 the names of items; docs/model/exchange.md, "What is said", "Who needs what" and "Absence".
@@ -19,14 +19,14 @@ from missions.verification.record import CLOSE_S, NOT_HEARING, PLACE_STEP_M, Che
 
 
 def check_packets(record: Record, report: CheckReport) -> None:
-    """Each packet keeps to its slot and to the size of its modem, and every other vehicle has one fate."""
+    """Check slots and sizes of packets, and one outcome per other vehicle."""
     _check_slots(record, report)
     _check_sizes(record, report)
     _check_fates(record, report)
 
 
 def sound_mps(record: Record) -> float | None:
-    """Speed of sound; None where a channel of somebody else may have its own."""
+    """Return the sound speed (m/s); None for an external channel model."""
     channel = record.of("channel")
     if channel["name"] != "acoustic":
         return float(record.of("world")["sound_speed_mps"]) if ":" not in channel["name"] else None
@@ -41,7 +41,7 @@ def sound_mps(record: Record) -> float | None:
 
 
 def slot_s(record: Record) -> float | None:
-    """Length of a slot: the longest packet and the guard; None where the folder does not say."""
+    """Return the slot length (s): longest packet plus guard; None if unknown."""
     communication, speed_mps = record.of("communication"), sound_mps(record)
     if record.packet_s is None or record.modem is None or speed_mps is None:
         return None
@@ -71,7 +71,7 @@ def _check_slots(record: Record, report: CheckReport) -> None:
 
 
 def _check_sizes(record: Record, report: CheckReport) -> None:
-    """Time on the air is one line over the size; counts are those of the lists."""
+    """Check that transmission time is linear in size, and that counts match lists."""
     table = record["packets"]
     report.look("sizes", 2 * len(table))
     size_bits = np.asarray(table["size_bits"])
@@ -93,7 +93,7 @@ def _check_sizes(record: Record, report: CheckReport) -> None:
 
 
 def _check_fates(record: Record, report: CheckReport) -> None:
-    """All who are not away received a packet, lost it, or lost it to another; nobody else had any of these."""
+    """Check that each present vehicle received, lost or collided, and no other one did."""
     table, speed_mps = record["packets"], sound_mps(record)
     hidden = record.of("channel")["name"] == "acoustic"
     if speed_mps is None:
@@ -106,7 +106,7 @@ def _check_fates(record: Record, report: CheckReport) -> None:
         told = [*receivers, *lost_by, *collided_at]
         before, after = (
             {name for name in record.vehicles if not record.is_away(name, at_s)}
-            for at_s in (time_s - CLOSE_S, time_s + CLOSE_S)  # who goes or comes just then may be either
+            for at_s in (time_s - CLOSE_S, time_s + CLOSE_S)  # a change at this time allows both states
         )
         due = sorted((before & after) - {sender})
         if sender not in before | after:
@@ -124,7 +124,7 @@ def _check_fates(record: Record, report: CheckReport) -> None:
 
 
 def _why_not_heard(record: Record, sender: str, name: str, time_s: float, arrival_s: float) -> str:
-    """Why a vehicle cannot have heard a packet; empty if it can."""
+    """Return the reason why a vehicle cannot have received a packet; empty if it can."""
     for spell in record.spells:
         if spell.vehicle == sender and kind_of(spell.kind).is_mute and spell.from_s <= time_s < spell.until_s:
             return f"{sender} is mute"
@@ -150,7 +150,7 @@ def _check_arrival(
     speed_mps: float | None,
     reach_m: float,
 ) -> None:
-    """A packet arrives when its end has come as far as its receiver is, by their places at the tick before it."""
+    """Check the arrival time by the places at the tick before it."""
     time_s, sender, end_s = sent
     a, b = (record.tracks.get(one) for one in (sender, name))
     if speed_mps is None or a is None or b is None:
@@ -161,7 +161,7 @@ def _check_arrival(
     nearest: tuple[float, float] | None = None
     last = min(len(a.time_s), len(b.time_s)) - 1
     either_side = {int((time_s + shift_s) / record.tick_s) for shift_s in (-CLOSE_S / 2.0, CLOSE_S / 2.0)}
-    for at in (max(0, min(tick, last)) for tick in either_side):  # at a tick, rounding hides which came first
+    for at in (max(0, min(tick, last)) for tick in either_side):  # at a tick, rounding hides the order
         level_m = math.hypot(a.x_m.item(at) - b.x_m.item(at), a.y_m.item(at) - b.y_m.item(at))
         apart_m = math.hypot(level_m, deeper_m)
         off_s = abs(arrival_s - end_s - apart_m / speed_mps)
@@ -177,22 +177,22 @@ def _check_arrival(
 
 
 NAME = re.compile(r"(\d+)(?:\.e\d+)?[-@]")
-"""How a name of an item or a status begins: with the number of its origin."""
+"""Prefix of the name of an item or status: the number of its origin."""
 THERE = frozenset({"present", "heard again", "begins anew", "slot conflict"})
-"""Events of a peer that is there; all others say why it is not waited for."""
+"""Events of a present peer; all others end the wait for it."""
 Heard = dict[tuple[str, str], list[float]]
 NEVER = [math.inf]
 
 
 def origin_of(record: Record, uid: str) -> str | None:
-    """The vehicle that an item is of, by its name; None if the name is of none."""
+    """Return the origin of an item, by its name; None if unknown."""
     found = NAME.match(uid)
     number = -1 if found is None else int(found[1])
     return record.by_slot[number] if 0 <= number < len(record.by_slot) else None
 
 
 def block_of(uid: str) -> str:
-    """Name of the item of which this one is a part: that of the first."""
+    """Return the name of the block that contains an item part: the name of its first part."""
     return uid.rpartition(".")[0] if "." in uid.partition("-")[2] else uid
 
 
@@ -206,7 +206,7 @@ def check_knowledge(record: Record, report: CheckReport) -> None:
 
 
 def _check_items(record: Record, report: CheckReport) -> dict[str, tuple[float, str, str]]:
-    """When, by whom and to what end each item was recorded, by its name."""
+    """Return time, origin and kind of each item, by name."""
     found: dict[str, tuple[float, str, str]] = {}
     table = record["items"]
     for uid, origin, recorded_s, kind in table.rows("uid", "origin", "recorded_s", "kind"):
@@ -222,7 +222,7 @@ def _check_items(record: Record, report: CheckReport) -> dict[str, tuple[float, 
 
 
 def _heard(record: Record, column: str = "item_uids") -> Heard:
-    """When each vehicle heard each item, or what else a column of packets names, by (vehicle, name), in time order."""
+    """Return the sorted reception times of each named item, by (vehicle, name)."""
     found: Heard = defaultdict(list)
     names = ("receivers", "arrivals_s", column)
     for receivers, arrivals_s, uids in record["packets"].rows(*names):
@@ -237,7 +237,7 @@ def _heard(record: Record, column: str = "item_uids") -> Heard:
 def _check_events(
     record: Record, report: CheckReport, recorded: dict[str, tuple[float, str, str]], heard: Heard
 ) -> dict[tuple[str, str], float]:
-    """From when on each vehicle held each item, by (vehicle, item)."""
+    """Check the knowledge events; return the start of holding (s), by (vehicle, item)."""
     held: dict[tuple[str, str], float] = {}
     aside: dict[tuple[str, str], float] = {}
     is_coded = record.of("communication").get("policy") == "adaptive"
@@ -285,7 +285,7 @@ def _check_events(
 
 
 def _brought(record: Record, heard: Heard, is_coded: bool) -> Heard:
-    """When anything came that brings an item: the last part of its block all parts, a coded packet any item."""
+    """Return the possible completion times of blocks; a coded packet may complete any."""
     found: Heard = defaultdict(list)
     for (vehicle, uid), times_s in heard.items():
         found[vehicle, block_of(uid)] += times_s
@@ -296,7 +296,7 @@ def _brought(record: Record, heard: Heard, is_coded: bool) -> Heard:
 
 
 def _let_go(record: Record, vehicle: str, uid: str, held: dict[tuple[str, str], float], now_s: float) -> bool:
-    """True if a vehicle has lost its memory since it held an item, or has given up blocks for what they rest on."""
+    """True if a vehicle lost its memory or discarded blocks since it held an item."""
     for spell in record.spells:
         if spell.vehicle == vehicle:
             is_blank = forgets(spell.kind, spell.detail)
@@ -307,7 +307,7 @@ def _let_go(record: Record, vehicle: str, uid: str, held: dict[tuple[str, str], 
 
 
 def _out_of_count(record: Record) -> dict[tuple[str, str], list[tuple[float, bool]]]:
-    """When a vehicle began and ceased not to wait for a peer: which events say."""
+    """Return the times at which a vehicle stopped or resumed waiting for a peer."""
     found: dict[tuple[str, str], list[tuple[float, bool]]] = defaultdict(list)
     for table in ("peers", "membership"):
         for time_s, vehicle, peer, event in record[table].rows("time_s", "vehicle", "peer", "event"):
@@ -320,7 +320,7 @@ def _out_of_count(record: Record) -> dict[tuple[str, str], list[tuple[float, boo
 def _check_acknowledged(
     record: Record, report: CheckReport, held: dict[tuple[str, str], float], aside: dict[tuple[str, str], float]
 ) -> None:
-    """What a vehicle takes all others to hold they hold, but for those that it does not wait for."""
+    """Check that acknowledged items are held by all peers that the vehicle waits for."""
     if not record.all_need_all:
         report.skip("acknowledged", "needs differ between vehicles: the tables do not say whose were met when")
         return
@@ -346,7 +346,7 @@ def _check_acknowledged(
 def _check_senders(
     record: Record, report: CheckReport, recorded: dict[str, tuple[float, str, str]], held: dict[tuple[str, str], float]
 ) -> None:
-    """Who sends an item holds it; a status is its sender's own, or its sender has heard it."""
+    """Check that senders hold their items, and own or have received their statuses."""
     heard = _heard(record, "status_uids") if record.of("communication").get("relaying", True) else {}
     names = ("time_s", "sender", "item_uids", "status_uids")
     for time_s, sender, items, statuses in record["packets"].rows(*names):
@@ -367,7 +367,7 @@ def _check_senders(
 def _check_that_all_is_received(
     record: Record, report: CheckReport, heard: Heard, held: dict[tuple[str, str], float]
 ) -> None:
-    """What a vehicle heard first it holds from then on, unless the packet was refused or its block was not whole."""
+    """Check that first receptions are recorded, unless refused or part of an incomplete block."""
     refused: dict[str, list[float]] = defaultdict(list)
     for time_s, vehicle in record["refused"].rows("time_s", "vehicle"):
         refused[vehicle].append(time_s)
@@ -380,14 +380,16 @@ def _check_that_all_is_received(
         if (vehicle, uid) in held and held[vehicle, uid] <= at_s + CLOSE_S:
             continue
         is_excused = at_s > end_s - CLOSE_S or vehicle in set_aside or uid in parts or uid.rpartition(".")[0] in parts
-        is_excused |= bool(record.during(vehicle, ("energy",), [at_s]).any())  # its battery ended on its way
+        is_excused |= bool(
+            record.during(vehicle, ("energy",), [at_s]).any()
+        )  # its battery ran out during the propagation
         if is_excused or any(abs(time_s - at_s) <= CLOSE_S for time_s in refused[vehicle]):
             continue
         report.add("received", "knowledge", at_s, vehicle, f"no row of {uid} received", "one: a packet with it arrived")
 
 
 def _parts(record: Record) -> Iterator[str]:
-    """Names of the later parts of items that take several packets."""
+    """Yield the names of later parts of items that span several packets."""
     for uid in set(record["items"]["uid"]):
         _, _, number = uid.partition("-")
         if "." in number and "@" not in uid:

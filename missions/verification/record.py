@@ -1,4 +1,4 @@
-"""Record of one run as plain values and arrays, kinds of its faults, and findings of the checks."""
+"""Record of one run as plain values and arrays, kinds of faults, and findings of the checks."""
 
 from __future__ import annotations
 
@@ -16,19 +16,22 @@ import numpy.typing as npt
 import pyarrow as pa
 
 ENERGY = "energy"
-"""RecordedKind of the row of a vehicle whose battery is empty; nobody declares it."""
+"""Kind of the row of a vehicle with an empty battery; it is never declared."""
 
 
 @dataclass(frozen=True, slots=True)
 class RecordedKind:
-    """What a kind does while it holds.
+    """Effect of a kind of fault while it lasts.
 
     Attributes:
-        is_away: the vehicle does nothing; is_lost: for the mission; is_late: it has not come yet; begins_anew: at the
-            end.
-        is_mute: nobody hears it; is_deaf: it hears nobody.
-        kills: the detail begins with the sensors that yield nothing.
-        drains: the detail begins with the power that the battery loses.
+        is_away: vehicle out of operation.
+        is_lost: until the end of the mission.
+        is_late: not yet arrived.
+        begins_anew: restarts at the end.
+        is_mute: does not transmit.
+        is_deaf: does not receive.
+        kills: the detail begins with the disabled sensors.
+        drains: the detail begins with the lost battery power.
     """
 
     is_away: bool = False
@@ -42,7 +45,7 @@ class RecordedKind:
 
     @property
     def is_out(self) -> bool:
-        """True if it keeps a vehicle from hearing or being heard."""
+        """True if the vehicle cannot receive or be received."""
         return self.is_away or self.is_mute or self.is_deaf
 
 
@@ -59,51 +62,51 @@ KINDS = {
 }
 NOTHING = RecordedKind()
 AWAY = (*(name for name, kind in KINDS.items() if kind.is_away), ENERGY)
-"""Kinds of rows while which a vehicle does nothing."""
+"""Kinds of rows during which a vehicle is out of operation."""
 FLOATING = (*(name for name, kind in KINDS.items() if kind.is_away and not kind.is_late), ENERGY)
-"""Those while which it floats."""
+"""Kinds of rows during which a vehicle floats."""
 OUT_OF_CONTACT = (*(name for name, kind in KINDS.items() if kind.is_out), ENERGY)
 NOT_HEARING = tuple(name for name, kind in KINDS.items() if kind.is_away or kind.is_deaf)
 
 
 def kind_of(name: str) -> RecordedKind:
-    """What is known of a kind of rows; nothing of those that nobody declares, and of those from outside."""
+    """Return the effect of a kind; none for undeclared and external kinds."""
     return KINDS.get(name, NOTHING)
 
 
 def forgets(kind: str, detail: str) -> bool:
-    """True if a vehicle has lost its memory once a fault is over."""
+    """True if a vehicle has lost its memory after a fault."""
     return kind_of(kind).begins_anew and "kept" not in detail
 
 
 def lost_w(kind: str, detail: str) -> float:
-    """Power that the battery loses while a fault holds: "50 W, until 72.2 s"."""
+    """Return the lost battery power (W): "50 W, until 72.2 s"."""
     return float(detail.split(maxsplit=1)[0]) if kind_of(kind).drains else 0.0
 
 
 def dead_sensors(kind: str, detail: str) -> list[str]:
-    """Names of the sensors that yield nothing while a fault holds: "sonar, mapping, for good"."""
+    """Return the disabled sensors: "sonar, mapping, for good"."""
     return detail.rpartition(", ")[0].split(", ") if kind_of(kind).kills else []
 
 
 Row = tuple[Any, ...]
 LISTED = 20
-"""Findings of one check that are listed; the others are counted."""
+"""Maximum number of listed findings per check."""
 
 
 class NoResults(Exception):
-    """A folder holds no results that can be read."""
+    """Folder without readable results."""
 
 
 @dataclass(frozen=True, slots=True)
 class Discrepancy:
-    """One thing that does not follow.
+    """Difference between a stated and an expected value.
 
     Attributes:
-        check: that found it; table: file in which it stands.
-        time_s, vehicle: which row; None and empty where it is of no time or vehicle.
-        stated: what the file says; follows: what it should say, in words or numbers.
-        key: of the run, in a sweep.
+        check, table: check that found it, and the file.
+        time_s, vehicle: row; None and empty if not applicable.
+        stated, follows: stated and expected value, as text.
+        key: run in a sweep.
     """
 
     check: str
@@ -123,13 +126,15 @@ class Discrepancy:
 
 @dataclass
 class CheckReport:
-    """What came of checking.
+    """Findings of a verification.
 
     Attributes:
-        findings: the first of each check; n_findings: all, by check.
-        checked: how many values each check looked at; not_checked: why, by what could not be.
-        key: of the run that is being checked, in a sweep.
-        strange: vehicles of that run that a fault befell of which nobody here knows what it does, and from when on (s).
+        findings: the first of each check.
+        n_findings: all, by check.
+        checked: number of values, by check.
+        not_checked: reasons, by omitted check.
+        key: current run in a sweep.
+        strange: time (s) of the first fault of an external kind, by vehicle; later findings are not reliable.
     """
 
     findings: list[Discrepancy] = field(default_factory=list)
@@ -140,7 +145,7 @@ class CheckReport:
     strange: Mapping[str, float] = field(default_factory=dict)
 
     def add(self, check: str, table: str, time_s: Any, vehicle: str, stated: Any, follows: Any) -> None:
-        """Something does not follow, unless nobody here knows what befell the vehicle, or one of them."""
+        """Add a finding, unless a fault of an external kind may explain it."""
         if self.strange and (vehicle == "" or float(time_s or 0.0) >= self.strange.get(vehicle, math.inf)):
             self.skip(f"{check} after a fault of a kind from outside", "what it does is known to its own class alone")
             return
@@ -150,21 +155,21 @@ class CheckReport:
             self.findings.append(Discrepancy(check, table, at_s, vehicle, str(stated), str(follows), self.key))
 
     def look(self, check: str, n: int = 1) -> None:
-        """So many values are looked at by a check."""
+        """Count ``n`` checked values."""
         self.checked[check] += n
 
     def skip(self, what: str, why: str) -> None:
-        """Something cannot be checked."""
+        """Record an omitted check with its reason."""
         self.not_checked[what] = why
 
     def same(self, check: str, table: str, name: str, stated: Any, follows: Any, within: float = 0.0) -> None:
-        """A stated value must be the one that follows, as far as numbers were rounded."""
+        """Compare a stated value with the expected one, within a tolerance for numbers."""
         self.look(check)
         if not _is_close(stated, follows, within):
             self.add(check, table, None, "", f"{name} is {_shown(stated)}", _shown(follows))
 
     def alike(self, check: str, table: str, stated: Iterable[Row], other: str, due: Iterable[Row]) -> None:
-        """Rows (time, vehicle, ...) of a table are those that follow from another, each as often."""
+        """Compare rows (time, vehicle, ...) of a table with expected ones as multisets."""
         given, follows = Counter(stated), Counter(due)
         self.look(check, given.total() + follows.total())
         for row in given - follows:
@@ -174,7 +179,7 @@ class CheckReport:
 
     @property
     def as_json(self) -> dict[str, Any]:
-        """All of it as one JSON value."""
+        """Report as a JSON value."""
         return {
             "ok": not self.findings,
             "findings": [asdict(finding) for finding in self.findings],
@@ -185,7 +190,7 @@ class CheckReport:
 
     @property
     def lines(self) -> Iterable[str]:
-        """A line for each finding, and one for each check that has more."""
+        """One line per finding, and one per check with unlisted findings."""
         yield from map(str, self.findings)
         for check, n in sorted(self.n_findings.items()):
             if n > LISTED:
@@ -204,15 +209,15 @@ def _shown(value: Any) -> str:
 
 Array = npt.NDArray[Any]
 TIME_STEP_S, PLACE_STEP_M, ANGLE_STEP_RAD, SPEED_STEP_MPS = 2.0**-12, 2.0**-7, 2.0**-10, 2.0**-10
-"""Steps to which numbers of the tables are kept (docs/howto/results.md)."""
+"""Rounding steps of the numbers in tables (docs/howto/results.md)."""
 CLOSE_S = 2.0 * TIME_STEP_S
-"""By how much two roundings of one time may differ, and a sum of two."""
+"""Tolerance of two roundings of a time, or of a sum of two times (s)."""
 Role = tuple[str, str]
 """Group and role."""
 
 
 class TableColumns:
-    """The columns of a table: numbers as arrays, all else, and numbers of which some are null, as lists."""
+    """Table columns: arrays of numbers; lists for other types and numbers with nulls."""
 
     def __init__(self, table: pa.Table) -> None:
         self.arrow = table
@@ -229,14 +234,14 @@ class TableColumns:
         return self._made[name]
 
     def rows(self, *names: str) -> zip[Any]:
-        """Rows of some columns, as plain values."""
+        """Return the rows of some columns, as plain values."""
         columns = (self[name] for name in names)
         return zip(*(column.tolist() if isinstance(column, np.ndarray) else column for column in columns), strict=True)
 
 
 @dataclass(frozen=True)
 class Track:
-    """Where a vehicle was at every tick: arrays of one length."""
+    """Motion of a vehicle per tick, as arrays of one length."""
 
     time_s: Array
     x_m: Array
@@ -249,7 +254,7 @@ class Track:
 
 @dataclass(frozen=True, slots=True)
 class Spell:
-    """A fault of a vehicle from ``from_s`` until before ``until_s``, with its detail."""
+    """Fault of a vehicle from ``from_s`` to before ``until_s``."""
 
     vehicle: str
     kind: str
@@ -259,7 +264,7 @@ class Spell:
 
 
 class WeighedRow(NamedTuple):
-    """A row of the table of decisions: a set of activities that could be chosen."""
+    """Row of the table of decisions: a candidate set of activities."""
 
     time_s: float
     vehicle: str
@@ -278,12 +283,12 @@ class WeighedRow(NamedTuple):
 
     @property
     def about(self) -> tuple[str, ...]:
-        """What it is, whatever moves it."""
+        """Identity of the set, independent of its motivation."""
         return (*self[2:6], *self.activities)
 
     @property
     def purpose(self) -> tuple[str, ...]:
-        """The same for every place or thing: what its importance depends on."""
+        """Identity independent of place or object, which determines the importance."""
         return (*self[2:5], *self.activities)
 
     @property
@@ -294,13 +299,7 @@ class WeighedRow(NamedTuple):
 
 @dataclass
 class Record:
-    """One run.
-
-    Attributes:
-        scenario: tables of the resolved scenario, as TOML has them; seed: of the run.
-        summary: its figures; tables: by name.
-        modem: profile of its modem, None where the folder does not say.
-    """
+    """Data of one run; ``scenario`` has its resolved tables, ``modem`` is None if unknown."""
 
     scenario: dict[str, Any]
     seed: Any
@@ -310,7 +309,7 @@ class Record:
     _spells: list[Spell] = field(default_factory=list)
 
     def of(self, section: str) -> dict[str, Any]:
-        """A table of the scenario, empty if it has none."""
+        """Return a table of the scenario, or an empty one."""
         found = self.scenario.get(section, {})
         return found if isinstance(found, dict) else {}
 
@@ -318,59 +317,59 @@ class Record:
         return self.tables[name]
 
     def rows(self, table: str, columns: str) -> zip[Any]:
-        """Rows of a table, as plain values; names of columns with blanks between them."""
+        """Return the rows of a table, as plain values; ``columns`` is separated by blanks."""
         return self.tables[table].rows(*columns.split())
 
     @cached_property
     def vehicles(self) -> dict[str, dict[str, Any]]:
-        """Vehicles of the scenario by name, in its order."""
+        """Vehicles by name, in scenario order."""
         return {vehicle["name"]: vehicle for vehicle in self.scenario["vehicle"]}
 
     @cached_property
     def drifts(self) -> bool:
-        """True if vehicles err about where they are."""
+        """True if vehicles have position errors."""
         return bool(self.of("navigation").get("drift"))
 
     @cached_property
     def anew(self) -> set[str]:
-        """Vehicles that began anew."""
+        """Restarted vehicles."""
         return {spell.vehicle for spell in self.spells if kind_of(spell.kind).begins_anew}
 
     @cached_property
     def newcomers(self) -> set[str]:
-        """Vehicles that began anew or came late."""
+        """Restarted and late vehicles."""
         return self.anew | {spell.vehicle for spell in self.spells if kind_of(spell.kind).is_late}
 
     @cached_property
     def names(self) -> set[str]:
-        """Names of all that the scenario has."""
+        """Names of all objects in the scenario."""
         sections = [one for section in self.scenario.values() if isinstance(section, list) for one in section]
         return {str(one["name"]) for one in sections if isinstance(one, dict) and "name" in one}
 
     @cached_property
     def by_slot(self) -> list[str]:
-        """Names of the vehicles by their numbers, which are their places in a TDMA frame."""
+        """Vehicle names by node number, the position in the TDMA frame."""
         return sorted(self.vehicles, key=lambda name: int(self.vehicles[name]["slot"]))
 
     @cached_property
     def declared_roles(self) -> dict[Role, dict[str, Any]]:
-        """Roles of the scenario by group and name."""
+        """Roles of the scenario, by group and name."""
         groups = self.scenario["group"]
         return {(group["name"], role["name"]): role for group in groups for role in group.get("role", [])}
 
     def is_able(self, vehicle: str, role: Role) -> bool:
-        """True if a vehicle is able to play a role."""
+        """True if a vehicle can play a role."""
         playable = self.vehicles[vehicle].get("playable_roles")
         return playable is None or not {role[1], ".".join(role)}.isdisjoint(playable)
 
     @cached_property
     def roles_with_jobs(self) -> set[Role]:
-        """Roles that have a job."""
+        """Roles with a job."""
         return {key for key, role in self.declared_roles.items() if role.get("job") is not None}
 
     @cached_property
     def decisions(self) -> list[tuple[float, str, list[WeighedRow]]]:
-        """Decisions with their time, their vehicle and all that they weighed: each begins with the same set."""
+        """Decisions with time, vehicle and candidates; each starts with the same candidate."""
         found: list[tuple[float, str, list[WeighedRow]]] = []
         for row in map(WeighedRow._make, self["decisions"].rows(*WeighedRow._fields)):
             if not found or found[-1][:2] != row[:2] or found[-1][2][0].about == row.about:
@@ -380,20 +379,20 @@ class Record:
 
     @cached_property
     def given_s(self) -> dict[tuple[str, ...], float]:
-        """When a role was first given an objective, by (vehicle in whose view, group, role, objective, argument)."""
+        """First assignment time of objectives, by (viewer, group, role, objective, argument)."""
         names = ("vehicle", "group", "role", "objective", "argument", "time_s", "event")
         rows = [row for row in self["organisation"].rows(*names) if row[6] == "given"]
         return {row[:5]: row[5] for row in reversed(rows)}
 
     def roles_at(self, vehicle: str, at_s: float, event: str = "assigned") -> frozenset[Role]:
-        """Roles that a vehicle has at a time, or that drive it (``active``); none once it has begun anew."""
+        """Return the roles of a vehicle at a time, or its active ones; none after a restart."""
         times_s, roles = self._role_changes.get((vehicle, event), ([], []))
         at = bisect_right(times_s, at_s)
         return roles[at - 1] if at else frozenset()
 
     @cached_property
     def _role_changes(self) -> dict[tuple[str, str], tuple[list[float], list[frozenset[Role]]]]:
-        """By vehicle and the event by which they begin, when its roles changed, and which it had from then on."""
+        """Return the change times and resulting roles, by vehicle and starting event."""
         ends = {"left": "assigned", "inactive": "active"}
         rows = list(self["roles"].rows("time_s", "vehicle", "group", "role", "event"))
         anew = [(spell.until_s, spell.vehicle) for spell in self.spells if kind_of(spell.kind).begins_anew]
@@ -408,7 +407,7 @@ class Record:
 
     @cached_property
     def influenced(self) -> dict[str, set[str]]:
-        """Roles that a role may signal to: those that it influences; with a job all of its group that have one."""
+        """Roles that a role may signal to: declared ones, and roles with jobs among themselves."""
         jobs = self.roles_with_jobs
         return {
             f"{group}.{name}": {f"{group}.{one}" for one in role.get("influences", ())}
@@ -418,7 +417,7 @@ class Record:
 
     @cached_property
     def packet_of_slot(self) -> dict[int, tuple[str, dict[str, float]]]:
-        """Sender of the packet of a slot, and when each receiver had heard it."""
+        """Sender and reception times of the packet in each slot."""
         rows = self["packets"].rows("slot", "sender", "receivers", "arrivals_s")
         return {slot: (sender, dict(zip(names, times_s, strict=False))) for slot, sender, names, times_s in rows}
 
@@ -429,9 +428,9 @@ class Record:
 
     @cached_property
     def without_decision_s(self) -> float:
-        """The most that passes until the next decision of a vehicle: its period, in whole ticks.
+        """Maximum time to the next decision (s): the period in whole ticks.
 
-        A vehicle with a clock of its own may come to it a tick later, and if the clock is set back a period later.
+        An own clock may delay the decision by a tick, and by a further period if it is set back.
         """
         n_ticks = math.ceil(float(self.of("decision")["period_s"]) / self.tick_s - TIME_STEP_S)
         return self.tick_s * (n_ticks if self.has_exact_clocks else 2 * n_ticks + 1)
@@ -457,12 +456,12 @@ class Record:
 
     @cached_property
     def mission_s(self) -> float:
-        """What the mission took: until the last tick if it is complete, else the whole duration."""
+        """Mission duration (s): last tick if completed, else the declared duration."""
         return self.end_s if self.summary.get("completed") else float(self.of("scenario")["duration_s"])
 
     @cached_property
     def spells(self) -> list[Spell]:
-        """What befell vehicles, as the table of faults says; an end that is not in it is infinite."""
+        """Faults in the table; the end is infinite if not recorded."""
         rows = list(self["faults"].rows("time_s", "vehicle", "kind", "detail"))
         ends = [(time_s, vehicle, kind) for time_s, vehicle, kind, detail in rows if detail == "over"]
         found = []
@@ -478,7 +477,7 @@ class Record:
         return found
 
     def during(self, vehicle: str, kinds: tuple[str, ...], times_s: Any) -> Array:
-        """Whether a fault of some kinds holds for a vehicle at each of some times."""
+        """Return for each time if a fault of these kinds affects a vehicle."""
         times_s = np.asarray(times_s, dtype=float)
         found = np.zeros(times_s.shape, dtype=bool)
         for spell in self.spells:
@@ -487,7 +486,7 @@ class Record:
         return found
 
     def is_away(self, vehicle: str, at_s: float) -> bool:
-        """True if a vehicle is lost, off, not there yet, or without energy at a time."""
+        """True if a vehicle is lost, off, late or without energy at a time."""
         return any(
             spell.vehicle == vehicle and spell.kind in AWAY and spell.from_s <= at_s < spell.until_s
             for spell in self.spells
@@ -495,7 +494,7 @@ class Record:
 
     @cached_property
     def strange(self) -> dict[str, float]:
-        """Vehicles that a fault befell of which nobody here knows what it does, and from when on (s)."""
+        """Time (s) of the first fault of an external kind, by vehicle."""
         declared = {str(fault.get("kind")) for fault in self.scenario.get("fault", [])} - set(KINDS)
         found: dict[str, float] = {}
         for spell in self.spells:
@@ -505,26 +504,26 @@ class Record:
 
     @cached_property
     def packet_s(self) -> tuple[float, float] | None:
-        """(time before the bits, time per bit) of a packet on the air, by its modem; None where nobody says."""
+        """Transmission time before the bits and per bit (s); None without modem profile."""
         if self.modem is None:
             return None
         return float(self.modem["head_s"]), 1.0 / float(self.modem["rate_bps"])
 
     @cached_property
     def spread(self) -> float:
-        """By which share vehicles may be faster or slower than their data."""
+        """Maximum relative deviation of vehicle speeds."""
         return float(self.of("uncertainty").get("speed_spread", 0.0))
 
     @cached_property
     def has_exact_clocks(self) -> bool:
-        """True unless a vehicle has a clock of its own."""
+        """True unless a vehicle has its own clock."""
         return "clocks" not in self.of("communication") and not any(
             "clock" in vehicle for vehicle in self.vehicles.values()
         )
 
     @cached_property
     def all_need_all(self) -> bool:
-        """True if every vehicle needs all that is told, from the start and for good."""
+        """True if every vehicle needs all items throughout the run."""
         communication = self.of("communication")
         is_limited = self.scenario.get("need") or communication.get("on_demand")
         return communication.get("needs_follow", "all") == "all" and not is_limited

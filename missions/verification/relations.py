@@ -1,7 +1,7 @@
-"""Relations between tables: one event stands in several of them, and each has it alike.
+"""Checks of relations between tables that record the same event.
 
-Satisfactions and signals, decisions and activities, deliveries and acknowledgements, radios and packets, facts and
-what vehicles reported or covered, requests and the organisation, tasks of a plan. See docs/howto/results.md.
+Satisfaction and signals, decisions and activities, deliveries and acknowledgements, links and packets, facts and
+reports or coverage, requests and organisation, tasks of plans. See docs/howto/results.md.
 """
 
 from __future__ import annotations
@@ -18,31 +18,31 @@ from missions.verification.packets import block_of, slot_s
 from missions.verification.record import CLOSE_S, OUT_OF_CONTACT, CheckReport, Record, Row, WeighedRow
 
 SIX_DIGITS = 5e-6
-"""By how much figures may be off that follow from numbers of six digits."""
+"""Tolerance of values derived from numbers of six digits."""
 GRID_M, GRID_SHARE = 0.36, 0.0051
-"""By how much reports are rounded: places to 0.5 m in each axis, shares of the battery to per cent."""
+"""Rounding of reports: places to 0.5 m per axis, battery shares to per cent."""
 RESOLUTION_S = 0.06
-"""By how much a time of observation is off: half of the step to which vehicles say it, and rounding."""
+"""Tolerance of observation times (s): half the sent resolution plus rounding."""
 INFLUENCING = ("remoras", "remoras-planned")
-"""Strategies under which vehicles tell their satisfaction in each slot."""
+"""Strategies that send satisfaction in each slot."""
 REPORTS = ("position", "batteryFraction")
-"""Attributes that a vehicle reports of itself as its slot opens."""
+"""Attributes that a vehicle reports of itself at the start of its slot."""
 POINT, STATUS = re.compile(r"POINT \((\S+) (\S+)\)"), re.compile(r"\d+(?:\.e\d+)?@([\d.e+-]+):(.+)")
 SILENT_FRAMES = 4
-"""Frames without any packet after which a vehicle may take itself for alone."""
+"""Frames without packets after which a vehicle may consider itself isolated."""
 KEPT = 1.0 - 1.0 / 64.0
-"""Weight of a sample of a link against the next one (docs/model/exchange.md)."""
+"""Decay of a link sample per further sample (docs/model/exchange.md)."""
 ACTS = {
     "assign": "assigned", "succeed": "assigned", "release": "left", "objective": "given", "mission": "given",
     "create": "formed", "dissolve": "dissolved",
 }  # fmt: skip
-"""Event in the organisation by the act that a request asks for."""
+"""Event in the organisation, by requested act."""
 SAID = ("assign", "release", "objective", "mission")
-"""Acts that facts of items ask for."""
+"""Acts requested by facts of items."""
 
 
 def check_relations(record: Record, report: CheckReport) -> None:
-    """Look at every event that stands in more than one table."""
+    """Check all events that are recorded in more than one table."""
     _check_satisfaction(record, report)
     _check_choices(record, report)
     _check_radios(record, report)
@@ -56,7 +56,7 @@ def check_relations(record: Record, report: CheckReport) -> None:
 
 
 def _check_satisfaction(record: Record, report: CheckReport) -> None:
-    """A vehicle has a satisfaction in each of its roles as its slot opens; it signals these values."""
+    """Check that a vehicle has and signals a satisfaction per role at the start of its slot."""
     rows = list(record.rows("satisfaction", "time_s vehicle group role value"))
     values = {(time_s, vehicle, f"{group}.{role}"): value for time_s, vehicle, group, role, value in rows}
     stated = [row[:4] for row in rows]
@@ -67,7 +67,9 @@ def _check_satisfaction(record: Record, report: CheckReport) -> None:
     due = [row for row in due if row in told or (is_due and row[1] not in record.newcomers)]
     acting = {vehicle for vehicle, event in record.rows("membership", "vehicle event") if event == "absent"}
     known = set(due)
-    stated = [row for row in stated if row in known or row[1] not in acting]  # who acts for others has their roles too
+    stated = [
+        row for row in stated if row in known or row[1] not in acting
+    ]  # a vehicle acting for others has their roles too
     report.alike("satisfaction", "satisfaction", stated, "its roles and packets", due)
     for time_s, sender, *signals in record.rows("packets", "time_s sender signal_roles signal_addressed signal_values"):
         report.look("signals", len(signals[0]))
@@ -82,7 +84,7 @@ def _check_satisfaction(record: Record, report: CheckReport) -> None:
 
 
 def _check_choices(record: Record, report: CheckReport) -> None:
-    """What is chosen is performed, and its roles drive the vehicle; motivations follow from rules of the decision."""
+    """Check that chosen activities run with their roles; check motivations."""
     performed, types = defaultdict[Row, list[Row]](list), dict[str, str]()
     for time_s, vehicle, kind, *activity in record.rows("activities", "time_s vehicle type name role motivation"):
         performed[time_s, vehicle].append(tuple(activity))
@@ -102,11 +104,14 @@ def _check_choices(record: Record, report: CheckReport) -> None:
         chosen[time_s, vehicle].append([(one, row.role, row.motivation) for row in taken for one in row.activities])
     for (time_s, vehicle), activities in performed.items():
         when = time_s, vehicle
-        several = [*chosen[when], [one for of in chosen[when] for one in of]]  # decisions at one time, or both
+        several = [
+            *chosen[when],
+            [one for of in chosen[when] for one in of],
+        ]  # one of several simultaneous decisions, or all
         if len(chosen[when]) > 2:
-            continue  # which of them were performed stands nowhere
+            continue  # no table has the performed ones
         if vehicle in record.anew and not roles[when]:
-            continue  # it decides as before its loss of memory
+            continue  # it decides as before its restart
         if not any(_are_close(sorted(activities), sorted(one)) for one in several):
             report.add("choices", "activities", time_s, vehicle, sorted(activities), f"{chosen[when]}, by its decision")
         driving = record.roles_at(vehicle, time_s, "active")
@@ -114,7 +119,7 @@ def _check_choices(record: Record, report: CheckReport) -> None:
             report.add("choices", "roles", time_s, vehicle, f"{sorted(driving)} active", f"{roles[when]}, chosen")
     goes_on: dict[str, list[set[Row]]] = {}
     for when in sorted(performed.keys() | chosen.keys()):
-        now = [{one[:2] for one in of} for of in chosen[when]]  # of several at one time any may be the last
+        now = [{one[:2] for one in of} for of in chosen[when]]  # any of several simultaneous ones may be the last
         if when in performed:
             goes_on[when[1]] = [*now, {activity[:2] for activity in performed[when]}]
         elif when[1] not in record.anew and not any(of in goes_on.get(when[1], []) for of in now):
@@ -125,13 +130,13 @@ def _check_choices(record: Record, report: CheckReport) -> None:
 
 
 def _are_close(one: list[Row], other: list[Row]) -> bool:
-    """True if names, roles and motivations are alike."""
+    """True if names, roles and motivations agree."""
     pairs = zip(one, other, strict=False)
     return len(one) == len(other) and all(a[:2] == b[:2] and abs(a[2] - b[2]) <= SIX_DIGITS for a, b in pairs)
 
 
 def _importances(record: Record) -> dict[Row, float]:
-    """Motivation of each set of activities at full stimulus, by most of the rows in which nothing else moves it."""
+    """Return the motivation at full stimulus per candidate: the mode of undisturbed rows."""
     found, before = defaultdict[Row, Counter[float]](Counter), defaultdict[str, set[Row]](set)
     for _, vehicle, rows in record.decisions:
         for row in rows:
@@ -144,7 +149,7 @@ def _importances(record: Record) -> dict[Row, float]:
 def check_weights(
     record: Record, report: CheckReport, rows: list[WeighedRow], before: set[Row], importance: dict[Row, float]
 ) -> None:
-    """Own motivation is importance times stimulus, more for what goes on; the best mean is that of what is chosen."""
+    """Check motivations: importance times stimulus, continuation bonus, signals, best mean."""
     weights = record.of("decision")
     weight = float(weights.get("weight_external", 0.0))
     memory_s = float(weights.get("signal_memory_frames", math.inf)) * (slot_s(record) or 0.0) * len(record.vehicles)
@@ -162,7 +167,7 @@ def check_weights(
         sender, heard_s = record.packet_of_slot.get(-1 if row.slot is None else row.slot, ("", {}))
         is_heard = row.slot is None or heard_s.get(row.vehicle, math.inf) <= row.time_s + CLOSE_S
         age_s = max(0.0, row.time_s - heard_s.get(row.vehicle, row.time_s))
-        moves = memory_s > 0.0 and weight * math.exp(-age_s / memory_s) > SIX_DIGITS  # less is 0 as it is written
+        moves = memory_s > 0.0 and weight * math.exp(-age_s / memory_s) > SIX_DIGITS  # smaller values are written as 0
         if sender != row.source or (bool(sender) is not (row.external > 0.0) and moves) or not is_heard:
             wrong(
                 f"external {row.external:g} by {row.source!r} in slot {row.slot}", "a signal that it has heard, or none"
@@ -175,7 +180,7 @@ def check_weights(
 
 
 def _check_deliveries(record: Record, report: CheckReport) -> None:
-    """What is delivered is acknowledged; a report that was not said has made room for the next one of its kind."""
+    """Check deliveries against acknowledgements, and unsent reports against their successors."""
     rows = list(record.rows("deliveries", "time_s vehicle item event reason latency_s"))
     known = (row[:3] for row in record.rows("knowledge", "time_s vehicle item event") if row[3] == "acknowledged")
     told = (row[:3] for row in rows if row[3] == "acknowledged")
@@ -192,12 +197,10 @@ def _check_deliveries(record: Record, report: CheckReport) -> None:
         if (event == "acknowledged") is not (reason == ""):
             wrong(f"{event} {uid}, {reason!r}", "a reason where it is not acknowledged, and only there")
         is_report = recorded[uid][3] in REPORTS or reason != "superseded"
-        if (
-            latency_s is not None and record.has_exact_clocks and is_report
-        ):  # until the next report, where that takes its place
+        if latency_s is not None and record.has_exact_clocks and is_report:  # until the next report that supersedes it
             until_s = [time_s] if reason != "superseded" else observed_s[recorded[uid][2], uid.partition(":")[2]]
             off_s = min(abs(at_s - recorded[uid][0] - latency_s) for at_s in until_s)
-            is_later = reason in ("", "superseded") or latency_s > time_s - recorded[uid][0]  # else it ended in between
+            is_later = reason in ("", "superseded") or latency_s > time_s - recorded[uid][0]  # else it ended earlier
             if off_s > RESOLUTION_S and is_later:
                 wrong(f"{latency_s:g} s of {uid}", f"{until_s[-1] - recorded[uid][0]:g} s, since it was observed")
     slots = set(record.rows("packets", "slot time_s sender"))
@@ -218,12 +221,12 @@ def _check_deliveries(record: Record, report: CheckReport) -> None:
 
 
 class _LinkEstimate:
-    """Share of packets that a link loses: newer samples count more."""
+    """Estimated loss of a link, with exponentially decaying sample weights."""
 
     n, lost, weight = 0, 0.0, 0.0
 
     def take(self, n_missed: int, lost: bool) -> None:
-        """Take so many lost samples, but for a silence too long to be loss, and one more."""
+        """Add ``n_missed`` losses, unless the silence is too long for loss, and one sample."""
         reckoned = (self.lost + 1.0) / (self.weight + 2.0)
         is_loss = n_missed <= 8 or n_missed <= 2 * math.ceil(math.log(1e-3) / math.log(reckoned))
         for sample in [1] * (n_missed * is_loss) + [int(lost)]:
@@ -231,7 +234,7 @@ class _LinkEstimate:
 
 
 def _check_radios(record: Record, report: CheckReport) -> None:
-    """Acknowledgements, estimates of links and what is noticed of peers follow from which packets were received."""
+    """Check acknowledgements, link estimates and peer events against received packets."""
     numbers = {name: number for number, name in enumerate(record.by_slot)}
     n, packets = len(numbers), record.packet_of_slot
     noticed = list(record.rows("peers", "time_s vehicle peer event"))
@@ -261,7 +264,7 @@ def _check_radios(record: Record, report: CheckReport) -> None:
         else:
             slot, sender, name = event
             if slot - newest.get(name, slot) > SILENT_FRAMES * n:
-                unsure.add(name)  # it may have taken itself for alone, and all others for present
+                unsure.add(name)  # it may have considered itself isolated, and all others present
             newest[name], before = slot, heard.get((name, sender), slot - n)
             heard[name, sender] = slot
             links[name, sender, "incoming"].take(max(0, (slot - before) // n - 1), False)
@@ -287,7 +290,7 @@ def _check_radios(record: Record, report: CheckReport) -> None:
 
 
 def _check_facts(record: Record, report: CheckReport) -> None:
-    """Facts of one attribute are of one kind, those of one item behind each other; names of items say what they are."""
+    """Check kinds, order and names of facts in items."""
     kinds, ended, before, listed = dict[str, str](), set[str](), "", set[Row]()
     columns = "uid origin time_s recorded_s subject attribute value kind uncertainty"
     for uid, origin, time_s, at_s, subject, attribute, value, kind, uncertainty in record.rows("items", columns):
@@ -325,7 +328,7 @@ def _check_facts(record: Record, report: CheckReport) -> None:
 
 
 def _kind_of(record: Record, value: str) -> str:
-    """Kind of a value, by its text."""
+    """Return the kind of a value, from its text."""
     if POINT.fullmatch(value):
         return "point"
     if value in ("true", "false"):
@@ -336,7 +339,7 @@ def _kind_of(record: Record, value: str) -> str:
 
 
 def _check_reports(record: Record, report: CheckReport) -> None:
-    """As its slot opens a vehicle reports where it is, and what its battery has left."""
+    """Check that position and battery are reported at the start of own slots."""
     sent, names = set(record.rows("packets", "time_s sender")), dict[str, str]()
     columns = "uid origin time_s recorded_s subject attribute value"
     for uid, origin, time_s, at_s, subject, attribute, value in record.rows("items", columns):
@@ -351,7 +354,7 @@ def _check_reports(record: Record, report: CheckReport) -> None:
             )
         track = record.tracks[origin]
         at = min(int(at_s / record.tick_s + 1e-9), len(track.time_s) - 1)
-        near = {at, max(0, at - (at_s - track.time_s[at] < CLOSE_S))}  # at a tick, either is before it
+        near = {at, max(0, at - (at_s - track.time_s[at] < CLOSE_S))}  # at a tick, either row may precede it
         x_m, y_m, off = track.x_m[at], track.y_m[at], math.inf
         left = 1.0 - track.energy_j[at] / record.vehicles[origin]["energy_j"]
         if attribute == "batteryFraction":
@@ -369,13 +372,13 @@ def _check_reports(record: Record, report: CheckReport) -> None:
 
 
 def _check_requests(record: Record, report: CheckReport) -> None:
-    """What counts in a view was asked for by a fact that the vehicle holds, and counts from the end of a frame."""
+    """Check that organisation changes follow from held requests, at the end of a frame."""
     due = _requests(record)
     absences = record.rows("membership", "time_s event")
     until_s = min([record.end_s, *(at_s for at_s, event in absences if event == "absent")])
     if until_s < record.end_s:
         report.skip("requests", "who acts in the place of a vehicle that is taken for absent says so to nobody")
-    heads = {key for key, role in record.declared_roles.items() if role.get("head")}  # who follows one ends its role
+    heads = {key for key, role in record.declared_roles.items() if role.get("head")}  # a successor ends its role
     frame_s, seen = (slot_s(record) or 0.0) * len(record.vehicles), Counter[Row]()
     answered = set[Row]()
     founded: defaultdict[Row, set[str]] = defaultdict(set)
@@ -404,7 +407,7 @@ def _check_requests(record: Record, report: CheckReport) -> None:
             wrong(words, f"{math.ceil(time_s / frame_s) * frame_s:.4f} s, the end of the TDMA frame")
     for key, times_s in due.items():
         if key[0] != key[1]:
-            continue  # others may put it off until they know what it rests on
+            continue  # others may defer it until its dependencies arrive
         is_due = any(at_s < until_s - frame_s - 1.0 and not record.is_away(key[0], at_s + frame_s) for at_s in times_s)
         is_known = key[2] == "objective" and (key[0], *key[3:5], *key[6:]) in record.given_s
         is_known |= key[0] in founded.get(key[2:], ())
@@ -418,7 +421,7 @@ def _check_requests(record: Record, report: CheckReport) -> None:
 
 
 def _is_so(plays: Mapping[Row, Sequence[tuple[float, bool]]], key: Row, then_s: float) -> bool:
-    """True if a request changes nothing: the view of who received it is as requested already, or again."""
+    """True if a request changes nothing in the view of its receiver."""
     states = [False]
     for at_s, holds in plays.get((key[0], *key[3:6]), ()):
         if at_s <= then_s + CLOSE_S:
@@ -427,7 +430,7 @@ def _is_so(plays: Mapping[Row, Sequence[tuple[float, bool]]], key: Row, then_s: 
 
 
 def _is_unsaid(record: Record, vehicles: set[str], group: str, role: str) -> bool:
-    """True if no fact alone says what counts: of a group formed at sea, of claimed jobs, of newcomers."""
+    """True if facts alone do not determine a role: formed groups, claimed jobs, newcomers."""
     name = record.of("strategy")["name"]
     is_claimed = name in KEEP_OWN_JOBS or ":" in name or name == "contract-net"
     formed = {one["name"] for one in record.scenario["group"] if one.get("formed_by")}
@@ -437,7 +440,7 @@ def _is_unsaid(record: Record, vehicles: set[str], group: str, role: str) -> boo
 
 
 def _requests(record: Record) -> dict[Row, list[float]]:
-    """When each vehicle came to hold each request: (vehicle, issuer, act, group, role, peer, objective, argument)."""
+    """Return the receipt times of requests, by (vehicle, issuer, act, ..., argument)."""
     asked, held = defaultdict[str, list[Row]](list), dict[tuple[str, str], float]()
     for uid, issuer, at_s, subject, attribute, value in record.rows(
         "items", "uid origin recorded_s subject attribute value"
@@ -461,7 +464,7 @@ def _requests(record: Record) -> dict[Row, list[float]]:
     parts: defaultdict[str, set[str]] = defaultdict(set)
     for uid in set(record["items"]["uid"]):
         parts[block_of(uid)].add(uid)
-    for uid, requests in asked.items():  # which count once the whole item is there
+    for uid, requests in asked.items():  # valid once the whole item is complete
         for vehicle in record.vehicles:
             at_s = max(held.get((vehicle, part), math.inf) for part in parts[block_of(uid)])
             for request in requests if at_s < math.inf else ():
@@ -470,7 +473,7 @@ def _requests(record: Record) -> dict[Row, list[float]]:
 
 
 def _check_plans(record: Record, report: CheckReport) -> None:
-    """A plan is a tree that keeps its tasks; each row is news of its task; states agree with those below."""
+    """Check that plans are stable trees, rows are changes, and states agree with subtasks."""
     plans: defaultdict[Row, dict[int, Row]] = defaultdict(dict)
     changed_s: dict[Row, float] = {}
     columns = (
@@ -479,7 +482,7 @@ def _check_plans(record: Record, report: CheckReport) -> None:
     for time_s, vehicle, *about, node, parent, task, method, status, lasts_s, takes_j in record.rows("plans", columns):
         report.look("plans")
         if vehicle in record.anew:
-            continue  # what it has forgotten it plans anew
+            continue  # it plans again after a restart
         plan, key = plans[(vehicle, *about)], (vehicle, *about)
         if changed_s.get(key, time_s) != time_s:
             _check_tree(report, changed_s[key], vehicle, plan)
@@ -503,7 +506,7 @@ def _check_plans(record: Record, report: CheckReport) -> None:
 
 
 def _check_tree(report: CheckReport, time_s: float, vehicle: str, plan: dict[int, Row]) -> None:
-    """The state of each task is that of those below it, once its plan has changed."""
+    """Check each task state against its subtasks, after a change of the plan."""
     below: defaultdict[int, set[str]] = defaultdict(set)
     for parent, _, _, status, *_ in plan.values():
         below[parent] |= {status} - {"dropped"}

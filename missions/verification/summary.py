@@ -1,4 +1,4 @@
-"""Figures of the summary, worked out anew from the tables (docs/howto/results.md has what each means)."""
+"""Checks of the summary: metrics recomputed from the tables (docs/howto/results.md)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from missions.verification.motion import PLACE_M, floats, least_distances_m, lis
 from missions.verification.record import CLOSE_S, CheckReport, Record, Track, kind_of
 
 LATENCY_S = 2e-3
-"""Two times, each rounded to 1/4096 s, and a mean, rounded to 0.1 ms."""
+"""Tolerance (s) of two times rounded to 1/4096 s and a mean rounded to 0.1 ms."""
 IDENTITY = {
     "scenario": ("scenario", "name"), "strategy": ("strategy", "name"), "policy": ("communication", "policy"),
     "channel": ("channel", "name"),
@@ -26,11 +26,11 @@ NOT_DERIVED = {
     "wrong_belief_fraction": "whom a vehicle names as the holder of a job stands in no table",
     "reason": "only whether there is one is checked",
 }
-"""Fields that tables do not tell, and why."""
+"""Fields that tables do not determine, with the reason."""
 
 
 def check_figures(record: Record, report: CheckReport) -> None:
-    """Hold every figure of the summary that tables can tell against them."""
+    """Compare all metrics of the summary that the tables determine."""
     summary = record.summary
     for name, path in IDENTITY.items():
         report.same("identity", "summary", name, summary.get(name), record.of(path[0]).get(path[1]))
@@ -63,10 +63,10 @@ def check_figures(record: Record, report: CheckReport) -> None:
 
 
 def way_error_m(track: Track) -> float:
-    """How far the way of a vehicle, worked out from rounded places, may be off (m).
+    """Return the error (m) of a path computed from rounded places.
 
-    Errors of different steps are independent, so that of n steps grows as the root of n. One that goes the same round
-    again and again, to keep its station, makes the same errors in each: m equal steps count as m squared.
+    Errors of different steps are independent and grow with the square root of their number. A vehicle on a repeated
+    circuit repeats its errors: m equal steps count as m squared.
     """
     places = np.column_stack((track.x_m[:-1], track.y_m[:-1], track.x_m[1:], track.y_m[1:], track.heading_rad[1:]))
     moves = (places[:, 0] != places[:, 2]) | (places[:, 1] != places[:, 3])
@@ -171,7 +171,7 @@ def _of_organisation(record: Record, report: CheckReport) -> dict[str, tuple[Any
 
 
 def _of_work(record: Record, report: CheckReport) -> dict[str, tuple[Any, float]]:
-    """Idle time and recovery, from which roles drove whom."""
+    """Return the mean idle time, from the times of active roles with jobs."""
     work, end_s = record.roles_with_jobs, record.mission_s
     able = [name for name in record.vehicles if any(record.is_able(name, role) for role in work)]
     idle_s = []
@@ -186,7 +186,6 @@ def _of_work(record: Record, report: CheckReport) -> dict[str, tuple[Any, float]
 
 
 def _working_s(record: Record, name: str, work: set[tuple[str, str]], until_s: float) -> float:
-    """How long roles with a job drove a vehicle."""
     serving: set[tuple[str, str]] = set()
     spells_s, since_s = [], 0.0
     for time_s, vehicle, group, role, event in record["roles"].rows("time_s", "vehicle", "group", "role", "event"):
@@ -238,7 +237,7 @@ def _left(
     cells: dict[tuple[int, int], str],
     first: dict[tuple[int, int], tuple[float, str]],
 ) -> float:
-    """Greatest share left of the areas that a vehicle held just before it gave up."""
+    """Return the largest remaining share of a vehicle's areas just before it gave up."""
     jobs = {key: role.get("job") for key, role in record.declared_roles.items()}
     before_s = stopped["time_s"] - 1.5 * CLOSE_S
     held = {str(jobs.get(role)) for role in record.roles_at(stopped["vehicle"], before_s)}
