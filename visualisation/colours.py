@@ -1,7 +1,7 @@
-"""The colours of figures and of the page of a replay: one meaning each, the same in both.
+"""Colours of figures and of the replay page, with one meaning each.
 
-Those of Okabe and Ito (Color Universal Design, 2008), which stay apart for colour-blind readers; wine and indigo are
-from Tol's "muted" scheme (2021).
+Colour-blind safe palette of Okabe and Ito (Color Universal Design, 2008); wine and indigo are from Tol's "muted" scheme
+(2021).
 """
 
 from __future__ import annotations
@@ -18,7 +18,9 @@ WINE = "#882255"
 INDIGO = "#332288"
 
 COLOURS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY_BLUE, BLACK)
-"""Colours of series, in order; yellow is left out because a yellow line vanishes on white paper."""
+"""Colours of series, in order, without yellow, which is invisible as a line on white paper."""
 VEHICLES = (*COLOURS[:-1], WINE, INDIGO)
-"""Colours of vehicles in all figures of a run and on its page: eight that stay apart. In figures black is the fleet,
-yellow a place or a milestone, and a shade of grey (darker is worse) a share or an age."""
+"""Eight distinct colours of vehicles, in figures and replay.
+
+In figures black is the fleet, yellow a place or milestone, grey (darker is worse) a share or an age.
+"""

@@ -1,4 +1,4 @@
-"""Names beside what they name, where they cover neither each other nor a mark."""
+"""Placement of labels without overlaps with each other or with marks."""
 
 from __future__ import annotations
 
@@ -18,8 +18,7 @@ PAPER = {"boxstyle": "square,pad=0.1", "facecolor": "white", "edgecolor": "none"
 
 
 class Label(NamedTuple):
-    """A name and the point it belongs to; ``inside`` is the width it should keep to, zero for a name beside
-    a point. All in data coordinates."""
+    """Text at a point, in data coordinates; ``inside`` is its width limit, 0 if beside the point."""
 
     text: str
     x: float
@@ -28,12 +27,12 @@ class Label(NamedTuple):
 
 
 def place(axes: Axes, labels: Sequence[Label], keep_clear: Sequence[tuple[float, float]]) -> None:
-    """Write every label that has room, whole or cut; a label without room is left out.
+    """Place all labels that fit, shortened if necessary; omit the others.
 
     Args:
-        axes: where; its limits and its place in the figure must be final.
-        labels: what to write, the most important first.
-        keep_clear: points of data that no label may cover.
+        axes: with final limits and position.
+        labels: most important first.
+        keep_clear: data points that no label may cover.
     """
     pixel_pt = axes.figure.dpi / 72.0
     frame = axes.get_window_extent()

@@ -1,4 +1,4 @@
-"""What was measured of a network: map and matrix of its links, or losses over range; and the numbers as CSV."""
+"""Figure and CSV of a measured network: map and matrix of link losses, or losses over range."""
 
 from __future__ import annotations
 
@@ -15,69 +15,61 @@ from visualisation.output import as_csv, check_format
 
 BODY_IN, RANGES_IN, LONGEST_NAME_IN = 2.9, 2.0, 1.2
 BEND = 0.12
-"""How far the two ways of a link are bent apart, as a share of its length."""
+"""Curvature of the two directions of a link, as a share of its length."""
 WIDEST_PT = 1.8
-"""Width of an arrow that loses nothing."""
+"""Width of an arrow without loss."""
 NODE_PT = 21.0
-"""Size of a node, which has its name and depth in it."""
+"""Diameter of a node, which contains its name and depth."""
 DARK = 0.6
-"""Losses from this on are shaded so darkly that their numbers are white."""
+"""Loss from which numbers are white."""
 
 
 class MeasuredNode(Protocol):
-    """A node of a network, as far as it is drawn."""
+    """Drawn properties of a node."""
 
     @property
     def name(self) -> str:
-        """Its name."""
+        """Name of the node."""
 
     @property
     def position_m(self) -> tuple[float, float] | None:
-        """(x east, y north); None where nobody says."""
+        """(x east, y north); None if unknown."""
 
     @property
     def depth_m(self) -> float | None:
-        """Its depth; None where nobody says."""
+        """Depth; None if unknown."""
 
 
 class MeasuredNetwork(Protocol):
-    """A network, as far as it is drawn."""
+    """Drawn properties of a network."""
 
     @property
     def name(self) -> str:
-        """Its name."""
+        """Name of the network."""
 
     @property
     def citation(self) -> str:
-        """Who measured it."""
+        """Source of the measurement."""
 
     @property
     def packet(self) -> str:
-        """What was counted."""
+        """Kind of packets counted."""
 
     @property
     def node(self) -> Sequence[MeasuredNode]:
-        """Its nodes; none if losses are over range."""
+        """Nodes; empty for losses over range."""
 
     @property
     def per(self) -> Mapping[tuple[str, str], float]:
-        """Share lost by (sender, receiver)."""
+        """Packet error rate by (sender, receiver)."""
 
     @property
     def per_over_range(self) -> Sequence[tuple[float, float]]:
-        """(range in metres, share lost), by range."""
+        """(range in metres, packet error rate), by range."""
 
 
 def network_contents(network: MeasuredNetwork, format: str) -> list[tuple[str, bytes]]:
-    """Names and contents of the files: figure, caption, numbers.
-
-    Args:
-        network: that was measured.
-        format: png, svg or pdf.
-
-    Raises:
-        DrawingError: the format is not known.
-    """
+    """Return names and contents of figure, caption and CSV; DrawingError for an unknown format."""
     check_format(format)
     name = f"network-{network.name}"
     return [
@@ -88,7 +80,7 @@ def network_contents(network: MeasuredNetwork, format: str) -> list[tuple[str, b
 
 
 def network_figure(network: MeasuredNetwork) -> Figure:
-    """Losses over range; else the matrix of losses, beside the map if all positions are known."""
+    """Draw losses over range; else the loss matrix, beside the map if all positions are known."""
     with style.paper():
         has_map, has_ranges = _has_map(network), bool(network.per_over_range)
         figure = page.opened(style.PAGE_IN if has_map else style.COLUMN_IN, BODY_IN)
@@ -118,7 +110,7 @@ def _over_range(axes: Axes, network: MeasuredNetwork) -> None:
 
 
 def _map(axes: Axes, network: MeasuredNetwork) -> None:
-    """Nodes, and an arrow for each way of each link: the wider the less it loses, bent to its own left."""
+    """Nodes and one arrow per directed link: wider for less loss, curved to its left."""
     at_m = {node.name: node.position_m for node in network.node if node.position_m is not None}
     for (sender, receiver), per in network.per.items():
         if per < 1.0:
@@ -153,7 +145,7 @@ def _map(axes: Axes, network: MeasuredNetwork) -> None:
 
 
 def _matrix(axes: Axes, network: MeasuredNetwork) -> None:
-    """A field for each link, row sends and column hears: the darker, the more it loses."""
+    """Grey matrix of losses, darker for more: rows send, columns receive."""
     names = [node.name for node in network.node]
     n = len(names)
     labels = [style.fitted(name, LONGEST_NAME_IN, style.SMALL_PT) for name in names]
@@ -182,7 +174,7 @@ def _matrix(axes: Axes, network: MeasuredNetwork) -> None:
 
 
 def network_caption(network: MeasuredNetwork) -> str:
-    """What the figure shows, and who measured it."""
+    """Return the caption: content, conditions and source."""
     source = f" {network.citation}." if network.citation else ""
     packet = f" Counted: {network.packet}." if network.packet else ""
     if network.per_over_range:
@@ -198,7 +190,7 @@ def network_caption(network: MeasuredNetwork) -> str:
 
 
 def network_csv(network: MeasuredNetwork) -> bytes:
-    """A line for each directed link, which can be read as a network again; or for each range."""
+    """Return one line per directed link, readable as a network again; or per range."""
     if network.per_over_range:
         return as_csv(("range_m", "per"), ((f"{range_m:g}", f"{per:g}") for range_m, per in network.per_over_range))
     return as_csv(("sender", "receiver", "per"), ((*link, f"{per:g}") for link, per in network.per.items()))

@@ -18,19 +18,19 @@ if TYPE_CHECKING:
 
 
 class VisualisationError(Exception):
-    """Base of the errors of this package."""
+    """Base class of the errors of this package."""
 
 
 class DrawingError(VisualisationError, ValueError):
-    """A figure was asked for that cannot be drawn."""
+    """Invalid figure request or failed output."""
 
 
 class ExportError(VisualisationError, ValueError):
-    """A file was asked for that cannot be made of these results, or cannot be written."""
+    """Export impossible for these results, or failed output."""
 
 
 def unknown(what: str, given: str, known: Iterable[str]) -> DrawingError:
-    """The error for a name that is not known: what was given, what is allowed, and the nearest."""
+    """Return the error for an unknown name: value given, values allowed, nearest."""
     names = list(known)
     near = get_close_matches(given, names, n=1, cutoff=0.0)
     return DrawingError(f"unknown {what} {given!r}; known: {', '.join(names)}; nearest: {near[0]!r}")
@@ -48,22 +48,18 @@ KINDS: Mapping[str, tuple[str, ...]] = {
     "tdma": ("packets",),
     "links": ("links",),
 }
-"""Kinds of figures that every run has, with the tables that each needs; its mission may declare more."""
+"""Kinds of run figures, with the tables that each needs; missions may declare more."""
 SWEEP_KINDS = ("differences", "trade-off", "ranking", "overview")
-"""Kinds of figures of a sweep, beside a chart of each metric."""
+"""Kinds of sweep figures, besides one chart per metric."""
 FACTORIAL_KINDS = ("effects",)
-"""Kinds of figures of a sweep whose study has a factorial design: they take the place of all others by default."""
+"""Kinds of figures of a factorial study; by default they replace all others."""
 
 
 NAME = "remoras"
 
 
 def about_run(results: RunResults) -> dict[str, str]:
-    """What files about a run carry: program and version, key of the run, seed, scenario, strategy, policy, channel.
-
-    Args:
-        results: of the run.
-    """
+    """Return the provenance of a run: version, run key, seed, scenario, strategy, policy, channel."""
     summary, manifest = results.summary, results.manifest
     found: dict[str, Any] = {
         "version": f"{NAME} {manifest['version']}",
@@ -74,7 +70,7 @@ def about_run(results: RunResults) -> dict[str, str]:
 
 
 def of_sweep(results: SweepResults) -> dict[str, str]:
-    """What files about a sweep carry: program and version, key of the study, its master seed and its name."""
+    """Return the provenance of a sweep: version, digest of the study, master seed, name."""
     schedule = results.schedule
     digest = hashlib.sha256(" ".join([schedule.version, *schedule.digests]).encode()).hexdigest()[:20]
     study = results.file.study
@@ -84,11 +80,11 @@ def of_sweep(results: SweepResults) -> dict[str, str]:
 FORMATS = ("png", "svg", "pdf")
 """Formats of figures."""
 LEAST_WIDTH_IN, MOST_WIDTH_IN = 3.0, 20.0
-"""Widths of figures."""
+"""Limits of the width of a figure."""
 
 
 class Drawn(NamedTuple):
-    """Files written (a figure, what belongs to it, the next figure, ...), and notes for the user."""
+    """Files written, in order of figures, and notes for the user."""
 
     files: list[Path]
     notes: list[str]
@@ -101,7 +97,7 @@ def check_format(format: str) -> None:
 
 
 def check_width(width_in: float | None) -> None:
-    """Raise DrawingError unless the width is None (the figure's own) or one that a figure may have."""
+    """Raise DrawingError unless the width is None (default) or within the limits."""
     if width_in is not None and not LEAST_WIDTH_IN <= width_in <= MOST_WIDTH_IN:
         raise DrawingError(
             f"width {width_in:g} in: allowed are {LEAST_WIDTH_IN:g} to {MOST_WIDTH_IN:g} inches; a column of a "
@@ -110,17 +106,17 @@ def check_width(width_in: float | None) -> None:
 
 
 def as_csv(head: Iterable[str], rows: Iterable[Iterable[Any]]) -> bytes:
-    """A table as text."""
+    """Encode a table as CSV."""
     text = io.StringIO()
     csv.writer(text, lineterminator="\n").writerows([head, *rows])
     return text.getvalue().encode()
 
 
 def write_folder(folder: Path, contents: Iterable[tuple[str, bytes]]) -> list[Path]:
-    """Write files of these names and contents into a folder, which is made if it is not there.
+    """Write files into a folder, created if missing; return their paths.
 
     Raises:
-        DrawingError: they cannot be written; what was there before is there still, and nothing else is.
+        DrawingError: output failed; existing files are unchanged, no partial file remains.
     """
     ready: Sequence[tuple[str, bytes]] = list(contents)
     paths = [folder / name for name, _ in ready]

@@ -1,8 +1,7 @@
-"""A page: a figure that Matplotlib lays out (``layout="constrained"``), as high as its panels want to be.
+"""Page of a figure: constrained layout by Matplotlib, with its height fitted to the panels.
 
-Figures stand in papers in their true size, so what is legible is a matter of inches: a row of text needs 0.15 in
-whether the page shows two vehicles or sixteen. Matplotlib fits panels into a page; here a page is fitted to the heights
-of its panels, and then stays as it is, whatever is drawn on it later.
+Papers show figures in true size, so legibility is a matter of inches: a row of text needs 0.15 in for two vehicles or
+sixteen. Matplotlib fits panels into a page; this fits the page to its panels and then freezes the layout.
 """
 
 from __future__ import annotations
@@ -22,34 +21,29 @@ from visualisation import style
 Edge = Literal["outside lower center", "outside upper center"]
 LETTERS = "abcdefghijklmnopqrstuvwxyz"
 BODY_GUESS_IN = 4.0
-"""Room for all that is no body of a panel, before the layout says how much that takes."""
+"""Initial height of everything outside panel bodies."""
 LABEL_ROOM_IN = 2.5
-"""Widest entry of a legend."""
+"""Maximum width of a legend entry."""
 PASSES, EXACT_IN = 4, 0.002
-"""Layouts until panels have their heights, and how near they come."""
+"""Maximum number of layout passes, and their tolerance."""
 OVER_IN = 0.1
-"""How much longer than its axis a vertical label may be."""
+"""Allowed excess of a vertical label over its axis."""
 UNIT = re.compile(r" \([^()]*\)$")
 
 
 def opened(width_in: float, body_in: float) -> Figure:
-    """An empty figure off screen; draw on it under ``style.paper()``.
-
-    Args:
-        width_in: of the page.
-        body_in: height of all rows of panels together, as far as it is known.
-    """
+    """Return an empty off-screen figure with an estimated body height, for ``style.paper()``."""
     figure = Figure(figsize=(width_in, body_in + BODY_GUESS_IN), dpi=style.DPI, layout="constrained")
     FigureCanvasAgg(figure)
     return figure
 
 
 def panels(figure: Figure, n: int, columns: int, titles: Sequence[str] = (), framed: bool = False) -> list[Axes]:
-    """Panels in rows, framed or without frame above and on the right; titles get letters."""
+    """Add panels in rows, with or without top and right frame; titles get letters."""
     grid = list(figure.subplots(-(-n // columns), columns, squeeze=False).flat)
     for number, axes in enumerate(grid):
         axes.spines[["top", "right"]].set_visible(framed)
-        axes.tick_params(labelsize=style.SMALL_PT)  # else their number follows the user's settings when it is drawn
+        axes.tick_params(labelsize=style.SMALL_PT)  # else the user's settings apply when drawn
         if number >= n:
             axes.remove()
         elif titles:
@@ -64,14 +58,9 @@ def legend(
     room_in: float = LABEL_ROOM_IN,
     **look: Any,
 ) -> None:
-    """A legend outside of the panels, in as many columns as have room; none without entries.
+    """Add a legend outside the panels, with as many columns as fit; no effect without entries.
 
-    Args:
-        figure: on which it stands.
-        entries: artists with the labels that are shown.
-        edge: of the page.
-        room_in: widest label.
-        look: more for Matplotlib.
+    ``room_in`` is the maximum width of a label; ``look`` passes to Matplotlib.
     """
     if not entries:
         return
@@ -83,22 +72,18 @@ def legend(
 
 
 def lay_out(figure: Figure, column: Sequence[Axes], bodies_in: Sequence[float] | Callable[[], Sequence[float]]) -> None:
-    """Give the page the height at which its rows of panels have theirs, and everything its place for good.
-
-    Titles and labels of axes that are longer than their panel are cut, labels before their unit.
+    """Fit the page to its row heights, freeze the layout, and shorten long titles and labels.
 
     Args:
-        figure: with everything drawn that takes room.
-        column: a panel of each row.
-        bodies_in: their heights, or what says so once panels have their widths.
+        figure: completely drawn.
+        column: one panel per row.
+        bodies_in: row heights, or a function that returns them once panels have their widths.
     """
     engine, grid = figure.get_layout_engine(), column[0].get_gridspec()
     assert engine is not None
     assert grid is not None
     for line in (line for axes in figure.axes for line in axes.lines):
-        line.set_in_layout(
-            np.size(line.get_xdata()) > 0
-        )  # Matplotlib takes one without points to lie at the page's corner
+        line.set_in_layout(np.size(line.get_xdata()) > 0)  # Matplotlib places an empty line at the page corner
     for _ in range(PASSES):
         engine.execute(figure)
         found_in = [panel_in(axes)[1] for axes in column]
@@ -116,7 +101,7 @@ def lay_out(figure: Figure, column: Sequence[Axes], bodies_in: Sequence[float] |
 
 
 def panel_in(axes: Axes) -> tuple[float, float]:
-    """Width and height of the room of a panel in inches."""
+    """Return width and height of the space of a panel in inches."""
     figure, room = axes.figure, axes.get_position(original=True)
     assert isinstance(figure, Figure)
     width_in, height_in = figure.get_size_inches()
@@ -131,14 +116,14 @@ def _cut(text: str, room_in: float, size_pt: float) -> str:
 
 
 class DrawnPage(NamedTuple):
-    """A drawn page: its figure, its caption, and notes on what was left out of it."""
+    """Drawn figure, its caption, and notes on omitted content."""
 
     figure: Figure
     caption: str
     notes: tuple[str, ...] = ()
 
     def shown(self) -> CaptionedFigure:
-        """The figure as notebooks show it by themselves, with its caption as ``.caption``."""
+        """Return the figure for display in notebooks, with its caption as ``.caption``."""
         figure = self.figure
         figure.__class__ = CaptionedFigure
         assert isinstance(figure, CaptionedFigure)
@@ -147,13 +132,13 @@ class DrawnPage(NamedTuple):
 
 
 class CaptionedFigure(Figure):
-    """A Matplotlib figure that has a caption, and that notebooks show by themselves.
+    """Matplotlib figure with a caption, displayed by notebooks.
 
     Attributes:
-        caption: what it shows, with units, n and seeds.
+        caption: content with units, n and seeds.
     """
 
     caption: str
 
-    def _repr_png_(self) -> bytes:  # what IPython asks for
+    def _repr_png_(self) -> bytes:  # called by IPython
         return style.rendered(self, "png")

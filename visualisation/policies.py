@@ -1,8 +1,7 @@
-"""Figures of the policy study, the numbers behind each as CSV, and captions.
+"""Figures of the policy study, their data as CSV, and captions.
 
-A figure of unloaded exchange has the times relative to ACK on the left, as the paper draws them, and the times
-themselves on the right. A figure of the loaded case has the offered load on its axes. Colour tells the
-acknowledgement, line style and fill of the markers tell whether nodes repeat items.
+Unloaded exchange: times relative to ACK on the left, as in the paper, absolute times on the right. Loaded exchange:
+results over offered load. Colour shows the acknowledgement; line style and marker fill show repeats.
 """
 
 from __future__ import annotations
@@ -26,13 +25,13 @@ LOOKS = (
     (style.BLUE, "o"), (style.VERMILLION, "s"), (style.GREEN, "^"), (style.PURPLE, "D"), (style.ORANGE, "v"),
     (style.SKY_BLUE, "P"),
 )  # fmt: skip
-"""Colour and marker of each acknowledgement: of the shipped ones in their order, then of those from outside."""
+"""Colour and marker per acknowledgement: shipped ones in order, then external ones."""
 REPEATING = (0, (4, 1.2))
 OF_THE_BOUND = (0, (1, 1.5))
 
 
 class Unloaded(NamedTuple):
-    """What a figure of unloaded exchange shows: the fields of a row, and the words for them."""
+    """Row fields of a figure of unloaded exchange, and their text."""
 
     relative: str
     absolute: str
@@ -56,16 +55,14 @@ LOADED = (
 
 
 def contents(rows: Sequence[StudyRow], kind: str, name: str, format: str) -> list[tuple[str, bytes]]:
-    """Names and contents of the files of a figure: itself, its caption, and the numbers behind it.
+    """Return names and contents of figure, caption and CSV.
 
     Args:
-        rows: of one study, or for `loaded` of studies that differ in their rate only.
-        kind: `delivered`, `source` or `senders`, or `loaded`.
-        name: of the files, without suffix.
-        format: png, svg or pdf.
+        rows: of one study; for `loaded`, of studies that differ in their rate only.
+        kind: `delivered`, `source`, `senders` or `loaded`.
 
     Raises:
-        DrawingError: the kind or the format is not known, or there is nothing to draw.
+        DrawingError: unknown kind or format, or no rows.
     """
     if kind not in (*UNLOADED, "loaded"):
         raise unknown("kind of figure", kind, (*UNLOADED, "loaded"))
@@ -79,7 +76,7 @@ def contents(rows: Sequence[StudyRow], kind: str, name: str, format: str) -> lis
 
 
 def unloaded_figure(rows: Sequence[StudyRow], kind: str) -> Figure:
-    """Times relative to ACK, and in slots, over the packet error rate, each with its interval."""
+    """Draw times relative to ACK, and in slots, over packet error rate, with intervals."""
     shown = UNLOADED[kind]
     with style.paper():
         drawn, (left, right) = _panels(rows, 1, BODY_IN)
@@ -97,7 +94,7 @@ def unloaded_figure(rows: Sequence[StudyRow], kind: str) -> Figure:
 
 
 def loaded_figure(rows: Sequence[StudyRow]) -> Figure:
-    """Latencies, items in flight and goodput over the offered load."""
+    """Draw latencies, items in flight and goodput over offered load."""
     with style.paper():
         drawn, panels = _panels(rows, 2, LOADED_BODY_IN)
         for axes, (field, label) in zip(panels, LOADED, strict=True):
@@ -122,7 +119,7 @@ def loaded_figure(rows: Sequence[StudyRow]) -> Figure:
 
 
 def caption(rows: Sequence[StudyRow], kind: str) -> str:
-    """What the figure shows, under which conditions, from how many trials and which seed."""
+    """Return the caption: content, conditions, trials and seed."""
     first = rows[0]
     evidence = "taken" if first.carrier_evidence else "not taken"
     trials = f"n = {first.trials} trials per point, seed {first.seed}; bands: 95 % confidence intervals of the means"
@@ -145,7 +142,7 @@ def caption(rows: Sequence[StudyRow], kind: str) -> str:
 
 
 def as_csv(rows: Sequence[StudyRow]) -> bytes:
-    """The rows as a table, estimates as three columns each; without what depends on the machine."""
+    """Encode rows as CSV: three columns per estimate, without machine-dependent fields."""
     table = [_flat(row) for row in rows]
     return output.as_csv(table[0], (line.values() for line in table))
 
@@ -172,7 +169,6 @@ def _offered(row: StudyRow) -> float:
 
 
 def _series(axes: Axes, rows: Sequence[StudyRow], x_of: Any, field: str) -> None:
-    """A line with its band for every policy, over the rows that have the estimate."""
     for policy, look in _looks(rows).items():
         points: list[tuple[float, TrialMean]] = sorted(
             (x_of(row), getattr(row, field)) for row in rows if row.policy == policy and getattr(row, field) is not None
@@ -185,7 +181,6 @@ def _series(axes: Axes, rows: Sequence[StudyRow], x_of: Any, field: str) -> None
 
 
 def _looks(rows: Sequence[StudyRow]) -> dict[str, dict[str, Any]]:
-    """How the line of each policy looks, in the order of the rows."""
     kinds = list(dict.fromkeys([*KINDS, *(row.acknowledgement for row in rows)]))
     looks: dict[str, dict[str, Any]] = {}
     for row in rows:
@@ -201,7 +196,7 @@ def _looks(rows: Sequence[StudyRow]) -> dict[str, dict[str, Any]]:
 
 
 def _panels(rows: Sequence[StudyRow], n_rows: int, body_in: float) -> tuple[Figure, list[Axes]]:
-    """A page with two panels in each row, letters above them, and the legend below."""
+    """Page with two lettered panels per row and a legend below."""
     figure = page.opened(style.PAGE_IN, n_rows * body_in)
     page.legend(figure, [Line2D([], [], **look) for look in _looks(rows).values()], ncols=LEGEND_COLUMNS)
     return figure, page.panels(figure, 2 * n_rows, 2, [""] * 2 * n_rows)

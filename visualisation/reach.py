@@ -1,4 +1,4 @@
-"""How much of what is sent arrives, against range: a figure, and the numbers behind it as CSV."""
+"""Figure of delivery ratio over range, and its data as CSV."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from visualisation.output import DrawingError, as_csv, check_format
 
 BODY_IN = 2.3
 NAME = "delivery-against-range"
-"""Name of the files, without suffix."""
+"""File name without suffix."""
 BY_FRAME = (0, (3, 1.2))
 NOMINAL = "nominal range"
 MARKERS_ON_A_LINE = 12
 DRAWN: dict[str, Any] = {"marker": "_", "markersize": 7, "markeredgewidth": 1.0, "linestyle": "", "zorder": 4}
-"""How packets that were drawn are drawn."""
+"""Style of sampled packets."""
 
 
 class Point(NamedTuple):
-    """One range: the link there, and the share of full packets, and of frames one by one, that arrives."""
+    """Link at one range, with the delivery ratio of full packets and of single frames."""
 
     range_m: float
     transmission_loss_db: float
@@ -35,7 +35,7 @@ class Point(NamedTuple):
 
 
 class DrawnPackets(NamedTuple):
-    """Packets that were drawn one by one at a range: how many, and how many arrived."""
+    """Numbers of sampled and of delivered packets at one range."""
 
     range_m: float
     n_packets: int
@@ -43,20 +43,17 @@ class DrawnPackets(NamedTuple):
 
     @property
     def delivered(self) -> float:
-        """Share that arrived."""
+        """Delivery ratio."""
         return self.n_arrived / self.n_packets
 
     @property
     def interval(self) -> Interval:
-        """Its 95 % interval."""
+        """95 % Wilson interval of the delivery ratio."""
         return wilson_interval(self.n_arrived, self.n_packets)
 
 
 class ModemReach(NamedTuple):
-    """One modem: its name, the range that its profile has, frames of its packet, and its points in order of range.
-
-    ``drawn`` is what came of packets that were drawn, if any were.
-    """
+    """One modem: nominal range, frames per packet, points by range, and sampled packets, if any."""
 
     modem: str
     nominal_m: float
@@ -66,15 +63,9 @@ class ModemReach(NamedTuple):
 
 
 def reach_contents(reaches: Sequence[ModemReach], sea: str, format: str) -> list[tuple[str, bytes]]:
-    """Names and contents of the files: figure, caption, numbers.
+    """Return names and contents of figure, caption and CSV; DrawingError for an unknown format.
 
-    Args:
-        reaches: of one modem or several.
-        sea: what the caption says of the water, its noise and its fading.
-        format: png, svg or pdf.
-
-    Raises:
-        DrawingError: the format is not known.
+    ``sea`` describes water, noise and fading in the caption.
     """
     check_format(format)
     return [
@@ -86,11 +77,7 @@ def reach_contents(reaches: Sequence[ModemReach], sea: str, format: str) -> list
 
 
 def reach_figure(reaches: Sequence[ModemReach]) -> Figure:
-    """Delivery ratio over range, a line for each modem, dashed for frames that are delivered one by one.
-
-    Raises:
-        DrawingError: there is nothing to draw.
-    """
+    """Draw one line per modem, dashed for single frames; DrawingError without modems."""
     if not reaches:
         raise DrawingError("a figure of reach needs a modem, and there is none")
     with style.paper():
@@ -131,7 +118,7 @@ def reach_figure(reaches: Sequence[ModemReach]) -> Figure:
 
 
 def reach_caption(reaches: Sequence[ModemReach], sea: str) -> str:
-    """What the figure shows, and in which sea."""
+    """Return the caption: content and sea."""
     several = (
         " Dashed: share of frames, if each is delivered for itself." if any(r.n_frames > 1 for r in reaches) else ""
     )
@@ -148,7 +135,7 @@ def reach_caption(reaches: Sequence[ModemReach], sea: str) -> str:
 
 
 def drawn_as_csv(reaches: Sequence[ModemReach]) -> bytes:
-    """A line for each modem and range at which packets were drawn."""
+    """Return one line per modem and range with sampled packets."""
     return as_csv(
         ("modem", *DrawnPackets._fields, "delivered", "low", "high"),
         (
@@ -165,6 +152,6 @@ def drawn_as_csv(reaches: Sequence[ModemReach]) -> bytes:
 
 
 def reach_csv(reaches: Sequence[ModemReach]) -> bytes:
-    """A line for each modem and range."""
+    """Return one line per modem and range."""
     rows = ((reach.modem, *(f"{value:.6g}" for value in point)) for reach in reaches for point in reach.points)
     return as_csv(("modem", *Point._fields), rows)

@@ -1,4 +1,4 @@
-"""Data of a run that figures, the replay and exports share: vehicles, tracks, outages, roles, milestones, refusals."""
+"""Run data of figures, replay and exports: tracks, outages, roles, milestones, refusals."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from missions.fault import Absence, absence
 from missions.figure import PointM, RunResults
 
 OVER = "over"
-"""Detail in the table of faults when one is over."""
+"""Detail of a row in the table of faults at the end of a fault."""
 
 
 class Span(NamedTuple):
-    """From when to when; to infinity for good."""
+    """Time interval; infinite end if permanent."""
 
     start_s: float
     end_s: float
 
 
 def spans(events: Iterable[tuple[float, bool]], last_s: float = math.inf) -> list[Span]:
-    """From each time at which something begins to the next at which it is over; what is not over lasts to the end.
+    """Return the intervals between begin and end events; an unfinished one lasts to ``last_s``.
 
     >>> spans([(1.0, True), (2.0, True), (5.0, False), (7.0, True)], 9.0)
     [Span(start_s=1.0, end_s=5.0), Span(start_s=7.0, end_s=9.0)]
@@ -43,7 +43,7 @@ def spans(events: Iterable[tuple[float, bool]], last_s: float = math.inf) -> lis
 
 
 def outages(results: RunResults) -> dict[str, list[Span]]:
-    """Outages of the vehicles that had any, in the order in which they began."""
+    """Return the outages per affected vehicle, in order of their start."""
     found: defaultdict[str, list[Span]] = defaultdict(list)
     open_at: dict[tuple[str, str], int] = {}
     for row in results.rows("faults"):
@@ -59,7 +59,7 @@ def outages(results: RunResults) -> dict[str, list[Span]]:
 
 
 def outside(start_s: float, end_s: float, out: Iterable[Span]) -> list[Span]:
-    """The parts of a span that lie outside of outages.
+    """Return the parts of an interval outside all outages.
 
     >>> outside(0.0, 10.0, [Span(2.0, 4.0), Span(9.0, math.inf)])
     [Span(start_s=0.0, end_s=2.0), Span(start_s=4.0, end_s=9.0)]
@@ -72,7 +72,7 @@ def outside(start_s: float, end_s: float, out: Iterable[Span]) -> list[Span]:
 
 
 def outages_until(out: Iterable[Span], end_s: float) -> list[tuple[float, float]]:
-    """Outages as far as a run that ended at ``end_s`` shows them.
+    """Clip outages to a run that ended at ``end_s``.
 
     >>> outages_until([Span(2.0, 4.0), Span(9.0, math.inf)], 10.0)
     [(2.0, 4.0), (9.0, 10.0)]
@@ -86,25 +86,25 @@ RoleKey = tuple[str, str]
 
 
 class PlanTrack(NamedTuple):
-    """Positions of one vehicle in time order; arrays of one length."""
+    """Positions of one vehicle in time order; arrays of equal length."""
 
     time_s: Floats
     x_m: Floats
     y_m: Floats
 
     def at(self, time_s: float) -> PointM:
-        """Position at a time."""
+        """Return the interpolated position."""
         x_m, y_m = (float(np.interp(time_s, self.time_s, along)) for along in (self.x_m, self.y_m))
         return x_m, y_m
 
     def between(self, start_s: float, end_s: float) -> PlanTrack:
-        """The part from ``start_s`` to ``end_s``."""
+        """Return the part from ``start_s`` to ``end_s``."""
         inside = (self.time_s >= start_s) & (self.time_s <= end_s)
         return PlanTrack(self.time_s[inside], self.x_m[inside], self.y_m[inside])
 
 
 class Tenure(NamedTuple):
-    """One role of one vehicle: when it held the role, and when the role drove it."""
+    """One role of a vehicle: intervals held, and intervals as active role."""
 
     group: str
     role: str
@@ -113,7 +113,7 @@ class Tenure(NamedTuple):
 
 
 class MilestoneRow(NamedTuple):
-    """Something reached; vehicle and group are empty where they do not apply."""
+    """Milestone; vehicle and group are empty if not applicable."""
 
     name: str
     vehicle: str
@@ -122,12 +122,12 @@ class MilestoneRow(NamedTuple):
 
     @property
     def label(self) -> str:
-        """Name in words, with the vehicle or the group it is about."""
+        """Display name with vehicle or group."""
         return ": ".join(part for part in (self.name.replace("_", " "), self.vehicle or self.group) if part)
 
 
 class VehicleFault(NamedTuple):
-    """What befell a vehicle, from when to when; until the end of the run if it was not over before."""
+    """Fault of a vehicle; its interval ends with the run at the latest."""
 
     vehicle: str
     kind: str
@@ -136,17 +136,17 @@ class VehicleFault(NamedTuple):
 
 
 def vehicle_names(results: RunResults) -> list[str]:
-    """Names of the vehicles in the order of the scenario."""
+    """Return the vehicle names in scenario order."""
     return [vehicle["name"] for vehicle in results.scenario_tables.get("vehicle", ())]
 
 
 def tracks(results: RunResults) -> dict[str, PlanTrack]:
-    """Tracks of the vehicles that were recorded, in the order of the scenario."""
+    """Return the recorded tracks in scenario order."""
     return {name: PlanTrack(*own) for name, own in track_columns(results, PlanTrack._fields).items()}
 
 
 def track_columns(results: RunResults, columns: Sequence[str]) -> dict[str, list[Floats]]:
-    """Columns of the trajectories of each vehicle that was recorded, in the order of the scenario."""
+    """Return columns of the trajectory table per recorded vehicle, in scenario order."""
     table = results.table("trajectories")
     names = np.asarray(table["vehicle"].to_pylist(), dtype=str)
     whole = [table[name].to_numpy() for name in columns]
@@ -155,20 +155,20 @@ def track_columns(results: RunResults, columns: Sequence[str]) -> dict[str, list
 
 
 def milestones(results: RunResults) -> list[MilestoneRow]:
-    """Milestones in time order."""
+    """Return the milestones in time order."""
     found = results.summary["milestones"]
     return [MilestoneRow(m["name"], m["vehicle"], m["group"], float(m["time_s"])) for m in found]
 
 
 def vehicle_faults(results: RunResults) -> list[VehicleFault]:
-    """Faults that the scenario declares and the run had, in the order in which they began."""
+    """Return faults declared in the scenario, in order of their start."""
     kinds = {fault.get("kind") for fault in results.scenario_tables.get("fault", ())}
     last_s = end_s(results)
     found: list[VehicleFault] = []
     for row in results.rows("faults"):
         vehicle, kind, time_s = row["vehicle"], row["kind"], float(row["time_s"])
         if kind not in kinds:
-            continue  # such as an empty battery
+            continue  # undeclared, such as an empty battery
         if row["detail"] != OVER:
             found.append(VehicleFault(vehicle, kind, row["detail"], Span(time_s, last_s)))
             continue
@@ -180,14 +180,14 @@ def vehicle_faults(results: RunResults) -> list[VehicleFault]:
 
 
 def end_s(results: RunResults) -> float:
-    """When the run ended; a second at least, so that it can be an axis."""
+    """Return the end of the run, at least 1 s, so that it can be an axis."""
     return max(float(results.summary["mission_time_s"]), 1.0)
 
 
 def tenures(results: RunResults) -> dict[str, list[Tenure]]:
-    """Roles of every vehicle by group, in the order in which the groups, and in them the roles, were met.
+    """Return the roles of every vehicle by group, in order of first appearance.
 
-    No role drives a vehicle that is out of the mission.
+    No role is active during an outage.
     """
     events: dict[str, dict[RoleKey, list[tuple[float, str]]]] = {name: {} for name in vehicle_names(results)}
     groups: dict[str, int] = {}
@@ -219,7 +219,7 @@ def _told(events: Sequence[tuple[float, str]], opening: str, closing: tuple[str,
 
 
 def satisfaction(results: RunResults) -> dict[str, dict[RoleKey, tuple[Floats, Floats]]]:
-    """Times and values of the personal satisfaction of every role of every vehicle."""
+    """Return times and values of personal satisfaction per vehicle and role."""
     series: dict[str, dict[RoleKey, list[tuple[float, float]]]] = {
         name: defaultdict(list) for name in vehicle_names(results)
     }
@@ -233,13 +233,13 @@ def satisfaction(results: RunResults) -> dict[str, dict[RoleKey, tuple[Floats, F
 
 
 def eventful_times_s(results: RunResults) -> list[float]:
-    """Times at which a milestone was reached or a role began or ceased to drive a vehicle, where roles are recorded."""
+    """Return the times of milestones and role events."""
     roles = (row["time_s"] for row in results.rows("roles"))
     return sorted({*roles, *(milestone.time_s for milestone in milestones(results))})
 
 
 def marker_step_s(length_s: float) -> float:
-    """A round time between markers on a track, so that there are at most ten in ``length_s``.
+    """Return a round interval for at most ten track markers in ``length_s``.
 
     >>> marker_step_s(2062.0)
     300.0
@@ -252,7 +252,7 @@ NUMBERS = re.compile(r"\d+(\.\d+)?")
 
 
 def kind_of(reason: str) -> str:
-    """A reason without its numbers, by which refusals are counted.
+    """Replace numbers of a reason by n, to count refusals by kind.
 
     >>> kind_of("a packet of node 2 of slot 17 arrives in slot 19.5")
     'a packet of node n of slot n arrives in slot n'
@@ -263,14 +263,10 @@ def kind_of(reason: str) -> str:
 def packets_refused(
     packets: Sequence[Mapping[str, Any]], refusals: Iterable[Mapping[str, Any]]
 ) -> Iterator[tuple[int, str]]:
-    """Number of each packet that was refused, and the vehicle that refused it.
+    """Yield the index of each refused packet and the refusing vehicle.
 
-    What a refused packet says of itself may be wrong, so a packet is found by the time at which it arrived, else by its
-    slot. A refusal of what no vehicle of the run sent belongs to none.
-
-    Args:
-        packets: rows of the table ``packets``.
-        refusals: rows of the table ``refused``.
+    The fields of a refused packet may be wrong, so it is matched by arrival time, else by slot. Refusals of foreign
+    packets are skipped.
     """
     arrived: dict[tuple[str, float], int] = {}
     slots: dict[tuple[str, int], int] = {}

@@ -1,7 +1,6 @@
-"""The look that all figures share: widths, type sizes, colours, and how a figure becomes a file.
+"""Common style of figures: widths, font sizes, colours, and rendering to files.
 
-Colours are those of ``visualisation.colours``, which the page of a replay has, too. A series also has a line style and
-a marker of its own, so that a grey print can be read.
+Each series also has a line style and marker, for greyscale print.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ PAGE_IN = 7.2
 TEXT_PT = 8.0
 SMALL_PT = 7.0
 TINY_PT = 6.0
-"""Type sizes: axis labels and titles; tick labels, legends and notes; the least that can be read."""
+"""Font sizes: labels and titles; ticks, legends and notes; smallest legible size."""
 
 BLACK, ORANGE, SKY_BLUE, GREEN, YELLOW = (
     colours.BLACK, colours.ORANGE, colours.SKY_BLUE, colours.GREEN, colours.YELLOW,
@@ -48,7 +47,7 @@ MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<", ">")
 
 DPI = 300
 LEGEND_HANDLE_IN = 0.5
-"""What a column of a legend takes beside its widest label."""
+"""Width of a legend column beyond its widest label."""
 _SETTINGS: dict[str, Any] = {
     "font.family": "DejaVu Sans",
     "font.size": TEXT_PT,
@@ -91,11 +90,11 @@ UNSAID: dict[str, dict[str, Any]] = {
     "svg": {"Date": None},
     "pdf": {"CreationDate": None},
 }
-"""What Matplotlib says of a file by itself and what would differ from day to day."""
+"""Metadata removed from files, since they differ between versions or days."""
 
 
 class Look(NamedTuple):
-    """How one series is drawn: colour, line style, marker."""
+    """Style of a series."""
 
     colour: str
     line: Any
@@ -103,7 +102,7 @@ class Look(NamedTuple):
 
 
 def look(number: int) -> Look:
-    """The look of series ``number``, counted from 0; the first 28 differ in colour and line style together.
+    """Return the style of series ``number`` from 0; the first 28 differ in colour and line style.
 
     >>> len({look(number)[:2] for number in range(28)})
     28
@@ -112,7 +111,7 @@ def look(number: int) -> Look:
 
 
 def vehicle_look(number: int) -> Look:
-    """The look of vehicle ``number`` of a fleet, counted from 0, in all figures of a run; 32 differ.
+    """Return the style of vehicle ``number`` from 0, in all figures of a run; 32 differ.
 
     >>> vehicle_look(0) == look(0), vehicle_look(6).colour == BLACK
     (True, False)
@@ -124,7 +123,7 @@ def vehicle_look(number: int) -> Look:
 
 
 def tint(colour: str, strength: float) -> tuple[float, float, float]:
-    """``colour`` mixed with white: strength 1 is the colour, 0 is white.
+    """Mix ``colour`` with white: strength 1 is the colour, 0 is white.
 
     >>> tint("#000000", 0.2)
     (0.8, 0.8, 0.8)
@@ -134,17 +133,17 @@ def tint(colour: str, strength: float) -> tuple[float, float, float]:
 
 
 def width_in(text: str, size_pt: float, weight: str = "normal") -> float:
-    """Width of a line of text in inches, as ``paper()`` sets it."""
+    """Return the width of a line of text in inches under ``paper()``."""
     font = FontProperties(family="DejaVu Sans", size=size_pt, weight=weight)
     width_pt: float = text_to_path.get_text_width_height_descent(text, font, ismath=False)[0]
     return width_pt / 72.0
 
 
 def fitted(text: str, room_in: float, size_pt: float, weight: str = "normal") -> str:
-    """``text`` as a label that is at most ``room_in`` wide, cut with an ellipsis; a dollar is only a dollar.
+    r"""Shorten ``text`` to ``room_in`` inches with an ellipsis; escape dollar signs.
 
     >>> fitted("US$ 5", 2.0, 7.0)
-    'US\\\\$ 5'
+    'US\\$ 5'
     """
     shown = text
     while len(shown) > 1 and width_in(shown, size_pt, weight) > room_in:
@@ -153,7 +152,7 @@ def fitted(text: str, room_in: float, size_pt: float, weight: str = "normal") ->
 
 
 def legend_columns(labels: Sequence[str], room_in: float) -> int:
-    """How many columns a legend with these labels has that is at most ``room_in`` wide: of few rows, and full ones.
+    """Return the number of legend columns for ``room_in`` inches: fewest rows, then evenly filled.
 
     >>> legend_columns(["a", "b", "c", "d"], 7.0), legend_columns(["a", "b", "c", "d"], 2.0)
     (4, 2)
@@ -168,12 +167,12 @@ def legend_columns(labels: Sequence[str], room_in: float) -> int:
 
 
 def paper() -> AbstractContextManager[None]:
-    """Settings to draw under; what the user has set for matplotlib does not count, and is put back after."""
+    """Context of drawing settings, independent of the user's matplotlib settings."""
     return matplotlib.style.context(["default", _SETTINGS])  # type: ignore[no-any-return, unused-ignore]
 
 
 def logarithmic(axes: Axes, along: str = "y", subs: Sequence[float] = (1.0, 2.0, 5.0)) -> None:
-    """Plain numbers at ``subs`` of each decade; a panel without a positive point stays as it is."""
+    """Set a log axis with plain numbers at ``subs`` of each decade, if any point is positive."""
     axis: Axis = getattr(axes, f"{along}axis")
     if not math.isfinite(axes.dataLim.minposx if along == "x" else axes.dataLim.minposy):
         return
@@ -184,13 +183,7 @@ def logarithmic(axes: Axes, along: str = "y", subs: Sequence[float] = (1.0, 2.0,
 
 
 def rendered(figure: Figure, format: str, about: Mapping[str, str] | None = None) -> bytes:
-    """A figure in its true size as a file has it; the same figure gives the same bytes whenever it is rendered.
-
-    Args:
-        figure: what to render.
-        format: png, svg or pdf.
-        about: what the file says of its data, such as version, seed and key of the run.
-    """
+    """Render a figure in true size, reproducibly byte by byte; ``about`` is its provenance."""
     file = io.BytesIO()
     with paper():
         figure.savefig(
@@ -200,7 +193,7 @@ def rendered(figure: Figure, format: str, about: Mapping[str, str] | None = None
 
 
 def provenance_fields(format: str, about: Mapping[str, str]) -> dict[str, str]:
-    """What a file says of its data, in the fields that its format has: chunks of text, Dublin Core, or the PDF info.
+    """Map provenance to the metadata fields of a format: PNG text, SVG Dublin Core or PDF info.
 
     >>> provenance_fields("svg", {"seed": "3", "run": "a1"})
     {'Description': 'seed 3; run a1'}

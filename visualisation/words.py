@@ -1,4 +1,4 @@
-"""Words and numbers as axes and captions have them."""
+"""Text of axes and captions."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 
 def axis(label: str, unit: str = "") -> str:
-    """Text of an axis: the label, with the unit where there is one; ``1`` is none.
+    """Return an axis label with its unit; ``1`` is no unit.
 
     >>> axis("time", "s"), axis("packet error rate"), axis("share", "1")
     ('time (s)', 'packet error rate', 'share')
@@ -15,7 +15,7 @@ def axis(label: str, unit: str = "") -> str:
 
 
 def time(time_s: float) -> str:
-    """A time of a mission.
+    """Format a mission time.
 
     >>> time(2061.96), time(7.25)
     ('2062 s', '7.2 s')
@@ -24,7 +24,7 @@ def time(time_s: float) -> str:
 
 
 def listed(names: Sequence[str]) -> str:
-    """Names with commas and a last "and".
+    """Join names with commas and a final "and".
 
     >>> listed(["a", "b", "c"])
     'a, b and c'
@@ -33,7 +33,7 @@ def listed(names: Sequence[str]) -> str:
 
 
 def named_all(what: str, names: Iterable[str], several: str = "") -> str:
-    """A word and the names that it is about, each once.
+    """Return a noun with its distinct names; ``several`` is its plural.
 
     >>> named_all("policy", ["ack", "m-ack", "ack"], "policies")
     'policies ack, m-ack'
@@ -43,12 +43,12 @@ def named_all(what: str, names: Iterable[str], several: str = "") -> str:
 
 
 def capital(text: str) -> str:
-    """Text that begins with a capital."""
+    """Capitalise the first letter."""
     return text[:1].upper() + text[1:]
 
 
 def within(text: str) -> str:
-    """Text as it stands within a sentence: without its capital, unless it begins with an abbreviation.
+    """Lower the first letter unless text begins with an abbreviation.
 
     >>> within("Mission time"), within("PER")
     ('mission time', 'PER')
@@ -57,5 +57,5 @@ def within(text: str) -> str:
 
 
 def joined(*sentences: str) -> str:
-    """Sentences one after the other, without the empty ones."""
+    """Join non-empty sentences."""
     return " ".join(sentence for sentence in sentences if sentence)
