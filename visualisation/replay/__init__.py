@@ -1,4 +1,4 @@
-"""The replay of a run, or of two: one HTML file that is opened from disk and asks for nothing."""
+"""Replay of one or two runs: a self-contained HTML file."""
 
 from visualisation.replay.page import ReplayPage, check_page_output, live_text, page_text, title_of, write_page
 from visualisation.replay.payload import missing, run_data

@@ -1,10 +1,8 @@
-"""The page of a replay: assets and data as one HTML file that asks for nothing.
+"""Replay page: assets and data as one self-contained HTML file; live page of a notebook.
 
-The live page in a notebook, with no server: a frame, and a script beside it that is replaced.
-
-Two outputs of what is executed. The first is the page in a sandboxed frame, the second a script that hands it what has
-come so far. Each script has all of it: whoever renders them may leave out scripts that are replaced at once, and a
-notebook that is opened again has the last one. A frame that is rendered anew says that it is ready, and is told again.
+A notebook has two outputs: the page in a sandboxed frame, and a replaced script that posts the current data to it. Each
+script holds all data, since front ends may skip replaced scripts and a reopened notebook has the last one only. A frame
+announces when it is ready and then receives the data again.
 """
 
 from __future__ import annotations
@@ -31,35 +29,30 @@ VIEW = (
     "trees.js", "layout.js", "hands.js", "view.js", "save.js", "app.js",
 )  # fmt: skip
 SCRIPTS = MODEL + VIEW
-"""Scripts in the order in which the page has them."""
+"""Scripts in page order."""
 LIVE = ("growing.js", "live.js")
-"""Scripts that the page of a live run has beside them."""
+"""Additional scripts of a live run."""
 NOTEBOOK = ("growing.js", "notebook.js")
-"""The same of a run that goes on in a notebook."""
+"""Additional scripts of a live run in a notebook."""
 STYLES = ("page.css",)
 POLICY = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; media-src blob:; "
     "base-uri 'none'; form-action 'none'"
 )
-"""What the page allows itself: what it holds, and nothing from anywhere."""
+"""Content security policy: inline content only."""
 LIVE_POLICY = f"{POLICY}; connect-src 'self'"
-"""What the page of a live run allows itself: beside that, to ask the program that serves it."""
+"""Policy of a live page: also requests to its server."""
 FRAME_PX = 720
 """Height of a page in a notebook."""
 
 
 def asset(name: str) -> str:
-    """Text of a file of the page."""
+    """Return the text of an asset."""
     return (resources.files("visualisation.replay") / "assets" / name).read_text(encoding="utf-8")
 
 
 def page_text(title: str, payloads: Sequence[bytes]) -> str:
-    """The page as text.
-
-    Args:
-        title: of the window.
-        payloads: of one run, or of two side by side.
-    """
+    """Return the page with the payloads of one run, or of two side by side."""
     data = "\n".join(
         f'<script type="application/octet-stream;base64" class="run">{base64.b64encode(payload).decode()}</script>'
         for payload in payloads
@@ -68,22 +61,17 @@ def page_text(title: str, payloads: Sequence[bytes]) -> str:
 
 
 def live_text(title: str) -> str:
-    """The page of a live run: it gets its data from the program that serves it."""
+    """Return the page of a live run, which polls its server."""
     return _text(title, LIVE_POLICY, (*STYLES, "live.css"), "", (*SCRIPTS, *LIVE))
 
 
 def notebook_text(title: str) -> str:
-    """The page of a run that goes on in a notebook: it gets its data from what frames it."""
+    """Return the page of a live run in a notebook, which receives data by messages."""
     return _text(title, POLICY, STYLES, "", (*SCRIPTS, *NOTEBOOK))
 
 
 def frame(text: str, name: str = "") -> str:
-    """A page in a frame that can reach nothing of the notebook.
-
-    Args:
-        text: the whole page.
-        name: by which scripts beside it find the frame.
-    """
+    """Embed a page in a sandboxed frame; ``name`` is its element id."""
     named = f' id="{html.escape(name)}"' if name else ""
     return (
         f'<iframe{named} srcdoc="{html.escape(text)}" sandbox="allow-scripts allow-downloads" title="replay" '
@@ -116,18 +104,14 @@ def _text(title: str, policy: str, styles: Sequence[str], data: str, scripts: Se
 
 
 def title_of(summaries: Sequence[Mapping[str, Any]]) -> str:
-    """Title of the page of one run, or of two side by side, by their summaries."""
+    """Return the page title from the summaries of one or two runs."""
     titles = [f"{summary['scenario']}, {summary['strategy']}, seed {summary['seed']}" for summary in summaries]
     return f"{' beside '.join(titles)} - replay"
 
 
 @dataclass(frozen=True, repr=False)
 class ReplayPage:
-    """A page that a notebook shows in a frame of its own.
-
-    Attributes:
-        text: the whole page.
-    """
+    """Page displayed by a notebook in a frame."""
 
     text: str
 
@@ -139,7 +123,7 @@ class ReplayPage:
 
 
 def check_page_output(out: Path, force: bool) -> None:
-    """Raise DrawingError if a page cannot be written there, or would replace a file without ``force``."""
+    """Raise DrawingError if ``out`` is not writable, or exists without ``force``."""
     if out.is_dir():
         raise DrawingError(f"--out {out}: is a folder; name a file, such as {out / 'replay.html'}")
     if out.exists() and not force:
@@ -149,11 +133,7 @@ def check_page_output(out: Path, force: bool) -> None:
 
 
 def write_page(out: Path, text: str, force: bool = False) -> None:
-    """Write a page; it appears whole or not at all.
-
-    Raises:
-        DrawingError: there is a file already, or it cannot be written.
-    """
+    """Write a page atomically; DrawingError on failure, or if ``out`` exists without ``force``."""
     check_page_output(out, force)
     try:
         with drafted(out) as draft:
@@ -170,24 +150,17 @@ LISTEN = """<script>(function () {
     if (runs[name]) frame.contentWindow.postMessage(runs[name], "*");
   });
 })();</script>"""
-"""Beside the frame: tells a page that is ready what has come."""
+"""Script beside the frame: sends stored data to a page once ready."""
 TELL = """<script>(function () {
   const name = NAME, frame = document.getElementById(name);
   (globalThis.remorasRuns ??= {})[name] = DATA;
   if (frame) frame.contentWindow.postMessage(globalThis.remorasRuns[name], "*");
 })();</script>"""
-"""Tells the page; one that is not ready yet says so when it is."""
+"""Script that stores data and posts them to the page."""
 
 
 class NotebookPage:
-    """The page among the outputs of what is executed.
-
-    Args:
-        title: of the page.
-
-    Raises:
-        DrawingError: there is no notebook.
-    """
+    """Live page among cell outputs; DrawingError outside a notebook."""
 
     def __init__(self, title: str) -> None:
         self._show = _shown()
@@ -196,7 +169,7 @@ class NotebookPage:
         self._show(frame(notebook_text(title), self._name) + self._script(LISTEN), self._name, False)
 
     def tell(self, data: bytes) -> None:
-        """Show a run as far as it is, by its ``run_data``."""
+        """Show the current state of the run, from its ``run_data``."""
         script = self._script(TELL).replace("DATA", json.dumps(base64.b64encode(data).decode()))
         self._show(script, f"{self._name}-told", self._is_told)
         self._is_told = True
@@ -206,7 +179,7 @@ class NotebookPage:
 
 
 def _shown() -> Callable[[str, str, bool], None]:
-    """Shows HTML under a name; True: in place of what has that name."""
+    """Return a function that displays HTML under a name; True replaces it."""
     shell: Any = None
     with suppress(ImportError):
         from IPython import get_ipython

@@ -1,7 +1,4 @@
-"""The data of a replay: one run, as compact as a page needs it.
-
-Tables of a mission's own as columns: what happened or was measured when, by whom and where.
-"""
+"""Compact data of a replay: one run, with mission tables as columns."""
 
 from __future__ import annotations
 
@@ -18,24 +15,19 @@ from visualisation.replay.tables import EVENTS, PLACE_STEP_M, TIME_STEP_S, Colum
 
 PLACE = ("x_m", "y_m")
 SPARED_BITS = 8
-"""Of a number as 32-bit float so many of its last bits are not kept: four digits are left, whatever its size."""
+"""Low bits dropped from 32-bit floats: four digits remain at any magnitude."""
 LARGEST = 3e38
-"""Numbers beyond are kept as this."""
+"""Clipping limit of numbers."""
 EXACT = 2**52
-"""From here on the page may add differences inexactly, so that the numbers behind a large one would be wrong."""
+"""Limit of exact sums in JavaScript: larger numbers are not stored as differences."""
 KINDS = {"double": "float", "int64": "int"}
-"""Kinds of columns of numbers by their types in Arrow; all others are texts."""
+"""Kinds of number columns by Arrow type; all others are text."""
 
 
 def add_own(columns: Columns, names: Names, table: Any, called: str, most_rows: int) -> dict[str, Any]:
-    """Columns of a table with a time, ``layer.called.column``; returns what is needed to read them.
+    """Add a mission table with a time as ``layer.called.column``; return its description.
 
-    Args:
-        columns: take them.
-        names: of the vehicles.
-        table: Arrow table with a column ``time_s``.
-        called: name of the table.
-        most_rows: of more rows the first are taken.
+    ``most_rows``: only the earliest rows are stored.
     """
     rows = table.slice(0, most_rows).to_pylist()
     kept = PLACE if set(PLACE) <= {*table.column_names} else ()
@@ -52,7 +44,7 @@ def add_own(columns: Columns, names: Names, table: Any, called: str, most_rows: 
 
 
 def _add_told(columns: Columns, names: Names, called: str, field: Any, values: Sequence[Any]) -> dict[str, Any]:
-    """A column of a mission's own: numbers, and where they are missing; else texts."""
+    """Column of a mission table: numbers with a mask of missing ones; else texts."""
     unit = (field.metadata or {}).get(b"unit", b"").decode()
     kind = KINDS.get(str(field.type), "text")
     if kind == "text":
@@ -69,7 +61,7 @@ def _add_told(columns: Columns, names: Names, called: str, field: Any, values: S
 
 
 def _bits(numbers: Floats) -> Ints:
-    """Numbers as 32-bit floats without their last bits: neighbours are alike, and none depends on the others."""
+    """Truncated bits of 32-bit floats, so that similar numbers compress well."""
     bits = numbers.clip(-LARGEST, LARGEST).astype(np.float32).view(np.int32).astype(np.int64)
     return (bits + (1 << SPARED_BITS - 1)) >> SPARED_BITS
 
@@ -81,7 +73,7 @@ def _said(value: Any) -> str:
 
 
 FORM = 1
-"""Form of the data; the page says so where it cannot read it."""
+"""Version of the data, checked by the page."""
 SHOWS = {
     "trajectories": "where the vehicles were",
     "roles": "who played what",
@@ -91,15 +83,15 @@ SHOWS = {
     "decisions": "why a vehicle chose what it did",
     "plans": "how far plans were carried out",
 }
-"""What cannot be shown without a table."""
+"""Content lost without a table."""
 OWN = frozenset({*EVENTS, *SHOWS, "satisfaction", "knowledge", "deliveries", "unsaid"})
-"""Tables that every run may have; those beside them are its mission's."""
+"""Common tables of runs; others belong to the mission."""
 MOST_ROWS = 20_000
-"""Of a mission's own table no more rows are shown, the earliest."""
+"""Maximum number of rows per mission table, the earliest."""
 
 
 class ShownJob(Protocol):
-    """What is shown of a ``remoras.work.Job``."""
+    """Displayed properties of a ``remoras.work.Job``."""
 
     @property
     def name(self) -> str:
@@ -107,22 +99,21 @@ class ShownJob(Protocol):
 
     @property
     def done(self) -> tuple[str, str]:
-        """The fact that says that it is done: attribute and subject."""
+        """Completion fact: attribute and subject."""
 
 
 def run_data(
     results: RunResults, places: Sequence[Place] = (), jobs: Iterable[ShownJob] = (), by_packets: bool = True
 ) -> bytes:
-    """All that a replay shows of a run, compressed; the same bytes for the same results.
+    """Return the compressed replay data of a run, reproducible byte by byte.
 
     Args:
-        results: of the run; the page says what it cannot show without a table.
-        places: that its mission declares.
-        jobs: of the mission; one that is called like a place is done there.
-        by_packets: whether vehicles send packets; else all know at once what any of them tells.
+        places: declared by the mission.
+        jobs: of the mission; a job with the name of a place is done there.
+        by_packets: False if all vehicles share knowledge instantly.
 
     Raises:
-        OutputError: the manifest of the run holds no scenario that can be read.
+        OutputError: the manifest holds no readable scenario.
     """
     scenario, columns = results.scenario_tables, Columns()
     vehicles = list(scenario.get("vehicle", ()))
@@ -132,7 +123,7 @@ def run_data(
     if results.has("trajectories"):
         track = results.table("trajectories")
         about["track_rows"] = of_run.add_tracks(columns, names, track)
-        depths_m |= zip(track["vehicle"].to_pylist(), track["depth_m"].to_pylist(), strict=True)  # the last counts
+        depths_m |= zip(track["vehicle"].to_pylist(), track["depth_m"].to_pylist(), strict=True)  # last row wins
     about["vehicles"] = [
         {
             "name": vehicle["name"], "node": vehicle.get("slot", number), "type": vehicle.get("vehicle_type", ""),
@@ -159,7 +150,7 @@ def run_data(
 
 
 def _add_said(columns: Columns, names: Names, results: RunResults) -> float | None:
-    """Packets, and the items that they carried; returns the length of a slot (s), if the packets tell it."""
+    """Add packets and their items; return the slot length (s), if known."""
     said = of_run.Said()
     if results.has("packets") and results.has("items"):
         of_run.add_items(columns, names, results.rows("items"), said)
@@ -210,7 +201,7 @@ def _world(
 
 
 def _add_tiles(columns: Columns, results: RunResults, parts: Sequence[Tiles]) -> None:
-    """When squares of the places were done in truth."""
+    """Times at which squares of places were truly done."""
     found: list[tuple[float, int]] = []
     first = 0
     for tiles in parts:
@@ -224,7 +215,7 @@ def _add_tiles(columns: Columns, results: RunResults, parts: Sequence[Tiles]) ->
 
 
 def missing(results: RunResults) -> list[str]:
-    """What cannot be shown of a run, in words; empty for one that has all tables."""
+    """Return descriptions of missing content; empty with all tables."""
     return [
         what
         for name, what in SHOWS.items()
@@ -257,7 +248,7 @@ def _header(results: RunResults, scenario: Mapping[str, Any], slot_s: float | No
 
 
 def _settings(value: Any, key: str = "") -> Iterator[tuple[str, str]]:
-    """The scenario as settings, key and value as one gives them to ``--set``."""
+    """Settings of the scenario as keys and values of ``--set``."""
     if isinstance(value, Mapping):
         parts: Iterable[tuple[str, Any]] = value.items()
     elif isinstance(value, list) and any(isinstance(item, Mapping) for item in value):
@@ -270,7 +261,6 @@ def _settings(value: Any, key: str = "") -> Iterator[tuple[str, str]]:
 
 
 def _verdict(summary: Mapping[str, Any], goal_fraction: float) -> str:
-    """Completed or not, how much of the goal, and why not."""
     goal = f"{100.0 * goal_fraction:.4g} % of the goal"
     if summary.get("completed"):
         return f"completed, {goal}"

@@ -1,9 +1,7 @@
-"""Tables of a run as columns of whole numbers: names become numbers, times and lengths steps.
+"""Tables of a run as compressible integer columns; ``assets/data.js`` decodes them.
 
-Columns of whole numbers as bytes that compress well; ``assets/data.js`` reads them back.
-
-A column is kept as its differences of some order, each difference as a whole number without sign (0, -1, 1, -2, ...),
-seven bits to a byte, the lowest first; the eighth bit says that more follow.
+Names become indices, times and lengths become steps. A column stores differences of some order in zigzag encoding (0,
+-1, 1, -2, ...), as base-128 varints: low bits first, the eighth bit marks continuation.
 """
 
 from __future__ import annotations
@@ -27,21 +25,17 @@ Numbers = NDArray[Any] | Sequence[float]
 
 
 def in_steps(values: Numbers, step: float) -> Ints:
-    """Numbers as whole multiples of a step; what is missing or not finite counts as 0."""
+    """Round numbers to multiples of a step; missing and infinite values become 0."""
     numbers = np.nan_to_num(np.asarray(values, dtype=float), nan=0.0, posinf=0.0, neginf=0.0)
     whole: Ints = np.rint(numbers / step).astype(np.int64)
     return whole
 
 
 def packed(numbers: Ints, order: int) -> bytes:
-    """A column as bytes.
-
-    Args:
-        numbers: of the column.
-        order: of the differences: 0 keeps the numbers, 1 what each is more than the one before, 2 how that changes.
+    r"""Encode a column; ``order`` 0 stores values, 1 differences, 2 their differences.
 
     >>> packed(np.array([5, 6, 7, 8]), 1)
-    b'\\n\\x02\\x02\\x02'
+    b'\n\x02\x02\x02'
     """
     for _ in range(order):
         numbers = np.diff(numbers, prepend=0)
@@ -58,48 +52,41 @@ def packed(numbers: Ints, order: int) -> bytes:
 
 
 class Columns:
-    """Columns by name, which become one block of bytes."""
+    """Named columns for one block of bytes."""
 
     def __init__(self) -> None:
         self._entries: list[list[Any]] = []
         self._parts: list[bytes] = []
 
     def add(self, name: str, numbers: Numbers, order: int = 0, step: float = 1.0) -> None:
-        """Take a column.
-
-        Args:
-            name: by which it is found again.
-            numbers: of it, floats where there is a step.
-            order: of the differences that are kept, see ``packed``.
-            step: to which it is kept.
-        """
+        """Add a column; ``order`` as in ``packed``, ``step`` is its resolution."""
         whole = in_steps(numbers, step) if step != 1.0 else np.asarray(numbers, dtype=np.int64)
         self._entries.append([name, int(whole.size), order, step])
         self._parts.append(packed(whole, order))
 
     def block(self, about: dict[str, Any]) -> bytes:
-        """All columns and a JSON value beside them, compressed (raw deflate): the same bytes for the same content."""
+        """Compress all columns and JSON header (raw deflate), reproducibly."""
         head = json.dumps({**about, "columns": self._entries}, separators=(",", ":"), allow_nan=False).encode()
         squeezed = zlib.compressobj(9, zlib.DEFLATED, -15)
         return squeezed.compress(struct.pack("<I", len(head)) + head + b"".join(self._parts)) + squeezed.flush()
 
 
 TIME_STEP_S = 2.0**-12
-"""Times are recorded to this step, so none is changed here: before and after stay what they were."""
+"""Resolution of recorded times, so none is rounded here and their order stays."""
 PLACE_STEP_M = 2.0**-5
 TURN_STEP_RAD = 2.0 * np.pi / 256.0
 SPEED_STEP_MPS = 0.02
 SHARE_STEP = 0.00001
-"""Steps of what is drawn: finer than a screen shows."""
+"""Resolutions below that of a screen."""
 ENERGY_STEPS = 4096
-"""In so many steps the energy is kept that the neediest vehicle used."""
+"""Number of steps up to the greatest energy use."""
 POINT_STEP_M = 2.0**-6
-"""Points in facts that are no multiple of this are kept as text."""
+"""Resolution of points in facts; others are stored as text."""
 NOBODY = -1
-"""Number of what is no vehicle."""
+"""Index that is no vehicle."""
 POINT = re.compile(r"POINT \((\S+) (\S+)\)")
 TEXT_FORM, WHOLE_FORM, POINT_FORM, DECIMAL_FORM = range(4)
-"""How the value of a fact is kept: number of a text; whole number; two coordinates; millionths."""
+"""Form of a fact value: text index, integer, two coordinates, millionths."""
 MILLION = 1_000_000
 
 Kinds = Mapping[str, str]
@@ -130,42 +117,41 @@ EVENTS: Mapping[str, Kinds] = {
     },
     "peers": {"time_s": "time", "vehicle": "vehicle", "peer": "vehicle", "event": "text"},
 }  # fmt: skip
-"""Tables of which every row is something that happened, with the kinds of their columns; a ``mean``, a ``span``
-or a ``rate`` may be missing."""
+"""Event tables with kinds of columns; a ``mean``, ``span`` or ``rate`` may be missing."""
 MISSING = -1000.0
-"""Stands for a number that is missing; none that is kept so is as low."""
+"""Placeholder of a missing number, below all values."""
 ORDER = {"time": 1}
-"""Order of the differences that are kept, by kind of column; 0 of others."""
+"""Difference order by kind of column; else 0."""
 STEP = {"time": TIME_STEP_S, "share": SHARE_STEP, "mean": SHARE_STEP, "span": 0.125, "rate": 2.0**-7}
-"""Step to which columns are kept, by kind; whole numbers else."""
+"""Resolution by kind of column; else integers."""
 
 
 class Names(NamedTuple):
-    """Vehicles by name, and all other texts by the numbers that they get when they are met."""
+    """Indices of vehicles, and of other texts in order of first use."""
 
     vehicles: Mapping[str, int]
     texts: dict[str, int]
 
     def vehicle(self, name: str | None) -> int:
-        """Index of a vehicle; ``NOBODY`` where there is none of that name."""
+        """Return the index of a vehicle, or ``NOBODY``."""
         return self.vehicles.get(name or "", NOBODY)
 
     def text(self, text: str) -> int:
-        """Number of a text."""
+        """Return the index of a text."""
         return self.texts.setdefault(text, len(self.texts))
 
 
 def array(column: Any) -> NDArray[Any]:
-    """A column of numbers (Arrow); what is missing is not a number."""
+    """Convert an Arrow column of numbers; missing values become NaN."""
     whole = column.combine_chunks() if hasattr(column, "combine_chunks") else column
-    # Not to_numpy: it loads pandas, which takes longer than all that is done here.
+    # Not to_numpy: loading pandas takes longer than all work here.
     if whole.null_count:
         return np.array(whole.to_pylist(), dtype=float)
     return np.from_dlpack(whole)
 
 
 def numbered(column: Any, number_of: Callable[[str], int]) -> Ints:
-    """A column of texts (Arrow) as numbers; each different text is asked for once, what is missing is ``NOBODY``."""
+    """Map an Arrow column of texts to numbers, once per text; missing ones to ``NOBODY``."""
     numbers: dict[str | None, int] = {None: NOBODY}
     texts = column.to_pylist()
     for text in dict.fromkeys(texts):
@@ -175,7 +161,7 @@ def numbered(column: Any, number_of: Callable[[str], int]) -> Ints:
 
 
 def add_events(columns: Columns, names: Names, table: Any, called: str, kinds: Kinds) -> None:
-    """Columns of a table of events, one for each of ``kinds``: ``called.column``."""
+    """Add an event table as ``called.column``, one column per kind."""
     for column, kind in kinds.items():
         values = table[column]
         if kind == "vehicle":
@@ -194,7 +180,7 @@ def add_events(columns: Columns, names: Names, table: Any, called: str, kinds: K
 
 
 def add_tracks(columns: Columns, names: Names, table: Any) -> list[int]:
-    """Columns of the trajectories, vehicle after vehicle; returns the number of rows of each."""
+    """Add trajectories, vehicle by vehicle; return the number of rows of each."""
     vehicle = numbered(table["vehicle"], names.vehicle)
     order = np.argsort(vehicle, kind="stable")
     order = order[vehicle[order] >= 0]
@@ -217,12 +203,12 @@ ITEM_NAME = re.compile(
     r"\d+(?:\.e(?P<epoch>\d+))?(?:-(?P<kept>p?)(?P<sequence>\d+)(?:\.(?P<part>\d+))?"
     r"|@[^:]+:(?P<subject>\d+)\.(?P<attribute>\d+))"
 )
-"""Names of items, of what is kept, and of statuses, see ``remoras.recorder.ITEMS``."""
+"""Names of items, private items and statuses, see ``remoras.recorder.ITEMS``."""
 TOLD_FORM, KEPT_FORM, STATUS_FORM = range(3)
 
 
 def read_name(uid: str) -> tuple[int, dict[str, int]]:
-    """The form of a name, and the numbers in it; those that it lacks are 0.
+    """Parse an item name into its form and numbers; missing ones are 0.
 
     >>> read_name("2@1.5:7.3")[0], read_name("2.e1-17.4")[1]["sequence"]
     (2, 17)
@@ -234,7 +220,7 @@ def read_name(uid: str) -> tuple[int, dict[str, int]]:
 
 
 def by_item(rows: Iterable[Mapping[str, Any]]) -> Iterator[list[Mapping[str, Any]]]:
-    """Facts item by item; where two statuses have one name, the second begins as the first one did."""
+    """Group facts by item; a status with the same name starts again with its first fact."""
     item: list[Mapping[str, Any]] = []
     for row in rows:
         if item and (row["uid"] != item[0]["uid"] or ("@" in row["uid"] and _begins_alike(row, item[0]))):
@@ -254,25 +240,24 @@ def _begins_alike(row: Mapping[str, Any], first: Mapping[str, Any]) -> bool:
 
 @dataclass
 class Said:
-    """Items, on which packets build.
+    """Items, as referenced by packets.
 
     Attributes:
-        items: number of each item by its uid; of several statuses with one uid, that of the newest.
-        statuses: when each status was recorded (s) and its number, by uid; the tables have two where one was at once
-            replaced by another.
+        items: index by uid; the newest of several statuses.
+        statuses: recording time (s) and index by uid; two if a status was replaced at once.
     """
 
     items: dict[str, int] = field(default_factory=dict)
     statuses: dict[str, list[tuple[float, int]]] = field(default_factory=dict)
 
     def number(self, uid: str, sent_s: float) -> int:
-        """The item of that uid in a packet that was sent at a time (s)."""
+        """Return the index of the item in a packet sent at ``sent_s``."""
         recorded = self.statuses.get(uid, ())
         return max((number for at_s, number in recorded if at_s <= sent_s), default=self.items.get(uid, NOBODY))
 
 
 def slot_s_of(packets: Any) -> float | None:
-    """Length of a TDMA slot (s), as the first and the last packet tell it; None without two of them."""
+    """Return the slot length (s) from the first and last packet; None with fewer than two."""
     if not packets.num_rows:
         return None
     (first, first_s), (last, last_s) = [(packets["slot"][n].as_py(), packets["time_s"][n].as_py()) for n in (0, -1)]
@@ -280,11 +265,11 @@ def slot_s_of(packets: Any) -> float | None:
 
 
 def add_items(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]], said: Said) -> None:
-    """Columns of the items and their facts; all facts of an item are among the rows."""
+    """Add items and their facts; rows hold all facts of each item."""
     facts = list(by_item(rows))
     heads = [of[0] for of in facts]
     forms, uids = [], []
-    sequences: dict[tuple[str, int], int] = {}  # of the last item of each origin, of what it told and of what it kept
+    sequences: dict[tuple[str, int], int] = {}  # of the last item, by origin and form
     for number, first in enumerate(heads):
         uid = first["uid"]
         form, numbers = read_name(uid)
@@ -318,7 +303,6 @@ def _add_facts(columns: Columns, names: Names, facts: Sequence[Mapping[str, Any]
 
 
 def _value(text: str, names: Names) -> tuple[int, int, int]:
-    """The value of a fact: its form, and two numbers."""
     if point := POINT.fullmatch(text):
         try:
             steps = [float(along) / POINT_STEP_M for along in point.groups()]
@@ -338,8 +322,11 @@ def _value(text: str, names: Names) -> tuple[int, int, int]:
 
 
 UNREACHED, LOST, HEARD, COLLIDED, REFUSED = range(5)
-"""What became of a packet at a vehicle: out of reach, sent by itself or without energy; lost on the way; heard; lost to
-another packet, or to one that the vehicle was sending; arrived, and refused."""
+"""Packet outcome at a vehicle.
+
+In order: out of range, own or without energy; lost; received; collided, also with an own transmission; refused on
+arrival.
+"""
 
 
 def add_packets(
@@ -350,14 +337,9 @@ def add_packets(
     refused: Iterable[Mapping[str, Any]],
     said: Said,
 ) -> None:
-    """Columns of the packets. Delays are ordered by sender, receiver and time: so neighbours are alike.
+    """Add packets. Delays are sorted by sender, receiver and time, for compression.
 
-    Args:
-        columns: take them.
-        names: of the vehicles.
-        packets: their table (Arrow).
-        faults: rows of what befell the vehicles; refused: of what they refused.
-        said: the items.
+    ``packets`` is an Arrow table; ``faults`` and ``refused`` are rows of these tables.
     """
     start_s, end_s = array(packets["time_s"]), array(packets["end_s"])
     sender = numbered(packets["sender"], names.vehicle)
@@ -388,7 +370,7 @@ def add_packets(
 
 
 def _leave_out(outcome: Ints, arrival_s: Floats, names: Names, faults: Iterable[Mapping[str, Any]]) -> None:
-    """What reached a vehicle without energy was not heard, nor was what it could not read."""
+    """Correct receptions of vehicles without energy, and of undecodable packets."""
     for fault in faults:
         v = names.vehicle(fault["vehicle"])
         if fault["kind"] == "energy":
@@ -411,7 +393,7 @@ def _add_contents(columns: Columns, names: Names, table: Any, start_s: Floats, s
 
 
 def _flat(column: Any) -> tuple[Ints, Any]:
-    """Lists of a column one after the other: the row of each element, and the elements."""
+    """Flatten a list column: row index per element, and elements."""
     lists = column.combine_chunks()
     offsets = array(lists.offsets)
     lengths = np.diff(offsets)
@@ -419,7 +401,7 @@ def _flat(column: Any) -> tuple[Ints, Any]:
 
 
 def add_aside(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]], said: Said) -> None:
-    """Items that vehicles heard without need of them, and when they took up those that they came to need."""
+    """Add items filtered out by receivers, and their later receptions."""
     aside = [row for row in rows if row["event"] == "set aside"]
     if not aside:
         return
