@@ -1,4 +1,4 @@
-"""A run in the formats of other tools; importing this loads none of their libraries."""
+"""Runs in the formats of other tools; importing this loads none of their libraries."""
 
 from visualisation.exports.formats import FORMATS, Exported, export, export_path
 

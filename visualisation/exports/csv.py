@@ -1,6 +1,6 @@
-"""CSV: every table of a run as one file, with the units in the names of its columns.
+"""CSV export: one file per table, with units in column names.
 
-Lists stand in one field with ``;`` between their entries. Numbers are written in the fewest digits that give them back.
+Lists are joined by ``;``. Numbers have the fewest digits that restore them.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ BETWEEN = ";"
 
 
 def write(voyage: Voyage, target: Path) -> Counts:
-    """Make a folder with ``<table>.csv`` for every table; see ``formats.Writer``."""
+    """Create a folder with ``<table>.csv`` for every table; see ``formats.Writer``."""
     target.mkdir()
     counts = {}
     for name in voyage.results.tables:

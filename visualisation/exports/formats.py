@@ -1,7 +1,6 @@
-"""Formats by name, and writing a run in one of them.
+"""Export formats by name, and atomic export of a run.
 
-The libraries of a format are loaded when it is written. What is written appears whole or not at all: it is made beside
-its place under another name, and then takes the place.
+Libraries load on use. Output is written under a draft name, then renamed.
 """
 
 from __future__ import annotations
@@ -22,35 +21,28 @@ if TYPE_CHECKING:
     from missions.runs.results import MemoryResults, Results
 
 Counts = Mapping[str, int]
-"""How many messages, rows or features there are, by topic, table or kind."""
+"""Number of messages, rows or features by topic, table or kind."""
 
 
 class Writer(Protocol):
-    """What the module of a format offers as ``write``."""
+    """Function ``write`` of each format module."""
 
     def __call__(self, voyage: Voyage, target: Path) -> Counts:
-        """Write a run.
-
-        Args:
-            voyage: the run.
-            target: a file, or a folder to be made, that is not there yet.
-
-        Returns:
-            What was written.
+        """Write a run to ``target``, a file or folder that does not exist yet; return the counts.
 
         Raises:
-            ExportError: the run cannot be written in this format.
-            OSError: the disk is full, or the target cannot be written.
+            ExportError: the format cannot represent the run.
+            OSError: output failed.
         """
 
 
 class FormatOfExport(NamedTuple):
-    """A format.
+    """Format of an export.
 
     Args:
-        ending: of its files; empty if it is a folder.
-        libraries: packages that it needs beside those of the program.
-        needs_datum: whether it has only latitudes and longitudes.
+        ending: file suffix; empty for a folder.
+        libraries: additional packages.
+        needs_datum: True if it supports only latitude and longitude.
     """
 
     ending: str
@@ -64,13 +56,13 @@ FORMATS: Mapping[str, FormatOfExport] = {
     "netcdf": FormatOfExport(".nc", ("netCDF4",), needs_datum=True),
     "csv": FormatOfExport(""),
 }
-"""All formats; the module of each has its name."""
+"""All formats, each with a module of its name."""
 STEM = "run"
-"""Name of what is written into the folder of a run, without its ending."""
+"""Default output name without suffix."""
 
 
 class Exported(NamedTuple):
-    """A file or a folder that was written, and what is in it."""
+    """File or folder written, and its counts."""
 
     path: Path
     counts: Counts
@@ -82,15 +74,13 @@ def export(
     """Write a run in another format.
 
     Args:
-        results: of the run.
-        format: a name in ``FORMATS``.
-        out: the file to write, or the folder for a format that is one.
-        force: replace what an earlier export has written there.
-        places: what the mission of the run declares.
+        out: file, or folder for a format with several files.
+        force: replace an earlier export.
+        places: declared by the mission.
 
     Raises:
-        ExportError: the format is not known, lacks its libraries or a datum, or ``out`` exists or cannot be written.
-        OutputError: a table of the run is damaged.
+        ExportError: unknown format, missing library or datum, or ``out`` exists or is not writable.
+        OutputError: damaged table.
     """
     chosen = of_name(format)
     voyage = Voyage(results, tuple(places))
@@ -119,7 +109,7 @@ def export(
 
 
 def of_name(format: str) -> FormatOfExport:
-    """The format of that name; raises ExportError if there is none."""
+    """Return the format of a name, or raise ExportError."""
     if format not in FORMATS:
         near = get_close_matches(format, FORMATS, n=1, cutoff=0.0)
         raise ExportError(f"unknown format {format!r}; known: {', '.join(FORMATS)}; nearest: {near[0]!r}")
@@ -127,7 +117,7 @@ def of_name(format: str) -> FormatOfExport:
 
 
 def export_path(folder: Path, format: str) -> Path:
-    """Where an export of a run is written if nothing else is said: into the folder of the run.
+    """Return the default output path, within the folder of the run.
 
     >>> export_path(Path("r"), "mcap").as_posix(), export_path(Path("r"), "csv").as_posix()
     ('r/run.mcap', 'r/run-csv')
@@ -146,7 +136,6 @@ def _check_libraries(name: str, chosen: FormatOfExport) -> None:
 
 
 def _check_place(out: Path, format: str, force: bool) -> None:
-    """Raise ExportError unless ``out`` can be written without losing anything."""
     if not out.exists():
         return
     ending = FORMATS[format].ending
@@ -166,7 +155,6 @@ def _check_place(out: Path, format: str, force: bool) -> None:
 
 
 def _clear(path: Path) -> None:
-    """Remove a file or a folder, if it is there."""
     if path.is_dir():
         shutil.rmtree(path, ignore_errors=True)
     else:

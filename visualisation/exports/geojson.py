@@ -1,6 +1,6 @@
-"""GeoJSON (RFC 7946): a line for each vehicle with the times of its points, the places, and the milestones.
+"""GeoJSON export (RFC 7946): tracks with times, places and milestones.
 
-Positions are longitude, latitude, height (the negative depth). A vehicle that was recorded once is a point.
+Positions are longitude, latitude and height (negative depth). A track with one record is a point.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from visualisation.exports.formats import Counts
 from visualisation.exports.voyage import Datum, Voyage, VoyageTrack
 
 TRACK, PLACE, MILESTONE = "track", "place", "milestone"
-"""Property ``kind`` of the features."""
+"""Property ``kind`` of features."""
 
 
 def write(voyage: Voyage, target: Path) -> Counts:
     """Write one feature collection; see ``formats.Writer``."""
-    assert voyage.datum is not None  # the caller has seen to it
+    assert voyage.datum is not None  # checked by the caller
     features = [*_tracks(voyage, voyage.datum), *_places(voyage, voyage.datum), *_milestones(voyage, voyage.datum)]
     about = {name: text for name, text in voyage.about.items() if name != "scenario_toml"}
     whole = {"type": "FeatureCollection", "features": features, "remoras": about}
@@ -84,6 +84,6 @@ def _milestones(voyage: Voyage, datum: Datum) -> Iterator[dict[str, Any]]:
 
 
 def _doubled_size_m2(corners: list[tuple[float, float]]) -> float:
-    """Twice the enclosed surface, above zero if the corners go round anticlockwise."""
+    """Twice the signed area, positive if anticlockwise."""
     following = [*corners[1:], corners[0]]
     return sum(x * other_y - other_x * y for (x, y), (other_x, other_y) in zip(corners, following, strict=True))

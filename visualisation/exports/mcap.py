@@ -1,21 +1,21 @@
-"""MCAP for Foxglove: its schemas in ROS 2 encoding, so that readers of ROS 2 read the file too.
+"""MCAP export for Foxglove, in ROS 2 encoding, so that ROS 2 readers work too.
 
-Frame ``map`` has x east, y north, z up from the surface. Each vehicle has a frame of its own, x forward and y to port,
-named like its topics: vehicle ``AUV00`` has ``/auv00/pose``. Time is that of the mission, from 0.
+Frame ``map`` has x east, y north, z up from the surface. Each vehicle has a frame, x forward and y to port, named like
+its topics: vehicle ``AUV00`` has ``/auv00/pose``. Time is mission time from 0. Output is reproducible byte by byte.
 
 =================  ============================================  ===============================
-topic              what                                          when
+topic              content                                       time
 =================  ============================================  ===============================
 /tf                frames of all vehicles in ``map``             at every motion tick
 /auvN/pose         true pose of a vehicle                        at every motion tick
-/auvN/fix          latitude, longitude, height                   likewise, where there is a datum
-/auvN/role         roles that drive it, as one text              at 0 s and at every change
-/scene             places and vehicles; each packet's links      at 0 s; as each packet is sent
-/packets           what each packet held and who heard it        as each packet is sent
-/log               milestones, roles, faults, missed peers       as they come
+/auvN/fix          latitude, longitude, height                   likewise, if there is a datum
+/auvN/role         active roles, as one text                     at 0 s and at every change
+/scene             places and vehicles; each packet's links      at 0 s; at each transmission
+/packets           content and receivers of each packet          at each transmission
+/log               milestones, roles, faults, missed peers       as they occur
 =================  ============================================  ===============================
 
-A metadata record named ``remoras`` says what was run: version, key, seed, scenario. The same run gives the same bytes.
+Metadata record ``remoras``: version, key, seed, scenario.
 """
 
 from __future__ import annotations
@@ -110,18 +110,17 @@ DEFINITIONS = {
     ),
     "SceneUpdate": "foxglove_msgs/SceneEntityDeletion[] deletions\nfoxglove_msgs/SceneEntity[] entities",
 }
-"""Definitions of messages of Foxglove by name, as its package ``foxglove_msgs`` has them. They go into the file, so
-a reader needs no package. Schemas must have the names that Foxglove knows."""
+"""Definitions of ``foxglove_msgs``, embedded in the file; Foxglove requires these names."""
 
 INFO, WARNING = 2, 3
 LOOP, PAIRS = 1, 2
 LINE_PX = 2.0
 HEARD, LOST = style.GREEN, style.VERMILLION
-"""Colours of the links of a packet in the scene."""
+"""Colours of packet links in the scene."""
 LINK_S = 1.5
-"""How long the links of a packet are seen."""
+"""Display time of packet links."""
 VEHICLE_M = (6.0, 2.0, 2.0)
-"""Length, width and height of a vehicle in the scene: larger than life, to be found on a map of a kilometre."""
+"""Length, width and height of a vehicle in the scene, enlarged for visibility at 1 km."""
 LABEL_PX, LABEL_UP_M = 14.0, 6.0
 NS_PER_S = 1_000_000_000
 
@@ -130,7 +129,7 @@ PointM = tuple[float, float, float]
 
 
 class Pose(NamedTuple):
-    """Where a vehicle is, z up, and the quaternion of its heading about z."""
+    """Position, z up, and heading quaternion about z."""
 
     x_m: float
     y_m: float
@@ -140,7 +139,7 @@ class Pose(NamedTuple):
 
 
 class Sent(NamedTuple):
-    """A message of a topic."""
+    """Message of a topic."""
 
     time_ns: int
     topic: str
@@ -173,10 +172,10 @@ def write(voyage: Voyage, target: Path) -> Counts:
 
 
 def topic_names(vehicles: Iterable[str]) -> dict[str, str]:
-    """A name of lower-case letters, digits and ``_`` for every vehicle, for topics and frames of ROS.
+    r"""Return unique ROS names (lower-case letters, digits, ``_``) for topics and frames.
 
-    >>> topic_names(["AUV00", "auv00", "7 seas", "\\U0001f420"])
-    {'AUV00': 'auv00', 'auv00': 'auv00_2', '7 seas': 'v7_seas', '\\U0001f420': 'vehicle'}
+    >>> topic_names(["AUV00", "auv00", "7 seas", "\U0001f420"])
+    {'AUV00': 'auv00', 'auv00': 'auv00_2', '7 seas': 'v7_seas', '\U0001f420': 'vehicle'}
     """
     found: dict[str, str] = {}
     for vehicle in vehicles:
@@ -190,7 +189,7 @@ def topic_names(vehicles: Iterable[str]) -> dict[str, str]:
 
 
 def nanoseconds(time_s: float) -> int:
-    """Nanoseconds of mission time; a time before the start counts as 0.
+    """Convert mission time to nanoseconds; negative times become 0.
 
     >>> nanoseconds(1.8)
     1800000000
@@ -199,7 +198,7 @@ def nanoseconds(time_s: float) -> int:
 
 
 class _Messages:
-    """Messages of a run, made of the types of ROS 2 and Foxglove."""
+    """Messages in the types of ROS 2 and Foxglove."""
 
     def __init__(self, voyage: Voyage) -> None:
         self._voyage = voyage
@@ -217,7 +216,7 @@ class _Messages:
         self._turn, self._pose = known["geometry_msgs/msg/Quaternion"], known["geometry_msgs/msg/Pose"]
 
     def motion(self) -> Iterator[Sent]:
-        """At each time the frames of all vehicles that were recorded then, and each one's pose and fix."""
+        """Frames of all vehicles per recorded time, with poses and fixes."""
         at: dict[int, list[tuple[str, Pose, tuple[float, float] | None]]] = {}
         for vehicle, track in self._voyage.tracks.items():
             fixes: Sequence[tuple[float, float] | None] = [None] * track.time_s.size
@@ -243,7 +242,7 @@ class _Messages:
                     yield self._sent(time_ns, f"/{name}/fix", "LocationFix", stamp, name, *fix, pose.z_m, unknown, 0)
 
     def events(self) -> Iterator[Sent]:
-        """Roles, packets and the log, in time order."""
+        """Roles, packets and log entries in time order."""
         found = []
         for state in self._voyage.states:
             topic = f"/{self._names[state.vehicle]}/role"
@@ -262,7 +261,7 @@ class _Messages:
         return iter(sorted(found, key=lambda sent: sent.time_ns))
 
     def scenes(self) -> Iterator[Sent]:
-        """What the map shows from the start, then the links of every packet."""
+        """Initial scene, then links of every packet."""
         yield self._sent(0, "/scene", "SceneUpdate", [], [*self._places(), *self._vehicles()])
         tracks = self._voyage.tracks
         packets = [packet for packet in self._voyage.packets if packet.sender in tracks]
@@ -296,7 +295,7 @@ class _Messages:
                 yield self._entity(0, name, name, colour, "text", [(0.0, 0.0, LABEL_UP_M)], vehicle)
 
     def _links(self, where: Mapping[str, PointM], packet: SentPacket) -> list[Any]:
-        """Lines from the sender to all who heard the packet, and half-way to those who lost it."""
+        """Lines from sender to receivers, and half-way to vehicles that lost the packet."""
         start, name = where[packet.sender], self._names[packet.sender]
         ends = [where[receiver] for receiver in packet.receivers if receiver in where]
         broken = [where[one] for one in packet.lost_by if one in where]
@@ -313,11 +312,11 @@ class _Messages:
         self, time_ns: int, frame: str, name: str, colour: str, shape: str, points_m: Sequence[PointM], text: str = "",
         lifetime_s: float = 0.0,
     ) -> Any:  # fmt: skip
-        """What a scene shows in one colour: a closed ``loop``, ``pairs`` of points, a ``box`` or a ``text``.
+        """Scene entity in one colour: ``loop``, ``pairs`` of points, ``box`` or ``text``.
 
         Args:
-            name: replaces an earlier entity of that name; colour: as ``#rrggbb``.
-            lifetime_s: how long it is seen; 0 for good.
+            name: replaces an entity of equal name; colour: ``#rrggbb``.
+            lifetime_s: 0 for unlimited.
         """
         rgba = self._of["Color"](*(int(colour[at : at + 2], 16) / 255 for at in (1, 3, 5)), 1.0)
         lifetime = self._duration(*divmod(round(lifetime_s * 1e9), NS_PER_S))
@@ -335,7 +334,6 @@ class _Messages:
         )
 
     def _sent(self, time_ns: int, topic: str, kind: str, *fields: Any) -> Sent:
-        """A message of a type of Foxglove."""
         return Sent(time_ns, topic, f"{PACKAGE}{kind}", self._of[kind](*fields))
 
     def _placed(self, x_m: float, y_m: float, z_m: float, turn_z: float = 0.0, turn_w: float = 1.0) -> Any:

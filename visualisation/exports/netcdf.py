@@ -1,8 +1,7 @@
-"""netCDF: trajectories by the CF conventions 1.8, a contiguous ragged array with one trajectory for each vehicle.
+"""netCDF export: CF-1.8 trajectories as a contiguous ragged array.
 
-Along the dimension ``obs`` the points of the first vehicle stand first, then those of the second; ``row_size`` says how
-many each has. What drives a vehicle is a flag whose meanings are the states that occur in the run. The same run gives
-the same values, but not the same bytes: HDF5 writes the time of writing into the file.
+Dimension ``obs`` holds the points vehicle by vehicle; ``row_size`` is their number per vehicle. Variable ``state`` is a
+flag of the active roles. Values are reproducible; bytes are not, since HDF5 stores the time of writing.
 """
 
 from __future__ import annotations
@@ -24,10 +23,10 @@ COORDINATES = "time latitude longitude depth"
 
 def write(voyage: Voyage, target: Path) -> Counts:
     """Write one file; see ``formats.Writer``."""
-    assert voyage.datum is not None  # the caller has seen to it
+    assert voyage.datum is not None  # checked by the caller
     names = list(voyage.tracks)
     sizes = [voyage.tracks[name].time_s.size for name in names]
-    # Made in memory: on a full disk the library would leave half a file and say nothing that helps.
+    # In memory: on a full disk the library leaves a partial file without a useful error.
     file = netCDF4.Dataset("run.nc", "w", format="NETCDF4", memory=1024)
     try:
         file.setncatts(_about(voyage))
@@ -86,7 +85,6 @@ def _joined(voyage: Voyage, name: str) -> Floats:
 
 
 def _points(file: Any, voyage: Voyage, datum: Datum) -> None:
-    """The variables along the tracks."""
     latitudes, longitudes = datum.degrees(_joined(voyage, "x_m"), _joined(voyage, "y_m"))
     headings_deg = (90.0 - np.degrees(_joined(voyage, "heading_rad"))) % 360.0
     on = ("obs",)
@@ -113,7 +111,6 @@ def _points(file: Any, voyage: Voyage, datum: Datum) -> None:
 
 
 def _states(file: Any, voyage: Voyage) -> None:
-    """What drives each vehicle at each point, as a flag."""
     meanings = list(dict.fromkeys([WAITING, *(state.text for state in voyage.states)]))
     words = [meaning.replace(", ", "+").replace(" ", "_") for meaning in meanings]
     values = []

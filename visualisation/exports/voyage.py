@@ -1,4 +1,4 @@
-"""A voyage: what exports read of a run, with nothing of how the run keeps it."""
+"""Run as read by exports, independent of its storage."""
 
 from __future__ import annotations
 
@@ -21,26 +21,21 @@ FLATTENING = 1.0 / 298.257223563
 ECCENTRICITY_2 = FLATTENING * (2.0 - FLATTENING)
 """Square of the first eccentricity."""
 ROUNDS = 4
-"""Each makes the latitude more exact by a factor of 150 or more."""
+"""Iterations of the latitude, each at least 150 times more exact."""
 
 
 class Datum(NamedTuple):
-    """Where x = 0, y = 0 is on the ellipsoid of WGS 84.
+    """Origin x = 0, y = 0 on the WGS 84 ellipsoid, degrees.
 
-    The plane of the simulation touches the ellipsoid there, x east and y north. A point of it goes by way of
-    earth-centred coordinates to the foot of its normal on the ellipsoid. Distances from the datum are kept to 3 cm
-    within 10 km and to 3 m within 50 km.
+    The simulation plane is tangent there, x east and y north. Points are projected along the ellipsoid normal, via
+    earth-centred coordinates. Distances from the datum are exact to 3 cm within 10 km and to 3 m within 50 km.
     """
 
     latitude_deg: float
     longitude_deg: float
 
     def degrees(self, x_m: Any, y_m: Any) -> tuple[Floats, Floats]:
-        """Latitudes and longitudes of points, to 1e-8 degrees (1 mm).
-
-        Args:
-            x_m: metres east of the datum, a number or an array.
-            y_m: metres north of it, likewise.
+        """Return latitudes and longitudes of points, to 1e-8 degrees (1 mm); numbers or arrays.
 
         >>> latitudes, longitudes = Datum(0.0, 0.0).degrees([0.0, 1000.0], [1000.0, 0.0])
         >>> [round(float(latitudes[0]), 6), round(float(longitudes[1]), 6)]
@@ -63,13 +58,13 @@ class Datum(NamedTuple):
 
 
 WAITING = "waiting"
-"""State of a vehicle that no role drives."""
+"""State of a vehicle without active role."""
 OUT = "out"
-"""State of a vehicle that is lost, not there yet, or without energy."""
+"""State of a vehicle that is lost, not yet present, or without energy."""
 
 
 class VoyageTrack(NamedTuple):
-    """Where a vehicle was, in time order; arrays of one length."""
+    """Track of a vehicle in time order; arrays of equal length."""
 
     time_s: Floats
     x_m: Floats
@@ -80,13 +75,13 @@ class VoyageTrack(NamedTuple):
     energy_j: Floats
 
     def at(self, times_s: Sequence[float]) -> list[tuple[float, float, float]]:
-        """x, y and depth at each of these times."""
+        """Return interpolated x, y and depth at each time."""
         columns = (np.interp(times_s, self.time_s, along).tolist() for along in (self.x_m, self.y_m, self.depth_m))
         return list(zip(*columns, strict=True))
 
 
 class RoleState(NamedTuple):
-    """From then on, these roles drive a vehicle, or it is out of the mission."""
+    """Active roles of a vehicle from ``time_s`` on, or its outage."""
 
     time_s: float
     vehicle: str
@@ -95,7 +90,7 @@ class RoleState(NamedTuple):
 
     @property
     def text(self) -> str:
-        """The roles, or ``waiting``, or ``out``.
+        """State as text: roles, ``waiting`` or ``out``.
 
         >>> RoleState(0.0, "AUV00", ("Cartographer", "Midfield")).text
         'Cartographer, Midfield'
@@ -104,7 +99,7 @@ class RoleState(NamedTuple):
 
 
 class SentPacket(NamedTuple):
-    """One packet and what became of it."""
+    """Packet and its outcome."""
 
     slot: int
     time_s: float
@@ -118,7 +113,7 @@ class SentPacket(NamedTuple):
 
 
 class Entry(NamedTuple):
-    """An entry of the log."""
+    """Log entry."""
 
     time_s: float
     is_warning: bool
@@ -128,19 +123,14 @@ class Entry(NamedTuple):
 
 @dataclass(frozen=True)
 class Voyage:
-    """One run.
-
-    Args:
-        results: of the run.
-        places: what its mission declares.
-    """
+    """One run, with the places declared by its mission."""
 
     results: RunReader
     places: Sequence[Place] = ()
 
     @property
     def about(self) -> dict[str, str]:
-        """What files say of the run: version, key, seed, how it ended, and the scenario to repeat it."""
+        """Provenance: version, key, seed, outcome, and scenario for repetition."""
         summary = self.results.summary
         ended = "completed" if summary["completed"] else f"not completed: {summary['reason']}"
         return {
@@ -151,38 +141,38 @@ class Voyage:
 
     @property
     def title(self) -> str:
-        """Scenario, strategy and seed, in a line."""
+        """Scenario, strategy and seed."""
         return f"{self.about['scenario']}, strategy {self.about['strategy']}, seed {self.about['seed']}"
 
     @property
     def vehicles(self) -> dict[str, str]:
-        """Type of every vehicle by its name, in the order of the scenario."""
+        """Vehicle types by name, in scenario order."""
         return {
             table["name"]: table.get("vehicle_type", "AUV") for table in self.results.scenario_tables.get("vehicle", ())
         }
 
     @property
     def datum(self) -> Datum | None:
-        """Where x = 0, y = 0 is; None where the scenario does not say."""
+        """Origin of coordinates; None if the scenario has none."""
         found = self.results.scenario_tables.get("world", {}).get("origin_deg")
         return None if found is None else Datum(*map(float, found))
 
     @property
     def end_s(self) -> float:
-        """When the run ended."""
+        """End of the run."""
         return float(self.results.summary["mission_time_s"])
 
     @cached_property  # all trajectories
     def tracks(self) -> dict[str, VoyageTrack]:
-        """Tracks of the vehicles that were recorded, in the order of the scenario."""
+        """Recorded tracks in scenario order."""
         if not self.results.has("trajectories"):
             return {}
         columns = track_columns(self.results, VoyageTrack._fields)
         return {vehicle: VoyageTrack(*own) for vehicle, own in columns.items()}
 
-    @cached_property  # asked for each vehicle
+    @cached_property  # read per vehicle
     def states(self) -> list[RoleState]:
-        """What drives the vehicles, from 0 s on and at every change, in time order."""
+        """States of all vehicles in time order, from 0 s on at every change."""
         rows = self.results.rows("roles")
         driving: dict[str, list[tuple[str, str]]] = {name: [] for name in self.vehicles}
         found = {(0.0, name): RoleState(0.0, name, ()) for name in self.vehicles} if rows else {}
@@ -210,7 +200,7 @@ class Voyage:
 
     @property
     def packets(self) -> list[SentPacket]:
-        """All packets in the order of their slots."""
+        """All packets in slot order."""
         return [
             SentPacket(
                 int(row["slot"]), row["time_s"], row["end_s"], row["sender"],
@@ -222,7 +212,7 @@ class Voyage:
 
     @property
     def log(self) -> list[Entry]:
-        """Milestones, roles that are taken and left, faults, peers that are missed; in time order."""
+        """Milestones, role changes, faults and missed peers, in time order."""
         return sorted([*self._milestones(), *self._events()], key=lambda entry: entry.time_s)
 
     def _milestones(self) -> Iterator[Entry]:
