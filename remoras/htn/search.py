@@ -142,7 +142,7 @@ class _Search:
         except TypeError:  # unhashable argument
             return self._decompose(agenda, 0, NO_OTHERS)
         while above is not None and not self._is_above(above[0], parent):
-            above = above[2]  # done, hence no ancestor
+            above = above[2]  # finished, hence no ancestor
         if above is not None:
             loop = above[0] if above[1] == n_trail else self._loop(task, parent, place, above)
             if loop is not None:
