@@ -103,8 +103,8 @@ class ChannelModel(BaseModel):
     """Channel model with its settings.
 
     Compulsory: ``title``, ``link_model`` and ``mean_per``. Settings are fields with bounds, description and default, so
-    that a model name suffices. A key shared with a shipped model, such as ``per``, keeps its type and bounds. A model without settings
-    ignores those of others.
+    that a model name suffices. A key shared with a shipped model, such as ``per``, keeps its type and bounds. A model
+    without settings ignores those of others.
 
     Example of links with losses that grow with range:
 
