@@ -1,10 +1,10 @@
-"""Checks of plug-ins for the tests of their authors.
+"""Conformance checks of plug-ins, for the tests of their authors.
 
     remoras check strategy nearest:NEAREST
 
-tries a strategy, a policy, a channel model, a kind of fault or, by its scenario, a mission; ``conforms`` does the same
-in a test. Requirements on a behaviour, a sensor, a driver, a rule of values, a metric or a figure are checked by
-``check_behaviour`` and so on; each raises ``AssertionError`` with what is wrong.
+checks a strategy, policy, channel model, kind of fault or, by its scenario, a mission; ``conforms`` does so in a test.
+For a behaviour, sensor, driver, value rule, metric or figure, call ``check_behaviour`` and so on. All raise
+``AssertionError``.
 """
 
 from collections.abc import Iterator
@@ -34,26 +34,23 @@ __all__ = [
 ]
 
 KINDS = ("strategy", "mission", "policy", "channel", "fault")
-"""Kinds that are tried by name; of the others a test calls ``check_behaviour`` and so on."""
+"""Kinds checked by name; a test calls ``check_behaviour`` and so on for others."""
 
 
 def conforms(kind: str, name: str) -> Iterator[str]:
-    """Make every check of a plug-in, and say which it passed.
+    """Run all checks of a plug-in and yield the name of each passed one.
 
     Args:
         kind: one of ``KINDS``.
-        name: as a scenario gives it, ``package.module:object`` or shipped; of a mission the scenario itself.
-
-    Yields:
-        The name of each check that was passed.
+        name: ``package.module:object`` or a shipped name; for a mission, its scenario.
 
     Raises:
-        AssertionError: a check was not passed: what is wrong.
-        RemorasError, MissionsError, ExchangeError: there is nothing of that name.
+        AssertionError: a check failed.
+        RemorasError, MissionsError, ExchangeError: unknown name.
     """
     match kind:
         case "strategy":
-            from remoras.testing import strategies  # which needs Hypothesis
+            from remoras.testing import strategies  # needs Hypothesis
 
             yield from strategies.conforms(name)
         case "mission":

@@ -1,6 +1,6 @@
-"""What every behaviour has to keep to, as one check of how it is made.
+"""Conformance check of behaviours: ``check(make_behaviour, data)``.
 
-From a test: ``check(make_behaviour, data)``; it raises ``AssertionError`` with what is wrong, when, and what was given.
+It raises ``AssertionError`` with fault, moment and value.
 """
 
 import copy
@@ -21,11 +21,9 @@ from remoras.sensor import Observation
 
 
 def picture_of(value: Any, seen: dict[int, int] | None = None) -> Any:
-    """An object's content, all the way down, as values that can be compared later.
+    """Convert an object, recursively, to comparable values.
 
-    Args:
-        value: to be looked into; objects may share others, or refer back to themselves.
-        seen: number of each object that was looked into before, by its identity; it stands for the object from then on.
+    ``seen`` holds the index of visited objects by identity, so shared and cyclic references are allowed.
     """
     seen = {} if seen is None else seen
     if value is None or isinstance(value, str | int | float | bool | bytes | type):
@@ -45,7 +43,7 @@ def picture_of(value: Any, seen: dict[int, int] | None = None) -> Any:
 
 
 def difference(before: Any, after: Any, path: str) -> str:
-    """Where two pictures differ first; empty if they do not."""
+    """Return the path of the first difference of two pictures; empty if equal."""
     if isinstance(before, dict) and isinstance(after, dict):
         for name in [*before, *(name for name in after if name not in before)]:
             inner = f"{path}.{name}"
@@ -61,16 +59,15 @@ def difference(before: Any, after: Any, path: str) -> str:
 
 N_MOMENTS = 150
 FIELD_M = 400.0
-"""Moments lie in a square of twice this side around the vehicle's start."""
+"""Half-width of the square of sampled positions around the start of the vehicle."""
 TICK_S = 2.0
 
 
 @dataclass(frozen=True)
 class DecisionInputs:
-    """What a behaviour is asked at one decision.
+    """Inputs of a behaviour at one decision.
 
-    Attributes:
-        kept: motion and picture pickled: a behaviour gets a copy, made in an eighth of the time of a deep one.
+    ``kept`` is the pickled pair of motion and picture: copying it takes an eighth of the time of a deep copy.
     """
 
     motion: Motion
@@ -81,9 +78,9 @@ class DecisionInputs:
 
 @lru_cache(maxsize=16)
 def story(data: VehicleData, peers: tuple[str, ...], groups: tuple[str, ...], seed: int = 1) -> list[DecisionInputs]:
-    """The life of a vehicle: it knows nothing at first, then hears of peers, works, meets, sees others and strays.
+    """Return sampled inputs of a vehicle: at first without knowledge, later with peers and work.
 
-    It is kept for the next behaviour of the same vehicle, so nobody may change it.
+    Cached for the next behaviour of the vehicle: do not modify.
     """
     draw = random.Random(seed)
     picture, moments = Picture(frame_s=10.0), []
@@ -119,18 +116,16 @@ def check(
     peers: Sequence[str] = ("AUV01", "AUV02"),
     groups: Sequence[str] = ("Operational",),
 ) -> None:
-    """Put a behaviour through the lives of a vehicle and hold its answers against the seam.
+    """Check a behaviour against its protocol on sampled inputs.
 
     Args:
-        make_behaviour: a new behaviour of the same vehicle, each time it is called.
-        data: of that vehicle.
-        peers: vehicles that it may look for in the picture.
-        groups: that it may find gathered.
+        make_behaviour: returns a new behaviour of the same vehicle at each call.
+        peers: vehicles in the picture.
+        groups: possibly gathered groups.
 
     Raises:
-        AssertionError: a type is wrong, a stimulus is outside 0..1, what was done comes back, motion or picture were
-            changed, a reference leads nowhere or holds shorter than said, or two behaviours made alike
-            answer differently.
+        AssertionError: wrong type, stimulus outside 0..1, done state revoked, inputs modified, invalid reference or
+            premature change of it, or nondeterminism.
     """
     for seed in (1, 2):
         moments = story(data, tuple(peers), tuple(groups), seed)
@@ -191,7 +186,7 @@ def _check_reference(reference: object, where: str) -> None:
 
 
 def _check_holding(behaviour: Behaviour, reference: Reference, motion: Motion, picture: Picture, where: str) -> None:
-    """Ask for the reference from half the way on which it is said to hold."""
+    """Check that the reference stays the same half-way to the distance where it may change."""
     (x_m, y_m), to_go_m = reference.target_m, distance_m(motion, reference.target_m)
     if not 0.0 < reference.holds_m < to_go_m:
         return

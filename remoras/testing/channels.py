@@ -1,8 +1,8 @@
-"""Requirements on channel models and drivers, as checks that raise ``AssertionError``.
+"""Conformance checks of channel models and drivers, raising ``AssertionError``.
 
-A channel model by its name: ``remoras check channel package.module:Class``; from a test ``conforms``.
-A driver from a test: ``check_driver`` with a function that makes a pair of drivers that hear each other and the pace
-they wait by. The way between them may lose, double and reorder packets; it has to carry some.
+Channel model by name: ``remoras check channel package.module:Class``, or ``conforms`` in a test. Driver:
+``check_driver`` with a function that returns two connected drivers and their pace; the connection may lose, duplicate
+and reorder packets.
 """
 
 import math
@@ -23,11 +23,11 @@ Model = type[ChannelModel] | ChannelModel
 NODES = {"A": 0, "B": 1, "C": 2, "D": 3}
 PAIRS = [(sender, receiver) for sender in NODES.values() for receiver in NODES.values() if sender != receiver]
 RANGE_M = 1000.0
-"""Distances are drawn evenly from 0 to this; what a model of range loses in the mean, it loses over these."""
+"""Maximum of the uniformly sampled distances, over which ``mean_per`` is checked."""
 SLOT_S = 2.5
 N_FRAMES = 60
 MODEM = modems()["whoi-psk-1"]
-"""A modem of several frames; packets are full, as those are of which a model says its mean."""
+"""Modem with several frames; packets are full, as ``mean_per`` assumes."""
 DEPLOYMENT = Deployment(NODES, (0.0, 20.0, 40.0, 60.0), MODEM, RANGE_M, N_FRAMES * len(NODES) * SLOT_S)
 N_ASKED = 400
 N_SEEDS = 2000
@@ -43,12 +43,12 @@ class Question(NamedTuple):
 
 
 def question(slot: int, sender: int, receiver: int, range_m: float) -> Question:
-    """A full packet in a slot, which starts when the slot does."""
+    """Return a full packet sent at the start of a slot."""
     return Question(Transmission(slot, sender, slot * SLOT_S, MODEM.payload_bits), receiver, range_m)
 
 
 def questions(n: int, seed: int = 1) -> Iterator[Question]:
-    """Packets of some slots, of all links evenly, at distances drawn evenly."""
+    """Yield packets in random slots, evenly over links, at uniform distances."""
     dice = Random(seed)
     for number in range(n):
         sender, receiver = PAIRS[number % len(PAIRS)]
@@ -57,7 +57,7 @@ def questions(n: int, seed: int = 1) -> Iterator[Question]:
 
 
 def links(model: Model, seed: int) -> LinkModel:
-    """The links of one run."""
+    """Return the link model of one run."""
     return _settings(model).link_model(DEPLOYMENT, seed)
 
 
@@ -66,7 +66,7 @@ def _settings(model: Model) -> ChannelModel:
 
 
 def check_declaration(model: Model) -> None:
-    """It can be named alone; every setting has a description, and a text of what the model does is there."""
+    """Check title, default and description of every setting, and the required methods."""
     kind = model if isinstance(model, type) else type(model)
     assert issubclass(kind, ChannelModel), f"a subclass of ChannelModel is needed, not {kind.__name__}"
     assert kind.title.strip(), "has no title"
@@ -78,12 +78,12 @@ def check_declaration(model: Model) -> None:
 
 
 def _is_list_of_tables(annotation: object) -> bool:
-    """True if a setting is a list of tables, whose keys have descriptions of their own."""
+    """True for a list of tables, which have key descriptions."""
     return any(hasattr(part, "model_fields") for part in getattr(annotation, "__args__", ()))
 
 
 def check_probabilities(model: Model) -> None:
-    """Every answer is a number from 0 to 1, also of a link of no length and of a very long one."""
+    """Check that all losses are in 0..1, also at zero and extreme range."""
     mean = _settings(model).mean_per(DEPLOYMENT)
     assert _is_probability(mean), f"mean_per is {mean!r}, no number from 0 to 1"
     link = links(model, 1)
@@ -98,7 +98,7 @@ def _is_probability(value: object) -> bool:
 
 
 def check_pure(model: Model) -> None:
-    """The answer follows from seed and question alone: asked again, in another order or made anew it is the same."""
+    """Check that losses depend on seed and question only, not on order or instance."""
     asked = list(questions(N_ASKED))
     for seed in (0, 1, 2**61):
         link = links(model, seed)
@@ -110,10 +110,9 @@ def check_pure(model: Model) -> None:
 
 
 def check_mean_per(model: Model) -> None:
-    """As many packets are lost as ``mean_per`` says, within four standard errors over seeds.
+    """Check ``mean_per`` against sampled losses, within four standard errors over seeds.
 
-    Each seed gives one packet on each link, so that losses of one link are independent of each other. Those of one seed
-    may depend, so the error is that of the means of seeds.
+    Each seed samples one packet per link. Losses of one seed may be dependent, so the error is that of seed means.
     """
     mean = _settings(model).mean_per(DEPLOYMENT)
     shares = []
@@ -131,7 +130,6 @@ def check_mean_per(model: Model) -> None:
 
 
 def _of_seeds() -> Iterator[list[Question]]:
-    """For each seed a packet on each link."""
     for seed in range(N_SEEDS):
         yield list(questions(len(PAIRS), seed))
 
@@ -145,7 +143,7 @@ CHECKS: tuple[Callable[[Model], None], ...] = (
 
 
 def conforms(model: Model) -> Iterator[str]:
-    """Make every check of a channel model; yields the name of each that was passed."""
+    """Run all checks of a channel model and yield their names."""
     for check_one in CHECKS:
         check_one(model)
         yield check_one.__name__
@@ -153,7 +151,7 @@ def conforms(model: Model) -> Iterator[str]:
 
 Pair = tuple[Driver, Driver, Pace]
 PACKETS = [b"\x00", b"\n\r\x00\xff", bytes(range(64)), b"RMR1"]
-"""Bytes that a serial line, a text protocol or an own head may take for something else; 64 is what a modem holds."""
+"""Bytes that serial lines, text protocols or headers may misread; 64 fill a modem packet."""
 TRIES = 50
 PATIENCE_S = 5.0
 
@@ -162,8 +160,8 @@ def check_driver(make: Callable[[], Pair], least_bytes: int = 1) -> None:
     """Check a kind of driver.
 
     Args:
-        make: makes two drivers that hear each other, and the pace they wait by; called several times.
-        least_bytes: of a packet that its modem takes; those of the program have 3 and more.
+        make: returns two connected drivers and their pace; called several times.
+        least_bytes: minimum packet size of the modem; the program sends 3 or more.
     """
     for holds in (
         partial(carries_packets_whole, least_bytes=least_bytes),
@@ -179,12 +177,12 @@ def check_driver(make: Callable[[], Pair], least_bytes: int = 1) -> None:
 
 
 def _soon_s(pace: Pace) -> float:
-    """A time of the mission that comes within a few milliseconds."""
+    """Mission time a few milliseconds ahead."""
     return pace.now_s + 0.05 if math.isfinite(pace.now_s) else 1.0
 
 
 def carries_packets_whole(one: Driver, other: Driver, pace: Pace, least_bytes: int = 1) -> None:
-    """What is heard is what was sent, bit by bit, later than it was sent."""
+    """Check that received packets equal sent ones and arrive with a valid time."""
     for driver in (one, other):
         assert isinstance(driver, Driver), f"{type(driver).__name__} lacks send, receive or close"
     for data in (packet for packet in PACKETS if len(packet) >= least_bytes):
@@ -203,28 +201,28 @@ def carries_packets_whole(one: Driver, other: Driver, pace: Pace, least_bytes: i
 
 
 def does_not_hear_itself(one: Driver, other: Driver, pace: Pace) -> None:
-    """A vehicle that heard its own packets would take another for one that speaks as it does."""
+    """Check that a driver does not receive own packets, which would indicate a duplicate node id."""
     one.send(PACKETS[2], 0.0)
     other.receive(_soon_s(pace))
     assert list(one.receive(_soon_s(pace))) == [], "it hears what it sent"
 
 
 def does_not_wait_for_a_time_that_is_past(one: Driver, other: Driver, _: Pace) -> None:
-    """A node that is behind asks what there is, and goes on."""
+    """Check that a late node gets pending packets without delay."""
     began_s = time.monotonic()
     assert list(one.receive(-1.0)) == []
     assert time.monotonic() - began_s < PATIENCE_S, "it waits although the time is past"
 
 
 def waits_no_longer_than_it_is_told(one: Driver, other: Driver, pace: Pace) -> None:
-    """Nobody sends: at the time that was given, the driver gives nothing."""
+    """Check that a driver returns nothing at the deadline without packets."""
     began_s = time.monotonic()
     assert list(one.receive(_soon_s(pace))) == []
     assert time.monotonic() - began_s < PATIENCE_S, "it waits longer than it was told"
 
 
 def is_silent_once_it_is_closed(one: Driver, other: Driver, pace: Pace) -> None:
-    """Closing twice is no fault, and what comes after it does nothing."""
+    """Check that closing is idempotent and that later calls have no effect."""
     one.close()
     one.close()
     one.send(PACKETS[0], 0.0)

@@ -1,7 +1,7 @@
-"""What every kind of fault has to keep to, as checks of a ``remoras.DeclaredFault``.
+"""Conformance checks of kinds of faults (``remoras.DeclaredFault``).
 
-By its name: ``remoras check fault package.module:Class``; for a shipped kind its name.
-From a test: call ``check``; it raises ``AssertionError`` with what is wrong.
+By name: ``remoras check fault package.module:Class`` or a shipped name; from a test ``check``, which raises
+``AssertionError``.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from remoras.vehicle import Vehicle
 SCENARIO, VEHICLE, SEED = "mapping-rendezvous", "AUV01", 1
 FROM_S, UNTIL_S, END_S = 20.0, 40.0, 60.0
 AGAIN_S = (25.0, 30.0)
-"""When a vehicle is off that begins anew while the fault holds."""
+"""Outage of a vehicle that restarts during the fault."""
 
 
 def _setup(*tables: Mapping[str, Any]) -> Setup:
-    """A short mission with these faults; raises AssertionError if it is refused."""
+    """Setup of a short mission with these faults; AssertionError if invalid."""
     given = [f"fault={toml_value(list(tables))}", f"scenario.duration_s={END_S}", "channel.per=0.3"]
     try:
         return resolved(load(SCENARIO, [("--set", setting) for setting in given]))
@@ -37,7 +37,7 @@ def _setup(*tables: Mapping[str, Any]) -> Setup:
 
 
 def _table(name: str, keys: Mapping[str, Any]) -> dict[str, Any]:
-    """A fault of the kind, with its own keys."""
+    """Table of a fault of the kind with additional keys."""
     kind = kind_named(name)
     table: dict[str, Any] = {"kind": name, "vehicle": VEHICLE, "at_s": FROM_S, "until_s": UNTIL_S}
     required = dict.fromkeys(set(kind.own_keys()).intersection(kind.REQUIRED), 1.0)
@@ -46,7 +46,7 @@ def _table(name: str, keys: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _sailed(setup: Setup, until_s: float) -> Fleet:
-    """The fleet of a setup at a time; raises AssertionError if the kind raises on the way."""
+    """Fleet of a setup at a time; AssertionError if the kind raises."""
     fleet = assemble(setup, SEED)
     try:
         while fleet.running and fleet.now_s < until_s:
@@ -61,13 +61,13 @@ def _befallen(fleet: Fleet) -> Vehicle:
 
 
 def check_it_is_declared(name: str, keys: Mapping[str, Any]) -> None:
-    """It has all parts of the seam, and a scenario takes it."""
+    """Check the required parts, and that a scenario accepts the fault."""
     assert kind_named(name).TEXT, "lacks TEXT, a line that says what befalls"
     _setup(_table(name, keys))
 
 
 def check_its_rows(name: str, keys: Mapping[str, Any]) -> None:
-    """Two rows of the table of faults say when it begins and is over, and the fleet gives the same twice."""
+    """Check the two rows of the table of faults, and that the run is deterministic."""
     setup = _setup(_table(name, keys))
     (fault,) = faults_in(setup, SEED)
     fleets = [_sailed(setup, END_S) for _ in range(2)]
@@ -79,13 +79,13 @@ def check_its_rows(name: str, keys: Mapping[str, Any]) -> None:
 
 
 def check_what_is_over_is_over(name: str, keys: Mapping[str, Any]) -> None:
-    """A vehicle that it no longer befalls is sound."""
+    """Check that the vehicle is sound after the fault."""
     after = _befallen(_sailed(_setup(_table(name, keys)), UNTIL_S + 5.0))
     assert after.condition == SOUND, f"its end leaves the vehicle {after.condition}"
 
 
 def check_it_holds_for_what_begins_anew(name: str, keys: Mapping[str, Any]) -> None:
-    """A vehicle that begins anew while it holds has it, too, and is as it was when it is over."""
+    """Check that a restart during the fault keeps it, and that its end still clears it."""
     anew = next((other for other, kind in kinds().items() if kind.ABSENCE is Absence.PAUSE), None)
     if anew is None or kind_named(name).ABSENCE is not None:
         return
@@ -104,18 +104,15 @@ CHECKS: tuple[Callable[[str, Mapping[str, Any]], None], ...] = (
 
 
 def conforms(name: str, keys: Mapping[str, Any] | None = None) -> Iterator[str]:
-    """Make every check of a kind.
+    """Run all checks of a kind and yield their names.
 
     Args:
-        name: ``package.module:Class``, or of a shipped kind.
-        keys: own keys of the fault that is tried; 1.0 for a required one, and defaults, if absent.
-
-    Yields:
-        The name of each check that was passed.
+        name: ``package.module:Class`` or a shipped kind.
+        keys: of the fault; else 1.0 for required ones, and defaults.
 
     Raises:
-        AssertionError: a check was not passed.
-        PluginError: there is no such kind.
+        AssertionError: a check failed.
+        PluginError: unknown kind.
     """
     kind: type[DeclaredFault] = kind_named(name)
     assert issubclass(kind, DeclaredFault)
@@ -125,11 +122,6 @@ def conforms(name: str, keys: Mapping[str, Any] | None = None) -> Iterator[str]:
 
 
 def check(name: str, keys: Mapping[str, Any] | None = None) -> None:
-    """Make every check of a kind; for arguments see ``conforms``.
-
-    Raises:
-        AssertionError: with what is wrong.
-        PluginError: there is no such kind.
-    """
+    """Run all checks of a kind; arguments and errors as ``conforms``."""
     for _ in conforms(name, keys):
         pass

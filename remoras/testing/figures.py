@@ -1,7 +1,4 @@
-"""What every metric and every figure has to keep to, as checks that their authors call; see ``remoras.testing``.
-
-Each check raises ``AssertionError`` that says what is wrong.
-"""
+"""Conformance checks of metrics and figures, raising ``AssertionError``."""
 
 from __future__ import annotations
 
@@ -20,22 +17,17 @@ if TYPE_CHECKING:
 
 SCENARIO = "mapping-rendezvous"
 DURATIONS_S = (2.0, 120.0)
-"""Of the runs that are made where none are given: in the first hardly anything has happened yet."""
+"""Durations of the default runs; the first is nearly without events."""
 PER = 0.3
 
 
 def check_metric(metric: Metric, runs: Sequence[face.Run] = ()) -> None:
-    """Check a metric: its declaration, and its value in runs.
+    """Check the declaration of a metric and its values.
 
-    It has to be a function of the run alone: asked again it gives the same, and of a folder it gives what it gives in
-    memory.
+    It must be a function of the run only: equal when repeated, and equal in memory and from a folder.
 
     Args:
-        metric: of your own.
-        runs: that it is asked of; by default two short ones of a shipped scenario with lost packets.
-
-    Raises:
-        AssertionError: with what is wrong.
+        runs: evaluated runs; default: two short ones of a shipped scenario with losses.
     """
     from missions.errors import ConfigurationError
     from missions.metric import collected, faults_of_metric
@@ -56,14 +48,10 @@ def check_metric(metric: Metric, runs: Sequence[face.Run] = ()) -> None:
 
 
 def check_figure(figure: Declared, runs: Sequence[face.Run] = ()) -> None:
-    """Check a figure, a layer or a mark: its declaration, and that it can be drawn of runs in memory and of folders.
+    """Check the declaration of a figure, layer or mark, and draw it from memory and from folders.
 
     Args:
-        figure: of your own.
-        runs: that are drawn; by default two short ones of a shipped scenario with lost packets.
-
-    Raises:
-        AssertionError: with what is wrong.
+        runs: drawn runs; default: two short ones of a shipped scenario with losses.
     """
     from missions.figure import Mark, faults_of_figure
 
@@ -89,7 +77,7 @@ def _caption(run: face.Run, figure: Declared) -> str:
 
 @contextmanager
 def _named(what: str) -> Iterator[None]:
-    """Turn errors of somebody's function into what a test shows."""
+    """Convert errors of the plug-in to AssertionError."""
     from missions.errors import MissionsError
     from remoras.errors import RemorasError
     from visualisation.output import VisualisationError
@@ -112,7 +100,7 @@ def _short_runs() -> tuple[face.Run, ...]:
 
 @contextmanager
 def _read_back(runs: Sequence[face.Run]) -> Iterator[list[tuple[face.Run, face.Run]]]:
-    """Runs, each with itself as its folder gives it back; one that was read from a folder is that already."""
+    """Pairs of each run and its copy read from a folder; a run from a folder is its own copy."""
     from missions.errors import OutputError
 
     with tempfile.TemporaryDirectory() as folder:

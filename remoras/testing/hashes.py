@@ -1,4 +1,4 @@
-"""Processes that hash otherwise: the order of a set, hash() and id() differ between them."""
+"""Processes with different hash seeds: set order, hash() and id() differ."""
 
 import os
 import subprocess
@@ -10,7 +10,7 @@ HASH_SEEDS = ("1", "2")
 
 
 def printed_by_each(code: str) -> list[str]:
-    """Texts that some statements print in each of the processes, which find modules and plug-ins as this one does."""
+    """Run code in each process, with the import paths of this one; return the outputs."""
     program = (
         f"import sys; sys.path[:0] = {sys.path!r}\n"
         f"from remoras.plugins import look_in\nlook_in({plugin_folders()!r})\n{code}"

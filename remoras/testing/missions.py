@@ -1,7 +1,7 @@
-"""What every mission has to keep to, as one check of its class and a scenario of it.
+"""Conformance check of missions, by class and scenario.
 
-By its scenario: ``remoras check mission SCENARIO``, a shipped name or a TOML file.
-From a test: ``check(mission_class, scenario)``; it raises ``AssertionError`` with what is wrong.
+By scenario: ``remoras check mission SCENARIO``, a shipped name or TOML file. From a test: ``check(mission_class,
+scenario)``, which raises ``AssertionError``.
 """
 
 import hashlib
@@ -44,17 +44,13 @@ Rows = dict[str, list[tuple[Any, ...]]]
 
 
 def check(mission: type[Mission], scenario: Scenario) -> None:
-    """Hold a mission against the seam; see ``conforms`` for what is looked at."""
+    """Check a mission against its protocol; see ``conforms``."""
     for _ in conforms(mission, scenario):
         pass
 
 
 def conforms(mission: type[Mission], scenario: Scenario) -> Iterator[str]:
-    """Make every check of a mission; yields in words what has been found to be so.
-
-    Raises:
-        AssertionError: it is not so.
-    """
+    """Run all checks of a mission and yield their descriptions; AssertionError if one fails."""
     reference = f"{mission.__module__}:{mission.__qualname__}"
     try:
         mission_class(reference)
@@ -86,7 +82,7 @@ def conforms(mission: type[Mission], scenario: Scenario) -> Iterator[str]:
 
 
 def check_words(setup: Setup) -> None:
-    """What the mission names is in the ontology, and its objectives are about instances of the right class."""
+    """Check names against the ontology, and the classes of objective arguments."""
     mission, tbox = setup.mission, setup.tbox
     for name in mission.needs:
         _attribute(setup, name, "needs")
@@ -110,7 +106,7 @@ def _attribute(setup: Setup, name: str, where: str) -> Any:
 
 
 def objectives(setup: Setup) -> list[Objective]:
-    """Objectives that roles have from the start, and those that plans give where nothing is known yet."""
+    """Return initial objectives, and those of plans without any knowledge."""
     mission = setup.mission
     found = list(mission.founding_objectives())
     groups = setup.agreement.organisation.groups
@@ -129,7 +125,7 @@ def objectives(setup: Setup) -> list[Objective]:
 
 
 def check_jobs(setup: Setup) -> None:
-    """Every job is the job of a role that somebody is able to play who is able to do the job, in finite time."""
+    """Check that every job belongs to a role with a vehicle able to do both."""
     for name, job in setup.mission.jobs.items():
         assert job.name == name, f"job {name!r} calls itself {job.name!r}"
         roles = [
@@ -143,13 +139,13 @@ def check_jobs(setup: Setup) -> None:
 
 
 class InitialFacts:
-    """What a vehicle knows before anything happens: who plays which role, and what is of which class."""
+    """Facts known before any event: members of roles and instances of classes."""
 
     def __init__(self, setup: Setup) -> None:
         self._setup, self._organisation = setup, setup.agreement.organisation
 
     def get(self, key: Any, default: Any = None, /) -> Any:
-        """Members of a role, instances of a class; nothing else is known."""
+        """Return members or instances; other facts are unknown."""
         if key[0] == "instances":
             tbox = self._setup.tbox
             wanted = tbox.class_named(key[1]).uid
@@ -158,7 +154,7 @@ class InitialFacts:
 
 
 def check_activities(setup: Setup) -> None:
-    """Every objective has activities for who may get it, of different types, and each set a behaviour that conforms."""
+    """Check the activity sets of each objective: types distinct, behaviours conformant."""
     mission, knowledge = setup.mission, InitialFacts(setup)
     for objective in objectives(setup):
         players = [data for data in setup.database.values() if data.can_play(objective.group, objective.role)]
@@ -189,7 +185,7 @@ def _behaviour(mission: Mission, activity: Activity, data: VehicleData) -> Any:
 
 
 def check_repeats(setup: Setup, scenario: Scenario) -> Rows:
-    """Two runs of one mission object, and one of another made alike, are the same; nothing in the object changes."""
+    """Check determinism of repeated runs and of a second mission object, and its immutability."""
     first = recorded_rows(finished(setup))
     before = picture_of(setup.mission)
     again = recorded_rows(finished(setup))
@@ -205,7 +201,7 @@ def check_repeats(setup: Setup, scenario: Scenario) -> Rows:
 
 
 def finished(setup: Setup, truth: Any = None) -> Fleet:
-    """The fleet at the end of a run, with another truth if there is one."""
+    """Return the fleet after a run, optionally with another referee."""
     fleet = assemble(setup, SEED)
     if truth is not None:
         fleet.truth = truth
@@ -214,7 +210,7 @@ def finished(setup: Setup, truth: Any = None) -> Fleet:
 
 
 def recorded_rows(fleet: Fleet) -> Rows:
-    """All that was recorded."""
+    """Return all recorded rows."""
     return {name: list(fleet.recorder.rows(name)) for name in fleet.recorder.tables}
 
 
@@ -225,7 +221,7 @@ def _same(one: Rows, other: Rows, what: str) -> None:
 
 @dataclass
 class Unseeing:
-    """A truth that looks at nothing; it lets the run go on until ``end_s``."""
+    """Referee without observations; the run lasts until ``end_s``."""
 
     end_s: float
     milestones: list[Milestone] = field(default_factory=list)
@@ -233,16 +229,16 @@ class Unseeing:
     is_over: bool = False
 
     def observe(self, fleet: FleetView, now_s: float) -> bool:
-        """Look away."""
+        """Ignore the fleet; True at ``end_s``."""
         return now_s >= self.end_s
 
     def close(self, fleet: FleetView, now_s: float) -> str:
-        """Nothing to say."""
+        """Return no reason."""
         return ""
 
 
 def check_truth_only_watches(setup: Setup, watched: Rows) -> None:
-    """Without the mission's truth vehicles do the same."""
+    """Check that the mission's referee does not affect vehicles."""
     end_s = watched["trajectories"][-1][0]
     unwatched = recorded_rows(finished(setup, Unseeing(end_s)))
     for table in TABLES:
@@ -253,7 +249,7 @@ def check_truth_only_watches(setup: Setup, watched: Rows) -> None:
 
 
 def check_results(finished_run: Run) -> None:
-    """Metrics are finite or None, tables fit their columns, and a run that did not complete says why."""
+    """Check metrics, table rows, milestone order, and the reason of an incomplete run."""
     mission, recorder = finished_run.mission, finished_run.recorder
     assert finished_run.completed or finished_run.reason, "the mission did not complete, and truth does not say why"
     try:
@@ -276,7 +272,7 @@ def check_results(finished_run: Run) -> None:
 
 
 def check_free_of_hashes(scenario: Scenario) -> None:
-    """Processes that hash otherwise record the same rows."""
+    """Check that processes with different hash seeds record equal rows."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "scenario.toml"
         tables = scenario.model_dump(mode="json", exclude_none=True)
@@ -288,5 +284,5 @@ def check_free_of_hashes(scenario: Scenario) -> None:
 
 
 def mission_digest(scenario: str) -> str:
-    """Digest of all that a run of a scenario file records."""
+    """Return a digest of all rows of a run of a scenario file."""
     return hashlib.sha256(json.dumps(recorded_rows(finished(resolved(load(scenario))))).encode()).hexdigest()

@@ -1,7 +1,7 @@
-"""Requirements on exchange policies and value rules, as checks that raise ``AssertionError``.
+"""Conformance checks of exchange policies and value rules, raising ``AssertionError``.
 
-A policy by its name: ``remoras check policy package.module:object``; from a test ``conforms``.
-A value rule from a test: ``check_value``.
+Policy by name: ``remoras check policy package.module:object``, or ``conforms`` in a test. Value rule:
+``check_value_rule``.
 """
 
 import dataclasses
@@ -25,21 +25,21 @@ from worldmodel import Terms, core_ontology_paths, read_tbox
 
 TBOX = read_tbox(*core_ontology_paths())
 Exchange = list[tuple[int, int | None]]
-"""For each slot who hears it, bit i for node i, and who gets a new item in it."""
+"""Per slot: receivers (bit i for node i), and the origin of a new item or None."""
 SIZES = (2, 3, 5)
-"""Fleets that are looked at."""
+"""Fleet sizes checked."""
 N_EXCHANGES = 12
 N_SLOTS = 90
 P_HEARD = 0.5
 SETTLING_FRAMES = 8
-"""Frames, times the period of the header, in which an item is settled where nothing is lost; the paper's need 2."""
+"""Frames per header period to settle an item without loss; the paper needs 2."""
 ALL = -1
 
 
 class Nodes:
-    """Nodes as vehicles run them, without bits on the wire: item sets are integers, new items come in any slot.
+    """Nodes as run by vehicles, without encoding: item sets are integers.
 
-    Bits that a header does not carry arrive as ``noise`` says: as zeros or as ones. No policy may read them.
+    Bits absent from a header are filled by ``noise``, all zeros or ones; a policy must not read them.
     """
 
     def __init__(self, policy: AckPolicy, n_nodes: int, carrier_evidence: bool, noise: int) -> None:
@@ -49,19 +49,19 @@ class Nodes:
         self.n_items = 0
 
     def add_item(self, node: int) -> None:
-        """Give the node an item of its own."""
+        """Create an item at a node."""
         self.origins[node] |= 1 << self.n_items
         self.states[node].believes[node] |= 1 << self.n_items
         self.n_items += 1
 
     def wanted(self, node: int) -> int:
-        """Items that the node goes on sending."""
+        """Return the items that the node still sends."""
         state = self.states[node]
         open_items = state.believes[node] & ~ack.settled(state, self.n_nodes, None, 0)
         return may_send(self.policy.repeat, open_items, self.origins[node])
 
     def play(self, slot: int, heard_by: int) -> None:
-        """One slot; bit i of ``heard_by`` says that node i receives the packet."""
+        """Play one slot; bit i of ``heard_by`` marks node i as receiver."""
         kind, n_nodes = self.policy.acknowledgement, self.n_nodes
         frame, owner = slot // n_nodes, slot % n_nodes
         for state in self.states:
@@ -79,7 +79,7 @@ class Nodes:
                 )
 
     def play_all(self, exchange: Exchange) -> Iterator[list[list[int]]]:
-        """Play an exchange; yields the beliefs after each slot."""
+        """Play an exchange; yield the beliefs after each slot."""
         for slot, (heard_by, birth) in enumerate(exchange):
             if birth is not None:
                 self.add_item(birth)
@@ -94,11 +94,11 @@ class Nodes:
         return diagonal | sum(1 << j for j in columns if kind.carries(self.n_nodes, phase, owner, row, j))
 
     def beliefs(self) -> list[list[int]]:
-        """Item sets by node and peer."""
+        """Return the item sets by node and peer."""
         return [[state.believes[peer] for peer in range(self.n_nodes)] for state in self.states]
 
     def false_belief(self) -> str | None:
-        """A belief that does not hold, in words."""
+        """Describe a false belief, or return None."""
         for node, state in enumerate(self.states):
             for peer in range(self.n_nodes):
                 if false := state.believes[peer] & ~self.states[peer].believes[peer]:
@@ -108,7 +108,7 @@ class Nodes:
 
 
 def exchanges(n_nodes: int) -> Iterator[Exchange]:
-    """Who hears each slot, and who gets a new item in it: dense ones, sparse ones, and a single item."""
+    """Yield sampled exchanges: with many new items, few, and a single one."""
     for seed in range(N_EXCHANGES):
         dice = Random(f"{seed} {n_nodes}")
         p_item = (0.3, 0.05, 0.0)[seed % 3]
@@ -121,17 +121,17 @@ def exchanges(n_nodes: int) -> Iterator[Exchange]:
         ]
 
 
-# What it says of itself ---------------------------------------------------------------------------
+# Declaration --------------------------------------------------------------------------------------
 
 
 def check_value(policy: AckPolicy) -> None:
-    """It is an ``AckPolicy`` with all parts, of the right kinds."""
+    """Check type and parts of the policy."""
     fault = policy_fault(policy)
     assert fault is None, fault
 
 
 def check_header_bits(policy: AckPolicy) -> None:
-    """Headers are as long as promised, on paper and on the wire, and bits that are not carried are not read."""
+    """Check header sizes as declared and as encoded, and that absent bits are not read."""
     kind = policy.acknowledgement
     for n_nodes in SIZES:
         codec = Codec(TBOX, n_nodes, n_nodes, policy, n_items=N_SLOTS, duration_s=N_SLOTS)
@@ -151,11 +151,11 @@ def check_header_bits(policy: AckPolicy) -> None:
                 assert one == other, "reads bits that its header does not carry"
 
 
-# What its vehicles believe ------------------------------------------------------------------------
+# Beliefs -------------------------------------------------------------------------------------------
 
 
 def check_no_false_beliefs(policy: AckPolicy) -> None:
-    """Whatever is lost, nobody ever believes that a peer holds an item which it lacks."""
+    """Check that under losses no node believes that a peer holds an item it lacks."""
     for n_nodes in SIZES:
         for carrier_evidence in (False, True):
             for exchange in exchanges(n_nodes):
@@ -166,7 +166,7 @@ def check_no_false_beliefs(policy: AckPolicy) -> None:
 
 
 def check_settles(policy: AckPolicy) -> None:
-    """Where nothing is lost, the origin soon knows that all hold its item, and stops sending it."""
+    """Check that without losses the origin soon stops sending its item."""
     n_frames = SETTLING_FRAMES * policy.acknowledgement.period_frames
     for n_nodes in SIZES:
         nodes = Nodes(policy, n_nodes, False, 0)
@@ -177,17 +177,17 @@ def check_settles(policy: AckPolicy) -> None:
 
 
 def check_deterministic(policy: AckPolicy) -> None:
-    """The same packets make the same beliefs."""
+    """Check that equal packets yield equal beliefs."""
     exchange = next(exchanges(SIZES[-1]))
     first, second = (list(Nodes(policy, SIZES[-1], False, 0).play_all(exchange)) for _ in range(2))
     assert first == second, "the same packets make other beliefs the second time"
 
 
-# What the study makes of it -----------------------------------------------------------------------
+# Compilation ---------------------------------------------------------------------------------------
 
 
 def check_compiles(policy: AckPolicy) -> None:
-    """Compiled for the study, its functions do what they do as Python; takes some seconds the first time."""
+    """Check that compiled functions equal interpreted ones; takes seconds the first time."""
     for n_sources, items in ((4, 3), (4, 20), (1, 1)):
         load = Load(n_sources, items, 0.0, 57, 57 * 2 + header_bits(policy, 4), 0, 0, 300)
         p_loss = np.full((4, 4), 0.5)
@@ -199,7 +199,7 @@ def check_compiles(policy: AckPolicy) -> None:
         assert (interpreted == compiled).all(), "the compiled form comes to other results than the functions as Python"
 
 
-# All of it ----------------------------------------------------------------------------------------
+# All checks ---------------------------------------------------------------------------------------
 
 CHECKS: tuple[Callable[[AckPolicy], None], ...] = (
     check_value,
@@ -212,7 +212,7 @@ CHECKS: tuple[Callable[[AckPolicy], None], ...] = (
 
 
 def conforms(name: str) -> Iterator[str]:
-    """Make every check of the policy that a scenario names so; yields the name of each that was passed."""
+    """Run all checks of a named policy and yield their names."""
     policy = named_object(name) if ":" in name else policy_named(name)
     for check_one in CHECKS:
         check_one(policy)
@@ -225,7 +225,7 @@ N_LATER = 12
 
 
 def candidates(draw: random.Random, moment: Moment) -> list[Waiting]:
-    """Candidates as queues have them, all taken by then."""
+    """Return queued candidates, all queued before the moment."""
     found = []
     for _ in range(N_CANDIDATES):
         slots_ago = draw.randrange(40)
@@ -245,7 +245,7 @@ def candidates(draw: random.Random, moment: Moment) -> list[Waiting]:
 
 
 def check_value_rule(rule: ValueRule, seed: int = 1) -> None:
-    """Hold a rule against the seam: names, finite values that are the same again, and an order that lasts."""
+    """Check name, finite deterministic values, and an order that persists over time."""
     assert isinstance(rule.name, str), f"name is {rule.name!r}, not a text"
     assert rule.name, "name is empty"
     draw = random.Random(seed)
@@ -266,7 +266,7 @@ def check_value_rule(rule: ValueRule, seed: int = 1) -> None:
 
 
 def _check_order(rule: ValueRule, waiting: list[Waiting], moment: Moment) -> None:
-    """In each group, the higher rank has no lower value at that moment."""
+    """Check that a higher rank never has a lower value within a group."""
     groups: dict[object, list[tuple[float, float, Waiting]]] = {}
     for one in waiting:
         place = rule.place(one)

@@ -1,4 +1,4 @@
-"""Sample inputs of the checks: random fleets, jobs of two kinds, a small mission."""
+"""Sample inputs of the checks: random fleets, two kinds of jobs, a small mission."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -27,7 +27,7 @@ ROLES = ("playsRole", "leftRole")
 
 @dataclass(frozen=True)
 class Visit:
-    """Going to a place and staying there for a while: a job of another kind than a survey."""
+    """Stay at a place: a job of another kind than a survey."""
 
     name: str
     place_m: Point
@@ -37,15 +37,15 @@ class Visit:
 
     @property
     def done(self) -> Key:
-        """The fact that says that it is done."""
+        """Completion fact."""
         return "jobDone", self.name
 
     def is_able(self, data: VehicleData) -> bool:
-        """True for a vehicle that may dive so deep."""
+        """True for a vehicle with sufficient depth limit."""
         return data.depth_limit_m >= self.greatest_depth_m
 
     def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
-        """When and where a vehicle is free after the visit; None if it is not able to make it."""
+        """Time and place after the visit; None if unable."""
         if not self.is_able(data):
             return None
         way_s = math.dist(outlook.position_m, self.place_m) / data.transit_speed_mps
@@ -87,14 +87,14 @@ VISITS: dict[str, Job] = {
     "behind": Visit("behind", (50.0, -150.0), stay_s=300.0),
 }
 WORLDS = {"surveys": SURVEYS, "visits": VISITS}
-"""Jobs of two kinds; of the visits one needs another, and not every vehicle dives deep enough for all."""
+"""Two kinds of jobs; one visit needs another, and some exceed the depth limit of vehicles."""
 SWATHS_M = st.sampled_from([(25.0,), (20.0,), ()])
 POINTS_M = st.tuples(st.floats(-300.0, 300.0), st.floats(-300.0, 300.0))
 
 
 @st.composite
 def vehicles(draw: st.DrawFn, name: str) -> VehicleData:
-    """Any vehicle."""
+    """Sample a vehicle."""
     return VehicleData(
         name=name,
         vehicle_type="AUV",
@@ -118,7 +118,7 @@ def vehicles(draw: st.DrawFn, name: str) -> VehicleData:
 
 @st.composite
 def fleets(draw: st.DrawFn) -> AUVDatabase:
-    """One to five vehicles, each able to play any roles or none, some without a sensor."""
+    """Sample a fleet of one to five vehicles with any roles; some lack a sensor."""
     return AUVDatabase(tuple(draw(vehicles(name)) for name in NAMES[: draw(st.integers(1, len(NAMES)))]))
 
 
@@ -126,7 +126,7 @@ def fleets(draw: st.DrawFn) -> AUVDatabase:
 def works_of(
     draw: st.DrawFn, group: Group, organisation: Organisation, database: AUVDatabase, jobs: Mapping[str, Job]
 ) -> Work:
-    """Positions of some vehicles are known, some jobs are done."""
+    """Sample known positions and finished jobs."""
     positions_m = draw(st.dictionaries(st.sampled_from(database.names), POINTS_M))
     done = draw(st.frozensets(st.sampled_from(sorted(jobs)), max_size=1))
     return Work(group, organisation, database, jobs, done, positions_m)
@@ -134,7 +134,7 @@ def works_of(
 
 @st.composite
 def organisations(draw: st.DrawFn, formed: Organisation, database: AUVDatabase) -> Organisation:
-    """The organisation ``formed``, in which members have come to play further roles that they are able to play."""
+    """Sample additional job roles of members in ``formed``."""
     for group in GROUPS:
         for name in formed.members(group.name):
             for role in group.roles:
@@ -144,10 +144,9 @@ def organisations(draw: st.DrawFn, formed: Organisation, database: AUVDatabase) 
 
 
 def _instances(of_class: int, database: AUVDatabase) -> Sequence[str]:
-    """Names of the instances of a class of the ontology."""
     return {
         "Vehicle": database.names,
-        "Role": [*FULL_ROLES, *3 * [f"Operational.{role}" for role in ALLOCATED]],  # what is negotiated comes up often
+        "Role": [*FULL_ROLES, *3 * [f"Operational.{role}" for role in ALLOCATED]],  # negotiated roles are more frequent
         "Area": sorted(SURVEYS),
         "Job": sorted(SURVEYS),
         "Group": [group.name for group in GROUPS],
@@ -168,10 +167,9 @@ def _value(attribute: Attribute, database: AUVDatabase) -> st.SearchStrategy[Any
 def hearsay(
     strategy: Strategy, database: AUVDatabase, jobs: Mapping[str, Job], mentioned: Sequence[str]
 ) -> st.SearchStrategy[tuple[Heard, ...]]:
-    """Any facts that the ontology allows, true or not, said by anybody: the exchange keeps out nothing else.
+    """Sample any facts valid in the ontology, true or false, from any sender.
 
-    Args:
-        mentioned: what the vehicle has just spoken of itself; many answer to that.
+    The exchange filters no others. Subjects in ``mentioned`` are preferred, as replies to own statements.
     """
     kinds = []
     for attribute in map(TBOX.attribute_named, negotiated_attributes(strategy, jobs, TBOX)):
@@ -188,31 +186,31 @@ def hearsay(
 
 
 def small_patches(name: str, *settings: str) -> Scenario:
-    """Six patches to be mapped, with the strategy of that name."""
+    """Load a scenario with six patches and a strategy."""
     file = Path(__file__).with_name("small-patches.toml")
     return load(str(file), [("--set", setting) for setting in (f"strategy.name={name}", *settings)])
 
 
 class Silent:
-    """A channel that carries nothing."""
+    """Channel that loses every packet."""
 
     def transmit(
         self, slot: int, sender: int, data: bytes, now_s: float, positions_m: Sequence[tuple[float, float]]
     ) -> list[Arrival]:
-        """Let nobody hear it."""
+        """Deliver to no node."""
         return []
 
 
 class Watched(InTime):
-    """The strategy, watched while it decides, every move of its negotiators kept."""
+    """Strategy wrapper that records all moves of its negotiators."""
 
     def __init__(self, strategy: Strategy) -> None:
         super().__init__(strategy)
         self.moves: list[tuple[str, str, Situation, Move]] = []
-        """(vehicle, group, what it knew, what it made of it)"""
+        """(vehicle, group, situation, move)"""
 
     def negotiator(self, me: str, group: Group) -> Negotiator | None:
-        """The negotiator of the strategy, of which each move is kept."""
+        """Return the wrapped negotiator."""
         made = super().negotiator(me, group)
         return None if made is None else _WatchedNegotiator(made, me, group.name, self.moves)
 
@@ -231,7 +229,7 @@ class _WatchedNegotiator:
 
 
 def role_facts(statements: Sequence[Statement]) -> Iterator[tuple[str, str, str]]:
-    """(vehicle, group, role) of all that is stated about roles."""
+    """Yield (vehicle, group, role) of all statements on roles."""
     for statement in statements:
         for subject, attribute, value in statement.facts:
             if attribute in ROLES:

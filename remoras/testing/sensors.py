@@ -1,7 +1,4 @@
-"""What every sensor has to keep to, as one check of its settings.
-
-From a test: ``check(settings, data, world)``; it raises ``AssertionError`` with what is wrong and when.
-"""
+"""Conformance check of sensors: ``check(settings, data, world)`` raises ``AssertionError``."""
 
 import math
 import random
@@ -21,7 +18,7 @@ from remoras.testing.behaviours import difference, picture_of
 from worldmodel import Instance, TBox, WorldModel, WorldModelError, core_ontology_paths, read_tbox
 
 FIELD_M = 400.0
-"""The vehicle is led through a square of twice this side around its start."""
+"""Half-width of the sampled square around the start of the vehicle."""
 BOUNDS_M = (-1e4, -1e4, 1e4, 1e4)
 KINDS: dict[str, type | tuple[type, ...]] = {"float": (float, int), "int": int, "str": str, "list": list}
 
@@ -29,7 +26,7 @@ Way = Sequence[tuple[Pose, float]]
 
 
 def way(data: VehicleData, places_m: Sequence[tuple[float, float]] = (), seed: int = 1) -> Way:
-    """A way of a vehicle, tick by tick: at random through the field, slow and fast, and over all ``places_m``."""
+    """Return a track, tick by tick: random, at varying speed, through all ``places_m``."""
     draw = random.Random(seed)
     x_m, y_m = data.start_m
     corners = [(x_m + draw.uniform(-FIELD_M, FIELD_M), y_m + draw.uniform(-FIELD_M, FIELD_M)) for _ in range(20)]
@@ -55,23 +52,16 @@ def check(
     n_found: int = 1000,
     places_m: Sequence[tuple[float, float]] = (),
 ) -> int:
-    """Lead a sensor over a way and hold its observations against the seam.
+    """Check the observations of a sensor along a track; return their number.
 
     Args:
-        settings: of the sensor.
-        data: of its vehicle.
-        world: what it perceives.
-        instances: (class, name) of what facts may be about, beside the vehicle.
-        vocabulary: Turtle files beside the core ontology.
-        n_found: most instances that it may create.
-        places_m: to be passed, so that the sensor has something to find.
-
-    Returns:
-        How many observations it made: whoever calls sees whether it found anything at all.
+        instances: (class, name) of possible subjects besides the vehicle.
+        vocabulary: Turtle files besides the core ontology.
+        n_found: maximum number of instances created.
+        places_m: waypoints with something to observe.
 
     Raises:
-        AssertionError: it gives something else than observations; they do not fit its table or the ontology; two
-            sensors made alike answer differently; it changes the world; or it perceived something while it was off.
+        AssertionError: invalid observations, rows or facts, nondeterminism, modified world, or observations while off.
     """
     ticks = way(data, places_m)
     before = picture_of(world)
@@ -150,7 +140,7 @@ def _beliefs(data: VehicleData, tbox: TBox, instances: Iterable[tuple[str, str]]
 
 
 def _check_is_silent_while_off(settings: SensorSettings, data: VehicleData, ticks: Way, world: Any) -> None:
-    """Switched off it perceives nothing; switched on again, it knows of nothing that it passed meanwhile."""
+    """Check that a sensor observes nothing while off, and later nothing passed meanwhile."""
     half = len(ticks) // 2
     layer = FunctionalLayer(data, _OneSensor(), world, {"sensor": _made(settings, data)}, BOUNDS_M, Picture())
     switched_on = Activity("Sensing", ActivityType.PRODUCTIVE, sensors=("sensor",))
@@ -169,7 +159,7 @@ def _check_is_silent_while_off(settings: SensorSettings, data: VehicleData, tick
 
 
 class _OneSensor:
-    """A mission with nothing to do but to perceive."""
+    """Mission with a sensor only."""
 
     def world(self, seed: int) -> Any:
         return None

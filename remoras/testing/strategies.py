@@ -1,7 +1,7 @@
-"""What every organisational strategy has to keep to, as checks of a strategy object.
+"""Conformance checks of organisational strategies.
 
-By its name: ``remoras check strategy package.module:object``; for a shipped strategy its name.
-From a test: call ``conforms``, or the checks one by one; each raises ``AssertionError`` with what is wrong.
+By name: ``remoras check strategy package.module:object`` or a shipped name. From a test: ``conforms`` or single checks,
+which raise ``AssertionError``.
 """
 
 import hashlib
@@ -43,35 +43,34 @@ from remoras.testing.sample_worlds import (
 from remoras.work import Job
 
 OCCASIONAL_BLOCKS = 10
-"""Blocks that a vehicle may state for each job in a whole run, beside those of ``blocks_per_round``: a role given,
-taken back, given to another, accepted."""
+"""Allowed blocks per job and run beyond ``blocks_per_round``, for assignments and releases."""
 N_ROUNDS = 6
 CUT_OFF, CUT_OFF_S = ("AUV00", "AUV01", "AUV02"), (60.0, 700.0)
 """Vehicles that are cut off in turn, longer than any time-out of the shipped strategies, and when."""
 NEARLY_ALL = 0.9
-"""Share of an area's cells that count as mapped: a row turned on too early leaves out a corner."""
+"""Mapped share of an area that suffices: an early turn leaves out a corner."""
 OFTEN = 3
-"""A vehicle that leaves one role more often than this does not know its mind."""
+"""Allowed number of releases of one role by a vehicle."""
 UNLAWFUL = (Outcome.OUTSIDE, Outcome.NO_SOCIAL_LAYER, Outcome.NO_AUTHORITY)
 EXAMPLES = settings(
     max_examples=30,
     deadline=None,
     derandomize=True,
-    phases=[Phase.generate],  # the message says what is wrong, so no time goes into the smallest example
+    phases=[Phase.generate],  # the message names the fault: no shrinking
     suppress_health_check=list(HealthCheck),
 )
 
-# What it declares
+# Declaration
 
 
 def check_parts(strategy: Strategy) -> None:
-    """It has every part of the seam, to be called as the seam says."""
+    """Check members and signatures of the protocol."""
     faults = "; ".join(faults_of_strategy(strategy))
     assert not faults, faults
 
 
 def check_declaration(strategy: Strategy) -> None:
-    """It says where it is from, and what its vehicles tell each other in words that the others know."""
+    """Check source, messages in the vocabulary, and limits."""
     declaration = strategy.declaration
     assert strategy.name, "has no name"
     assert declaration.source.strip(), "declares no source"
@@ -85,7 +84,7 @@ def check_declaration(strategy: Strategy) -> None:
 
 
 def check_parameters(strategy: Strategy) -> None:
-    """Every parameter is described, and has bounds with its default within; beyond them any value is refused."""
+    """Check descriptions, bounds and defaults of all parameters."""
     for parameter in parameters(strategy):
         name, value = parameter.name, parameter.default
         assert parameter.description.strip(), f"parameter {name} is not described"
@@ -98,18 +97,17 @@ def check_parameters(strategy: Strategy) -> None:
 
 
 def _bounds(strategy: Strategy, name: str) -> dict[str, float]:
-    """Constraints of a parameter: ge or gt, le or lt."""
     fields = get_args(get_type_hints(type(strategy), include_extras=True)[name])[1:]
     constraints = [constraint for field in fields for constraint in field.metadata]
     kinds = ("ge", "gt", "le", "lt")
     return {kind: getattr(one, kind) for one in constraints for kind in kinds if hasattr(one, kind)}
 
 
-# What it decides
+# Decisions
 
 
 def check_allocates_within_the_group(strategy: Strategy) -> None:
-    """``form`` and ``adapt``: able vehicles, members, each open job once; the same when asked again."""
+    """Check ``form`` and ``adapt``: able members, each open job once, deterministic."""
     strategy = InTime(strategy)
 
     @EXAMPLES
@@ -147,9 +145,9 @@ def check_allocates_within_the_group(strategy: Strategy) -> None:
 
 
 def check_states_within_the_group(strategy: Strategy) -> None:
-    """Negotiators state roles of their group alone, for members able to play them, whatever they hear.
+    """Check that negotiators state only roles of their group, for able members, on any input.
 
-    So they do with the least of all their whole numbers too, among them time-outs, which then run out here.
+    Repeated with the minima of all integer parameters, so that time-outs expire.
     """
     _check_states(strategy)
     _check_states(configured(strategy, _least(strategy)))
@@ -176,7 +174,7 @@ def _check_states(strategy: Strategy) -> None:
         me = data.draw(st.sampled_from(members))
         authorities, communicates = strategy.declaration.authorities, strategy.declaration.communicates
         if authorities & CONSULTING and not database[me].social_layer:
-            return  # it is not asked
+            return  # without the social layer it does not negotiate
         rules = Rules(database, authorities, jobs)
         negotiator = strategy.negotiator(me, group)
         if negotiator is None:
@@ -219,7 +217,7 @@ def _assert_within(situation: Situation, group: str, statements: Any) -> None:
 
 
 def _assert_lawful(situation: Situation, me: str, rules: Rules, statements: Any) -> None:
-    """What it states of roles it may state, one after the other, by what it declares."""
+    """Check that statements on roles, in order, comply with the declared authorities."""
     organisation = situation.work.organisation
     for statement in statements:
         for subject, attribute, value in statement.facts:
@@ -237,26 +235,26 @@ def _assert_lawful(situation: Situation, me: str, rules: Rules, statements: Any)
             organisation, _ = change(subject, of_group, role)
 
 
-# How it runs
+# Runs
 
 
 def check_runs(strategy: Strategy) -> None:
-    """A small mission is completed without loss and at PER 0.6. Nobody believes what is not so."""
+    """Check a small mission without loss and at PER 0.6: completed, without false beliefs."""
     for per in (0.0, 0.6):
         finished, watched = _watched_run(strategy, f"channel.per={per}")
-        _assert_as_declared(finished, watched)  # first: who says too much may end a mission by it
+        _assert_as_declared(finished, watched)  # first: excess traffic may end a mission
         assert finished.completed, f"PER {per}: {finished.reason}"
         assert finished.n_false_beliefs == 0, f"PER {per}: {finished.n_false_beliefs} false beliefs"
 
 
 def check_does_jobs_in_order(strategy: Strategy) -> None:
-    """Surveys, and a recovery that needs them, are all done when nothing is lost."""
+    """Check that surveys and a dependent recovery complete without loss."""
     finished = run(load("trident-intervention", [("--set", "channel.per=0")]), strategy=InTime(strategy))
     assert finished.completed, f"of jobs that need each other: {finished.reason}"
 
 
 def check_survives_silence(strategy: Strategy) -> None:
-    """When no packet ever arrives the run ends, and what was given out before the mission is done."""
+    """Check a run without any reception: it ends, and all initially assigned jobs are done."""
     finished, watched = _watched_run(strategy, silent=True)
     assert finished.completed or finished.reason, "a run in silence has no reason"
     assert finished.n_false_beliefs == 0
@@ -273,7 +271,7 @@ def check_survives_silence(strategy: Strategy) -> None:
 
 
 def check_survives_the_silence_of_one(strategy: Strategy) -> None:
-    """One vehicle is cut off for a time: the mission is completed, all is mapped, and nobody dithers over an area."""
+    """Check a temporarily isolated vehicle: mission completed, no oscillating roles."""
     for vehicle in CUT_OFF:
         blackout = f'channel.blackout=[{{vehicle="{vehicle}", from_s={CUT_OFF_S[0]}, until_s={CUT_OFF_S[1]}}}]'
         finished, watched = _watched_run(strategy, blackout)
@@ -301,7 +299,7 @@ def _mapped_fractions(finished: Run) -> dict[str, float]:
 
 
 def _assert_as_declared(finished: Run, watched: Watched) -> None:
-    """What was stated is within the group, in declared words, and no more than declared."""
+    """Check statements and traffic against the declaration."""
     declaration = watched.declaration
     assert declaration.communicates or not finished.recorder.packets, "sends packets without declaring that it does"
     assert declaration.influences or not finished.recorder.satisfaction, "sends signals without declaring that it does"
@@ -321,10 +319,10 @@ def _assert_as_declared(finished: Run, watched: Watched) -> None:
 
 
 def check_deterministic(*references: str) -> None:
-    """The same seed gives the same bytes in two processes that hash otherwise.
+    """Check that processes with different hash seeds yield equal bytes.
 
     Args:
-        references: how scenarios name the strategies; other processes have to find them.
+        references: names of strategies, importable by other processes.
     """
     printed = printed_by_each(
         f"from remoras.testing.strategies import strategy_digest\n"
@@ -336,13 +334,13 @@ def check_deterministic(*references: str) -> None:
 
 
 def strategy_digest(reference: str) -> str:
-    """Digest of all that a short run of the strategy records."""
+    """Return a digest of all rows of a short run."""
     recorder = run(small_patches(reference, "channel.per=0.4", "scenario.duration_s=400")).recorder
     rows = {name: list(recorder.rows(name)) for name in recorder.tables}
     return hashlib.sha256(json.dumps(rows).encode()).hexdigest()
 
 
-# All of it
+# All checks
 
 CHECKS: tuple[Callable[[Strategy], None], ...] = (
     check_parts,
@@ -358,7 +356,7 @@ CHECKS: tuple[Callable[[Strategy], None], ...] = (
 
 
 def conforms(reference: str) -> Iterator[str]:
-    """Make every check of the strategy that a scenario names so; yields the name of each one passed."""
+    """Run all checks of a named strategy and yield their names."""
     strategy: Strategy = named_object(reference) if ":" in reference else strategy_named(reference)
     for check in CHECKS:
         check(strategy)
