@@ -1,4 +1,4 @@
-"""The vehicles of a scenario in processes of their own, which know each other through packets only."""
+"""Vehicles of a scenario in separate processes that communicate by packets only."""
 
 from missions.nodes.alone import LoneVehicle, NodePlan, alone
 from missions.nodes.frontseat import Disciplined, Fix, Frontseat, OwnBody, Reading, UtcClock

@@ -1,4 +1,4 @@
-"""One vehicle of a scenario, put together without the others."""
+"""Builder of one vehicle of a scenario, without the others."""
 
 from __future__ import annotations
 
@@ -40,17 +40,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class NodePlan:
-    """All that a vehicle by itself follows from, beside the packets that it hears.
+    """Inputs of a single vehicle, except the packets that it receives.
 
     Attributes:
-        scenario: its TOML text, resolved.
-        vehicle: its name.
+        scenario: resolved scenario as TOML text.
         seed: root of all draws.
-        epoch: how often the vehicle has begun anew before, without its memory.
-        begins_s: when it begins (s of the mission).
-        until_s: when it stops to act.
-        end_s: when its exchange ends, too.
-        is_steered: True if its body is one of its own, not a simulated one (``missions.nodes.frontseat``).
+        epoch: number of earlier restarts without memory.
+        begins_s: start of the vehicle (s of the mission).
+        until_s: end of its actions.
+        end_s: end of its exchange.
+        is_steered: True for a real body instead of a simulated one (``missions.nodes.frontseat``).
     """
 
     scenario: str
@@ -64,16 +63,10 @@ class NodePlan:
 
     @classmethod
     def of(cls, scenario: Scenario, vehicle: str, seed: int, until_s: float | None, settle_s: float) -> NodePlan:
-        """The plan of a vehicle that is there from the start.
+        """Return the plan of a vehicle that is present from the start.
 
-        Args:
-            scenario: the whole input.
-            vehicle: its name; seed: root of all draws.
-            until_s: when it stops to act; at the end of the scenario's time if None.
-            settle_s: for how long its exchange goes on then.
-
-        Raises:
-            ConfigurationError: no such vehicle, or a time beyond that of the scenario.
+        ``until_s`` is the end of its actions, by default that of the scenario; its exchange lasts ``settle_s`` longer.
+        Raises ConfigurationError for an unknown vehicle or a time beyond the scenario.
         """
         names, duration_s = [table.name for table in scenario.vehicle], scenario.scenario.duration_s
         name = scenario.scenario.name
@@ -88,11 +81,10 @@ class NodePlan:
         return cls(text, vehicle, seed, 0, 0.0, stop_s, stop_s + settle_s)
 
     def setup(self) -> Setup:
-        """The scenario resolved.
+        """Return the resolved scenario.
 
-        Raises:
-            ConfigurationError: its strategy is a bound, whose vehicles know all without packets;
-                something passes between its vehicles (``Mission.nature``); or ``epoch`` is none.
+        Raises ConfigurationError for a strategy that is a bound without packets, a mission with physical transfer
+        between vehicles (``Mission.nature``), or an invalid ``epoch``.
         """
         scenario = scenario_from(Document.of_text(self.scenario, "scenario"))
         name = scenario.scenario.name
@@ -111,12 +103,12 @@ class NodePlan:
 
 @dataclass(frozen=True, slots=True)
 class LoneVehicle:
-    """A vehicle by itself, with what it follows from: its plan, the scenario of the plan resolved, and its salt.
+    """Single vehicle with its plan and resolved scenario.
 
     Attributes:
-        salt: of its packets in its present life, under a key; empty without one.
-        lives: how often it has begun so far: more than once if it goes on after its process was ended.
-        steered: its body, if that is one of its own.
+        salt: salt of its packets in the current incarnation; empty without a key.
+        lives: number of incarnations, above 1 after its process was restarted.
+        steered: its real body, if any.
     """
 
     plan: NodePlan
@@ -128,12 +120,12 @@ class LoneVehicle:
 
 
 Pause = tuple[float, float]
-"""From when to when a vehicle was off (s of the mission)."""
+"""Start and end of a period without the vehicle's process (s of the mission)."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Introduced:
-    """The process of a vehicle is there again: as another one, it introduces itself by another salt."""
+    """Event: a restarted process starts a salt handshake with a new salt."""
 
     introductions: Introductions
     salt: bytes
@@ -143,16 +135,15 @@ class _Introduced:
 
 
 def alone(plan: NodePlan, salts: Sequence[bytes] = (), pauses: Sequence[Pause] = ()) -> LoneVehicle:
-    """The vehicle of a plan: what it is in the run of its scenario and seed, without the others.
+    """Build the vehicle of a plan, as in a run of its scenario and seed.
 
     Args:
-        plan: what it follows from.
-        salts: of its packets in each of its lives, where its scenario has a key: fresh ones behind those given. To play
-            a log, those of the log.
-        pauses: when its process was not there; after each the vehicle begins anew with its memory.
+        salts: salts of its incarnations, if the scenario has a key; missing ones are fresh. A replay passes those of
+            the
+            log.
+        pauses: periods without its process; after each the vehicle restarts with its memory.
 
-    Raises:
-        ConfigurationError: see ``NodePlan.setup``.
+    Raises ConfigurationError as ``NodePlan.setup``.
     """
     setup, introductions, by_life = plan.setup(), None, [b""]
     if key := key_of(setup.scenario.communication.key_file):
@@ -188,7 +179,7 @@ def alone(plan: NodePlan, salts: Sequence[bytes] = (), pauses: Sequence[Pause] =
 
 
 def _away(setup: Setup, plan: NodePlan, absence: Absence, *, at_s: float, **keys: Any) -> Fault:
-    """What keeps a vehicle away: a fault of the kind that a scenario would declare for that, with these keys."""
+    """Return the fault, of a kind that a scenario could declare, for an absence of the vehicle."""
     away = next((name for name, kind in kinds().items() if kind.ABSENCE is absence), None)
     if away is None:
         given = ConfigurationFault("begins", f"{at_s:g}", f"no kind of fault keeps a vehicle away as {absence}: 0 s")
@@ -198,7 +189,6 @@ def _away(setup: Setup, plan: NodePlan, absence: Absence, *, at_s: float, **keys
 
 
 def _introductions(setup: Setup, vehicle: str, key: bytes, salt: bytes) -> Introductions:
-    """The introductions of a vehicle in a process of its own."""
     from exchange.wire.definitions import Introductions
 
     tolerance_s, node = setup.scenario.communication.clock_tolerance_s, setup.database[vehicle].node

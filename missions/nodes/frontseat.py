@@ -1,15 +1,14 @@
-"""The frontseat: a real vehicle's own body, clock and modem, in place of those that are simulated.
+"""Frontseat: body, clock and modem of a real vehicle, in place of simulated ones.
 
-The *body* says where it is and goes where it is told; the *clock* says what time it is, and how surely; the *modem* is
-a driver. Whoever has a vehicle writes these in one file, see the how-to on nodes. What the body says is an event with a
-time, and is logged, so the log of a real dive repeats as that of a simulated one does.
+The *body* reports its place and moves to goals, the *clock* reports time and uncertainty, the *modem* is a driver.
+Users with a vehicle implement these in one file (see the how-to on nodes). Fixes of the body are logged events, so the
+log of a real dive can be replayed like a simulated one.
 
-    body    fix  -> where the vehicle is, from the next motion tick on
-            goal <- where to go and how fast, after each tick; to stop if no fix came for ``PATIENCE_S``, or the mission
-                    is over
-    clock   time -> of the mission; its uncertainty grows with the age of the last reading, as the machine's clock
-                    drifts. A vehicle that is not sure to within ``communication.clock_tolerance_s`` says nothing: it
-                    might speak in the slot of another
+    body    fix  -> place of the vehicle from the next motion tick on
+            goal <- place and speed, after each tick; a stop after ``PATIENCE_S`` without a fix, or at mission end
+    clock   time -> of the mission; its uncertainty grows with the age of the last reading, by the drift of the machine
+                    clock. Above ``communication.clock_tolerance_s`` a vehicle does not transmit, since it might use
+                    the slot of another
 """
 
 from __future__ import annotations
@@ -33,21 +32,21 @@ from remoras.vehicle import Vehicle
 from remoras.work import Point
 
 PATIENCE_S = 10.0
-"""A body that has not said for so long where it is (s) is told to stop."""
+"""Time without a fix (s) after which the body is stopped."""
 CRYSTAL = 50e-6
-"""Drift of a machine's own clock (s a second), a common bound for quartz without compensation."""
+"""Drift of a machine clock (s/s), a common bound for uncompensated quartz."""
 _FIX = struct.Struct(">7d")
 
 
 class Fix(NamedTuple):
-    """Where a body is.
+    """Position fix of a body.
 
     Attributes:
         x_m, y_m: east and north of the scenario's origin.
-        heading_rad: 0 along x, counter-clockwise; speed_mps: over ground.
+        heading_rad, speed_mps: heading (0 along x, counter-clockwise) and speed over ground.
         depth_m: below the surface.
-        battery: share that is left, 0..1; NaN if it does not say, then what the scenario's vehicle would use counts.
-        sigma_m: standard deviation of the place on each axis, as the body knows it; sensors state it of what they see.
+        battery: remaining share, 0 to 1; NaN if unknown, then the scenario's consumption counts.
+        sigma_m: standard deviation of the place per axis; sensors report it with their observations.
     """
 
     x_m: float
@@ -60,47 +59,47 @@ class Fix(NamedTuple):
 
     @property
     def data(self) -> bytes:
-        """As logs have it."""
+        """Binary form in logs."""
         return _FIX.pack(*self)
 
     @classmethod
     def of(cls, data: bytes) -> Fix:
-        """What ``data`` is of; raises struct.error if it is of none."""
+        """Parse ``data``; raises struct.error if invalid."""
         return cls(*_FIX.unpack(data))
 
     @property
     def is_sound(self) -> bool:
-        """True if it may be believed: numbers, and a share that is one."""
+        """True for finite numbers, sigma of 0 or more, and battery in [0, 1] or NaN."""
         *place, battery, sigma_m = self
         is_whole = all(map(math.isfinite, (*place, sigma_m))) and sigma_m >= 0.0
         return is_whole and (math.isnan(battery) or 0.0 <= battery <= 1.0)
 
 
 class Goal(NamedTuple):
-    """Where a body is to go; speed 0 is to stop."""
+    """Target of a body; speed 0 stops it."""
 
     target_m: Point
     speed_mps: float
 
 
 class OwnBody(Protocol):
-    """Where it is comes in, where it is to go goes out; all are called from the thread of the node."""
+    """Interface of a real body; all calls come from the thread of the node."""
 
     def fix(self) -> Fix | None:
-        """Where it is, if it has said so since the last call; returns without waiting."""
+        """Return a fix received since the last call, or None, without blocking."""
         ...
 
     def guide(self, target_m: Point, speed_mps: float) -> None:
-        """Go to a place (x east, y north) at a speed; 0: stop. Called at least once a motion tick."""
+        """Go to a place (x east, y north) at a speed; 0 stops. Called at least once per tick."""
         ...
 
     def close(self) -> None:
-        """Let go of it; calling it again does nothing."""
+        """Release the body; a repeated call has no effect."""
         ...
 
 
 class Reading(NamedTuple):
-    """What time it was: UTC as Unix time (s), at a time of ``time.monotonic``; by how much that may be wrong (s)."""
+    """Clock reading: Unix time (s) at a time of ``time.monotonic``, and its uncertainty (s)."""
 
     utc_s: float
     at_s: float
@@ -108,21 +107,18 @@ class Reading(NamedTuple):
 
 
 class UtcClock(Protocol):
-    """A clock of one's own, such as GPS with a pulse per second."""
+    """Interface of a real clock, such as GPS with a pulse per second."""
 
     def reading(self) -> Reading | None:
-        """The newest that it has said; None before the first. Returns without waiting."""
+        """Return the newest reading, without blocking; None before the first."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class Frontseat:
-    """A vehicle's own parts; None where those of the program are to do.
+    """Real parts of a vehicle; None for the default part.
 
-    Attributes:
-        body: where it is, and what moves it.
-        clock: of the vehicle.
-        modem: makes its driver, of the pace by which that waits.
+    ``modem`` creates the driver for a given pace.
     """
 
     body: OwnBody | None = None
@@ -131,14 +127,13 @@ class Frontseat:
 
 
 class Disciplined(Paced):
-    """Time of the mission by a clock of one's own; between its readings that of the machine goes on.
+    """Mission time by a real clock, continued by the machine clock between readings.
 
-    A reading counts if it is surer than what is known by the ones before.
+    A reading counts if it is more certain than the current time. The clock is read on each access.
 
     Args:
-        clock: is read whenever the time is asked for.
-        start_utc_s: when the mission begins, Unix time.
-        until_read: what goes until the first reading, and how fast.
+        start_utc_s: mission start, Unix time.
+        until_read: pace until the first reading; its speed stays.
     """
 
     def __init__(self, clock: UtcClock, start_utc_s: float, until_read: Paced) -> None:
@@ -148,7 +143,7 @@ class Disciplined(Paced):
 
     @property
     def now_s(self) -> float:
-        """Time of the mission (s)."""
+        """Mission time (s)."""
         read = self._clock.reading()
         if read is not None and read.uncertainty_s <= self._unsure_s:
             self._last = read
@@ -157,20 +152,18 @@ class Disciplined(Paced):
 
     @property
     def uncertainty_s(self) -> float:
-        """By how much that may be wrong (s); infinite before the first reading."""
+        """Uncertainty of the mission time (s); infinite before the first reading."""
         return self._unsure_s * self.speed
 
     @property
     def _unsure_s(self) -> float:
-        """The same in seconds of the machine."""
         return self._last.uncertainty_s + CRYSTAL * (time.monotonic() - self._last.at_s)
 
 
 class Steered(Observer):
-    """The body of a vehicle, as its functional layer has it: where it is by the last fix, and where it is to go.
+    """Real body in the functional layer of a vehicle.
 
-    Attributes:
-        goal: where it is to go since the last tick; None before the first one.
+    ``goal`` is the target since the last tick; None before the first.
     """
 
     def __init__(self) -> None:
@@ -181,7 +174,7 @@ class Steered(Observer):
         self._layer: FunctionalLayer | None = None
 
     def on_vehicle(self, vehicle: Vehicle) -> None:
-        """Put the body in the place of the simulated one."""
+        """Replace the simulated body; raises ConfigurationError with current or position drift."""
         layer = vehicle.functional
         if type(layer.guidance) is not Guidance or layer.believed is not layer.motion:
             given = ConfigurationFault(
@@ -196,13 +189,13 @@ class Steered(Observer):
         self._layer = layer
 
     def take(self, fix: Fix) -> None:
-        """Be where the body says from the next tick on."""
+        """Use this fix from the next tick on."""
         self._fix, self._silent_s = fix, 0.0
         if self._layer is not None:
             self._layer.sigma_m = fix.sigma_m
 
     def _go(self, motion: Motion, data: VehicleData, target_m: Point, speed_mps: float, dt_s: float) -> None:
-        """Be where the body is, and note where it is to go; see ``remoras.motion.advance``."""
+        """Replace the motion step (``remoras.motion.advance``): apply the fix and set the goal."""
         self._silent_s += dt_s
         before_m, fix = motion.position_m, self._fix
         if fix is not None:
@@ -221,11 +214,11 @@ class Steered(Observer):
 
 @dataclass(frozen=True, slots=True)
 class Placed:
-    """A fix that came."""
+    """Event: a received fix."""
 
     steered: Steered
     fix: Fix
 
     def act(self, host: object) -> None:
-        """Let the vehicle be there."""
+        """Apply the fix to the vehicle."""
         self.steered.take(self.fix)

@@ -1,17 +1,15 @@
-"""Logs of a node, and how they are played: the same vehicle, the same packets, without a modem.
+"""Logs of a node and their replay: the same vehicle and packets, without a modem.
 
-A log is a text file of one JSON object a line, each written at once:
+A log is a text file with one JSON object per line, flushed to disk line by line:
 
-* ``{"log": "remoras node", "version": ..., "plan": {...}, "began": {...}}`` first, with all that the vehicle follows
-  from, and when its mission began by Unix time;
-* ``{"kind": "salt", ...}`` under a key, with the salt that the process drew;
-* ``{"kind": "sent", "time_s": ..., "data": HEX}`` for a packet of its own, with the time at which its slot opened;
-* ``{"kind": "heard", ...}`` for one of others, with the time at which it was heard, twice for one heard twice;
-* ``{"kind": "fix", ...}`` for where a body of one's own said that it is, see ``missions.nodes.frontseat``;
-* ``{"kind": "lost", ...}`` for one that was drawn to be lost here; playing passes it over;
-* ``{"kind": "back", "time_s": ..., "data": ...}`` where a node that was ended goes on; it was off since the line
-  before. Under a key it has another salt, so that two that go on from copies of one log share none;
-* ``{"kind": "end", "time_s": ..., "state_hash": ...}`` last, unless the node was killed.
+* ``{"log": "remoras node", "version": ..., "plan": {...}, "began": {...}}`` first, with all inputs of the vehicle and
+the start of its mission as Unix time; * ``{"kind": "salt", ...}`` under a key, with the salt of the process; *
+``{"kind": "sent", "time_s": ..., "data": HEX}`` for an own packet, with the start of its slot; * ``{"kind": "heard",
+...}`` for a received packet with its reception time, twice for a duplicate; * ``{"kind": "fix", ...}`` for a fix of a
+real body, see ``missions.nodes.frontseat``; * ``{"kind": "lost", ...}`` for a packet lost here by a draw; a replay
+ignores it; * ``{"kind": "back", "time_s": ..., "data": ...}`` when a terminated node resumes; it was off since the
+previous line. Under a key it has a new salt, so that two nodes resumed from copies of one log share none; * ``{"kind":
+"end", "time_s": ..., "state_hash": ...}`` last, unless the node was killed.
 """
 
 from __future__ import annotations
@@ -38,11 +36,11 @@ from remoras.version import __version__
 FORMAT = "remoras node"
 """Value of ``log`` in the first line."""
 ENDING = ".jsonl"
-"""Ends the name of a log; before it stands that of its vehicle."""
+"""File name suffix of a log, after the vehicle name."""
 
 
 class LineKind(StrEnum):
-    """What a line is about."""
+    """Kinds of lines."""
 
     SALT = "salt"
     SENT = "sent"
@@ -54,7 +52,7 @@ class LineKind(StrEnum):
 
 
 class LogEntry(NamedTuple):
-    """A packet of a log, a fix, or that the vehicle begins or is back with a salt."""
+    """Logged event: a packet, a fix, or a salt at a start or restart."""
 
     kind: LineKind
     time_s: float
@@ -62,7 +60,7 @@ class LogEntry(NamedTuple):
 
 
 def refuse_written(folder: Path, plan: NodePlan) -> Path:
-    """The file that the log of a plan is to be written to; raises OutputError if it is there already."""
+    """Return the log file of a plan; raises OutputError if it exists."""
     path = folder / f"{plan.vehicle}{ENDING}"
     if path.exists():
         raise OutputError(f"{path}: is there already; name another folder by --out")
@@ -70,37 +68,27 @@ def refuse_written(folder: Path, plan: NodePlan) -> Path:
 
 
 class Began(NamedTuple):
-    """When a mission began, by the clock of the machine.
-
-    Attributes:
-        unix_s: by Unix time, which goes on while a machine is off.
-        speed: seconds of the mission in a second.
-    """
+    """Start of a mission by Unix time (s); ``speed`` is in seconds of the mission per second."""
 
     unix_s: float
     speed: float
 
     @classmethod
     def of(cls, pace: Paced) -> Began:
-        """Of a mission that goes by ``time.monotonic``, which begins anew with the machine."""
+        """Convert the start by ``time.monotonic``, which restarts with the machine."""
         return cls(time.time() - (time.monotonic() - pace.start_s), pace.speed)
 
     @property
     def pace(self) -> Paced:
-        """The pace of the mission on the machine as it runs now."""
+        """Pace of the mission by the current ``time.monotonic``."""
         return Paced(time.monotonic() - (time.time() - self.unix_s), self.speed)
 
 
 class NodeLog:
-    """A log that is being written.
+    """Log being written to a new file in ``folder``, named after the vehicle.
 
-    Args:
-        folder: that it is written to, made if it is not there; its name is that of the vehicle.
-        plan: what the vehicle follows from.
-        began: when its mission began, and how fast it goes; None where no machine's time bears on it.
-
-    Raises:
-        OutputError: the file is there already, or cannot be written.
+    ``began`` is None if the node does not run by machine time. Raises OutputError if the file exists or is not
+    writable.
     """
 
     def __init__(self, folder: Path, plan: NodePlan, began: Began | None = None) -> None:
@@ -114,7 +102,7 @@ class NodeLog:
 
     @classmethod
     def going_on(cls, path: Path) -> NodeLog:
-        """A log that is written on, behind its last whole line; raises OutputError if it cannot be."""
+        """Reopen a log after its last complete line; raises OutputError if not writable."""
         log = cls.__new__(cls)
         log.path = path
         try:
@@ -127,11 +115,11 @@ class NodeLog:
         return log
 
     def write(self, entry: LogEntry) -> None:
-        """Add a packet."""
+        """Append an event."""
         self._line({"kind": entry.kind, "time_s": entry.time_s, "data": entry.data.hex()})
 
     def end(self, time_s: float, state_hash: str) -> None:
-        """Say how the node ended."""
+        """Append the end of the node."""
         self._line({"kind": LineKind.END, "time_s": time_s, "state_hash": state_hash})
 
     def close(self) -> None:
@@ -141,18 +129,14 @@ class NodeLog:
     def _line(self, value: dict[str, Any]) -> None:
         self._file.write(json.dumps(value) + "\n")
         self._file.flush()
-        os.fsync(self._file.fileno())  # it outlives a loss of power
+        os.fsync(self._file.fileno())  # survives a loss of power
 
 
 @dataclass(frozen=True, slots=True)
 class Logged:
-    """A log that was read.
+    """Log that was read.
 
-    Attributes:
-        plan: what the vehicle followed from.
-        entries: its packets in order.
-        state_hash: at the end; None for a node that was killed.
-        began: when its mission began; None if the log does not say.
+    ``entries`` are in order. ``state_hash`` is None for a killed node, ``began`` if the log has no start.
     """
 
     plan: NodePlan
@@ -162,17 +146,17 @@ class Logged:
 
     @property
     def salts(self) -> list[bytes]:
-        """Of its packets in each of its lives, under a key."""
+        """Salts of the incarnations, under a key."""
         return [entry.data for entry in self.entries if entry.kind in (LineKind.SALT, LineKind.BACK)]
 
     @property
     def last_s(self) -> float:
-        """When the last of its lines happened (s)."""
+        """Time of the last event (s)."""
         return max((entry.time_s for entry in self.entries), default=self.plan.begins_s)
 
     @property
     def pauses(self) -> list[Pause]:
-        """When it was off, from just after the line before it went on."""
+        """Periods without the process, from just after the previous line."""
         found, last_s = [], self.plan.begins_s
         for entry in self.entries:
             if entry.kind is LineKind.BACK:
@@ -181,16 +165,12 @@ class Logged:
         return found
 
     def of(self, kind: LineKind) -> list[LogEntry]:
-        """Its lines of a kind."""
+        """Return the events of a kind."""
         return [entry for entry in self.entries if entry.kind is kind]
 
 
 def read_log(path: Path) -> Logged:
-    """The log of a file; a last line that a killed node has not finished is passed over.
-
-    Raises:
-        ConfigurationError: it cannot be read, or is no log.
-    """
+    """Read a log, without an incomplete last line; raises ConfigurationError if invalid."""
     lines = text_of(path).split("\n")
     unfinished = lines.pop()
     if not lines:
@@ -234,13 +214,12 @@ def _no_log(path: Path, number: int, line: str) -> ConfigurationError:
 
 @dataclass(frozen=True, slots=True)
 class Played:
-    """What came of playing a log.
+    """Result of a replay.
 
     Attributes:
-        vehicle: its name.
         packets_sent, packets_heard: in the log.
         state_hash: of the world model at the end.
-        difference: the first packet that differs, or the state at the end, in words; empty if all is the same.
+        difference: first different packet, or final state, as text; empty if equal.
     """
 
     vehicle: str
@@ -251,10 +230,9 @@ class Played:
 
 
 def play(log: Logged) -> Played:
-    """Let the vehicle of a log hear again what it heard, and compare what it says.
+    """Replay the received packets of a log and compare the sent ones.
 
-    Raises:
-        ConfigurationError: this version cannot read the scenario in the log.
+    Raises ConfigurationError if this version cannot read the scenario in the log.
     """
     plan, solo = log.plan, _hearing(log, log.pauses).solo
     heard, logged = log.of(LineKind.HEARD), log.of(LineKind.SENT)
@@ -268,19 +246,12 @@ def play(log: Logged) -> Played:
 
 
 def gone_on(path: Path, plan: NodePlan) -> tuple[LoneVehicle, NodeLog, Paced]:
-    """A vehicle whose process was ended, as it goes on now: with all it knew and had told until its last line.
+    """Resume a terminated vehicle from its log, in the state of its last line.
 
-    Its body is where that of its log is: off since the last line, and back now, in the next epoch.
+    Its absence ends now, and the next epoch starts. ``plan`` must equal that of the log, except start and epoch.
 
-    Args:
-        path: its log, which is written on.
-        plan: what is asked for now; all but when it begins has to be that of the log.
-
-    Returns:
-        The vehicle, its log, and the pace of its mission.
-
-    Raises:
-        ConfigurationError: the log is of another plan, is complete, has no start, or does not repeat.
+    Returns the vehicle, its reopened log and the pace of its mission. Raises ConfigurationError if the log has another
+    plan, an end, no start, or is not reproduced.
     """
     log = read_log(path)
     if replace(log.plan, begins_s=0.0, epoch=plan.epoch) != replace(plan, begins_s=0.0):
@@ -300,7 +271,7 @@ def gone_on(path: Path, plan: NodePlan) -> tuple[LoneVehicle, NodeLog, Paced]:
 
 
 def back(log: Logged, now_s: float) -> tuple[LoneVehicle, str]:
-    """The vehicle of a log that has no end, back at a time (s); and where the log is not repeated, in words."""
+    """Return the vehicle of an unfinished log, restarted at ``now_s`` (s), and a difference."""
     off_s = just_after(log.last_s)
     own = _hearing(log, [*log.pauses, (off_s, now_s)])
     difference = next(_differences(log.of(LineKind.SENT), own.solo.advance(off_s)), "")
@@ -310,7 +281,7 @@ def back(log: Logged, now_s: float) -> tuple[LoneVehicle, str]:
 
 
 def _hearing(log: Logged, pauses: Sequence[Pause]) -> LoneVehicle:
-    """The vehicle of a log, which is to hear what it heard."""
+    """Return the vehicle of a log with its received packets and fixes scheduled."""
     own = alone(log.plan, log.salts, pauses)
     for entry in log.entries:
         if entry.kind is LineKind.HEARD:
@@ -325,7 +296,7 @@ def _cannot(path: Path, why: str, allowed: str) -> ConfigurationError:
 
 
 def _differences(logged: list[LogEntry], said: list[Sent]) -> Iterator[str]:
-    """Packets that differ, in words."""
+    """Yield the differences between logged and sent packets, as text."""
     for number, (old, new) in enumerate(zip(logged, said, strict=False), start=1):
         data = new.packet.data
         if (old.time_s, old.data) != (new.time_s, data):

@@ -1,4 +1,4 @@
-"""A vehicle by itself, a driver and a pace: it speaks in its slots and hears what the driver gives, until its end."""
+"""Node: one vehicle with a driver and a pace, until the end of its plan."""
 
 from __future__ import annotations
 
@@ -16,30 +16,23 @@ from remoras.solo import just_after
 from remoras.vehicle import Vehicle
 
 DOUBLES = 40
-"""`trial` of the draws that say which packets a receiver hears twice; those of losses are 0, as in a run."""
+"""`trial` of the draws of duplicated packets; those of losses use 0, as in a run."""
 
 
 @dataclass(frozen=True, slots=True)
 class Mishaps:
-    """What befalls packets at a receiver, beside what their way does to them.
+    """Random loss and duplication at a receiver, in addition to the channel.
 
-    A draw is a pure function of seed, slot, sender and receiver. Those of losses are the draws of the channel
-    ``bernoulli``: a fleet in one process loses the same packets at the same rate.
-
-    Attributes:
-        p_lost: share of the packets that is lost; p_doubled: share of the others that is heard twice.
+    A draw is a pure function of seed, slot, sender and receiver. Losses use the draws of the channel ``bernoulli``, so
+    a simulated fleet loses the same packets at the same rate. ``p_doubled`` is a share of the packets that are not
+    lost.
     """
 
     p_lost: float = 0.0
     p_doubled: float = 0.0
 
     def copies(self, seed: int, slot: int, sender: int, receiver: int) -> int:
-        """How often a packet is heard: 0, 1 or 2.
-
-        Args:
-            seed: root of all draws.
-            slot: in which it was sent; sender, receiver: nodes.
-        """
+        """Return the number of copies received: 0, 1 or 2."""
         if loss.uniform(seed, 0, slot, sender, receiver) < self.p_lost:
             return 0
         return 2 if loss.uniform(seed, DOUBLES, slot, sender, receiver) < self.p_doubled else 1
@@ -47,19 +40,18 @@ class Mishaps:
 
 @dataclass(frozen=True, slots=True)
 class NodeOutcome:
-    """What came of a node.
+    """Final state of a node.
 
     Attributes:
-        vehicle: its name; time_s: time of the mission at its end.
-        packets_sent, packets_heard: of its own and of others; those that were heard and not taken are packets_refused.
-        packets_lost, packets_doubled: drawn at this receiver.
-        items: that it holds; open: those that it takes somebody to lack.
-        digest: highest contiguous sequence and mask of those above, by the name of the origin, ``.eN`` behind it in
-            later epochs.
-        state_hash: equal if, and only if, vehicles hold the same items.
-        is_alive: True while it has energy and no fault has taken it away.
-        late_s: by how much it was behind its pace at most (s of the mission).
-        packets_withheld: of its own that were not sent, since its clock was not sure enough.
+        time_s: mission time at the end.
+        packets_refused: received but rejected.
+        packets_lost, packets_doubled: by draws at this receiver.
+        items, open: stored items, and outstanding ones.
+        digest: highest contiguous sequence and mask of later ones, by origin, with suffix ``.eN`` for later epochs.
+        state_hash: equal only for equal items.
+        is_alive: has energy and is not removed by a fault.
+        late_s: maximum delay behind the pace (s of the mission).
+        packets_withheld: not sent because of clock uncertainty.
     """
 
     vehicle: str
@@ -79,16 +71,10 @@ class NodeOutcome:
 
 
 class VehicleNode:
-    """One vehicle that speaks and hears through a driver.
+    """Vehicle that exchanges packets through a driver.
 
-    Args:
-        own: its vehicle.
-        driver: carries its packets; closed with the node.
-        pace: what time of the mission it is.
-        log: takes every packet with its time; None for no log.
-        mishaps: drawn for each packet that is heard.
-        body: of the vehicle, if it is one of its own, as the plan says; closed with the node.
-        witness: is told the vehicle and the time whenever something may have become of it.
+    It owns and closes ``driver``, ``log`` and ``body``. ``body`` requires a steered plan. ``witness`` is called with
+    vehicle and time after each step.
     """
 
     def __init__(
@@ -116,11 +102,11 @@ class VehicleNode:
 
     @property
     def next_s(self) -> float:
-        """When something happens next that is not heard (s)."""
+        """Time of the next event except receptions (s)."""
         return self.solo.next_s
 
     def run(self) -> NodeOutcome:
-        """Go on until the end of the plan, and close the driver."""
+        """Run until the end of the plan; close driver, body and log."""
         try:
             while self.next_s < self._plan.end_s:
                 self.step()
@@ -137,7 +123,7 @@ class VehicleNode:
                 self._log.close()
 
     def step(self) -> None:
-        """Hear what there is to hear, and do what is due next, or wait for either."""
+        """Process received packets and the next due event, or wait for either."""
         due_s = self.next_s
         for heard in self._driver.receive(due_s):
             self._hear(heard)
@@ -150,7 +136,7 @@ class VehicleNode:
             self._advance(just_after(due_s))
 
     def outcome(self) -> NodeOutcome:
-        """What has come of it so far."""
+        """Return the current state."""
         vehicle, names = self.solo.vehicle, self._setup.database.names
         model = vehicle.beliefs.model
         digest = {
@@ -183,7 +169,7 @@ class VehicleNode:
             self._note(LineKind.HEARD, self.solo.hear(heard.data, heard.time_s), heard.data)
 
     def _copies(self, heard: TimedPacket) -> int:
-        """How often a packet is heard; one whose head cannot be read once, so that it is refused and counted."""
+        """Return the number of copies; 1 for an unreadable packet, which is then rejected."""
         try:
             head = self._setup.codec.head(heard.data)
         except PeerFault:
@@ -193,7 +179,6 @@ class VehicleNode:
         return self._mishaps.copies(self._plan.seed, slot, head.sender, self.solo.vehicle.data.node)
 
     def _find(self, body: OwnBody, now_s: float) -> None:
-        """Take in where the body is."""
         fix = body.fix()
         if fix is not None and fix.is_sound and self._steered is not None:
             self._note(LineKind.FIX, self.solo.note(Placed(self._steered, fix), now_s), fix.data)

@@ -1,14 +1,14 @@
-"""A ROS 2 graph beside a node: where a body is comes in, where it is to go goes out; or a simulated body is told.
+"""ROS 2 interface of a node: a real body in the graph, or publication of a simulated one.
 
-Topics stand below the vehicle's name (``/auv00/odometry``). Frames are those of REP 103: x east, y north, z up;
-headings count from east, counter-clockwise.
+Topics are below the vehicle name (``/auv00/odometry``). Frames follow REP 103: x east, y north, z up; headings count
+from east, counter-clockwise.
 
-    odometry    nav_msgs/Odometry           where the body is, and how surely; in (--ros body), or out (--ros tell)
-    goal_pose   geometry_msgs/PoseStamped   where it is to go; out, after each tick
-    goal_speed  std_msgs/Float64            how fast (m/s); 0 is to stop
+    odometry    nav_msgs/Odometry           place of the body and covariance; in (--ros body) or out (--ros tell)
+    goal_pose   geometry_msgs/PoseStamped   target; out, after each tick
+    goal_speed  std_msgs/Float64            speed (m/s), 0 to stop; out
 
-``rclpy`` and its messages come with an installation of ROS 2 and with no package index, so they are loaded here, when
-they are asked for. Calls are those of rclpy at commit ba72a01 (December 2024).
+``rclpy`` comes with a ROS 2 installation, not from a package index, so it is imported on use. Calls follow rclpy at
+commit ba72a01 (December 2024).
 """
 
 from __future__ import annotations
@@ -25,21 +25,16 @@ from remoras.vehicle import Vehicle
 from remoras.work import Point
 
 KEPT = 10
-"""Messages of a topic that wait for whoever is slower."""
+"""Queue depth of a topic."""
 FRAME = "map"
 MOST_AT_ONCE = 64
-"""Messages that one look takes."""
+"""Maximum number of messages per call."""
 
 
 class RosShare:
-    """A vehicle's topics: a body as a node takes it, or a witness of a simulated one.
+    """Topics of a vehicle: its real body, or publisher of a simulated one.
 
-    Args:
-        vehicle: its name.
-        is_body: whether the body is that of the graph.
-
-    Raises:
-        ConfigurationError: there is no ROS 2 here.
+    Raises ConfigurationError without ROS 2.
     """
 
     def __init__(self, vehicle: str, is_body: bool) -> None:
@@ -80,7 +75,7 @@ class RosShare:
         self._n_heard += 1
 
     def fix(self) -> Fix | None:
-        """Where the body is, if the graph has said so since the last call."""
+        """Return the last fix received since the last call."""
         for _ in range(MOST_AT_ONCE if self._node is not None else 0):
             before = self._n_heard
             self._rclpy.spin_once(self._node, timeout_sec=0.0)
@@ -90,7 +85,7 @@ class RosShare:
         return fix
 
     def guide(self, target_m: Point, speed_mps: float) -> None:
-        """Say where to go and how fast; to stop at speed 0."""
+        """Publish target and speed; 0 stops the body."""
         if self._node is not None:
             pose, number = self._pose(), self._number()
             self._stamp(pose.header)
@@ -101,7 +96,7 @@ class RosShare:
             self._speed.publish(number)
 
     def witness(self, vehicle: Vehicle, now_s: float) -> None:
-        """Say where a simulated vehicle is, once for each time of the mission."""
+        """Publish the place of a simulated vehicle, once per mission time."""
         if self._node is not None and now_s > self._told_s:
             self._told_s = now_s
             layer, motion, message = vehicle.functional, vehicle.functional.motion, self._odometry()
@@ -118,7 +113,7 @@ class RosShare:
         header.stamp = self._node.get_clock().now().to_msg()
 
     def close(self) -> None:
-        """Leave the graph; calling it again does nothing."""
+        """Leave the graph; a repeated call has no effect."""
         if self._node is not None:
             self._node.destroy_node()
             self._node = None

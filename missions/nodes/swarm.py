@@ -1,7 +1,7 @@
 """Swarm: one process per vehicle.
 
-First line in: the job. First line out: the port that it listens on. Second line in: ports of the others, and when the
-mission begins. Last line out: the outcome, or the fault that ended it.
+A process reads its job (first line), prints its port, reads the ports of the others and the mission start, and prints
+its outcome or a fault (last line).
 """
 
 from __future__ import annotations
@@ -33,14 +33,14 @@ LOOPBACK = "127.0.0.1"
 
 @dataclass(frozen=True, slots=True)
 class NodeJob:
-    """What the process of one vehicle is to do.
+    """Job of the process of one vehicle.
 
     Attributes:
-        plan: of its vehicle, as JSON.
-        port: to listen on, 0 for any; speed: seconds of the mission in a second.
-        p_lost, p_doubled: shares of packets that are lost, and heard twice.
-        out: folder for its log; empty for none.
-        folders: where named plug-ins may lie.
+        plan: ``NodePlan`` as JSON.
+        port: UDP port, 0 for a free one.
+        speed: seconds of the mission per second.
+        out: folder of its log; empty for none.
+        folders: search path of plug-ins.
     """
 
     plan: dict[str, Any]
@@ -53,7 +53,7 @@ class NodeJob:
 
 
 def work(job: NodeJob) -> dict[str, Any]:
-    """Be the vehicle of a job until its end; returns its outcome."""
+    """Run the vehicle of a job until its end; return its outcome."""
     plan = NodePlan(**job.plan)
     own = alone(plan)
     port = Socket((LOOPBACK, job.port))
@@ -66,12 +66,12 @@ def work(job: NodeJob) -> dict[str, Any]:
 
 
 def say(value: dict[str, Any]) -> None:
-    """Print one line."""
+    """Print a JSON line."""
     print(json.dumps(value), flush=True)
 
 
 def main() -> None:
-    """Do the job that the standard input gives."""
+    """Run the job read from standard input."""
     job = NodeJob(**json.loads(sys.stdin.readline()))
     look_in(job.folders)
     try:
@@ -87,24 +87,23 @@ if __name__ == "__main__":
 
 
 LEAD_S = 0.3
-"""Seconds from the word to begin to the begin: all have read it by then."""
+"""Time between start message and mission start (s), for all processes to read it."""
 PATIENCE_S = 5.0
-"""How long a process that was asked to end may take."""
+"""Time to terminate before a process is killed (s)."""
 
 
 class SwarmError(MissionsError):
-    """A vehicle could not begin."""
+    """A vehicle could not start."""
 
 
 @dataclass(frozen=True, slots=True)
 class Swarm:
-    """What came of a swarm.
+    """Result of a swarm.
 
     Attributes:
-        scenario: its name.
-        vehicles: outcomes of those that came to their end, as JSON, in the order of the nodes.
-        ended: why each of the others did not, by name.
-        equal: True if all that are alive hold the same items.
+        vehicles: outcomes of completed vehicles, in node order.
+        ended: reasons of the others, by name.
+        equal: True if all live vehicles hold equal items.
     """
 
     scenario: str
@@ -114,11 +113,7 @@ class Swarm:
 
 
 class Processes:
-    """The processes of a swarm.
-
-    Args:
-        jobs: of each, by the name of its vehicle.
-    """
+    """Processes of a swarm, by vehicle name."""
 
     def __init__(self, jobs: dict[str, NodeJob]) -> None:
         self._jobs = jobs
@@ -147,20 +142,19 @@ class Processes:
 
     @property
     def pids(self) -> dict[str, int]:
-        """Numbers of the processes by vehicle."""
+        """Process ids, by vehicle."""
         return {name: process.pid for name, process in self._running.items()}
 
     def begin(self) -> None:
-        """Start all of them, tell each where the others are, and agree on when the mission begins.
+        """Start all processes and send them the peers' ports and the mission start.
 
-        Raises:
-            SwarmError: one could not begin.
+        Raises SwarmError if a process could not start.
         """
         environment = {
             **os.environ,
             "PYTHONPATH": os.pathsep.join(sys.path),
             SAFE_PATH: "1",
-        }  # modules are found where this one finds them
+        }  # same module search path as this process
         for name, job in self._jobs.items():
             self._running[name] = subprocess.Popen(
                 [sys.executable, "-c", f"from {MODULE} import main; main()"],
@@ -182,7 +176,7 @@ class Processes:
             self._tell(name, {"start_s": start_s, "ports": others})
 
     def outcomes(self) -> list[dict[str, Any]]:
-        """Wait until all have ended; outcomes of those that came to their end."""
+        """Wait for all processes; return the outcomes of the completed ones."""
         found = []
         for name, process in self._running.items():
             said = self._said(name)
@@ -195,13 +189,13 @@ class Processes:
 
     def _tell(self, name: str, value: dict[str, Any]) -> None:
         stdin = self._running[name].stdin
-        with suppress(OSError):  # one that has ended is told of when it is asked
+        with suppress(OSError):  # ``_said`` reports a process that has ended
             assert stdin is not None
             stdin.write(json.dumps(value) + "\n")
             stdin.flush()
 
     def _said(self, name: str) -> dict[str, Any]:
-        """The next line of a process; empty if it has ended without one."""
+        """Read a line of a process; empty if it ended."""
         stdout = self._running[name].stdout
         assert stdout is not None
         line = stdout.readline()
@@ -221,19 +215,17 @@ def swarm(
     first_port: int = 0,
     begun: Callable[[dict[str, int]], None] = lambda pids: None,
 ) -> Swarm:
-    """Run vehicles in processes of their own, on this machine, and wait for their end.
+    """Run vehicles in separate processes on this machine, and wait for their end.
 
     Args:
-        scenario: its name.
-        plans: of the vehicles, in the order of the nodes.
-        speed: seconds of the mission in a second.
-        lost_and_doubled: shares of packets that each receiver loses, and of the others that it hears twice.
-        out: folder for the logs.
-        first_port: of the first vehicle, the next ones follow; 0 for any that are free.
-        begun: is told the numbers of the processes once the mission begins.
+        plans: in node order.
+        speed: seconds of the mission per second.
+        lost_and_doubled: share of packets that a receiver loses, and share of the others that it receives twice.
+        out: folder of the logs; None for none.
+        first_port: port of the first vehicle, followed by the others; 0 for free ports.
+        begun: called with the process ids at the start of the mission.
 
-    Raises:
-        SwarmError: a vehicle could not begin.
+    Raises SwarmError if a vehicle could not start.
     """
     folder = "" if out is None else str(out)
     jobs = {
