@@ -1,4 +1,4 @@
-"""Benchmark: one strategy placed among others, on a suite of cases that stays as it is.
+"""Benchmark: comparison of a strategy with others on a fixed suite of cases.
 
 >>> from missions.benchmark import suite_named
 >>> len(suite_named("fathom-1").cells)

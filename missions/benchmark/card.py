@@ -1,7 +1,7 @@
-"""Card: what a benchmark says in a file, so that others can cite it, check it and repeat it.
+"""Result card: a citable, verifiable file of a benchmark.
 
-It has the digests of suite and code, and every run. The same runs give the same bytes, however often they were
-interrupted; what depends on the machine is not in it.
+It contains the digests of suite and code, and every run. Equal runs give equal bytes, interrupted or not; nothing in it
+depends on the machine.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from missions.sweeps.worker import run_task
 
 CARD = "card.json"
 COLUMNS = ("repeat", "seed", "bound_s", "time_s", "completed", "n_bytes", "wrong_belief_fraction", "failed", "silenced")
-"""What a card says of each run, in this order."""
+"""Columns of a run in a card, in this order."""
 LEAST_DRAWN = 10
-"""Runs that a verifier makes again at least."""
+"""Minimum number of runs that a verifier repeats."""
 
 
 def card_of(contest: Contest, scored: Sequence[Scored]) -> dict[str, Any]:
-    """The card of strategies that were run."""
+    """Return the card of completed strategies."""
     codes = [code_of(contest, place) for place in range(len(scored))]
     return _card(contest.suite, contest.repeats, version(), scored, codes)
 
@@ -63,7 +63,7 @@ def _card(suite: Suite, repeats: int, made_by: str, scored: Sequence[Scored], co
 
 
 def figures(strategy: Scored, suite: Suite) -> dict[str, Any]:
-    """All that follows from the runs of a strategy."""
+    """Return all values derived from the runs of a strategy."""
     alike, *others = (network.name for network in suite.file.network)
     shapes = {other: strategy.difference(other, alike) for other in others}
     return {
@@ -83,13 +83,13 @@ def figures(strategy: Scored, suite: Suite) -> dict[str, Any]:
 
 
 def code_of(contest: Contest, place: int) -> str:
-    """Digest of what makes the runs of a strategy: this program, and the strategy's own sources."""
+    """Return the digest of the code behind the runs: this program and the strategy's sources."""
     study, number, _ = contest.suite.place(0, 0, place, len(contest.strategies))
     return short(fingerprint([contest.studies[study].configurations[number].scenario.model_dump(mode="json")]))
 
 
 def card_text(card: Mapping[str, Any]) -> str:
-    """A card as its file has it: a line for the runs of each cell."""
+    """Return the text of a card, with one line for the runs of each cell."""
     head, between = json.dumps({**card, "strategies": None}, indent=1, allow_nan=False), ",\n"
     entries = []
     for strategy in card["strategies"]:
@@ -100,10 +100,9 @@ def card_text(card: Mapping[str, Any]) -> str:
 
 
 def read_card(path: Path, suite: Suite) -> dict[str, Any]:
-    """A card of a suite, in which each entry is the one that its runs give.
+    """Read a card and check that all values follow from its runs.
 
-    Raises:
-        OutputError: there is none, it is damaged or altered, has a key that no card has, or is of another suite.
+    Raises OutputError if it is missing, damaged, altered, has unknown keys or is of another suite.
     """
     try:
         card: dict[str, Any] = json.loads(text_of(path))
@@ -126,7 +125,7 @@ def read_card(path: Path, suite: Suite) -> dict[str, Any]:
 
 
 def _compare(path: Path, prefix: str, found: Mapping[str, Any], expected: Mapping[str, Any]) -> None:
-    """Refuse keys that no card has, and values that do not follow from the runs and the suite."""
+    """Refuse unknown keys and values that differ from the expected ones."""
     for key in found:
         if key not in expected:
             raise OutputError(f"{path}: {prefix}{key}: unknown key; allowed: {', '.join(expected)}")
@@ -137,10 +136,9 @@ def _compare(path: Path, prefix: str, found: Mapping[str, Any], expected: Mappin
 
 
 def read_strategies(card: Mapping[str, Any]) -> list[Scored]:
-    """The strategies of a card with their runs.
+    """Return the strategies of a card with their runs.
 
-    Raises:
-        ValueError, KeyError, TypeError: something is missing.
+    Raises ValueError, KeyError or TypeError if the card is incomplete.
     """
     cells = [Cell(*cell) for cell in card["cells"]]
     return [
@@ -158,13 +156,13 @@ def read_strategies(card: Mapping[str, Any]) -> list[Scored]:
 
 @dataclass(frozen=True)
 class Verification:
-    """Check of a card by runs that the verifier draws.
+    """Verification of a card by repeated runs.
 
     Attributes:
-        seed: of the draw.
-        n_runs: of the card.
-        other_code: of each strategy whose runs other code has made: its digest there, and here.
-        runs: the drawn runs are made again while this is read: for each its name, and what is other now, or nothing.
+        seed: of the draw of runs.
+        n_runs: number of runs in the card.
+        other_code: digest in the card and here, by strategy with different code.
+        runs: name of each drawn run, and its differences or ""; iteration repeats the runs.
     """
 
     seed: int
@@ -174,17 +172,10 @@ class Verification:
 
 
 def verify_card(path: Path, suite: Suite, seed: int, count: int | None = None) -> Verification:
-    """Draw runs of a card to make again.
+    """Draw runs of a card to repeat.
 
-    Args:
-        path: of the card.
-        suite: that it has to be of.
-        seed: of the draw; whoever made the card cannot know it.
-        count: of runs; a tenth if left out, and ten at least.
-
-    Raises:
-        OutputError: it is no card of the suite, or was altered.
-        PluginError: a strategy cannot be had.
+    ``seed`` must be unknown to the author of the card. ``count`` is by default a tenth of the runs, at least ten.
+    Raises OutputError for an altered card or one of another suite, PluginError for an unavailable strategy.
     """
     card = read_card(path, suite)
     strategies = read_strategies(card)

@@ -1,12 +1,13 @@
-"""The fleet of a benchmark suite as a PettingZoo ``ParallelEnv``: one agent per vehicle, one step per TDMA frame.
+"""Fleet of a benchmark suite as a PettingZoo ``ParallelEnv``: one agent per vehicle.
 
-All vehicles that divide jobs are asked together at the end of a frame: their rounds of consultation begin, and each
-pauses as a *greenlet* where its negotiator is asked. Nobody hears in between, so the run is the same as without pauses.
+A step is one TDMA frame. All vehicles that divide jobs are queried together at its end: their consultation rounds
+start, and each pauses as a *greenlet* where its negotiator is called. There is no reception in between, so pauses do
+not change the run.
 
-An observation follows from one ``Situation``, that is, from what the vehicle itself knows. A row of ``jobs`` is a role
-with a job, in the order of the names of the jobs; a row of ``peers`` is another vehicle that can play such a role, in
-the order of the nodes. Missing rows, and jobs that the vehicle does not know of, are 0. Action 0 states nothing,
-``TAKE + n`` takes the job of row n, ``LEAVE + n`` leaves it, ``AGAIN + n`` repeats that the vehicle has it.
+An observation depends on one ``Situation``: the knowledge of the vehicle itself. A row of ``jobs`` is a role with a
+job, in the order of job names; a row of ``peers`` is another vehicle that can play such a role, in node order. Missing
+rows and unknown jobs are 0. Action 0 sends nothing, ``TAKE + n`` takes the job of row n, ``LEAVE + n`` releases it,
+``AGAIN + n`` repeats the claim to it.
 """
 
 from __future__ import annotations
@@ -45,26 +46,35 @@ OWN = (
     "x_m", "y_m", "transit_mps", "survey_mps", "energy_share", "n_held", "free_after_s", "now_s", "round", "place",
     "n_members", "is_head", "n_unfinished", "rally_x_m", "rally_y_m",
 )  # fmt: skip
-"""Of the vehicle: position; speeds by its data; share of its energy, 1 where it is enough; jobs that it holds, and time
-to finish them; time; number of the TDMA frame; its place among the members, and their number; whether it leads them;
-jobs not known to be done; the meeting place from here, 0 without one."""
+"""Features of the vehicle, in ``own``.
+
+Position; nominal speeds; energy share, 1 if sufficient; number of held jobs, and time to finish them (s); time (s);
+frame number; index among the members, and their number; True for the leader; number of jobs not known as done; rally
+point relative to here, 0 without one.
+"""
 JOB = (
     "known", "done", "open", "own", "n_others", "room", "share_left", "x_m", "y_m", "done_after_s", "holder_age_s",
 )  # fmt: skip
-"""Of each job: known to exist; known to be done; may be begun; held by this vehicle; other holders; room for another;
-share left; its place from here; time to finish it if this vehicle did it next, 0 where it may not take it; age of the
-last packet of another holder, 0 without one."""
+"""Features of each job, in ``jobs``.
+
+Known; known as done; may start; held by this vehicle; number of other holders; has a vacancy; remaining share; place
+relative to here; time to finish if taken next (s), 0 if not allowed; age of the last packet of another holder (s), 0
+without one.
+"""
 PEER = (
     "known", "member", "word_age_s", "x_m", "y_m", "n_held", "job", "loss_from", "loss_to", "n_unheard", "call",
 )  # fmt: skip
-"""Of each peer: exists; known to be a member of the group; age of its last packet, since the start without one; last
-known position from here; jobs that it holds, and the row of the first, -1 without one; estimated loss of the links from
-and to it; roles given to it that it has not acknowledged; how dissatisfied it is."""
+"""Features of each peer, in ``peers``.
+
+Exists; known member of the group; age of its last packet (s), since the start without one; last known position relative
+to here; number of held jobs, and row of the first, -1 without one; estimated loss from and to it; number of
+unacknowledged assignments to it; its dissatisfaction.
+"""
 BOXES: dict[str, spaces.Box] = {
     "own": spaces.Box(-np.inf, np.inf, (len(OWN),), np.float64),
     "jobs": spaces.Box(-np.inf, np.inf, (MOST_JOBS, len(JOB)), np.float64),
     "peers": spaces.Box(-np.inf, np.inf, (MOST_PEERS, len(PEER)), np.float64),
-    "action_mask": spaces.Box(0, 1, (N_ACTIONS,), np.int8),  # 1: sensible by the beliefs of the vehicle
+    "action_mask": spaces.Box(0, 1, (N_ACTIONS,), np.int8),  # 1: valid by the beliefs of the vehicle
 }
 SPACE = spaces.Dict({**BOXES})
 Sight: TypeAlias = "dict[str, npt.NDArray[Any]]"
@@ -72,17 +82,16 @@ Infos: TypeAlias = dict[str, dict[str, Any]]
 
 
 class FleetEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's classes have no types of ours
-    """The fleet of a suite's runs on the split ``dev``.
+    """Fleet in runs of a suite (shipped name or TOML file) on the split ``dev``.
 
-    An agent with nothing to decide observes 0 everywhere and may take action 0 alone. It is terminated once its vehicle
-    is lost for good; all are once the mission is complete, and truncated once its time is over. ``infos`` say whether
-    the action was refused, and at the end ``completed`` and ``efficiency``.
-
-    Args:
-        name_or_path: a shipped suite, or a TOML file.
+    An agent without a decision observes 0 and may take action 0 only. It terminates when its vehicle is permanently
+    lost; all terminate when the mission completes and are truncated at the time limit. ``infos`` report a refused
+    action and, at the end, ``completed`` and ``efficiency``.
 
     Attributes:
-        fleet: of the run; dividing: vehicles that divide jobs in it; bound_s: lower bound on its mission time (s).
+        fleet: of the current run.
+        dividing: its vehicles that divide jobs.
+        bound_s: lower bound of its mission time (s).
     """
 
     def __init__(self, name_or_path: str) -> None:
@@ -103,24 +112,23 @@ class FleetEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's classes have 
         self.action_spaces = {agent: spaces.Discrete(N_ACTIONS) for agent in self.possible_agents}
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
-        """The same for all agents."""
+        """Return the space, common to all agents."""
         return SPACE
 
     def action_space(self, agent: str) -> spaces.Space[Any]:
-        """Numbers of actions; ``sample(mask=...)`` takes the ``action_mask`` of an observation."""
+        """Return the action numbers; ``sample(mask=...)`` accepts ``action_mask`` of an observation."""
         return self.action_spaces[agent]
 
     def reset(
         self, seed: int | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[dict[str, Sight], Infos]:
-        """Begin a run of the suite.
+        """Start a run of the suite.
 
         Args:
-            seed: of the draws of cells and repeats; without it the next draw.
-            options: ``cell``, the name of a cell, and ``repeat``, the number of one, instead of a draw.
+            seed: of the draws of cell and repeat; None for the next draw.
+            options: ``cell`` (name) and ``repeat`` (number) instead of a draw.
 
-        Raises:
-            OutputError: there is no such cell or repeat, or vehicles do not consult together.
+        Raises OutputError for an unknown cell or repeat, or vehicles without common frames.
         """
         self.close()
         suite, labels = self.suite, [cell.label for cell in self.suite.cells]
@@ -147,10 +155,9 @@ class FleetEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's classes have 
     def step(
         self, actions: Mapping[str, Any]
     ) -> tuple[dict[str, Sight], dict[str, float], dict[str, bool], dict[str, bool], Infos]:
-        """Let the agents act, an agent without an action state nothing, and the run go on to the end of the next frame.
+        """Apply the actions and run to the end of the next frame; a missing action is 0.
 
-        Returns:
-            Observations, rewards, whether each agent is terminated, or truncated, and infos.
+        Returns observations, rewards, terminations, truncations and infos.
         """
         if not self.agents:
             return {}, {}, {}, {}, {}
@@ -160,7 +167,9 @@ class FleetEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's classes have 
         allowed = {a: n for a, n in taken.items() if self.action_spaces[a].contains(n) and masks[a][n]}
         self._go_on(allowed)
         is_over, completed = not fleet.running, bool(fleet.completed)
-        now_s = fleet.ended_s if is_over else (fleet.n_ticks - 2) * fleet.tick_s  # of the last tick, as the goal is
+        now_s = (
+            fleet.ended_s if is_over else (fleet.n_ticks - 2) * fleet.tick_s
+        )  # time of the last tick, as for the goal
         reward = -(1.0 - fleet.truth.goal_fraction) * (now_s - self._now_s) / self.bound_s
         self._now_s = now_s
         infos: Infos = {agent: {"refused": agent not in allowed} for agent in agents}
@@ -193,7 +202,7 @@ class FleetEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's classes have 
         self._run.switch()
 
     def consult(self, vehicle: Vehicle, now_s: float) -> bool:
-        """Let a vehicle consult; the first of a frame begins the rounds of all and waits for the actions."""
+        """Run a consultation; the first of a frame starts all rounds and waits for the actions."""
         if not self._rounds:
             for other in self.fleet.vehicles:
                 round_ = greenlet(partial(Vehicle.consult, other))
@@ -204,7 +213,7 @@ class FleetEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's classes have 
         return bool(changed if round_.dead else round_.switch())
 
     def negotiate(self, me: str, group: Group, situation: Situation) -> Move:
-        """Wait for the action of a vehicle in its round, and state it."""
+        """Wait for the action of a vehicle in its round, and return its statement."""
         self._asked[me] = observation(me, group, situation)
         run = getcurrent().parent
         assert run is not None
@@ -244,19 +253,19 @@ class _Negotiator:
 
 
 def jobs_of(group: Group) -> list[RoleSpecification]:
-    """Roles of a group that have jobs, a row of ``jobs`` each."""
+    """Return the roles with jobs of a group, one per row of ``jobs``."""
     return sorted((role for role in group.roles if role.job), key=lambda role: (role.job or "", role.name))
 
 
 def nothing_seen() -> Sight:
-    """The observation of a vehicle that has nothing to decide."""
+    """Return the observation of a vehicle without a decision."""
     seen: Sight = {name: np.zeros_like(box.low) for name, box in BOXES.items()}
     seen["action_mask"][0] = 1
     return seen
 
 
 def observation(me: str, group: Group, situation: Situation) -> Sight:
-    """Arrays of the knowledge of a vehicle about the jobs of its group."""
+    """Return the knowledge of a vehicle about the jobs of its group, as arrays."""
     work, now_s, heard_s, seen = situation.work, situation.now_s, situation.heard_s, nothing_seen()
     data, position_m, roles, mask = work.database[me], work.position_m(me), jobs_of(group), seen["action_mask"]
     here, may_begin, held, n_unfinished = Outlook(now_s, position_m), {role.name for role in work.open}, [], 0

@@ -1,4 +1,4 @@
-"""Running: the runs of strategies in the cells of a suite, by the sweeps, and the bound of each."""
+"""Runs of strategies in the cells of a suite, as sweeps, and their bounds."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ from remoras.errors import PluginError
 from remoras.plugins import named_object
 
 LONGEST_RUN_S = 600.0
-"""Wall-clock time after which a run has failed: one takes a few seconds, so a strategy that takes this hangs."""
+"""Wall-clock limit of a run (s); runs take a few seconds, so a longer one hangs."""
 WATCHED = {"watch.cpu_s": MOST_CPU_S}
-"""Keys by which strategies are watched while they decide."""
+"""Settings that limit the CPU time of decisions."""
 GetRounds = Callable[..., Rounds]
 
 
@@ -39,10 +39,7 @@ GetRounds = Callable[..., Rounds]
 class Contest:
     """Strategies on a suite.
 
-    Attributes:
-        suite: with the cells.
-        strategies: shipped names, or ``package.module:object``.
-        repeats: of each cell, from the first on.
+    ``strategies`` are shipped names or ``package.module:object``; ``repeats`` counts from the first.
     """
 
     suite: Suite
@@ -50,18 +47,16 @@ class Contest:
     repeats: int
     studies: Sequence[Study] = field(repr=False)
 
-    @cached_property  # it keeps the bound of each ground, which is a search
+    @cached_property  # caches the bound of each ground, which is costly
     def _bounds(self) -> Bounds:
         return Bounds(named_object(self.suite.about.bound))
 
     @classmethod
     def of(cls, suite: Suite, strategies: Iterable[str], repeats: int | None = None) -> Contest:
-        """Strategies as a user names them, each once.
+        """Create a contest of strategies named by the user, without duplicates.
 
-        Raises:
-            PluginError: one cannot be had.
-            OutputError: there are more repeats asked for than the suite has.
-            ConfigurationError: a scenario does not allow a case.
+        Raises PluginError for an unavailable strategy, OutputError for more repeats than the suite has,
+        ConfigurationError if a scenario does not allow a case.
         """
         named = []
         for given in strategies:
@@ -77,21 +72,16 @@ class Contest:
         return cls(suite, chosen, n, suite.studies(chosen, n, WATCHED))
 
     def _folders(self, folder: Path) -> list[Path]:
-        """Folder of each study."""
         several = len(self.studies) > 1
         return [folder / f"ground-{number:02d}" if several else folder for number in range(1, len(self.studies) + 1)]
 
     def make(self, folder: Path, jobs: int, progress: ReportProgress | None = None) -> None:
-        """Make the runs that the folder does not have yet; see ``missions.sweeps.sweep``."""
+        """Make the missing runs in a folder; see ``missions.sweeps.sweep``."""
         for study, own in zip(self.studies, self._folders(folder), strict=True):
             sweep(study, own, jobs, progress=progress, limits=Limits(timeout_s=LONGEST_RUN_S))
 
     def scored(self, folder: Path) -> list[Scored]:
-        """The strategies with their runs, in the order in which they were named.
-
-        Raises:
-            OutputError: runs are missing.
-        """
+        """Return the strategies with their runs; raises OutputError for missing runs."""
         ledgers = [SweepResults.read(own).lines for own in self._folders(folder)]
         schedules = [SweepPlan(study).schedule for study in self.studies]
         summaries = [{key: line["summary"] for key, line in lines.items()} for lines in ledgers]
@@ -102,7 +92,7 @@ class Contest:
                 cells[cell] = []
                 for repeat in range(self.repeats):
                     study, number, at_most = self.suite.place(at, repeat, place, len(self.strategies))
-                    made = schedules[study].repeats(number, summaries[study])  # fewer, where nothing is drawn
+                    made = schedules[study].repeats(number, summaries[study])  # fewer for deterministic runs
                     key = schedules[study].key(number, min(at_most, made - 1))
                     if key not in ledgers[study]:
                         raise OutputError(f"{folder}: runs of {reference} are missing; the same command goes on")
@@ -111,12 +101,7 @@ class Contest:
         return found
 
     def run_of(self, line: Mapping[str, Any], repeat: int, study: int, number: int) -> CellRun:
-        """How a run ended.
-
-        Args:
-            line: of the ledger.
-            repeat: of the run; study, number: of its configuration.
-        """
+        """Return the result of a run from its ledger line."""
         summary, failed = line["summary"], line["status"] == FAILED
         seed = self.suite.seed(repeat)
         bound_s = self._bounds.bound_s((study, number), self.studies[study].configurations[number].scenario, seed)
@@ -134,7 +119,7 @@ class Contest:
         )
 
     def cpu_s(self, folder: Path) -> float | None:
-        """Mean CPU time of a run on the machines that made them; None where none was noted."""
+        """Return the mean CPU time of a run (s); None if not recorded."""
         lines = [line for own in self._folders(folder) for line in SweepResults.read(own).lines.values()]
         known = [line["machine"]["cpu_s"] for line in lines]
         known = [value for value in known if value is not None]
@@ -142,11 +127,7 @@ class Contest:
 
 
 class Bounds:
-    """Bounds of runs, each worked out once.
-
-    Args:
-        rounds: gives the least ways and work of a scenario.
-    """
+    """Cached lower bounds of runs; ``rounds`` returns the minimum paths and work of a scenario."""
 
     def __init__(self, rounds: GetRounds) -> None:
         self._rounds = rounds
@@ -154,11 +135,9 @@ class Bounds:
         self._known: dict[tuple[Any, ...], float] = {}
 
     def bound_s(self, number: tuple[int, int], scenario: Scenario, seed: int) -> float:
-        """Time that no strategy beats in the run with that seed, with the speeds that the vehicles really have.
+        """Return the lower bound of the mission time (s) with the true vehicle speeds of a seed.
 
-        Args:
-            number: of the study and of its configuration.
-            scenario: of the run; seed: root of its draws.
+        ``number`` is that of the study and of its configuration.
         """
         if number not in self._setups:
             self._setups[number] = resolved(scenario)
@@ -171,11 +150,11 @@ class Bounds:
         return self._known[key]
 
     def _worked_out(self, scenario: Scenario, fleet: Sequence[VehicleData], latest_s: float) -> float:
-        """With the meeting, wherever a vehicle that is lost has no time to work that the meeting would take.
+        """Return the bound with rendezvous, unless a loss of vehicles may undercut it.
 
-        Who is lost at a time t need not come to the meeting. It works until t at most; that is no more than one may who
-        has to come, in all times that are at least t and the way home. So where the bound without a meeting is as much,
-        the bound with it holds.
+        A vehicle lost at time t need not attend the rendezvous, but works until t at most. Every attending vehicle can
+        do so in any time of at least t plus the way home. If the bound without rendezvous is that large, the bound with
+        it holds.
         """
         meeting = self._rounds(scenario, fleet, True)
         least_s = least_time_s(meeting)
@@ -187,7 +166,7 @@ class Bounds:
 
 
 def _latest_s(at_s: object) -> float:
-    """When a fault may begin at the latest (s); infinite where nobody can say.
+    """Return the latest start of a fault (s); infinite if unknown.
 
     >>> _latest_s([300.0, 1200.0]), _latest_s(900.0), _latest_s(None)
     (1200.0, 900.0, inf)

@@ -1,13 +1,11 @@
-"""Scoring: what a strategy's runs come to.
+"""Scores of strategies and their tables.
 
-The efficiency of a run is a time that nobody beats over the time that it took, ``T_bound / T``; a run that has not
-completed counts the suite's limit for T. The score is the mean of the cells' means.
+The efficiency of a run is ``T_bound / T``, a lower bound of the mission time over its actual time, or over the suite's
+limit if not completed. The score is the mean of the cell means.
 
-All n-th runs are one instance: one fleet and one seed, on the grounds of the suite or on one drawn ground. Cells share
-what is drawn, so an instance gives one value, its mean over the cells, and n counts instances. Intervals are those of
-paired differences (``missions.statistics.difference_interval``); of fewer than 8 instances there is none.
-
-Tables of a benchmark, for pages, papers and terminals; and how to cite it.
+All n-th runs are one instance: one fleet and one seed, on the areas of the suite or one random area. Cells share these
+draws, so an instance has one value, its mean over the cells. Intervals are those of paired differences over instances
+(``missions.statistics.difference_interval``); below 8 instances there is none.
 """
 
 from __future__ import annotations
@@ -23,20 +21,20 @@ from missions.statistics import FEW, Interval, NoInterval, difference_interval
 from remoras.strategies import bounds
 
 DIGITS = 6
-"""Of what cards say."""
+"""Decimal digits in cards."""
 
 
 @dataclass(frozen=True)
 class CellRun:
-    """How one run of a cell ended.
+    """Result of one run of a cell.
 
     Attributes:
-        repeat, seed: of the run.
-        bound_s: time that nobody beats in it.
-        time_s: that it took; the limit if it has not completed.
-        n_bytes, wrong_belief_fraction: bytes sent, and share of wrong beliefs of who does a job; None if it failed.
-        failed: the strategy raised, or ended its process.
-        silenced: decisions that took too long, whose vehicles were asked no more and sent nothing from then on.
+        bound_s: lower bound of its time.
+        time_s: its time; the limit if not completed.
+        n_bytes: bytes sent; None if failed.
+        wrong_belief_fraction: share of wrong beliefs about job holders; None if failed.
+        failed: the strategy raised an error or ended its process.
+        silenced: decisions over the time limit; their vehicles send nothing afterwards.
     """
 
     repeat: int
@@ -51,17 +49,15 @@ class CellRun:
 
     @property
     def efficiency(self) -> float:
-        """Share 0..1 of the speed that nobody exceeds."""
+        """Efficiency, 0 to 1."""
         return self.bound_s / self.time_s
 
 
 @dataclass(frozen=True)
 class Scored:
-    """A strategy with its runs.
+    """Strategy with its runs; ``cells`` has them in order of repeats.
 
-    Attributes:
-        name: of the strategy; reference: by which it was named.
-        cells: runs of each cell, in the order of their repeats.
+    ``reference`` is the name given by the user.
     """
 
     name: str
@@ -80,41 +76,41 @@ class Scored:
 
     @property
     def score(self) -> float:
-        """Mean of the cells' means."""
+        """Mean of the cell means."""
         return _mean(list(self.by_cell.values()))
 
     @property
     def interval(self) -> Interval | None:
-        """Its 95 % interval; None of few instances."""
+        """95 % interval of the score; None for few instances."""
         return _over_instances(self.by_instance.values())[1]
 
     @property
     def by_instance(self) -> dict[int, float]:
-        """Mean efficiency over the cells by instance, as far as all cells have it."""
+        """Mean efficiency over the cells by instance, for instances in all cells."""
         return _by_instance([{run.repeat: run.efficiency for run in runs} for runs in self.cells.values()])
 
     @property
     def worst(self) -> Cell:
-        """The cell of the least mean efficiency."""
+        """Cell with the lowest mean efficiency."""
         return min(self.by_cell, key=lambda cell: (self.by_cell[cell], cell))
 
     @property
     def completed_share(self) -> float:
-        """Share of the runs that completed."""
+        """Share of completed runs."""
         return _mean([float(run.completed) for run in self.runs])
 
     @property
     def mean_bytes(self) -> float | None:
-        """Mean of the bytes sent in a run."""
+        """Mean bytes sent in a run."""
         return _mean_of([run.n_bytes for run in self.runs])
 
     @property
     def mean_wrong(self) -> float | None:
-        """Mean share of wrong beliefs of who does a job."""
+        """Mean share of wrong beliefs about job holders."""
         return _mean_of([run.wrong_belief_fraction for run in self.runs])
 
     def difference(self, network: str, other: str) -> tuple[float, Interval | None]:
-        """Efficiency with one network minus that with another, all else equal, and its interval; runs are paired."""
+        """Return the paired difference in efficiency between two networks, with its interval."""
         pairs = [
             {run.repeat: run.efficiency - twin.efficiency for run, twin in zip(runs, self.cells[at], strict=True)}
             for cell, runs in self.cells.items()
@@ -124,7 +120,7 @@ class Scored:
 
 
 def against(one: Scored, other: Scored) -> tuple[float, Interval | None]:
-    """Score of a strategy minus that of another over the instances that both have, and its interval."""
+    """Return the difference in score over common instances, with its interval."""
     both = one.by_instance.keys() & other.by_instance.keys()
     return _over_instances([one.by_instance[at] - other.by_instance[at] for at in sorted(both)])
 
@@ -159,10 +155,7 @@ HEADS = ("strategy", "score [95 %]", "completed", "worst cell", "bytes", "wrong 
 class ScoreTable:
     """Rows of strategies, best first.
 
-    Args:
-        card: whose strategies are placed.
-        scored: these with their runs.
-        others: entries of another card of the suite with their runs, to place them among.
+    ``others`` are entries of another card of the suite, with their runs, to rank with those of ``card``.
     """
 
     def __init__(
@@ -177,11 +170,11 @@ class ScoreTable:
 
     @property
     def heads(self) -> tuple[str, ...]:
-        """Heads of the columns."""
+        """Column headings."""
         return (*HEADS, f"{self._first.name} minus it [95 %]")
 
     def rows(self) -> Iterator[tuple[str, ...]]:
-        """Entries of each row."""
+        """Yield the entries of each row."""
         for entry, strategy in self._rows:
             mark = " (bound)" if strategy.reference in bounds() else ""
             yield (
@@ -196,7 +189,7 @@ class ScoreTable:
             )
 
     def shapes(self) -> Iterator[tuple[str, ...]]:
-        """What networks of the same mean loss come to: score of each minus that of the first; the heads first."""
+        """Yield the score differences of each network to the first, after the headings."""
         key = next(key for key in self._rows[0][0] if key.startswith("minus_"))
         networks = list(self._rows[0][0][key])
         if networks:
@@ -207,7 +200,7 @@ class ScoreTable:
 
     @property
     def caption(self) -> str:
-        """What the numbers are of."""
+        """Suite, version and definition of the score."""
         card = self.card
         n = card["repeats"]
         return (
@@ -217,20 +210,20 @@ class ScoreTable:
         )
 
     def markdown(self) -> str:
-        """The tables as Markdown."""
+        """Return the tables as Markdown."""
         shapes = list(self.shapes())
         parts = [self.caption, _markdown([self.heads, *self.rows()])]
         return "\n\n".join([*parts, *([_markdown(shapes)] if shapes else [])]) + "\n"
 
     def latex(self) -> str:
-        """The first table as LaTeX."""
+        """Return the first table as LaTeX."""
         lines = [" & ".join(map(_escaped, row)) + r" \\" for row in (self.heads, *self.rows())]
         body = "\n".join([lines[0], r"\hline", *lines[1:]])
         columns = "l" * len(self.heads)
         return f"% {self.caption}\n\\begin{{tabular}}{{{columns}}}\n{body}\n\\end{{tabular}}\n"
 
     def bibtex(self) -> str:
-        """How to cite suite and version."""
+        """Return a BibTeX entry of suite and version."""
         card = self.card
         return (
             f"@misc{{remoras-{card['suite']},\n"
@@ -242,7 +235,7 @@ class ScoreTable:
 
 
 def with_interval(mean: float, interval: Sequence[float] | None, sign: str = "") -> str:
-    """A number with its interval, if it has one.
+    """Return a number with its interval, if any.
 
     >>> with_interval(0.5, [0.25, 0.75]), with_interval(0.0, None, "+")
     ('0.500 [0.250, 0.750]', '+0.000')
@@ -252,7 +245,7 @@ def with_interval(mean: float, interval: Sequence[float] | None, sign: str = "")
 
 
 def signed(difference: Sequence[Any]) -> str:
-    """A difference with its interval.
+    """Return a difference with sign and interval.
 
     >>> signed((0.25, None))
     '+0.250'

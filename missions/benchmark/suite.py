@@ -1,12 +1,10 @@
-"""Suite: the cases, the limit and the seeds on which strategies are compared, read from a file that has a digest.
+"""Suite: cases, time limit and seeds of a benchmark, from a file with a digest.
 
-Its cells are grounds x networks x what is unforeseen. The runs of some strategies in all cells are a study, which the
-sweeps make: they resume, and use several processes.
+Its cells are grounds x networks x unforeseen events. Their runs form studies, which the sweeps execute and resume.
 
-Judging: the split of a suite that nobody has seen, made of seeds that are released after the version they judge.
-
-Beside a suite a file in the folder ``test`` says of which ground others are drawn, by what, and the SHA-256 of the list
-of their seeds: so the list cannot be changed afterwards, and cannot be tuned on before.
+A held-out split has areas drawn from seeds that are released after the evaluated version. A file in the folder ``test``
+beside the suite gives ground, generator and the SHA-256 of the seed list, so the list can neither be changed later nor
+used for tuning before.
 """
 
 from __future__ import annotations
@@ -38,14 +36,14 @@ from worldmodel import suggestion
 
 SUITE = "suite"
 DEV, TEST = "dev", "test"
-"""Splits: one to develop on, one to be judged by."""
+"""Splits for development and for evaluation."""
 DRAWN = "drawn"
-"""Ground in the cells of the split to be judged by: each repeat has another one."""
+"""Ground of the cells in the held-out split; each repeat has another one."""
 NETWORK_KEY = "channel.network"
 
 
 class SuiteAbout(Section):
-    """The table ``[suite]``."""
+    """Table ``[suite]``."""
 
     name: Name = Field(description="name of the suite")
     title: str = Field("", description="what it is about, in a line")
@@ -57,14 +55,14 @@ class SuiteAbout(Section):
 
 
 class NetworkCase(Section):
-    """One ``[[network]]``: links between the vehicles."""
+    """Table ``[[network]]``: links between the vehicles."""
 
     name: Name = Field(description="what tables call it")
     set: dict[str, Any] = Field(description="keys of the scenario that it sets")
 
 
 class SuiteFile(Section):
-    """A suite as its file has it."""
+    """Content of a suite file."""
 
     suite: SuiteAbout
     set: dict[str, Any] = Field({}, description="keys of the scenario that are the same in all runs")
@@ -73,7 +71,7 @@ class SuiteFile(Section):
 
 
 class Cell(NamedTuple):
-    """One case: all runs of it differ in their seed alone."""
+    """Case; its runs differ in their seed only."""
 
     ground: str
     network: str
@@ -91,11 +89,9 @@ class Cell(NamedTuple):
 
 @dataclass(frozen=True)
 class DrawnGrounds:
-    """Grounds by which strategies are judged.
+    """Random grounds of the held-out split: one scenario per repeat of all cells.
 
-    Attributes:
-        paths: scenarios, one for each repeat of all cells.
-        seed: of which follows the seed of the runs on each.
+    ``seed`` determines the seeds of the runs on each.
     """
 
     paths: tuple[str, ...]
@@ -104,11 +100,7 @@ class DrawnGrounds:
 
 @dataclass(frozen=True)
 class Suite:
-    """A suite that has been read and checked.
-
-    Attributes:
-        drawn: grounds of the split to be judged by; None for the split to develop on.
-    """
+    """Checked suite; ``drawn`` is None for the development split."""
 
     document: Document
     file: SuiteFile
@@ -116,12 +108,12 @@ class Suite:
 
     @property
     def about(self) -> SuiteAbout:
-        """The table ``[suite]``."""
+        """Table ``[suite]``."""
         return self.file.suite
 
     @property
     def split(self) -> str:
-        """Which of its splits this is."""
+        """Name of the split."""
         return DEV if self.drawn is None else TEST
 
     @property
@@ -131,7 +123,7 @@ class Suite:
 
     @property
     def cells(self) -> tuple[Cell, ...]:
-        """All cells, in the order of the file; what is unforeseen varies fastest."""
+        """All cells in file order; unforeseen events vary fastest."""
         return tuple(
             Cell(ground, network.name, case.name)
             for ground in (self.about.grounds if self.drawn is None else (DRAWN,))
@@ -139,9 +131,9 @@ class Suite:
             for case in self.file.unforeseen
         )
 
-    @cached_property  # reads the files of all grounds
+    @cached_property  # reads the files of all grounds once
     def digest(self) -> str:
-        """SHA-256 of the file, and of the files of its grounds and networks."""
+        """SHA-256 of the file with its grounds and networks."""
         texts = [self.document.text]
         grounds = [shipped()[ground] for ground in self.about.grounds] if self.drawn is None else self.drawn.paths
         texts += [text_of(Path(ground)) for ground in grounds]
@@ -155,15 +147,10 @@ class Suite:
     def studies(
         self, strategies: Sequence[str], repeats: int | None = None, settings: Mapping[str, Any] = MappingProxyType({})
     ) -> list[Study]:
-        """The runs of some strategies in all cells: one study, or one for each drawn ground, with a seed of its own.
+        """Return the study of strategies in all cells, or one per drawn ground with its own seed.
 
-        Args:
-            strategies: shipped names, or ``package.module:object``.
-            repeats: of each cell, if not as many as the suite has.
-            settings: keys of the scenarios, beside what the suite sets.
-
-        Raises:
-            ConfigurationError: a scenario does not allow what a network or a case sets.
+        ``settings`` are scenario keys in addition to those of the suite. Raises ConfigurationError if a scenario does
+        not allow the settings of a case.
         """
         n = self.repeats if repeats is None else repeats
         if self.drawn is None:
@@ -196,7 +183,7 @@ class Suite:
         return study
 
     def place(self, cell: int, repeat: int, strategy: int, n_strategies: int) -> tuple[int, int, int]:
-        """Where a strategy runs in a cell: number of the study, of its configuration, and of its repeat.
+        """Return the numbers of study, configuration and repeat of a run.
 
         >>> suite = suite_named("fathom-1")
         >>> [suite.place(cell, 7, 1, 2) for cell in (0, 19, 20)]
@@ -208,25 +195,20 @@ class Suite:
         return (0, number, repeat) if self.drawn is None else (repeat, number, 0)
 
     def seed(self, repeat: int) -> int:
-        """Seed of the runs of a repeat: of one instance, in all cells."""
+        """Return the seed of a repeat (instance), common to all cells."""
         return seed_of(self.about.seed, repeat) if self.drawn is None else seed_of(self._master(repeat), 0)
 
     def _master(self, ground: int) -> int:
-        """Master seed of the study of a drawn ground."""
         return seed_of(self.drawn.seed if self.drawn else 0, ground)
 
 
 def suites() -> dict[str, Path]:
-    """Suites that come with the package, by name."""
+    """Return the shipped suites, by name."""
     return {path.stem: path for path in sorted((MISSIONS / "benchmark" / "suites").glob("*.toml"))}
 
 
 def suite_named(name_or_path: str) -> Suite:
-    """A shipped suite by its name, or one of a TOML file.
-
-    Raises:
-        ConfigurationError: there is none, or with every fault of the file.
-    """
+    """Read a shipped suite or a TOML file; raises ConfigurationError with all faults."""
     path = file_of(SUITE, name_or_path, suites())
     document = Document.of_text(text_of(path), str(path))
     try:
@@ -257,7 +239,7 @@ def _unknown_grounds(file: SuiteFile) -> Iterator[ConfigurationFault]:
 
 
 class JudgingTable(Section):
-    """The file of a split to be judged by."""
+    """File of a held-out split."""
 
     ground: str = Field(description="shipped scenario of which others are drawn")
     generator: str = Field(description="package.module:object that draws the tables of one of a seed")
@@ -265,11 +247,9 @@ class JudgingTable(Section):
 
 
 def judging_of(suite: Suite) -> JudgingTable:
-    """What is released of the split of a suite to be judged by.
+    """Return the published file of the held-out split of a suite.
 
-    Raises:
-        OutputError: there is nothing.
-        ConfigurationError: with every fault of the file.
+    Raises OutputError if there is none, ConfigurationError with all faults of the file.
     """
     path = Path(suite.document.path)
     path = path.parent / "test" / path.name
@@ -283,16 +263,10 @@ def judging_of(suite: Suite) -> JudgingTable:
 
 
 def split_to_judge(suite: Suite, seeds: Path | None, folder: Path) -> Suite:
-    """The split of a suite to be judged by.
+    """Return the held-out split of a suite; write its grounds to ``folder``.
 
-    Args:
-        suite: as it is to develop on.
-        seeds: file with the seeds, one in a line.
-        folder: where drawn grounds are written.
-
-    Raises:
-        OutputError: there is no such split, its seeds are not out, or the file is another list.
-        ConfigurationError: a ground that was drawn cannot be.
+    ``seeds`` is a file with one seed per line. Raises OutputError for a missing split, missing seeds or another list,
+    ConfigurationError for a ground that cannot be drawn.
     """
     judging = judging_of(suite)
     digest, name = judging.seeds_sha256, suite.about.name
