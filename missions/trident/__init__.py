@@ -1,6 +1,6 @@
-"""Intervention by services of two vehicles: they survey a site, an operator chooses, one of them recovers the target.
+"""Trident mission: surveys of a site by services of two vehicles, and recovery of a target.
 
-The shipped scenario is ``trident-intervention``; ``docs/missions/trident.md`` says what it is for and what it shows.
+Scenario: ``trident-intervention``; purpose and results: ``docs/missions/trident.md``.
 """
 
 from missions.trident.mission import TridentMission

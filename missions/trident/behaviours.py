@@ -1,4 +1,4 @@
-"""How the steps of the work are carried out; each says for itself when it has failed."""
+"""Behaviours of plan steps; each detects its own failure."""
 
 from __future__ import annotations
 
@@ -33,39 +33,34 @@ from remoras.sensor import Observation
 from remoras.work import Point
 
 BEYOND_IT = FAILED._replace(is_beyond_it=True)
-"""A step that has failed says nothing of other jobs."""
+"""Failure that does not affect the vehicle's other jobs."""
 CREEP_MPS, NEAR_M, IN_PLACE_M = 0.3, 8.0, 0.1
-"""Over the last metres a vehicle goes this slowly, from so far away, until it is so near."""
+"""Final approach: speed, distance at which it starts, and distance at which it ends."""
 LOOKS_S = 300.0
-"""A step that finds something again has failed when looks for so long have decided nothing."""
+"""Time without a decision after which a reacquisition fails."""
 ATTEMPTS = 12
-"""A step by an effector has failed when so many attempts could have been made."""
+"""Possible attempts after which an effector step fails."""
 MARGIN_S = 60.0
-"""Time on site beside what the attempts take."""
+"""Time on site in addition to the attempts."""
 
 
 class AwaitingPartner(Behaviour):
-    """Waits for what another vehicle does; there is nothing to do meanwhile."""
+    """Wait for the service of another vehicle."""
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Nothing to do."""
+        """Return an idle perception."""
         return IDLE
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """Nowhere."""
+        """Return None."""
         return None
 
 
 class Escorting(Behaviour):
-    """Keeps near to the first vehicle under water that is heard and has not come home, on the side of home.
+    """Escort of the first received submerged vehicle away from home, on the side of home.
 
-    It stays there, and does not go home meanwhile only to come back. Who comes home finds it there.
-
-    Args:
-        escorted: names, in order of preference.
-        home_m: where all meet; radius_m: who is this near has come.
-        distance_m: it keeps this near to where the other one was last heard.
-        data: of the vehicle.
+    A vehicle within ``radius_m`` of ``home_m`` is at home. The escort keeps ``distance_m`` from the other's last
+    received position. It stays out until the other comes home.
     """
 
     def __init__(
@@ -76,13 +71,13 @@ class Escorting(Behaviour):
         self._speed_mps = data.transit_speed_mps
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due while a vehicle is out, and gets on as planned: it is all that there is to do."""
+        """Pending while a vehicle is out, and always progressing."""
         if self._place(picture) is None:
             return IDLE
         return ADVANCING if performed else DUE
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """To the place nearest to home that is as near to the other vehicle as it keeps; stay there."""
+        """Head for the escort position and hold there."""
         place = self._place(picture)
         if place is None:
             return None
@@ -104,28 +99,24 @@ class Escorting(Behaviour):
 
 
 class Missing(Behaviour):
-    """Says that a candidate is not there, which every way to find it again has not shown.
-
-    Args:
-        candidate: that was searched for.
-    """
+    """Report that a candidate is absent, after all services failed to find it."""
 
     def __init__(self, candidate: str) -> None:
         self._candidate = candidate
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due until it is said."""
+        """Pending until the report."""
         if not performed:
             return DUE
         return ADVANCING._replace(concludes=(Observation(((self._candidate, "verdict", "absent"),)),))
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """Nowhere."""
+        """Return None."""
         return None
 
 
 class Lane(NamedTuple):
-    """A straight part of a survey: where it begins and ends, and the tiles along it by number."""
+    """Straight part of a survey, with the numbers of the tiles along it."""
 
     begin_m: Point
     end_m: Point
@@ -133,14 +124,12 @@ class Lane(NamedTuple):
 
 
 class Surveying(Behaviour):
-    """Goes along the lanes of a block that are not charted yet, the nearest first.
+    """Survey along the uncharted lanes of a block, nearest first.
 
     Args:
-        block: that is surveyed; settings: of the module; data: of the vehicle.
-        patience_s: on its way over tiles that stay blank for so long, the step has failed.
-        asked: name of the service, and of the recovery that the survey is for, if it surveys only while it is asked to.
-            Of the first survey it does not say then when it is done: that follows from the map. Of one that is repeated
-            it does, for the map shows nothing new.
+        patience_s: time over blank tiles after which the step fails.
+        asked: service and recovery if the survey is done on request only. The end of a first survey then follows
+            from the map; that of a repeated one is reported, since the map does not change.
     """
 
     def __init__(
@@ -153,7 +142,7 @@ class Surveying(Behaviour):
     ) -> None:
         self._block, self._patience_s, self._asked = block, patience_s, asked
         self._reach_m = settings.reach_m
-        self._n_again = 0  # the repetition that it is at
+        self._n_again = 0  # number of the current repetition
         self._transit_mps, self._survey_mps = data.transit_speed_mps, survey_speed_mps(data, settings)
         self._approach = Approach(self._transit_mps)
         self._left = list(survey_lanes(block, settings.reach_m))
@@ -163,7 +152,7 @@ class Surveying(Behaviour):
         self._looked_s = math.inf
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due while lanes are left, the less the farther away; failed where tiles stay blank that it has passed."""
+        """Pending while lanes remain; fails if passed tiles stay blank."""
         if self._asked is not None and not self._is_asked(picture.facts, *self._asked):
             return IDLE
         now_s, charted = picture.body.now_s, self._charted(picture.facts)
@@ -183,7 +172,7 @@ class Surveying(Behaviour):
         return Perception(attracted(to_go_m).stimulus, self._approach.advance(to_go_m, now_s, performed))
 
     def _charted(self, facts: Known) -> Set[int]:
-        """Tiles that need no lane any more; the map says nothing of a survey that is repeated."""
+        """Tiles that need no lane; none in a repeated survey."""
         return frozenset() if self._n_again else facts.values(("chartedTile", self._block.name))
 
     def _is_asked(self, facts: Known, service: str, recovery: str) -> bool:
@@ -197,7 +186,7 @@ class Surveying(Behaviour):
         return True
 
     def _note_yield(self, motion: Motion, charted: Set[int], dt_s: float) -> None:
-        """Compare what is below with the map: what the vehicle is over should be charted."""
+        """Count the time over tiles that should be charted but are not."""
         if self._lane is None:
             return
         near = [n for n in self._lane.tiles if distance_m(motion, self._block.centre_of(n)) <= self._block.tile_m]
@@ -205,7 +194,7 @@ class Surveying(Behaviour):
             self._blank_s = self._blank_s + dt_s if charted.isdisjoint(near) else 0.0
 
     def _follow(self, motion: Motion, charted: Set[int], performed: bool) -> None:
-        """Go on from lane to lane; a lane that was left is begun anew."""
+        """Advance from lane to lane; an interrupted lane restarts."""
         if self._lane is not None and self._is_on_lane:
             if distance_m(motion, self._lane.end_m) <= CAPTURE_M:
                 self._lane, self._is_on_lane = None, False
@@ -226,7 +215,7 @@ class Surveying(Behaviour):
         return [way for lane in self._left for way in (lane, Lane(lane.end_m, lane.begin_m, lane.tiles))]
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """To the beginning of the lane in transit, along it at the speed of the survey."""
+        """Head for the lane in transit, then along it at survey speed."""
         if self._lane is None:
             return None
         if self._is_on_lane or distance_m(motion, self._lane.begin_m) <= CAPTURE_M:
@@ -235,11 +224,9 @@ class Surveying(Behaviour):
 
 
 def survey_lanes(block: SeabedBlock, reach_m: float) -> Iterator[Lane]:
-    """Lanes along the longer side of a block, so near to each other that a module sees all, and the tiles of each.
+    """Yield lanes along the longer side of a block, dense enough for full coverage.
 
-    Args:
-        block: that is surveyed.
-        reach_m: how far the module sees to both sides; tiles count as seen by their centre.
+    ``reach_m`` is the module's range to both sides; a tile counts by its centre.
 
     >>> [(lane.begin_m, lane.end_m) for lane in survey_lanes(SeabedBlock("north", 0.0, 0.0, 80.0, 40.0, 20.0), 15.0)]
     [((0.0, 10.0), (80.0, 10.0)), ((0.0, 30.0), (80.0, 30.0))]
@@ -263,11 +250,7 @@ def survey_lanes(block: SeabedBlock, reach_m: float) -> Iterator[Lane]:
 
 
 class Ranging(Behaviour):
-    """Goes to the transponder and stays until there was a fix.
-
-    Args:
-        place_m: of the transponder; data: of the vehicle; patience_s: on site.
-    """
+    """Travel to the transponder and wait for a fix, at most ``patience_s`` on site."""
 
     def __init__(self, place_m: Point, data: VehicleData, patience_s: float) -> None:
         self._place_m, self._data, self._patience_s = place_m, data, patience_s
@@ -275,7 +258,7 @@ class Ranging(Behaviour):
         self._since_s: float | None = None
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due until there was a fix."""
+        """Pending until a fix."""
         if picture.facts.get(("fixedOn", self._data.name)):
             return IDLE
         now_s, to_go_m = picture.body.now_s, distance_m(motion, self._place_m)
@@ -285,20 +268,16 @@ class Ranging(Behaviour):
         return BEYOND_IT if now_s - self._since_s > self._patience_s else ADVANCING
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """To the transponder; there it stays."""
+        """Head for the transponder and hold there."""
         return Reference(
             self._place_m, 0.0 if distance_m(motion, self._place_m) <= 2.0 else self._data.transit_speed_mps
         )
 
 
 class Reacquiring(Behaviour):
-    """Goes to where the chosen candidate should be, searches around until it is seen, and looks at it there.
+    """Search around the expected place of the chosen candidate, then observation at close range.
 
-    Args:
-        job: of the recovery; candidate: that is chosen.
-        settings: of the module; data: of the vehicle.
-        search_m: how far around it searches; then the step has failed.
-        patience_s: a candidate not seen for so long is searched for again.
+    ``search_m`` bounds the search, after which the step fails. A candidate unseen for ``patience_s`` is searched again.
     """
 
     def __init__(
@@ -315,12 +294,12 @@ class Reacquiring(Behaviour):
         self._step_m, self._search_m, self._patience_s = 1.5 * settings.range_m, search_m, patience_s
         self._approach = Approach(data.transit_speed_mps)
         self._corner = -1
-        self._places: int | None = None  # at which it has been seen
+        self._places: int | None = None  # number of sightings
         self._first_s = self._last_s = math.inf
-        self._at_m: Point | None = None  # where it is seen from near
+        self._at_m: Point | None = None  # place of the sighting at close range
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due until it is known what the candidate is, and where; failed once it is not seen, or nothing is decided."""
+        """Pending until class and place are known; fails if unseen or undecided."""
         if self._is_known(picture.facts):
             return IDLE
         place_m = self._place(picture.facts)
@@ -340,12 +319,12 @@ class Reacquiring(Behaviour):
         return ADVANCING if performed else attracted(to_go_m)
 
     def _is_known(self, facts: Known) -> bool:
-        """True once it is none or not there, or this vehicle has itself seen where it lies."""
+        """True if the candidate is rejected or absent, or this vehicle has located the target."""
         verdict, by = facts.get(("verdict", self._candidate)), facts.get(("reacquiredBy", self._candidate))
         return verdict in ("decoy", "absent") or (verdict == "target" and by == self._data.name)
 
     def _note_look(self, facts: Known, now_s: float) -> None:
-        """Stay where it is seen; who sees it no more goes on with the search."""
+        """Hold at the sighting; resume the search after the patience."""
         places = len(facts.values(("location", self._candidate)))
         if self._places is not None and places > self._places:
             self._first_s, self._last_s = min(now_s, self._first_s), now_s
@@ -363,7 +342,7 @@ class Reacquiring(Behaviour):
         return found
 
     def _next(self, place_m: Point) -> Point:
-        """The place, then the corners of squares around it."""
+        """The expected place, then corners of squares around it."""
         x_m, y_m = place_m
         if self._corner < 0:
             return place_m
@@ -373,7 +352,7 @@ class Reacquiring(Behaviour):
         return x_m + east * out_m, y_m + north * out_m
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """In transit to nearby, then at the speed at which the module sees something."""
+        """Head for the area in transit, then at the finder's speed."""
         place_m = self._place(picture.facts)
         if place_m is None:
             return None
@@ -387,12 +366,7 @@ class Reacquiring(Behaviour):
 
 
 class Intervening(Behaviour):
-    """Stays at the candidate while an effector tries to hold or to handle it.
-
-    Args:
-        job: of the recovery; candidate: that is chosen.
-        settings: of the module; data: of the vehicle.
-    """
+    """Hold at the candidate while an effector tries to hold or handle it."""
 
     def __init__(self, job: str, candidate: str, settings: EffectorSettings, data: VehicleData) -> None:
         self._job, self._candidate, self._data = job, candidate, data
@@ -403,7 +377,7 @@ class Intervening(Behaviour):
         self._since_s: float | None = None
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due until the effector has succeeded; failed after as long as ``ATTEMPTS`` take."""
+        """Pending until the effector succeeds; fails after the time of ``ATTEMPTS``."""
         by = picture.facts.get((self._done, self._candidate))
         if by is not None and (self._ends or by == self._data.name):
             return DONE if self._ends else IDLE
@@ -421,7 +395,7 @@ class Intervening(Behaviour):
         return found
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """To the place of the candidate, slowly at last; there it stays."""
+        """Head for the candidate, slowly at the end; hold there."""
         place_m = self._place(picture.facts)
         if place_m is None:
             return None

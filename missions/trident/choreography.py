@@ -1,9 +1,8 @@
-"""Choreography: the pattern of messages between vehicles, checked when a scenario is loaded and against what was said.
+"""Choreography: expected message pattern, checked at load time and against sent messages.
 
-A pattern is a set of states with the messages that lead from one to another. It is sound if every state can be reached
-from the first and can reach a final one. While a run goes on, the facts in packets move it on: a message that the
-state does not allow is a violation, and so is one that is overdue. A fact counts once, when it is first said, whether
-anybody hears it or not; what is sent again is nothing new.
+A pattern is a state machine whose transitions are messages. It is sound if every state is reachable from the first and
+leads to a final one. During a run, facts in packets trigger transitions. A message that the state does not allow is a
+violation, and so is an overdue one. A fact counts at its first transmission, received or not.
 """
 
 from __future__ import annotations
@@ -19,18 +18,17 @@ CHOREOGRAPHY = Table("choreography", (
     TIME, VEHICLE, Column("state", "str"), Column("says", "str"), Column("subject", "str"), Column("value", "str"),
     Column("to", "str"), Column("violation", "str"),
 ))  # fmt: skip
-"""What was said of the choreography's messages: in which state, and which state followed. A violation is named; the
-state stays as it is then. One that is overdue has no vehicle."""
+"""Messages with state and successor. Violations keep the state; overdue ones lack a vehicle."""
 UID, ORIGIN, RECORDED, SUBJECT, ATTRIBUTE, VALUE, KIND = 0, 1, 3, 4, 5, 6, 7
-"""Columns of the table ``items`` that count here."""
+"""Relevant columns of the table ``items``."""
 PLAYING = {"assigned": True, "left": False}
-"""Events of the table ``roles`` by which a vehicle begins and ceases to play one."""
+"""Events of the table ``roles`` for begin and end of a role."""
 PACKET_TIME, SENDER, ITEM_UIDS = 1, 2, 10
-"""Columns of the table ``packets`` that count here."""
+"""Relevant columns of the table ``packets``."""
 
 
 class StatedFact(NamedTuple):
-    """A fact that a vehicle said first at a time, and had recorded before."""
+    """First transmission of a fact, recorded earlier at ``recorded_s``."""
 
     time_s: float
     vehicle: str
@@ -41,7 +39,7 @@ class StatedFact(NamedTuple):
 
 
 def reachable(arrows: Mapping[str, Iterable[str]], start: Iterable[str]) -> set[str]:
-    """All that can be reached along arrows.
+    """Return all nodes reachable along arrows.
 
     >>> sorted(reachable({"a": ["b"], "c": ["a"]}, ["a"]))
     ['a', 'b']
@@ -57,7 +55,7 @@ def reachable(arrows: Mapping[str, Iterable[str]], start: Iterable[str]) -> set[
 def unsound(
     states: Sequence[str], final: Iterable[str], arrows: Sequence[tuple[str, str]]
 ) -> Iterator[tuple[str, str]]:
-    """States that cannot be reached from the first, and those that lead to no final one, with what is wrong.
+    """Yield unreachable states and dead ends, with an explanation.
 
     >>> list(unsound(["a", "b", "c"], ["b"], [("a", "b"), ("a", "c")]))
     [('c', 'is a dead end: no message leads from it to a final state, which are b')]
@@ -79,12 +77,7 @@ def unsound(
 
 
 class Monitor:
-    """Follows one run.
-
-    Args:
-        pattern: that is to be kept to; without states nothing is checked.
-        recorder: of the run; takes the rows.
-    """
+    """Check of one run against a pattern; a pattern without states disables it."""
 
     def __init__(self, pattern: ChoreographyTable, recorder: Recorder) -> None:
         self._states = {state.name: state for state in pattern.state}
@@ -103,7 +96,7 @@ class Monitor:
         self._since_s, self._is_overdue = 0.0, False
 
     def look(self, now_s: float) -> None:
-        """Take in what was said since the last look."""
+        """Process transmissions since the last call."""
         if not self.state:
             return
         n_items = len(self._items)
@@ -131,14 +124,13 @@ class Monitor:
                 yield StatedFact(packet[PACKET_TIME], packet[SENDER], *of, row[RECORDED])
 
     def _note_roles(self) -> None:
-        """Who has begun or ceased to play which role since the last look, as vehicles see themselves."""
         since, self._n_roles = self._n_roles, len(self._roles)
         for time_s, vehicle, _, role, event in self._roles[since:]:
             if event in PLAYING:
                 self._plays[vehicle, role].append((time_s, PLAYING[event]))
 
     def _is_by(self, message: MessageTable, said: StatedFact) -> bool:
-        """True if it was said by who is to say it: a vehicle, or who played a role when it found it out."""
+        """True if the sender is the required vehicle, or held the required role at recording time."""
         if message.by in ("", said.vehicle):
             return True
         plays = False

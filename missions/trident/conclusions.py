@@ -1,7 +1,6 @@
-"""What a vehicle concludes for itself: what its services are worth, who is asked, what is chosen, what is not there.
+"""Conclusions of a vehicle: service status, requests, choice, verdicts.
 
-Each conclusion follows from facts alone, and from which modules answer, so nothing has to be remembered; and none is
-drawn again once it stands.
+Each conclusion depends only on facts and on responding modules. It needs no memory and is not repeated.
 """
 
 from __future__ import annotations
@@ -23,23 +22,18 @@ from remoras.work import Point
 
 CANDIDATE = "Candidate"
 NEAR_S = 1.0
-"""So near to a time at which something is concluded it is asked at each decision: times are rounded."""
+"""Margin around a due time within which conclusions are evaluated at each decision."""
 
 
 @dataclass(frozen=True)
 class WithMembers:
-    """Beliefs that answer as the facts of plans do: who plays which role, and what is of which class.
-
-    Attributes:
-        beliefs: of the vehicle.
-        organisation: of those who are there.
-    """
+    """Beliefs with the fact interface of plans: role members and class instances."""
 
     beliefs: Beliefs
     organisation: Organisation
 
     def get(self, key: tuple[str, str], default: object = None, /) -> object:
-        """The value of a fact, or ``default`` if it is not known."""
+        """Return the value of a fact, or ``default`` if unknown."""
         if key[0] == "members":
             return self.organisation.members(*key[1].split("."))
         return self.beliefs.instances(key[1]) if key[0] == "instances" else self.beliefs.get(key, default)
@@ -47,14 +41,7 @@ class WithMembers:
 
 @dataclass(frozen=True)
 class Concluding:
-    """The conclusions of this mission.
-
-    Attributes:
-        matching: says which services are able to do what.
-        groups: by name; blocks: by name.
-        recovery: name of the job.
-        settings: of the mission.
-    """
+    """Conclusions of this mission."""
 
     matching: Matching
     groups: Mapping[str, Group]
@@ -63,12 +50,9 @@ class Concluding:
     settings: TridentSettings
 
     def of(self, me: str, organisation: Organisation, beliefs: Beliefs, picture: Picture) -> Sequence[Finding]:
-        """What a vehicle makes known now; the first that there is, so that packets stay short.
+        """Return the first pending conclusion of a vehicle; one at a time keeps packets short.
 
-        Args:
-            me: its name.
-            organisation: of those who are there.
-            beliefs, picture: of the vehicle.
+        ``organisation`` contains present members.
         """
         facts, now_s = WithMembers(beliefs, organisation), picture.body.now_s
         for service in self.matching.services.values():
@@ -87,7 +71,7 @@ class Concluding:
         return Nothing(self._until_s(beliefs, now_s))
 
     def _until_s(self, beliefs: Beliefs, now_s: float) -> float:
-        """Until when time alone changes nothing: whoever chooses waits, and so does who searches for a candidate."""
+        """Time until which nothing changes without new facts."""
         due_s, chosen_s = self._due_s(beliefs), beliefs.observed_s(("chosen", self.recovery))
         times_s = [] if chosen_s is None else [chosen_s + self.settings.reach_limit_s]
         if due_s is not None:
@@ -95,7 +79,7 @@ class Concluding:
         return min([time_s - NEAR_S for time_s in times_s if now_s <= time_s + NEAR_S], default=math.inf)
 
     def _asked(self, me: str, organisation: Organisation, facts: FactsLike) -> list[Finding]:
-        """Ask for the service of another vehicle, where that is the first that is able to survey an own block."""
+        """Request the service of another vehicle if it comes first for an own block."""
         for group, block in self._own(me, organisation):
             if facts.get(("surveyedBy", block)) is not None:
                 continue
@@ -105,14 +89,14 @@ class Concluding:
         return []
 
     def _own(self, me: str, organisation: Organisation) -> Iterator[tuple[Group, str]]:
-        """Blocks that this vehicle is to see surveyed, with the group."""
+        """Blocks that this vehicle is responsible for, with the group."""
         for group in self.groups.values():
             for role in group.roles:
                 if role.job is not None and role.job in self.blocks and organisation.plays(me, group.name, role.name):
                     yield group, role.job
 
     def requests(self, me: str, facts: FactsLike) -> list[tuple[str, Service]]:
-        """Blocks that a vehicle is asked to survey, and by which service."""
+        """Return the blocks that a vehicle is requested to survey, with the service."""
         found = []
         for block in self.blocks:
             asked = self.matching.services.get(facts.get(("requestedOf", block)) or "")
@@ -121,7 +105,7 @@ class Concluding:
         return found
 
     def _served(self, me: str, beliefs: Beliefs) -> list[Finding]:
-        """A block that was surveyed on request is done once all its tiles are known to be charted."""
+        """Report a requested block as surveyed once all its tiles are charted."""
         for block, _ in self.requests(me, beliefs):
             if len(beliefs.values(("chartedTile", block))) >= len(self.blocks[block].tiles):
                 return [Finding(block, "surveyedBy", me)]
@@ -132,7 +116,7 @@ class Concluding:
     def _chosen(
         self, me: str, organisation: Organisation, beliefs: Beliefs, facts: FactsLike, now_s: float
     ) -> list[Finding]:
-        """Choose the candidate most like the target, some time after it was due; by the service that is to choose."""
+        """Choose the candidate most like the target, with a delay, by the choosing service."""
         since_s = self._due_s(beliefs)
         if since_s is None:
             return []
@@ -152,7 +136,7 @@ class Concluding:
         candidates = beliefs.instances(CANDIDATE)
         likely = [(_likeness(beliefs, name), name) for name in candidates if _is_open(beliefs, name)]
         again = [] if likely else [name for name in candidates if self._may_look_again(beliefs, name)]
-        anew = [name for name in again if beliefs.get(("verdict", name)) == "absent"]  # nobody has seen what it is
+        anew = [name for name in again if beliefs.get(("verdict", name)) == "absent"]  # class still unknown
         if not (likely or anew) and n_again < self.settings.surveys_again:
             asked, is_possible = self._survey_again(me, beliefs, facts, there, n_again + 1)
             if is_possible:
@@ -172,7 +156,7 @@ class Concluding:
         return [*opened, Finding(self.recovery, "chosen", name), Finding(self.recovery, "chosenAt", at_m)]
 
     def _nobody_chooses(self, me: str, organisation: Organisation, beliefs: Beliefs) -> list[Finding]:
-        """A head says that nothing is left to be chosen, once who is there has no service that chooses and may work."""
+        """Leader: report exhaustion if no present vehicle has a choosing service that may work."""
         leads = any(
             me in organisation.heads(group.name) and any(role.job == self.recovery for role in group.roles)
             for group in self.groups.values()
@@ -188,14 +172,10 @@ class Concluding:
     def _survey_again(
         self, me: str, beliefs: Beliefs, facts: FactsLike, there: frozenset[str], n_again: int
     ) -> tuple[list[Finding], bool]:
-        """Whom to ask to survey the blocks for the ``n_again``-th time anew, as far as they are not yet.
-
-        Returns:
-            The requests that are not made, and whether anybody is able to do what is left of it.
-        """
+        """Return missing requests for the ``n_again``-th repetition, and whether any is possible."""
         asked, is_possible = list[Finding](), False
         if n_again == 0 or self.matching.response != "matching":
-            return asked, is_possible  # nobody serves others by a fixed plan
+            return asked, is_possible  # fixed plans contain no requests
         for block in self.blocks:
             if int(beliefs.get(("surveyedAgain", block), 0)) >= n_again:
                 continue
@@ -206,12 +186,15 @@ class Concluding:
         return asked, is_possible
 
     def _may_look_again(self, beliefs: Beliefs, candidate: str) -> bool:
-        """True unless a candidate has been looked at anew as often as is allowed."""
+        """True while the number of renewed inspections of a candidate is below its limit."""
         return beliefs.count(("verdict", candidate), "open") < self.settings.looks_again
 
     def _due_s(self, beliefs: Beliefs) -> float | None:
-        """Since when a choice is due: the last block is surveyed, for the first time or again, what was chosen turned
-        out to be none, or something else turned out to be the target, which was searched for at a wrong place."""
+        """Time since which a choice is pending; None if none is.
+
+        Causes: last survey, first or repeated; rejection of the chosen candidate; another candidate identified as
+        target.
+        """
         if beliefs.get(("recoveredBy", self.recovery)) is not None:
             return None
         chosen = beliefs.get(("chosen", self.recovery))
@@ -229,7 +212,7 @@ class Concluding:
         return max(at_last_s, *known_s) if len(known_s) == len(surveyed_s) else None
 
     def _recovers(self, me: str, organisation: Organisation) -> bool:
-        """True for who is to recover what is chosen."""
+        """True for the vehicle with the recovery."""
         return any(
             role.job == self.recovery and organisation.plays(me, group.name, role.name)
             for group in self.groups.values()
@@ -237,14 +220,13 @@ class Concluding:
         )
 
     def _judged(self, me: str, organisation: Organisation, beliefs: Beliefs) -> list[Finding]:
-        """Who is to recover it says what a candidate is once all looks at it together are sure enough.
+        """Recovering vehicle: decide the class of a candidate from all close observations.
 
-        Looks of all vehicles count, of a candidate that was opened anew those since then. Where the target lies is what
-        its own looks since the choice come to, once there are as many as decide alone: each vehicle errs about its own
-        place, and has gone on erring since the looks before.
+        Observations of all vehicles count, for a reopened candidate only those after that. The target's place uses only
+        own observations since the choice, once they decide alone: position errors differ between vehicles and drift.
         """
         if beliefs.get(("chosen", self.recovery)) is None or not self._recovers(me, organisation):
-            return []  # nobody looks from near before a choice
+            return []  # no close observation before a choice
         for candidate in beliefs.instances(CANDIDATE):
             known, found = ("verdict", candidate), list[Finding]()
             verdict = beliefs.get(known)
@@ -261,7 +243,7 @@ class Concluding:
         return []
 
     def _shown(self, beliefs: Beliefs, candidate: str, since_s: float | None, by: str | None = None) -> bool | None:
-        """What looks from near at a candidate since a time decide, of all vehicles or of one; None if nothing yet."""
+        """Verdict of close observations since a time, of all vehicles or of one; None if undecided."""
         looks = beliefs.fused(("looksLike", candidate), since_s=since_s, by=by)
         if looks is None:
             return None
@@ -269,7 +251,7 @@ class Concluding:
         return sequential_verdict(p_target, self.settings.p_mistaken, self.settings.p_missed)
 
     def _reacquired(self, me: str, beliefs: Beliefs, candidate: str) -> list[Finding]:
-        """That a vehicle has itself found the target again, and where, once its own looks since the choice suffice."""
+        """Report own reacquisition and place, once own observations since the choice decide."""
         chosen_s = beliefs.observed_s(("chosen", self.recovery))
         if self._shown(beliefs, candidate, chosen_s, me) is None:
             return []
@@ -278,7 +260,7 @@ class Concluding:
         return [Finding(candidate, "reacquiredBy", me), *at]
 
     def _absent(self, me: str, organisation: Organisation, beliefs: Beliefs, now_s: float) -> list[Finding]:
-        """Who is to recover it says that a candidate is not there, if it is not found again in time."""
+        """Recovering vehicle: report the chosen candidate absent after the time limit."""
         chosen = beliefs.get(("chosen", self.recovery))
         if chosen is None or beliefs.get(("verdict", chosen)) not in (None, "open"):
             return []
@@ -288,7 +270,7 @@ class Concluding:
         return [Finding(chosen, "verdict", "absent")] if self._recovers(me, organisation) else []
 
     def _adrift(self, me: str, beliefs: Beliefs) -> list[Finding]:
-        """A fix is of no use any more once the candidate that it was taken for has turned out to be none."""
+        """Revoke a fix taken for a candidate that is rejected."""
         chosen = beliefs.get(("chosen", self.recovery))
         if chosen is None or _is_open(beliefs, chosen) or not beliefs.get(("fixedOn", me)):
             return []
@@ -296,7 +278,7 @@ class Concluding:
 
 
 def _status(service: Service, beliefs: Beliefs, picture: Picture) -> list[Finding]:
-    """Advertise a service, or say that its status has changed. A module without self-test is taken to work."""
+    """Advertise a service or its changed status; without self-test it counts as working."""
     works = not service.settings.tells_state or service.settings.name in picture.body.answering
     status, told = AVAILABLE if works else FAILED, beliefs.get(("serviceStatus", service.name))
     if told == status:
@@ -313,12 +295,12 @@ def _status(service: Service, beliefs: Beliefs, picture: Picture) -> list[Findin
 
 
 def _is_open(beliefs: Beliefs, candidate: str) -> bool:
-    """True unless a candidate is known to be none, or not to be there."""
+    """True unless a candidate is rejected or absent."""
     return beliefs.get(("verdict", candidate)) not in ("decoy", "absent")
 
 
 def _likeness(beliefs: Beliefs, candidate: str) -> float:
-    """How much a candidate looks like the target, 0..1; more for one that was seen from near to be it."""
+    """Likeness of a candidate to the target, 0..1; 2 if identified at close range."""
     if beliefs.get(("verdict", candidate)) == "target":
         return 2.0
     found = beliefs.fused(("likeness", candidate))

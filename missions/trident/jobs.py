@@ -1,4 +1,4 @@
-"""The jobs: blocks to be surveyed, and the recovery of what is chosen."""
+"""Jobs of the mission: surveys of blocks, and the recovery of the chosen object."""
 
 from __future__ import annotations
 
@@ -14,63 +14,57 @@ from remoras.htn import FactsLike
 from remoras.work import Outlook, Point
 
 SHARE_USED = 0.8
-"""Lanes are so much nearer to each other than a module sees: who errs about its place leaves fewer gaps."""
+"""Lane spacing as share of the sensor width; the overlap covers position errors."""
 RECOVERY_S = 400.0
-"""What a recovery is expected to take beside the way there, fitted to runs without faults."""
+"""Expected duration of a recovery on site, fitted to runs without faults."""
 
 
 def surveyor(data: VehicleData) -> SurveyorSettings | None:
-    """The first module of a vehicle that surveys."""
+    """First surveying module of a vehicle."""
     return data.sensor(SurveyorSettings)
 
 
 def survey_speed_mps(data: VehicleData, settings: SurveyorSettings) -> float:
-    """How fast a vehicle surveys with a module."""
+    """Survey speed, limited by the module."""
     return min(data.survey_speed_mps, data.speed_factor * settings.speed_limit_mps)
 
 
 def is_to_be_surveyed(facts: FactsLike, block: str, recovery: str) -> bool:
-    """True of a block that is not known to be surveyed as often as is called for.
-
-    Args:
-        facts: of a vehicle.
-        block, recovery: names of jobs.
-    """
+    """Return True unless the block is known to be surveyed as often as requested."""
     if facts.get(("surveyedBy", block)) is None:
         return True
     return int(facts.get(("surveyedAgain", block), 0)) < int(facts.get(("surveysAgain", recovery), 0))
 
 
 class OnServices:
-    """What both jobs share: services on board do them, and say whether they work; see ``remoras.work.HinderedJob``.
+    """Base of jobs that depend on on-board services; see ``remoras.work.HinderedJob``.
 
-    Attributes:
-        services: that say whether they work; failed: of these, that say that they do not.
+    ``services`` report their status; ``failed`` are those that report a failure.
     """
 
     services: tuple[str, ...]
     failed: frozenset[str]
 
     def is_able(self, data: VehicleData) -> bool:
-        """True for a vehicle with services that do the job and are not said to have failed."""
+        """Return True for a vehicle with working services for the job."""
         raise NotImplementedError
 
     def is_ever_able(self, data: VehicleData) -> bool:
-        """True for a vehicle that is able while its services work."""
+        """Return True for a vehicle that is able while its services work."""
         return self._with(frozenset()).is_able(data)
 
     @property
     def rests_on(self) -> tuple[Key, ...]:
-        """What the services say of themselves."""
+        """Status facts of the services."""
         return tuple(("serviceStatus", name) for name in self.services)
 
     @property
     def hindrances(self) -> tuple[str, ...]:
-        """The services that have failed."""
+        """Failed services."""
         return tuple(f"{name} has failed" for name in sorted(self.failed))
 
     def left(self, facts: Known) -> Self:
-        """With the services that have failed."""
+        """Return the job with the failed services."""
         failed = frozenset(name for name in self.services if facts.get(("serviceStatus", name)) == FAILED)
         return self if failed == self.failed else self._with(failed)
 
@@ -80,14 +74,7 @@ class OnServices:
 
 @dataclass(frozen=True)
 class BlockSurvey(OnServices):
-    """The survey of a block: a ``remoras.work.Job``.
-
-    Attributes:
-        block: of the seabed.
-        vehicles: that are able to see it done.
-        needs: jobs that must be done before.
-        services: that survey, and say whether they work; failed: of these, that say that they do not.
-    """
+    """Survey of a block: a ``remoras.work.Job``; ``vehicles`` may do it or request it."""
 
     block: SeabedBlock
     vehicles: frozenset[str]
@@ -102,22 +89,22 @@ class BlockSurvey(OnServices):
 
     @property
     def place_m(self) -> Point:
-        """Middle of the block."""
+        """Centre of the block."""
         return self.block.centre_m
 
     @property
     def done(self) -> Key:
-        """Somebody has surveyed it."""
+        """Fact that the block is surveyed."""
         return "surveyedBy", self.name
 
     def is_able(self, data: VehicleData) -> bool:
-        """True for a vehicle that has a service for it, or may ask another for one."""
+        """Return True for a vehicle with a service for it, or one that may request it."""
         if self.failed and self.failed.issuperset(self.services):
             return False
         return data.name in self.vehicles and surveyor(data) is not None
 
     def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
-        """Its way, and the length of all lanes of the first module that surveys."""
+        """Return the outlook after travel and all lanes of the first surveying module."""
         settings = surveyor(data) if self.is_able(data) else None
         if settings is None:
             return None
@@ -130,14 +117,11 @@ class BlockSurvey(OnServices):
 
 @dataclass(frozen=True)
 class RecoveryJob(OnServices):
-    """The recovery of the object that is chosen once all blocks are surveyed: a ``remoras.work.Job``.
+    """Recovery of the object chosen after the surveys: a ``remoras.work.Job``.
 
     Attributes:
-        name: of its instance.
-        place_m: middle of the site, until more is known.
-        needs: names of the blocks.
-        services: that have to be on board, and say whether they work; failed: of these, that say that they do not.
-        exhausted: no candidate is left that may be the target, or nobody to choose it.
+        place_m: centre of the site until more is known.
+        exhausted: no candidate, or no vehicle to choose one, remains.
     """
 
     name: str
@@ -149,33 +133,33 @@ class RecoveryJob(OnServices):
 
     @property
     def done(self) -> Key:
-        """Somebody has recovered it, as far as known."""
+        """Fact that the object is recovered."""
         return "recoveredBy", self.name
 
     @property
     def rests_on(self) -> tuple[Key, ...]:
-        """What the services say of themselves, and whether a candidate is left."""
+        """Status facts of the services, and whether candidates remain."""
         return (*super().rests_on, ("isExhausted", self.name))
 
     @property
     def hindrances(self) -> tuple[str, ...]:
-        """The services that have failed; that no choice is left."""
+        """Failed services, and the lack of a choice."""
         return (
             *super().hindrances,
             *(("no candidate is left that may be the target, or nobody to choose it",) if self.exhausted else ()),
         )
 
     def left(self, facts: Known) -> Self:
-        """With the services that have failed, and without a candidate once none is left."""
+        """Return the job with failed services, and exhausted or not."""
         found, exhausted = super().left(facts), bool(facts.get(("isExhausted", self.name)))
         return found if exhausted == self.exhausted else replace(found, exhausted=exhausted)
 
     def is_ever_able(self, data: VehicleData) -> bool:
-        """True for a vehicle that is able while its services work and a candidate is left."""
+        """Return True for a vehicle that is able while services work and a candidate remains."""
         return replace(self, failed=frozenset(), exhausted=False).is_able(data)
 
     def is_able(self, data: VehicleData) -> bool:
-        """True for a vehicle with modules to find, to hold and to handle it that are not said to have failed."""
+        """Return True for a vehicle with working finder and both effectors."""
         if self.exhausted:
             return False
         working = [sensor for sensor in data.sensors if f"{data.name} {sensor.name}" not in self.failed]
@@ -183,7 +167,7 @@ class RecoveryJob(OnServices):
         return len(does) == 2 and any(isinstance(sensor, FinderSettings) for sensor in working)
 
     def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
-        """Its way, and what a recovery usually takes."""
+        """Return the outlook after travel and an average recovery."""
         if not self.is_able(data):
             return None
         return outlook.stayed(self.place_m, RECOVERY_S, data)

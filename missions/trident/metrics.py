@@ -1,4 +1,4 @@
-"""Metrics and figures of mission Trident."""
+"""Metrics and figures of the Trident mission."""
 
 from __future__ import annotations
 
@@ -18,50 +18,50 @@ if TYPE_CHECKING:
 
 
 def recovered(run: MeasuredRun) -> bool:
-    """Whether the target was really recovered."""
+    """True if the target was truly recovered."""
     return target_recovered_s(run) is not None
 
 
 def target_recovered_s(run: MeasuredRun) -> float | None:
-    """When the target was really recovered."""
+    """Time of the true recovery of the target."""
     return next((time_s for time_s, of in _handled(run) if of == TARGET), None)
 
 
 def n_mistaken(run: MeasuredRun) -> int:
-    """How many decoys were recovered in place of the target."""
+    """Number of decoys recovered instead of the target."""
     return len({of for _, of in _handled(run) if of != TARGET})
 
 
 def _handled(run: MeasuredRun) -> list[tuple[float, str]]:
-    """When which object was handled with success."""
+    """Time and object of each successful handling."""
     return [(row[0], row[4]) for row in run.recorder.rows(ATTEMPTS.name) if row[3] == "handle" and row[-1]]
 
 
 def charted_fraction(run: MeasuredRun) -> float:
-    """Share of the tiles of all blocks that were really charted."""
+    """Share of all tiles truly charted."""
     n_tiles = sum(len(block.tiles) for block in cast(Site, run.mission.world(run.seed)).blocks)
     return len({row[2:4] for row in run.recorder.rows(CHARTED.name)}) / n_tiles if n_tiles else 1.0
 
 
 def n_choices(run: MeasuredRun) -> int:
-    """How often a candidate was chosen."""
+    """Number of choices of a candidate."""
     return sum(row[5] == "chosen" for row in run.recorder.rows("items"))
 
 
 def n_requests(run: MeasuredRun) -> int:
-    """How often a vehicle asked another for a service."""
+    """Number of service requests between vehicles."""
     return sum(row[5] == "requestedOf" for row in run.recorder.rows("items"))
 
 
 def n_violations(run: MeasuredRun) -> int | Absent:
-    """How often the choreography was violated."""
+    """Number of violations of the choreography."""
     if not cast(TridentScenario, run.scenario).choreography.state or not run.recorder.rows("packets"):
         return NOT_APPLICABLE
     return sum(bool(row[-1]) for row in run.recorder.rows(CHOREOGRAPHY.name))
 
 
 def navigation_error_m(run: MeasuredRun) -> float | Absent:
-    """Greatest distance of the places that vehicles under water told from where they really were then."""
+    """Greatest error of the positions reported by submerged vehicles."""
     submerged = {vehicle.name for vehicle in run.scenario.vehicle if vehicle.depth_m > 1.0}
     ways: dict[str, list[tuple[float, float, float]]] = {name: [] for name in submerged}
     for row in run.recorder.rows("trajectories"):
@@ -98,15 +98,15 @@ METRICS = (
         note="Of the places that vehicles under water tell, which are rounded to 0.5 m.",
     ),
 )  # fmt: skip
-"""Fields of the summary that this mission adds."""
+"""Metrics of this mission."""
 
 
 USES = {"Surveying", "Ranging", "Reacquiring", "Holding", "Handling"}
-"""Steps that use a service; its name is their last argument but those of when."""
+"""Steps that use a service."""
 
 
 def statuses(results: RunResults) -> dict[str, list[tuple[float, str]]]:
-    """For every service, in the order in which they were advertised: when it said what of itself."""
+    """Return time and status of each service, in order of advertisement."""
     found: dict[str, list[tuple[float, str]]] = {}
     for row in results.table("items").to_pylist():
         if row["attribute"] == "serviceStatus":
@@ -115,7 +115,7 @@ def statuses(results: RunResults) -> dict[str, list[tuple[float, str]]]:
 
 
 def uses(results: RunResults, services: Any) -> list[tuple[str, str, float, float]]:
-    """Vehicle, service, begin and end (s) of every step of a plan that is bound to one of ``services``."""
+    """Return vehicle, service, begin and end (s) of every step bound to one of ``services``."""
     end_s = float(results.summary["mission_time_s"])
     running: dict[tuple[str, str, str, int], tuple[str, float]] = {}
     found = []
@@ -134,7 +134,7 @@ def uses(results: RunResults, services: Any) -> list[tuple[str, str, float, floa
 
 
 def draw_services(axes: Axes, results: RunResults, style: Style) -> str:
-    """A lane for each service: grey where it says that it works, a bar where a plan has it in use."""
+    """Draw a lane per service: grey while it reports to work, bars while plans use it."""
     said, end_s = statuses(results), max(float(results.summary["mission_time_s"]), 1.0)
     names = list(said)
     for lane, name in enumerate(names):
@@ -162,7 +162,7 @@ def draw_services(axes: Axes, results: RunResults, style: Style) -> str:
 
 
 def draw_choreography(axes: Axes, results: RunResults, style: Style) -> str:
-    """Steps from state to state over time, a mark for each message, another for each violation."""
+    """Draw states over time with messages and violations."""
     rows, end_s = results.table(CHOREOGRAPHY.name).to_pylist(), max(float(results.summary["mission_time_s"]), 1.0)
     pattern = results.scenario_tables.get("choreography", {})
     states = [state["name"] for state in pattern.get("state", [])]
@@ -190,7 +190,7 @@ def draw_choreography(axes: Axes, results: RunResults, style: Style) -> str:
 
 
 def draw_site(axes: Axes, results: RunResults, style: Style) -> str:
-    """Charted tiles in the colour of the vehicle that was first, and where attempts were made."""
+    """Draw charted tiles in the colour of the first vehicle."""
     raw = results.scenario_tables
     size_m = float(raw["mission"]["tile_m"])
     first: dict[tuple[int, int], str] = {}
@@ -209,4 +209,4 @@ FIGURES = (
     Figure("choreography", "Choreography over mission time", draw_choreography, needs=(CHOREOGRAPHY.name,)),
     Layer("site", draw_site, needs=(CHARTED.name, ATTEMPTS.name)),
 )
-"""What results of this mission show beside what those of every mission do."""
+"""Figures of this mission."""

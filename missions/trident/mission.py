@@ -1,4 +1,4 @@
-"""Mission Trident: a diver with an arm and a surface vehicle recover a target from the seafloor."""
+"""Trident mission: a submerged vehicle with an arm and a surface vehicle recover a target."""
 
 from __future__ import annotations
 
@@ -75,11 +75,11 @@ from worldmodel import Instance, Keeping, PropertyValue, TBox, WorldModel
 
 SERVICE = "Service"
 MOST_TILES = 1024
-"""Tiles of one block that ``chartedTile`` can name."""
+"""Largest number of tiles per block that ``chartedTile`` can encode."""
 
 
 def trident_faults(scenario: TridentScenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
-    """All faults of blocks, of the target, of services and of the choreography."""
+    """Yield all faults of blocks, target, services and choreography."""
     yield from _blocks(scenario)
     places_m = {"recovery.target_m": scenario.recovery.target_m}
     places_m["transponder.position_m"] = scenario.transponder.position_m if scenario.transponder else None
@@ -91,7 +91,7 @@ def trident_faults(scenario: TridentScenario, mission: type[Mission]) -> Iterato
 
 
 def _blocks(scenario: TridentScenario) -> Iterator[ConfigurationFault]:
-    """Blocks outside the world, of too many tiles, upon each other, or with names used elsewhere."""
+    """Yield blocks outside the world, too large, overlapping, or with taken names."""
     tile_m, before = scenario.mission.tile_m, list[BlockTable]()
     taken = Counter([scenario.recovery.name, *(block.name for block in scenario.block), *scenario.taken_names()])
     for block in scenario.block:
@@ -112,7 +112,7 @@ def _blocks(scenario: TridentScenario) -> Iterator[ConfigurationFault]:
 
 
 def _services(scenario: TridentScenario, mission: type[Mission], tbox: TBox) -> Iterator[ConfigurationFault]:
-    """Capabilities that are none, activities for which nobody offers a service, and services that nobody has."""
+    """Yield unknown capabilities, activities without a service, and unknown services."""
     named = {ontology_class.name: ontology_class.uid for ontology_class in tbox.classes}
     kinds = sorted(tbox.classes[uid].name for uid in tbox.subclasses(named[SERVICE]))
     modules = {
@@ -144,7 +144,7 @@ def _services(scenario: TridentScenario, mission: type[Mission], tbox: TBox) -> 
 
 
 def _named(key: str, table: ActivityTable | BlockTable, able: Collection[str]) -> Iterator[ConfigurationFault]:
-    """Services that the plan has for an activity, and that are not able to do it; that none is, is told elsewhere."""
+    """Yield planned services that cannot do an activity; a lack of any is reported elsewhere."""
     if not able:
         return
     if not table.service:
@@ -154,7 +154,7 @@ def _named(key: str, table: ActivityTable | BlockTable, able: Collection[str]) -
 
 
 def _concluded(tbox: TBox, vehicle: VehicleTable, module: ModuleSettings) -> frozenset[str]:
-    """Classes that a service is of: as it is advertised, and as follows from who provides it and that it works."""
+    """Return advertised and inferred classes of a service."""
     named = {ontology_class.name: ontology_class.uid for ontology_class in tbox.classes}
     of_class, kind = named.get(module.capability), named.get(vehicle.vehicle_type)
     if of_class is None or kind is None:
@@ -176,7 +176,7 @@ def _concluded(tbox: TBox, vehicle: VehicleTable, module: ModuleSettings) -> fro
 
 
 def _choreography(scenario: TridentScenario, tbox: TBox) -> Iterator[ConfigurationFault]:
-    """States that cannot be reached or left, and messages between states, of facts or vehicles that there are not."""
+    """Yield unreachable states, dead ends, and messages with unknown states, facts or vehicles."""
     table, found = scenario.choreography, list[ConfigurationFault]()
     states = [state.name for state in table.state]
     for name, count in Counter(states).items():
@@ -200,18 +200,14 @@ def _choreography(scenario: TridentScenario, tbox: TBox) -> Iterator[Configurati
 
 
 FURTHER_NEEDS = {"unableTo": 40, "isImpossible": 20, "surveysAgain": 40, "surveyedAgain": 20, "isExhausted": 40}
-"""How urgently vehicles need these of each other, where the scenario does not say."""
+"""Default urgencies of further needed attributes."""
 ESCORTING = "Escorting"
 ESCORT_IMPORTANCE = 0.55
-"""Of keeping near to a vehicle that gets fixes: below work, above the meeting."""
+"""Importance of escorting a vehicle with fixes: below work, above the rendezvous."""
 
 
 class TridentMission(JobMission):
-    """A mission of two phases: survey, then recovery of what was chosen.
-
-    Args:
-        scenario: that it is made from, which has passed every check.
-    """
+    """Two-phase mission: survey, then recovery of the chosen object."""
 
     Scenario = TridentScenario
     group_missions = ("Intervention",)
@@ -255,20 +251,22 @@ class TridentMission(JobMission):
 
     @classmethod
     def check(cls, scenario: TridentScenario) -> Iterable[ConfigurationFault]:
-        """What is wrong with blocks, services, and the choreography."""
+        """Yield faults of blocks, services and choreography."""
         return trident_faults(scenario, cls)
 
     @classmethod
     def completed(cls, scenario: TridentScenario) -> TridentScenario:
-        """With the need for what vehicles are not able to do, and for what is left to be looked at."""
+        """Add default needs."""
         return with_needs(scenario, FURTHER_NEEDS)
 
-    # What there is -------------------------------------------------------------------------------
+    # Content -------------------------------------------------------------------------------------
 
     def jobs_of(self, scenario: TridentScenario) -> Iterable[Job]:
-        """A survey for each block, and the recovery."""
+        """A survey per block, and the recovery."""
         everybody, services = frozenset(self._database), self.matching.services
-        heeded = services.items() if self.matching.response == "matching" else ()  # other plans go by what comes of it
+        heeded = (
+            services.items() if self.matching.response == "matching" else ()
+        )  # other plans respond to outcomes only
         surveying = tuple(name for name, one in heeded if isinstance(one.settings, SurveyorSettings))
         on_board = tuple(name for name, one in heeded if isinstance(one.settings, EffectorSettings | FinderSettings))
         for name, block in self.blocks.items():
@@ -283,7 +281,7 @@ class TridentMission(JobMission):
 
     @property
     def instances(self) -> Sequence[tuple[str, str]]:
-        """Blocks, the recovery, and services of the classes that they are advertised as."""
+        """Blocks, the recovery, and services with their advertised class."""
         services = [(service.settings.capability, name) for name, service in self.matching.services.items()]
         return [
             *(("SurveyBlock", name) for name in self.blocks),
@@ -293,18 +291,18 @@ class TridentMission(JobMission):
 
     @property
     def instances_found_per_vehicle(self) -> int:
-        """As many as a vehicle may take for different ones of what lies there."""
+        """Upper limit of candidates that one vehicle may create."""
         return FOUND_PER_OBJECT * (1 + self.scenario.recovery.decoys)
 
     @property
     def most_observations(self) -> int:
-        """Every tile once by each module, looks at objects, and some more."""
+        """Upper limit: each tile once per module, object observations, and a margin."""
         n_modules = len(self.matching.services)
         n_tiles = sum(len(block.tiles) for block in self.blocks.values())
         return n_modules * (n_tiles + MOST_LOOKS * (1 + self.scenario.recovery.decoys)) + 100
 
     def world(self, seed: int) -> Site:
-        """The blocks, and what lies in them in the run with that seed."""
+        """Blocks and sampled objects of a run."""
         scenario, blocks = self.scenario, tuple(self.blocks.values())
         objects = lying(blocks, scenario.recovery.target_m, scenario.recovery.decoys, seed)
         stands = scenario.transponder
@@ -314,7 +312,7 @@ class TridentMission(JobMission):
 
     @property
     def places(self) -> Sequence[Place]:
-        """Rally points, blocks and the transponder."""
+        """Rally points, blocks and transponder."""
         found = [Place(name, "rally point", (at_m,)) for name, at_m in self._rally_points_m.items()]
         for name, block in self.blocks.items():
             tiles = Tiles(block.tile_m, block.tiles, "chartedTile", CHARTED.name, ("column", "row"))
@@ -324,13 +322,13 @@ class TridentMission(JobMission):
         return found
 
     def truth(self, recorder: Recorder, world: Site) -> TridentTruth:
-        """Notes what is charted, what is recovered, and what was said."""
+        """Create the ground truth."""
         return TridentTruth(self.meeting, self.scenario, recorder, world)
 
-    # What vehicles do ----------------------------------------------------------------------------
+    # Activities ----------------------------------------------------------------------------------
 
     def founding_objectives(self) -> Sequence[Objective]:
-        """Heads supervise their groups; all that are in one from the start serve the others."""
+        """Supervision by leaders; service by all initially assigned roles."""
         serving = [
             Objective(group.name, role.name, SERVING, group.name)
             for group in self._groups.values()
@@ -340,12 +338,12 @@ class TridentMission(JobMission):
         return [*super().founding_objectives(), *serving]
 
     def is_individual(self, objective: Objective) -> bool:
-        """True for the work and for what is done on request."""
+        """Return True for own and requested work."""
         return objective.name in (WORKING, SERVING)
 
     @property
     def activity_domain(self) -> Domain:
-        """Work into steps that are bound to services."""
+        """Decomposition of work into steps bound to services."""
         return self._activity_domain
 
     def activities(
@@ -356,8 +354,7 @@ class TridentMission(JobMission):
         facts: FactsLike,
         position_m: Point,
     ) -> Pursuit:
-        """A step by an own service guides and has the module switched on; for another vehicle's there is nothing to
-        do but to wait."""
+        """One guidance activity per step: own module on, or a wait for another vehicle."""
         rests_on = {*self.matching.rests_on(), self._jobs[objective.argument].done, ("gatheredAt", objective.group)}
         rests_on.add(("chosen", self.scenario.recovery.name))
         sets = [self._set(objective, task, data) for together in steps for task in together]
@@ -376,7 +373,7 @@ class TridentMission(JobMission):
         return ActivitySet(objective, ActivityKind.INDIVIDUAL, (doing,), importance)
 
     def activity_sets(self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point) -> Pursuit:
-        """Those of the meeting; to serve is to survey what one is asked to, and to escort who gets fixes."""
+        """Activity sets of the rendezvous; service means requested surveys and escorts."""
         if objective.name != SERVING:
             return super().activity_sets(objective, data, facts, position_m)
         importance, sets = self.meeting.importance["Work"], []
@@ -395,17 +392,17 @@ class TridentMission(JobMission):
         return tuple(sets), frozenset()
 
     def _escorted(self, data: VehicleData) -> tuple[str, ...]:
-        """Vehicles under water, for one near which they learn where they are."""
+        """Submerged vehicles that obtain fixes near this one."""
         if data.name not in locating(self.scenario):
             return ()
         return tuple(other.name for other in self._database.values() if other.depth_m > 0.0)
 
     def behaviour_at(self, job: Job, data: VehicleData) -> Behaviour:
-        """Jobs are done in steps, so none is asked for."""
+        """Raise ``PlanningError``: jobs are done in steps."""
         raise PlanningError(f"job {job.name!r} is done in steps")
 
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
-        """The behaviour of a step by its service; those of the meeting else."""
+        """Behaviour of a step by its service, or of the rendezvous."""
         if (found := self.meeting.behaviour(activity, data)) is not None:
             return found
         settings = self.scenario.mission
@@ -435,5 +432,5 @@ class TridentMission(JobMission):
     def conclusions(
         self, data: VehicleData, organisation: Organisation, beliefs: Beliefs, picture: Picture, motion: Motion
     ) -> Sequence[Finding]:
-        """What a vehicle says of its services, of requests, of the choice."""
+        """Return conclusions about services, requests and the choice."""
         return self.concluding.of(data.name, organisation, beliefs, picture)

@@ -1,19 +1,19 @@
 """Modules of vehicles and the services that they offer.
 
-Each advertises the class of what it is capable of, its cost and its precondition. It works while an activity has it
-switched on. What it perceives is where it is, what it reports is where the vehicle takes itself to be. Draws are keyed
-by seed, vehicle, object and look: no strategy, loss rate or fault changes what a look or an attempt comes to.
+A service is advertised with its class, cost and precondition. It works while an activity has it switched on. It senses
+at the true position and reports relative to the believed one. Draws are keyed by seed, vehicle, object and observation
+number. Strategies, losses and faults therefore never change the outcome of an observation or attempt.
 
 =========  ========================================================================================================
-response   services for an activity, in the order in which they are tried
+response   services for an activity, in the order of trial
 =========  ========================================================================================================
-fixed      the one that the plan names
-repair     that one, then those that the plan lists behind it, each once the step before has failed
-matching   all that the world model takes to be of the class asked for and available, of vehicles that are there, by
-           cost; another vehicle's costs ``HANDING_OVER_S`` more. Own services of which nothing was said yet count too
+fixed      the one named in the plan
+repair     that one, then the spares of the plan, each after a failure
+matching   all services of the requested class, by the world model, that are available on present vehicles, by cost;
+           ``HANDING_OVER_S`` is added for another vehicle. Own services without a reported status count too
 =========  ========================================================================================================
 
-Without inference, matching compares the class that an activity asks for with the one that a service is advertised as.
+Without inference, matching compares the requested with the advertised class.
 """
 
 from __future__ import annotations
@@ -39,33 +39,33 @@ from remoras.sensor import SELF, Fact, Observation, Pose, Sensor, SensorSettings
 
 CANDIDATE = "Candidate"
 SAME_M = 25.0
-"""A candidate that is known so near to what is seen is taken for the same."""
+"""Distance within which an observation is associated with a known candidate."""
 FOUND_PER_OBJECT = 4
-"""Candidates that one vehicle makes of one object at most."""
+"""Most candidates that one vehicle creates per object."""
 MOST_LOOKS = 128
-"""Looks of one module at one object."""
+"""Most observations of an object per module."""
 LOOK_S, REST_MPS = 10.0, 0.15
-"""Time between two looks at one object; who is slower than this is at rest."""
+"""Time between observations of an object; speed below which a vehicle is at rest."""
 REACH_M = 6.0
-"""An effector reaches no object that is farther away."""
+"""Greatest reach of an effector."""
 EDGE = 0.001
-"""Normal errors are cut off at this share, 3.1 standard deviations."""
+"""Quantile at which normal errors are cut off (3.1 standard deviations)."""
 KINDS = ("survey", "find", "hold", "handle")
-"""Draws of modules of different kinds are their own."""
+"""Kinds of modules, each with its own stream of draws."""
 LIKE_TARGET, LIKE_DECOY = 0.7, 0.45
 """Mean likeness of the target and of decoys."""
 
 CHARTED = Table("charted", (TIME, VEHICLE, Column("column", "int", "tile"), Column("row", "int", "tile")))
-"""Tiles that a module really charted for the first time; what it claims is in the world models alone."""
+"""Tiles truly charted for the first time; claims of modules exist only in world models."""
 ATTEMPTS = Table("attempts", (
     TIME, VEHICLE, Column("module", "str"), Column("does", "str"), Column("object", "str"),
     Column("pose_error_m", "float", "m"), Column("succeeded", "bool"),
 ))  # fmt: skip
-"""Attempts to hold on to objects and to handle them, with the distance from where the vehicle should have been."""
+"""Attempts to hold or handle objects, with the true distance from the object."""
 
 
 class ModuleSettings(SensorSettings):
-    """A module that only has to work: a console, a classifier, a positioning system."""
+    """Module without sensing: a console, a classifier, a positioning system."""
 
     capability: str = Field(description="class of the ontology that its service is advertised as")
     cost_s: float = Field(0.0, ge=0.0, le=4000.0, description="seconds that one would wait to be spared its use")
@@ -77,26 +77,26 @@ class ModuleSettings(SensorSettings):
 
     @property
     def tells_state(self) -> bool:
-        """What ``self_test`` says."""
+        """Value of ``self_test``."""
         return self.self_test
 
     def make(self, data: VehicleData) -> Sensor:
-        """It perceives nothing."""
+        """Create a module without sensing."""
         return Passive()
 
 
 class Passive:
-    """Perceives nothing."""
+    """Module without sensing."""
 
     table = None
 
     def sense(self, pose: Pose, world: Site, now_s: float) -> list[Observation]:
-        """Nothing."""
+        """Return no observation."""
         return []
 
 
 class SurveyorSettings(ModuleSettings):
-    """A module that charts the seabed below and finds what lies there."""
+    """Module that charts the seabed below and detects objects."""
 
     reach_m: float = Field(gt=0.0, le=200.0, description="it charts so far to both sides of the track")
     speed_limit_mps: float = Field(gt=0.0, description="greatest speed over ground at which it charts")
@@ -109,12 +109,12 @@ class SurveyorSettings(ModuleSettings):
     p_seen: float = Field(0.95, gt=0.0, le=1.0, description="probability that a pass shows an object within reach")
 
     def make(self, data: VehicleData) -> Sensor:
-        """The module of a vehicle."""
+        """Create the module of a vehicle."""
         return Surveyor(self, data)
 
 
 class Surveyor:
-    """Charts tiles, each once, and looks at objects within reach."""
+    """Surveying module: charts each tile once and observes objects within reach."""
 
     table = CHARTED
 
@@ -125,7 +125,7 @@ class Surveyor:
         self._charted: set[Tile] = set()
 
     def sense(self, pose: Pose, world: Site, now_s: float) -> list[Observation]:
-        """What is charted, and found, for the first time, or after a while again."""
+        """Return new tiles, and objects that are due for observation."""
         if pose.ground_mps > self._limit_mps:
             return []
         settings, at_m = self._settings, (pose.x_m, pose.y_m)
@@ -152,7 +152,7 @@ class Surveyor:
 
 
 class FinderSettings(ModuleSettings):
-    """A module that sees from near what a candidate is, and where."""
+    """Module that classifies and locates candidates at close range."""
 
     range_m: float = Field(gt=0.0, description="farthest object that it sees")
     speed_limit_mps: float = Field(0.8, gt=0.0, description="greatest speed over ground at which it sees something")
@@ -160,12 +160,12 @@ class FinderSettings(ModuleSettings):
     p_right: float = Field(gt=0.5, le=1.0, description="probability that a look takes an object for what it is")
 
     def make(self, data: VehicleData) -> Sensor:
-        """The module of a vehicle."""
+        """Create the module of a vehicle."""
         return Finder(self, data)
 
 
 class Finder:
-    """Sees objects from near: each look takes an object for one thing, apart from all others, and says how surely."""
+    """Close-range classifier with independent observations of stated reliability."""
 
     table = None
 
@@ -174,7 +174,7 @@ class Finder:
         self._limit_mps = settings.speed_limit_mps * 1.000001
 
     def sense(self, pose: Pose, world: Site, now_s: float) -> list[Observation]:
-        """Place of each object in range, and what it looks like."""
+        """Return place and class of each object in range."""
         settings, at_m, found = self._settings, (pose.x_m, pose.y_m), []
         if pose.ground_mps > self._limit_mps:
             return []
@@ -189,7 +189,7 @@ class Finder:
 
 
 class EffectorSettings(ModuleSettings):
-    """A module that holds on to an object, or handles it: each attempt succeeds the less the farther it is off."""
+    """Module that holds on to an object or handles it; success falls with distance."""
 
     does: Literal["hold", "handle"] = Field(description="whether it holds the vehicle in place or handles the object")
     attempt_s: float = Field(gt=0.0, description="how long the vehicle has to be at rest for an attempt")
@@ -198,12 +198,12 @@ class EffectorSettings(ModuleSettings):
     )
 
     def make(self, data: VehicleData) -> Sensor:
-        """The module of a vehicle."""
+        """Create the module of a vehicle."""
         return Effector(self, data)
 
 
 class Effector:
-    """Tries to hold or to handle the nearest object, time after time, while the vehicle is at rest."""
+    """Effector that repeats attempts at the nearest object while the vehicle is at rest."""
 
     table = ATTEMPTS
 
@@ -213,9 +213,9 @@ class Effector:
         self._last_s = -math.inf
 
     def sense(self, pose: Pose, world: Site, now_s: float) -> list[Observation]:
-        """The outcome of an attempt that ends now."""
+        """Return the outcome of an attempt that ends now."""
         at_m, nearest = (pose.x_m, pose.y_m), world.nearest((pose.x_m, pose.y_m))
-        if now_s - self._last_s > 1.5:  # it was off
+        if now_s - self._last_s > 1.5:  # it was switched off
             self._since_s = None
         self._last_s = now_s
         if pose.ground_mps > REST_MPS or nearest is None or nearest[0] > REACH_M:
@@ -240,17 +240,17 @@ class Effector:
 
 
 class FixerSettings(ModuleSettings):
-    """A module that ranges a transponder: the vehicle goes there for a fix."""
+    """Module that ranges a transponder near it for a fix."""
 
     stay_s: float = Field(40.0, gt=0.0, description="how long it has to hear the transponder")
 
     def make(self, data: VehicleData) -> Sensor:
-        """The module of a vehicle."""
+        """Create the module of a vehicle."""
         return Fixer(self.stay_s, data.name)
 
 
 class Fixer:
-    """Notes that the vehicle has heard the transponder for long enough."""
+    """Module that reports a fix after ``stay_s`` within range of the transponder."""
 
     table = None
 
@@ -259,7 +259,7 @@ class Fixer:
         self._since_s: float | None = None
 
     def sense(self, pose: Pose, world: Site, now_s: float) -> list[Observation]:
-        """That there was a fix, once it is so."""
+        """Return the fix, once."""
         at_m, place_m = (pose.x_m, pose.y_m), world.transponder_m
         if place_m is None or distance(at_m, place_m) > world.transponder_range_m:
             self._since_s = None
@@ -272,11 +272,7 @@ class Fixer:
 
 
 class Looks:
-    """Counts looks at each object, and draws for them.
-
-    Args:
-        kind: of the module, one of ``KINDS``; node: of its vehicle.
-    """
+    """Schedule and draws of observations per object; ``kind`` is one of ``KINDS``."""
 
     def __init__(self, kind: str, node: int) -> None:
         self._stream, self._node = KINDS.index(kind), node
@@ -284,26 +280,26 @@ class Looks:
         self._n: Counter[int] = Counter()
 
     def is_due(self, number: int, now_s: float, times: float = 1.0) -> bool:
-        """True if an object is to be looked at again, ``times`` the usual time after the last look."""
+        """Return True, and reschedule, after ``times`` the interval since the last observation."""
         if now_s < self._next_s.get(number, -math.inf) or self._n[number] >= MOST_LOOKS:
             return False
         self._next_s[number] = now_s + times * LOOK_S
         return True
 
     def draws(self, seed: int, number: int, n: int) -> list[float]:
-        """Uniform numbers in [0, 1) for the next look at an object."""
+        """Return ``n`` uniform numbers in [0, 1) for the next observation of an object."""
         look, self._n[number] = self._n[number], self._n[number] + 1
         stream = 8 * (len(KINDS) * number + self._stream)
         return [loss.uniform(seed, loss.LOOKS, look, self._node, stream + draw) for draw in range(n)]
 
 
 def normal(share: float, sigma: float) -> float:
-    """A normal error of mean 0, from a uniform number."""
+    """Transform a uniform number into a normal error of mean 0."""
     return sigma * normal_quantile(min(max(share, EDGE), 1.0 - EDGE))
 
 
 def _placed(one: Lying, pose: Pose, off: list[float], sigma_m: float) -> Fact:
-    """Where a vehicle takes an object to lie that it sees, and how sure that is."""
+    """Reported place of an observed object with its uncertainty."""
     (x_m, y_m), (east_m, north_m) = one.position_m, pose.error_m
     seen_m = x_m + east_m + normal(off[0], sigma_m), y_m + north_m + normal(off[1], sigma_m)
     return pose.located(seen_m, max(0.5, sigma_m))
@@ -315,22 +311,17 @@ def _seen(*facts: Fact) -> Observation:
 
 SURVEY, CHOOSE, FIX, FIND, HOLD, HANDLE = "survey", "choose", "fix", "find", "hold", "handle"
 ON_BOARD = (FIND, HOLD, HANDLE)
-"""Activities that no other vehicle is able to do for one that does the recovery."""
+"""Activities of the recovering vehicle that no other vehicle can do."""
 AVAILABLE, FAILED = "available", "failed"
 AVAILABLE_SERVICE = "AvailableService"
-"""Class of services that say of themselves that they work."""
+"""Class of services that report to work."""
 HANDING_OVER_S = 300.0
-"""What it costs to wait for another vehicle, beside the cost of its service."""
+"""Additional cost of another vehicle's service."""
 
 
 @dataclass(frozen=True, slots=True)
 class Service:
-    """What a module of a vehicle offers.
-
-    Attributes:
-        name: vehicle and module; vehicle: that has it.
-        settings: of the module.
-    """
+    """Service of a vehicle's module; ``name`` combines both."""
 
     name: str
     vehicle: str
@@ -338,7 +329,7 @@ class Service:
 
 
 def services_of(vehicles: Iterable[VehicleData]) -> dict[str, Service]:
-    """The services of all vehicles by name."""
+    """Services of all vehicles by name."""
     return {
         (name := f"{data.name} {sensor.name}"): Service(name, data.name, sensor)
         for data in vehicles
@@ -348,21 +339,20 @@ def services_of(vehicles: Iterable[VehicleData]) -> dict[str, Service]:
 
 
 def parties(group: Group, facts: FactsLike) -> frozenset[str]:
-    """Vehicles of a group that are there."""
+    """Present vehicles of a group."""
     founding = (group.path(role.name) for role in group.roles if role.founding)
     return frozenset(name for path in founding for name in facts.get(("members", path)) or ())
 
 
 @dataclass(frozen=True)
 class Matching:
-    """Says which services are able to do what.
+    """Matching of activities with services.
 
     Attributes:
-        services: of the fleet, by name.
-        activities: what each asks for, and what the plan has for it.
-        blocks: of these, the survey of each block, by its name.
-        response: what follows when a service fails.
-        inference: whether classes are concluded.
+        activities: requested class and planned service of each activity.
+        blocks: the same for the survey of each block.
+        response: reaction to a failed service.
+        inference: use of inferred classes.
     """
 
     services: Mapping[str, Service]
@@ -373,7 +363,7 @@ class Matching:
 
     @classmethod
     def of(cls, scenario: TridentScenario, vehicles: Iterable[VehicleData]) -> Matching:
-        """That of a scenario."""
+        """Create the matching of a scenario."""
         activities = {name: getattr(scenario.activity, name) for name in type(scenario.activity).model_fields}
         blocks = {
             block.name: ActivityTable(requires=activities[SURVEY].requires, service=block.service, spare=block.spare)
@@ -383,17 +373,13 @@ class Matching:
         return cls(services_of(vehicles), activities, blocks, settings.response, settings.inference)
 
     def for_block(self, me: str, block: str, facts: FactsLike, there: Collection[str]) -> tuple[str, ...]:
-        """Services by which ``me`` may see a block surveyed, the first one first; arguments as of ``ways``."""
+        """Return the services by which ``me`` may have a block surveyed, best first."""
         return self._ways(self.blocks[block], me, facts, there)
 
     def ways(self, activity: str, me: str, facts: FactsLike, there: Collection[str]) -> tuple[str, ...]:
-        """Services by which ``me`` may do an activity, the first one first.
+        """Return the services by which ``me`` may do an activity, best first.
 
-        Args:
-            activity: name of the activity.
-            me: vehicle that does it, or sees it done.
-            facts: what it knows.
-            there: vehicles that are there.
+        ``there`` are present vehicles.
         """
         found = self._ways(self.activities[activity], me, facts, there)
         if activity not in ON_BOARD:
@@ -401,7 +387,7 @@ class Matching:
         return tuple(name for name in found if self.services[name].vehicle == me)
 
     def rests_on(self) -> frozenset[Key]:
-        """Facts that a match rests on."""
+        """Facts on which a match depends."""
         return frozenset(("serviceStatus", name) for name in self.services)
 
     def _ways(self, of: ActivityTable, me: str, facts: FactsLike, there: Collection[str]) -> tuple[str, ...]:
@@ -416,7 +402,7 @@ class Matching:
         return tuple(service.name for service in able)
 
     def _fitting(self, requires: str, me: str, facts: FactsLike) -> Collection[str]:
-        """Names of the services that are of the class and work; each status is looked up, since plans rest on it."""
+        """Working services of the class; every status is looked up, since plans depend on them."""
         statuses = {name: facts.get(("serviceStatus", name)) for name in self.services}
         unsaid = {name for name, service in self.services.items() if service.vehicle == me and statuses[name] is None}
         if not self.inference:

@@ -1,7 +1,7 @@
-"""The site: blocks of the seabed in tiles, and what lies in them in one run.
+"""Site of a run: seabed blocks in tiles, and the objects in them.
 
-One object is the target, the others are decoys. Where they lie is drawn by seed and number, in a stream of its own, so
-no strategy, loss rate or fault moves one, and another decoy leaves the others where they are.
+One object is the target, the others are decoys. Positions are sampled by seed and number in a separate stream.
+Strategies, losses and faults never move an object, and more decoys leave the others unchanged.
 """
 
 from __future__ import annotations
@@ -18,24 +18,18 @@ from remoras.work import Point
 Tile = tuple[int, int]
 """(column, row) of a tile of the world grid."""
 APART_M = 35.0
-"""Objects lie so far from each other where there is room for that."""
+"""Least distance between objects where there is room."""
 RIM_M = 10.0
-"""No object is drawn so near to the rim of its block."""
+"""Least distance of an object from the border of its block."""
 TARGET = "target"
 """Name of the target in tables."""
 DRAWS = 64
-"""Places tried for an object before it lies nearer to others."""
+"""Trials for a place before objects may lie closer."""
 
 
 @dataclass(frozen=True)
 class SeabedBlock:
-    """A rectangle of the seabed.
-
-    Attributes:
-        name: of its job.
-        west_m, south_m, east_m, north_m: its borders.
-        tile_m: side of a tile.
-    """
+    """Rectangle of the seabed with tiles of side ``tile_m``."""
 
     name: str
     west_m: float
@@ -46,18 +40,18 @@ class SeabedBlock:
 
     @property
     def centre_m(self) -> Point:
-        """Its middle."""
+        """Centre."""
         return (self.west_m + self.east_m) / 2.0, (self.south_m + self.north_m) / 2.0
 
     @property
     def outline_m(self) -> tuple[Point, ...]:
-        """Its corners."""
+        """Corners."""
         west, south, east, north = self.west_m, self.south_m, self.east_m, self.north_m
         return (west, south), (east, south), (east, north), (west, north)
 
     @cached_property
     def tiles(self) -> tuple[Tile, ...]:
-        """Tiles whose centre lies in it, row by row from the south-west; facts name them by their place here.
+        """Tiles with centre in the block, row by row from the south-west; facts use these indices.
 
         >>> SeabedBlock("north", 0.0, 0.0, 40.0, 20.0, 20.0).tiles
         ((0, 0), (1, 0))
@@ -68,14 +62,14 @@ class SeabedBlock:
         return tuple((column, row) for row in rows for column in columns)
 
     def centre_of(self, number: int) -> Point:
-        """Middle of a tile."""
+        """Centre of a tile."""
         column, row = self.tiles[number]
         return (column + 0.5) * self.tile_m, (row + 0.5) * self.tile_m
 
 
 @dataclass(frozen=True, slots=True)
 class Lying:
-    """Something that lies on the seabed: its name in tables, where, and whether it is the target."""
+    """True object on the seabed; ``name`` appears in tables only."""
 
     name: str
     position_m: Point
@@ -84,14 +78,9 @@ class Lying:
 
 @dataclass(frozen=True)
 class Site:
-    """What sensors perceive in one run.
+    """Objects and blocks that sensors observe in one run.
 
-    Attributes:
-        blocks: to be surveyed.
-        objects: that lie there.
-        transponder_m: place of the transponder; None without one.
-        transponder_range_m: within which it is heard.
-        seed: root of what sensors show.
+    ``transponder_m`` is None without a transponder; ``seed`` is the root of observations.
     """
 
     blocks: tuple[SeabedBlock, ...]
@@ -100,14 +89,14 @@ class Site:
     transponder_range_m: float = 0.0
     seed: int = 0
     numbers: Mapping[Tile, tuple[str, int]] = field(init=False, repr=False, compare=False)
-    """Block, and place in it, of every tile."""
+    """Block and index in it of every tile."""
 
     def __post_init__(self) -> None:
         numbers = {tile: (block.name, n) for block in self.blocks for n, tile in enumerate(block.tiles)}
         object.__setattr__(self, "numbers", numbers)
 
     def below(self, at_m: Point, reach_m: float) -> list[Tile]:
-        """Tiles of blocks whose centre is within ``reach_m`` of a place."""
+        """Return tiles of blocks with centre within ``reach_m`` of a place."""
         if not self.blocks:
             return []
         size_m, (x_m, y_m) = self.blocks[0].tile_m, at_m
@@ -120,18 +109,14 @@ class Site:
         return found
 
     def nearest(self, at_m: Point) -> tuple[float, int] | None:
-        """Distance to the nearest object, and its number; None where nothing lies."""
+        """Return distance and number of the nearest object; None without objects."""
         return min(((distance(one.position_m, at_m), n) for n, one in enumerate(self.objects)), default=None)
 
 
 def lying(blocks: Sequence[SeabedBlock], target_m: Point | None, n_decoys: int, seed: int) -> tuple[Lying, ...]:
-    """The target and the decoys of the run with that seed.
+    """Return the target and the decoys of a run.
 
-    Args:
-        blocks: one is drawn for each object, every one as likely.
-        target_m: place of the target; drawn if None.
-        n_decoys: how many decoys there are.
-        seed: root of all draws.
+    Blocks are equally likely for each object; ``target_m`` None means a random place.
     """
     found: list[Lying] = []
     for number in range(1 + n_decoys):
@@ -142,7 +127,7 @@ def lying(blocks: Sequence[SeabedBlock], target_m: Point | None, n_decoys: int, 
 
 
 def _drawn_m(blocks: Sequence[SeabedBlock], number: int, seed: int, others: Sequence[Lying]) -> Point:
-    """The first place drawn that is clear of the others; the last one tried where none is."""
+    """First sampled place clear of the others; the last trial if none is."""
     at_m = (0.0, 0.0)
     for trial in range(DRAWS):
         which, east, north = (loss.uniform(seed, loss.FINDS, number, trial, draw) for draw in range(3))

@@ -1,20 +1,20 @@
-"""The hierarchical tasks by which one vehicle sees a job done: basic services put together to composite ones.
+"""HTN tasks of one vehicle: composite tasks built from basic services.
 
 ::
 
     PursueWorking(block)      survey it      -> Surveying(block, service)
     PursueWorking(recovery)   await a choice -> StandingBy(recovery)
                               recover        -> Fix -> FindAgain -> HoldOn -> HandleIt
-    Fix                       seen again     ->                         it knows where it is beside the candidate
+    Fix                       seen again     ->                         position known relative to the candidate
                               on the way     ->                         fixes come from another vehicle
                               there          -> Ranging(vehicle, candidate, service)
                               without        ->
     FindAgain, HoldOn, HandleIt  by a service -> Reacquiring, Holding, Handling(recovery, candidate, service)
     FindAgain                 it is not there -> Missing(recovery, candidate)
 
-A step is bound to a service when it is planned. There is a way for each service that is able to do it; a step that has
-failed goes the next way, and a match that has changed makes the plan anew. A vehicle without a way leaves the job. What
-another vehicle has found again and held on to helps nobody to handle it: who takes over does both itself.
+A step is bound to a service at planning time, with one alternative per able service. After a failed step the next
+alternative follows; a changed match causes a new plan. A vehicle without alternatives releases the job. A successor
+must reacquire and hold the candidate itself before it can handle it.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from remoras.mission import PURSUE
 from remoras.organisation import Group
 
 WORKING, SERVING = "Working", "Serving"
-"""Objectives: of a role with a job, and of all founding roles."""
+"""Objectives: of a role with a job, and of all initially assigned roles."""
 STANDING_BY, SURVEYING, RANGING, REACQUIRING, MISSING, HOLDING, HANDLING = (
     "StandingBy",
     "Surveying",
@@ -41,16 +41,11 @@ STANDING_BY, SURVEYING, RANGING, REACQUIRING, MISSING, HOLDING, HANDLING = (
     "Handling",
 )
 COMPOSED = {"FindAgain": (FIND, REACQUIRING), "HoldOn": (HOLD, HOLDING), "HandleIt": (HANDLE, HANDLING)}
-"""Composite tasks: the activity that asks for a service, and the step that uses it."""
+"""Composite tasks: activity that requests a service, and step that uses it."""
 
 
 def activity_domain(matching: Matching, groups: Mapping[str, Group], recovery: str) -> Domain:
-    """Objectives into steps that are bound to services.
-
-    Args:
-        matching: says which services are able to do what.
-        groups: by name; recovery: name of the job.
-    """
+    """Return the decomposition of objectives into steps bound to services."""
 
     def there(facts: FactsLike, objective: Objective) -> frozenset[str]:
         return parties(groups[objective.group], facts)
@@ -104,7 +99,7 @@ def activity_domain(matching: Matching, groups: Mapping[str, Group], recovery: s
 
 
 def _bound(matching: Matching, there: Callable[..., frozenset[str]], activity: str, step: str) -> Callable[..., Any]:
-    """The ways of a composite task: a step for each service that is able to do it."""
+    """Return the alternatives of a composite task, one step per able service."""
 
     def ways(facts: FactsLike, objective: Objective, data: VehicleData, candidate: str) -> Iterator[list[Task]]:
         after = data.name if step == REACQUIRING and facts.get(("fixedOn", data.name)) else ""
@@ -115,7 +110,7 @@ def _bound(matching: Matching, there: Callable[..., frozenset[str]], activity: s
 
 
 def _missing(matching: Matching, there: Callable[..., frozenset[str]]) -> Method:
-    """The way that is left once no service has found a candidate again, for who knows that its finders work."""
+    """Last alternative of a reacquisition, for a vehicle with verified finders."""
 
     def is_searched_for(facts: FactsLike, objective: Objective, data: VehicleData, candidate: str) -> bool:
         for name in matching.ways(FIND, data.name, facts, there(facts, objective)):
@@ -170,12 +165,12 @@ def _operators(matching: Matching) -> list[Operator]:
 
 
 def _is_localised(facts: FactsLike, job: str, candidate: str, service: str, after: str) -> bool:
-    """True unless the vehicle ``after`` is to have a fix before."""
+    """True unless the vehicle ``after`` still needs a fix."""
     return not after or bool(facts.get(("fixedOn", after)))
 
 
 def _is_open(facts: FactsLike, recovery: str) -> bool:
-    """True once a candidate is chosen that has not turned out to be none."""
+    """True once a candidate is chosen and not rejected."""
     chosen = facts.get(("chosen", recovery))
     return chosen is not None and facts.get(("verdict", chosen)) not in ("decoy", "absent")
 
@@ -185,4 +180,4 @@ def _nothing(facts: FactsLike, *args: Any) -> list[Task]:
 
 
 def _unknown(facts: FactsLike, *args: Any) -> None:
-    """Nobody can tell what it takes."""
+    """Return None: duration unknown."""

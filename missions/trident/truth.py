@@ -1,4 +1,4 @@
-"""Truth of this mission: what is really charted, which object was really recovered, and what was said."""
+"""Ground truth of the mission: charted tiles, recovered object, choreography."""
 
 from __future__ import annotations
 
@@ -16,18 +16,11 @@ from remoras.recorder import Recorder
 from remoras.truth import within_reach
 
 RECOVERY_SHARE = 0.5
-"""Share of the goal that the recovery is; the map is the rest."""
+"""Weight of the recovery in the goal; the rest is the map."""
 
 
 class TridentTruth(JobTruth):
-    """Watches one run from outside.
-
-    Args:
-        meeting: of the mission.
-        scenario: of the mission.
-        recorder: takes the rows, and has those of modules and of packets.
-        site: of the run.
-    """
+    """Referee of a run."""
 
     def __init__(self, meeting: Meeting, scenario: TridentScenario, recorder: Recorder, site: Site) -> None:
         super().__init__(meeting, WORKING, recorder)
@@ -41,15 +34,14 @@ class TridentTruth(JobTruth):
         self._n_charted = self._n_attempts = self._n_items = 0
         self._charted: set[Tile] = set()
         self.is_recovered = False
-        self._reached: tuple[tuple[object, ...], float] | None = None  # what is within reach, and what that rests on
+        self._reached: tuple[tuple[object, ...], float] | None = None  # cached reachable fraction with its inputs
 
     def observe(self, fleet: FleetView, now_s: float) -> bool:
-        """Note what has happened, whoever is in contact; True once all is done and the group is together."""
+        """Record events; return True once the goal is reached and the group has gathered."""
         self._take_note(now_s)
         return super().observe(fleet, now_s)
 
     def _take_note(self, now_s: float) -> None:
-        """Tiles, attempts, choices, and what was said since the last look."""
         charted, attempts, items = self._charted_rows, self._attempt_rows, self._items
         n_charted, n_attempts = len(charted), len(attempts)
         n_items = len(items)
@@ -61,7 +53,7 @@ class TridentTruth(JobTruth):
         for item in items[self._n_items :]:
             if item[5] == "chosen":
                 self.milestones.append(Milestone(item[3], "chosen", item[1]))
-            elif item[5] == "surveyedBy":  # on request, perhaps: then it was nobody's objective
+            elif item[5] == "surveyedBy":  # a survey on request is no objective
                 self.note(item[1], item[4], now_s)
         self._n_charted, self._n_attempts, self._n_items = n_charted, n_attempts, n_items
         self._monitor.look(now_s)
@@ -73,12 +65,12 @@ class TridentTruth(JobTruth):
 
     @property
     def charted_fraction(self) -> float:
-        """Share of all tiles that are really charted."""
+        """Share of all tiles truly charted."""
         return len(self._charted) / self._n_tiles if self._n_tiles else 1.0
 
     @property
     def goal_fraction(self) -> float:
-        """Share of the goal: half the map, as far as it is asked for, half the recovery."""
+        """Weighted share of the requested map and of the recovery."""
         return self._share(self.charted_fraction, self.is_recovered)
 
     def _share(self, charted: float, is_recovered: bool) -> float:
@@ -87,11 +79,11 @@ class TridentTruth(JobTruth):
 
     @property
     def jobs_done(self) -> Collection[str]:
-        """Blocks that are said to be surveyed, and the recovery once it has really been made."""
+        """Blocks reported as surveyed, and the recovery once it is real."""
         return {*(self._done - {self._recovery}), *((self._recovery,) if self.is_recovered else ())}
 
     def reachable_fraction(self, fleet: FleetView) -> float:
-        """With all tiles of the blocks that somebody left is able to see surveyed, and the recovery if it is open."""
+        """Share of the goal that the remaining vehicles can still reach."""
         of = tuple([v.able_data for v in fleet.vehicles]), len(self._charted), len(self._done), self.is_recovered
         if self._reached is None or self._reached[0] != of:
             self._reached = of, self._reachable_fraction(fleet)
@@ -106,7 +98,7 @@ class TridentTruth(JobTruth):
         return self._share(charted, self._recovery in within)
 
     def close(self, fleet: FleetView, now_s: float) -> str:
-        """Say what is missing."""
+        """Return the reason of failure."""
         self._monitor.look(now_s)
         reason = super().close(fleet, now_s)
         missing = [] if self.is_recovered else ["the target is not recovered"]
