@@ -1,6 +1,6 @@
-"""A structure under water is inspected and serviced for hours while faults come: failure is recognised and answered.
+"""Pandora mission: long inspection and maintenance of a structure under faults.
 
-Its scenarios are ``pandora-inspection`` and, for a day, ``pandora-day``.
+Scenarios: ``pandora-inspection``; for a whole day ``pandora-day``.
 """
 
 from missions.pandora.mission import PandoraMission

@@ -1,21 +1,19 @@
-"""Status assessment: what a vehicle expects of its action against what it observes, and what it learns for the next.
+"""Status assessment: expected against observed outcome of an action; estimates for later.
 
-Sequential tests (``missions.pandora.sequential``) look at readings less what is expected of them, in standard
-deviations of the sensors:
+Sequential tests (``missions.pandora.sequential``) check the residuals of readings, in standard deviations:
 
 =====================  ==================================================  ===========================  ==============
-reading                expected                                            estimate that it updates     diagnosis
+reading                expected                                            updated estimate             diagnosis
 =====================  ==================================================  ===========================  ==============
-speed by the log       ``thrustShare`` of the speed that was asked for     ``thrustShare``              thruster
-current by the log     what was foretold, and ``flow``                     ``flow``                     current
-power taken            what hotel and drag explain, and ``extraPower``     ``extraPower``               energy
-panel by the camera    its place, and ``cameraOffset``                     ``cameraOffset``             camera drifts
+speed by the log       ``thrustShare`` of the requested speed              ``thrustShare``              thruster current
+by the log     forecast, plus ``flow``                             ``flow``                     current power
+consumption      hotel load and drag, plus ``extraPower``            ``extraPower``               energy panel by the
+camera    its place, plus ``cameraOffset``                    ``cameraOffset``             camera drifts
 =====================  ==================================================  ===========================  ==============
 
-An alarm sets the estimate to what the readings since the change say, and from then on that is expected. So a fault is
-told when it is found and whenever its estimate is corrected, and a vehicle that is sound again says that too. Estimates
-are facts: they outlive the action. The camera
-is dead when so many images in a row are missing that turbid water alone does so at the stated rate.
+An alarm sets the estimate to the mean since the change, which is then the expectation. Faults are therefore reported at
+detection and at each correction, recovery included. Estimates are facts and outlast the action. The camera is dead
+after more missing images in succession than turbid water explains at the stated false-alarm rate.
 """
 
 from __future__ import annotations
@@ -35,30 +33,23 @@ from remoras.sensor import Fact, Observation
 from remoras.work import HOME_MARGIN, Point
 
 POWER_SIGMA_W = 3.0
-"""Standard deviation of a reading of power: packets and manoeuvres come beside hotel and drag."""
+"""Standard deviation of power readings, which include packets and manoeuvres."""
 STEADY_S = 10.0
-"""A speed that has been asked for as long is reached."""
+"""Time after which a requested speed is reached."""
 QUALITY_S = 60.0
-"""Time in which the quality of holding forgets."""
+"""Averaging time of the station-keeping quality."""
 SPARE_MPS = 0.15
-"""A place is held with so much more speed than the current has."""
+"""Margin over the current's speed for station keeping."""
 SPARE_BATTERY = 0.03
-"""A vehicle turns home with so much of its battery to spare, by what it estimates to use."""
+"""Battery share in reserve, beyond the estimated use, for the way home."""
 SOUND_SHARE, SOUND_FLOW_MPS, SOUND_W, SOUND_M = 0.05, 0.05, 5.0, 0.2
-"""An estimate this near to what was planned says that all is well again."""
+"""Deviations of estimates from plan below which the vehicle is sound."""
 
 NOWHERE: Point = (0.0, 0.0)
 
 
 class ActionMonitor:
-    """Assesses one action of one vehicle.
-
-    Args:
-        data: of the vehicle.
-        settings: of the mission.
-        part: that the action is on.
-        foretold: the current by the plan; None where the water is to stand.
-    """
+    """Assessment of one action of one vehicle; ``foretold`` None means still water."""
 
     def __init__(self, data: VehicleData, settings: PandoraSettings, part: PlannedPart, foretold: Flow | None) -> None:
         self._me, self._data, self._part, self._foretold = data.name, data, part, foretold
@@ -66,9 +57,9 @@ class ActionMonitor:
         self.quality = 1.0
         self._asked_mps, self._asked_s = 0.0, 0.0
         self._told_quality = 1.0
-        self._images: tuple[int, float] | None = None  # the number of the last, and when it came or was to come first
+        self._images: tuple[int, float] | None = None  # number of the last, and time of its (first expected) arrival
         self._logged: int | None = None
-        self._energy: tuple[float, float, float] | None = None  # used before a reading, due since, and since when
+        self._energy: tuple[float, float, float] | None = None  # used before a reading, expected since, time of it
         self._seen_s: float | None = None
         if self._log is not None:
             at = settings.alarm_at(self._log.every_s)
@@ -79,15 +70,10 @@ class ActionMonitor:
             blank = max(self._camera.p_blank, 1e-9)
             self._blind_after = max(3, math.ceil(log(per_image) / log(blank)))
 
-    # What was learnt -----------------------------------------------------------------------------
+    # Estimates -----------------------------------------------------------------------------------
 
     def hold_speed_mps(self, facts: Known, now_s: float, planned_mps: float, gain: float) -> float:
-        """Speed (m/s) to ask for so that a place is held.
-
-        Args:
-            facts: of the vehicle; now_s: the time now.
-            planned_mps: by the plan; gain: by which the speed was raised since it did not do.
-        """
+        """Speed to request for station keeping; ``gain`` is the increase after poor quality."""
         share: float = max(0.1, facts.get(("thrustShare", self._me), 1.0))
         wanted_mps = gain * max(planned_mps, self._flow_mps(facts, now_s) + SPARE_MPS) / share
         return min(self._data.transit_speed_mps, wanted_mps)
@@ -97,36 +83,31 @@ class ActionMonitor:
         return length(east_mps + planned[0], north_mps + planned[1])
 
     def is_overpowered(self, facts: Known, now_s: float) -> bool:
-        """True if the current is faster than the vehicle can go now, by what was learnt of both."""
+        """Return True if the estimated current exceeds the attainable speed."""
         share: float = facts.get(("thrustShare", self._me), 1.0)
         return self._flow_mps(facts, now_s) >= share * self._data.transit_speed_mps
 
     def corrected(self, facts: Known, seen_m: Point) -> Point:
-        """Where something is that the camera shows at a place."""
+        """Return an observed place, corrected by the camera offset."""
         off_m = facts.get(("cameraOffset", self._me), NOWHERE)
         return seen_m[0] - off_m[0], seen_m[1] - off_m[1]
 
     def _planned_flow(self, now_s: float) -> Point:
         return NOWHERE if self._foretold is None else self._foretold(self._data.depth_m, now_s)
 
-    # What is assessed ----------------------------------------------------------------------------
+    # Assessment ----------------------------------------------------------------------------------
 
     def pause(self) -> None:
-        """The action is not performed: what was under way is not compared any more."""
+        """Suspend the comparison while the action is not performed."""
         self._seen_s = self._energy = self._images = None
 
     def hold(self, off_m: float, tolerance_m: float, dt_s: float) -> None:
-        """Take note of how far the vehicle is from the place that it holds."""
+        """Update the station-keeping quality with the current offset."""
         weight = min(1.0, dt_s / QUALITY_S)
         self.quality += weight * ((1.0 if off_m <= tolerance_m else 0.0) - self.quality)
 
     def assess(self, motion: Motion, picture: Picture, asked_mps: float) -> list[Fact]:
-        """What it concludes at a decision, while the action is performed.
-
-        Args:
-            motion, picture: of the vehicle.
-            asked_mps: speed that the vehicle is asked for on its way; 0 if it holds a place.
-        """
+        """Return new facts at a decision; ``asked_mps`` is the requested speed, 0 on station."""
         now_s, facts = picture.body.now_s, picture.facts
         if asked_mps != self._asked_mps or picture.body.contacts_m:
             self._asked_mps, self._asked_s = asked_mps, now_s
@@ -197,7 +178,7 @@ class ActionMonitor:
         return [(me, "cameraDead", True), (me, "diagnosis", "camera dead")]
 
     def _assess_offset(self, motion: Motion, facts: Known) -> list[Fact]:
-        """Compare the panel, if it is in sight, with its place."""
+        """Compare a visible panel with its place."""
         part, camera = self._part, self._camera
         assert camera is not None
         if part.panel_m is None or distance(part.panel_m, motion.position_m) > camera.range_m - 1.0:
@@ -215,10 +196,10 @@ class ActionMonitor:
         offset = tuple(was + (off or 0.0) * camera.sigma_m for was, off in zip(known, offs, strict=True))
         return _told(self._me, "cameraOffset", offset, "camera drifts", length(*offset) > SOUND_M)
 
-    # Whether it still has the energy -------------------------------------------------------------
+    # Energy --------------------------------------------------------------------------------------
 
     def must_return(self, motion: Motion, facts: Known, battery: float) -> bool:
-        """True if what is left of the battery is needed for the way home, by what the vehicle is known to use."""
+        """Return True if the way home needs the remaining battery, by estimated consumption."""
         extra_w = max(0.0, facts.get(("extraPower", self._me), 0.0))
         if extra_w == 0.0:
             return False
@@ -230,11 +211,11 @@ class ActionMonitor:
 
 
 def _told(me: str, attribute: str, value: float | tuple[float, ...], diagnosis: str, is_wrong: bool) -> list[Fact]:
-    """An estimate, and what it says of the vehicle."""
+    """Estimate with its diagnosis."""
     of: Fact = (me, attribute, value if isinstance(value, float | int) else (value[0], value[1]))
     return [of, (me, "diagnosis", diagnosis if is_wrong else "sound")]
 
 
 def as_observations(facts: list[Fact]) -> tuple[Observation, ...]:
-    """Facts that are concluded together."""
+    """Combine facts in one observation."""
     return (Observation(tuple(facts)),) if facts else ()

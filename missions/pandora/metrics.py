@@ -1,4 +1,4 @@
-"""Metrics and figures of mission Pandora."""
+"""Metrics and figures of the Pandora mission."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ if TYPE_CHECKING:
 
 
 REPAIRED = "failed step"
-"""Kind of the rows in the table of faults that say that a step failed and the plan goes another way."""
+"""Kind of fault rows for plan repairs after a failed step."""
 HOME_M = 25.0
-"""A vehicle whose battery is empty nearer to where it started, or to a rally point, is not lost."""
+"""Distance from start or rally point within which an empty vehicle is not lost."""
 
 
 def serviced_fraction(run: MeasuredRun) -> float:
-    """Share of the parts that were really serviced at the end."""
+    """Share of parts truly serviced at the end."""
     return run.goal_fraction
 
 
 def n_false_claims(run: MeasuredRun) -> int:
-    """Parts whose vehicle took them for done, or claimed nothing of a failure, though they were not serviced."""
+    """Parts taken for done without service and without a reported failure."""
     serviced = {job_of(row[2]) for row in run.recorder.rows(SERVICED.name)}
     failed = {
         job_of(row[4]) for row in run.recorder.rows("items") if row[5] == "outcome" and row[6] == "failed"
@@ -39,13 +39,13 @@ def n_false_claims(run: MeasuredRun) -> int:
 
 
 def last_serviced_s(run: MeasuredRun) -> float | None:
-    """When the last of all parts was really serviced; None if some were not."""
+    """Time at which all parts were truly serviced; None if some were not."""
     rows = run.recorder.rows(SERVICED.name)
     return float(rows[-1][0]) if rows and run.goal_fraction == 1.0 else None
 
 
 def detected_fraction(run: MeasuredRun) -> float | Absent:
-    """Share of what befell the run that was found."""
+    """Share of events that were detected."""
     events, found = events_of(run), list(findings_of(run))
     if not events:
         return NOT_APPLICABLE
@@ -53,13 +53,13 @@ def detected_fraction(run: MeasuredRun) -> float | Absent:
 
 
 def n_missed(run: MeasuredRun) -> int:
-    """What befell the run and was not found by its end."""
+    """Events undetected at the end."""
     found = list(findings_of(run))
     return sum(detected_s(event, found) is None for event in events_of(run))
 
 
 def time_to_detect_s(run: MeasuredRun) -> float | Absent | None:
-    """Mean time from the begin of what befell the run to its first finding, of what was found."""
+    """Mean time from the begin of a detected event to its first finding."""
     events, found = events_of(run), list(findings_of(run))
     if not events:
         return NOT_APPLICABLE
@@ -74,12 +74,12 @@ def n_false_alarms(run: MeasuredRun) -> int:
 
 
 def n_repairs(run: MeasuredRun) -> int:
-    """How often a step failed and a branch of the plan was planned anew."""
+    """Number of plan repairs after failed steps."""
     return sum(row[2] == REPAIRED for row in run.recorder.rows("faults"))
 
 
 def n_lost(run: MeasuredRun) -> int:
-    """Vehicles whose battery ran out away from where they started and from rally points; later they may drift."""
+    """Vehicles whose battery ran out away from their start and from rally points."""
     empty_s = {row[1]: row[0] for row in run.recorder.rows("faults") if row[2] == "energy"}
     scenario = cast("PandoraScenario", run.scenario)
     at_m: dict[str, tuple[float, float]] = {}
@@ -111,15 +111,15 @@ METRICS = (
     Metric("n_repairs", "", Better.NEITHER, "plan repairs", n_repairs, headline=True),
     Metric("n_lost", "", Better.LOWER, "vehicles lost for want of energy", n_lost),
 )  # fmt: skip
-"""Metrics of the mission, in the order of the summary."""
+"""Metrics of the mission, in summary order."""
 
 
 FOUND_BY = ("diagnosis", "anomaly")
-"""Attributes of what vehicles find."""
+"""Attributes of findings."""
 
 
 def draw_serviced(axes: Axes, results: RunResults, style: Style) -> str:
-    """Parts over time: taken for done by their vehicles, and really serviced."""
+    """Draw parts over time: taken for done and truly serviced."""
     end_s = max((row["time_s"] for row in results.rows("trajectories")), default=0.0)
     for table, label, line, colour in (
         (JOBS.name, "taken for done", "--", style.grey), (SERVICED.name, "really serviced", "-", style.black),
@@ -136,7 +136,7 @@ def draw_serviced(axes: Axes, results: RunResults, style: Style) -> str:
 
 
 def draw_findings(axes: Axes, results: RunResults, style: Style) -> str:
-    """What vehicles found, a row for each finding, in the colour of the vehicle; above them what really befell."""
+    """Draw findings of vehicles and true events over time, a row per kind."""
     findings = [
         row for row in results.rows("items") if row["attribute"] in ("diagnosis", "anomaly") and row["value"] != "sound"
     ]
@@ -158,7 +158,7 @@ def draw_findings(axes: Axes, results: RunResults, style: Style) -> str:
 
 
 def draw_upset(axes: Axes, results: RunResults, style: Style) -> str:
-    """Chains as lines; parts that were not serviced, crossed out."""
+    """Draw chains as lines and unserviced parts as crosses."""
     scenario = results.scenario_tables
     for chain in scenario.get("chain", []):
         axes.plot(*zip(*chain["points_m"], strict=True), color=style.grey, linewidth=1.0, zorder=0)

@@ -1,6 +1,6 @@
-"""Mission Pandora: inspection, cleaning and turning of valves at an underwater structure.
+"""Pandora mission: inspection, cleaning and valve turning at an underwater structure.
 
-How a part is serviced, as each vehicle plans it (``mission.adaptation`` says how much of that there is)::
+Plan of a service by each vehicle (``mission.adaptation`` sets how much of it is used)::
 
     PursueServicing(part)  ->  Find, Do
     Find(valve)            ->  Looking                     | Seeking     if it is a HiddenPart
@@ -8,8 +8,8 @@ How a part is serviced, as each vehicle plans it (``mission.adaptation`` says ho
     Do(anode)              ->  Cleaning
     Do(panel or chain)     ->  Inspecting
 
-What stands behind a bar is gone to when what stands before has failed, and its condition follows from what was asserted
-then, by the definitions of the vocabulary. Steps whose effects hold are not done again.
+An alternative behind a bar follows the failure of the one before. Its condition is inferred, by the definitions of the
+vocabulary, from what the failure asserted. Steps with valid effects are not repeated.
 """
 
 from __future__ import annotations
@@ -55,13 +55,13 @@ from remoras.table import PointM
 from remoras.work import Point
 
 APART_M = 2.5
-"""Parts lie so far from each other at least, so that a tool touches one alone."""
+"""Least distance between parts, so that a tool touches only one."""
 SEEN_APART_M = 0.5
-"""So far apart lie points that are looked at, as far as a vehicle that holds its place may be off."""
+"""Least distance between inspected points: the tolerance of station keeping."""
 
 
 def parts_faults(scenario: PandoraScenario) -> Iterator[ConfigurationFault]:
-    """All faults of parts and of what is upset."""
+    """Yield all faults of parts and upsets."""
     if not scenario.parts:
         tables = ", ".join(f"[[{kind}]]" for kind in KINDS)
         yield ConfigurationFault("panel", "", f"there is nothing to be serviced: give one of {tables}")
@@ -82,7 +82,7 @@ def _key_of(kind: str, name: str) -> str:
 
 
 def _tools(scenario: PandoraScenario) -> Iterator[ConfigurationFault]:
-    """Kinds of sensors that the plan demands, and that no vehicle has. Nobody plans to use a wrench."""
+    """Yield sensor kinds that the plan needs and no vehicle carries; wrenches are never planned."""
     carried = {table.get("type", "camera") for vehicle in scenario.vehicle for table in vehicle.sensor}
     demanded = {"camera": tuple(KINDS), "arm": ("valve", "anode")}
     for kind, parts in demanded.items():
@@ -104,7 +104,7 @@ def _names(scenario: PandoraScenario) -> Iterator[ConfigurationFault]:
 
 
 def _too_near(places: Sequence[tuple[str, str, PointM]], least_m: float) -> Iterator[ConfigurationFault]:
-    """Places (kind and name of the part, position) that are nearer to each other than ``least_m``."""
+    """Yield places (kind, part, position) closer than ``least_m``."""
     for number, (kind, name, at_m) in enumerate(places):
         for _, other, other_m in places[:number]:
             if distance(at_m, other_m) < least_m:
@@ -113,7 +113,7 @@ def _too_near(places: Sequence[tuple[str, str, PointM]], least_m: float) -> Iter
 
 
 def _upsets(scenario: PandoraScenario) -> Iterator[ConfigurationFault]:
-    """Valves that there are not, upset twice, or moved out of the world."""
+    """Yield upsets of unknown valves, repeated ones, and moves out of the world."""
     valves_m, seen = {valve.name: valve.position_m for valve in scenario.valve}, set[str]()
     west_m, south_m, east_m, north_m = scenario.world.box_m
     for number, upset in enumerate(scenario.upset, 1):
@@ -142,15 +142,15 @@ ACTIONS: Mapping[
     "Cleaning": (WorkingOnPart, (CameraSettings, LogSettings, ArmSettings)),
     "Wrenching": (wrenching, (CameraSettings, LogSettings, WrenchSettings)),
 }
-"""Elementary tasks: how each is carried out, and the kinds of sensors that it switches on."""
+"""Elementary tasks: their behaviour and the kinds of sensors switched on."""
 FINDING = ("Looking", "Seeking")
 BY_KIND = {"Valve": "Turning", "Anode": "Cleaning", "Panel": "Inspecting", "Chain": "Inspecting"}
 OBSERVED_PER_PART = 400
-"""Observations on each part by each vehicle, beside those of the log and the camera over time."""
+"""Upper limit of observations per part and vehicle, besides periodic ones."""
 
 
 class PandoraMission(JobMission):
-    """The mission, made from a scenario."""
+    """Pandora mission, built from a scenario."""
 
     Scenario = PandoraScenario
     group_missions = ("Maintenance",)
@@ -172,7 +172,7 @@ class PandoraMission(JobMission):
 
     @classmethod
     def completed(cls, scenario: PandoraScenario) -> PandoraScenario:
-        """With a role for every part, played by all vehicles that have sensors, and the needs of the mission."""
+        """Add a role per part for all vehicles with sensors, and default needs."""
         if not scenario.parts:
             return scenario
         roles = [Role(name=f"Servicer of {one.name}", maximum=1, job=job_of(one.name)) for _, one, _ in scenario.parts]
@@ -181,7 +181,7 @@ class PandoraMission(JobMission):
 
     @classmethod
     def check(cls, scenario: PandoraScenario) -> Iterable[ConfigurationFault]:
-        """What is wrong with parts, and with what is upset."""
+        """Yield faults of parts and upsets."""
         return parts_faults(scenario)
 
     def jobs_of(self, scenario: PandoraScenario) -> Iterable[PlannedPart]:
@@ -190,23 +190,23 @@ class PandoraMission(JobMission):
 
     @property
     def instances(self) -> Sequence[tuple[str, str]]:
-        """The parts, each of its kind, and the tasks of servicing them."""
+        """The parts by kind, and their service tasks."""
         return [key for part in self._parts.values() for key in ((part.kind, part.of), (self.kind, part.name))]
 
     @property
     def places(self) -> Sequence[Place]:
-        """Rally points, and the parts by their kinds."""
+        """Rally points and parts."""
         points = [Place(point.name, "rally point", (point.position_m,)) for point in self.scenario.rally_point]
         return [*points, *(Place(part.name, part.kind.lower(), part.points_m) for part in self._parts.values())]
 
     @property
     def instances_found_per_vehicle(self) -> int:
-        """A focus area for each valve."""
+        """One focus area per valve."""
         return sum(part.kind == "Valve" for part in self._parts.values())
 
     @property
     def most_observations(self) -> int:
-        """Those of the log and of the camera, which come with time, and some for each part."""
+        """Upper limit of periodic and per-part observations."""
         every_s = [
             sensor.every_s
             for vehicle in self.scenario.vehicle
@@ -217,18 +217,18 @@ class PandoraMission(JobMission):
         return int(8 * n_readings) + OBSERVED_PER_PART * len(self._parts)
 
     def world(self, seed: int) -> Structure:
-        """The structure as it really is in the run with that seed."""
+        """True structure of a run."""
         return structure_of(self._parts, self.scenario.upset, seed)
 
     def truth(self, recorder: Recorder, world: Structure) -> PandoraTruth:
-        """Notes which parts were really serviced, and when a vehicle came to what is upset."""
+        """Create the ground truth of services and upsets."""
         return PandoraTruth(self.meeting, self.objective, recorder, world, self._parts)
 
     # Plans ---------------------------------------------------------------------------------------
 
     @cached_property
     def activity_domain(self) -> Domain:
-        """How a part is serviced, see the text of this module; every task has the job and the data of its vehicle."""
+        """Decomposition of a service, see the module; task arguments are the job and vehicle data."""
         adaptation = self.scenario.mission.adaptation
         assesses, repairs = adaptation != "none", adaptation == "all"
 
@@ -292,7 +292,7 @@ class PandoraMission(JobMission):
         )
 
     def _is_found_first(self, job: str) -> bool:
-        """True for what may be elsewhere, unless the plan is carried out blindly."""
+        """True for parts that may be displaced, unless the plan is executed blindly."""
         return self.scenario.mission.adaptation != "none" and self._parts[job].kind == "Valve"
 
     def activities(
@@ -303,7 +303,7 @@ class PandoraMission(JobMission):
         facts: FactsLike,
         position_m: Point,
     ) -> tuple[tuple[ActivitySet, ...], frozenset[Key]]:
-        """One activity for each step."""
+        """One activity per step."""
         importance = importance_of({self.objective: self.meeting.importance[WORK]}, objective)
         sets = []
         for task in (task for together in steps for task in together):
@@ -314,7 +314,7 @@ class PandoraMission(JobMission):
         return tuple(sets), frozenset({("gatheredAt", objective.group)})
 
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
-        """The action on a part, or what the meeting asks for."""
+        """Action on a part, or behaviour of the rendezvous."""
         found = self.meeting.behaviour(activity, data)
         if found is not None:
             return found
@@ -322,11 +322,11 @@ class PandoraMission(JobMission):
         return make(self._parts[activity.parameters[0]], data, self._orders_of_actions)
 
     def behaviour_at(self, job: Any, data: VehicleData) -> Behaviour:
-        """The work on a part, without looking for it first."""
+        """Work on a part, without a search."""
         return ACTIONS[BY_KIND[job.kind]][0](job, data, self._orders_of_actions)
 
 
 def _sensors_of(tables: Sequence[Mapping[str, Any]], kind: type[Any]) -> list[Any]:
-    """Settings of the sensors of one kind among the tables of a vehicle; what is malformed is reported elsewhere."""
+    """Settings of the sensors of one kind; malformed tables are reported elsewhere."""
     wanted = {"camera": CameraSettings, "log": LogSettings}
     return [kind(**table) for table in tables if wanted.get(str(table.get("type"))) is kind]

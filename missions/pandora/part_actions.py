@@ -1,4 +1,4 @@
-"""Acts on parts of a structure, and the behaviours that carry them out."""
+"""Actions on parts of a structure."""
 
 from __future__ import annotations
 
@@ -20,23 +20,18 @@ from remoras.sensor import SELF, Fact, Observation
 from remoras.work import Point
 
 RAISE, RAISE_S, MOST_GAIN, LOW_QUALITY = 1.25, 30.0, 4.0, 0.8
-"""A vehicle that holds its place badly asks for so much more speed from then on, so often and so far."""
+"""Speed increase for poor station keeping: factor, interval (s), limit; quality below which."""
 NEAR_M = 1.5
-"""A vehicle this near to its place holds it."""
+"""Distance within which a vehicle is on station."""
 STEADY_M = 12.0
-"""Nearer to its place a vehicle slows down, so that its speed says nothing."""
+"""Distance within which a vehicle slows down and its speed is not assessed."""
 MARGIN_S, MARGIN_SHARE = 30.0, 0.25
-"""What the plan adds to the time of every action: for turns and for braking."""
+"""Margin of the expected duration, absolute and relative, for turns and braking."""
 
 
 @dataclass(frozen=True)
 class ActingContext:
-    """What all actions of a run go by.
-
-    Attributes:
-        settings: of the mission.
-        foretold: the current by the plan; None where the water is to stand.
-    """
+    """Common data of all actions of a run; ``foretold`` None means still water."""
 
     settings: PandoraSettings
     foretold: Flow | None
@@ -53,11 +48,7 @@ class ActingContext:
 
 
 class Acting(Behaviour):
-    """What all actions have in common: the way there, the place held, its assessment, and how it ends.
-
-    Args:
-        part: that it is on; data: of the vehicle; orders: of the run.
-    """
+    """Base of actions: travel, station keeping, assessment and end."""
 
     def __init__(self, part: PlannedPart, data: VehicleData, orders: ActingContext) -> None:
         self._part, self._data, self._orders = part, data, orders
@@ -70,33 +61,33 @@ class Acting(Behaviour):
         self._status = "proceeding"
         self._waits = False
         self._is_done, self._has_failed = False, False
-        self._is_beyond_it = False  # it has failed at this part, and is fit for others
+        self._is_beyond_it = False  # failed at this part only
 
-    # What a step says of itself ------------------------------------------------------------------
+    # Interface for actions -----------------------------------------------------------------------
 
     def place_m(self, facts: Known) -> Point:
-        """Where to be now."""
+        """Current destination."""
         at_m: Point = facts.get(("placedAt", self._part.of), self._part.place_m)
         return at_m
 
     def work_s(self) -> float:
-        """How long the work takes on site, as planned."""
+        """Planned work on site (s)."""
         raise NotImplementedError
 
     def work(self, facts: Known) -> list[Fact]:
-        """Take note of what has become of the work; what is to be concluded of it."""
+        """Check the progress of the work; return the facts concluded."""
         raise NotImplementedError
 
     def resign(self) -> list[Fact]:
-        """The action has failed: the plan is to go another way, or it ends where plans are not repaired."""
+        """Fail: the plan takes another alternative, or ends if plans are not repaired."""
         self._has_failed = self._is_beyond_it = self._orders.repairs
         self._is_done = not self._orders.repairs
         return [(self._part.of, "outcome", "failed")]
 
-    # The seam of behaviours ----------------------------------------------------------------------
+    # Behaviour interface -------------------------------------------------------------------------
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due until it is done or has failed; it concludes what assessment finds."""
+        """Pending until done or failed; concludes the findings of the assessment."""
         if self._is_done:
             return Perception(0.0, done=True)
         if self._has_failed:
@@ -122,11 +113,11 @@ class Acting(Behaviour):
         )  # fmt: skip
 
     def created(self) -> tuple[Observation, ...]:
-        """Instances that it asserts; none."""
+        """New instances; none here."""
         return ()
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """On the way in transit, then held with the speed that is planned, or learnt."""
+        """Head for the place in transit; hold it with the planned or learnt speed."""
         target_m = self.place_m(picture.facts)
         if distance_m(motion, target_m) > NEAR_M:
             return Reference(target_m, self._data.transit_speed_mps)
@@ -135,10 +126,10 @@ class Acting(Behaviour):
             planned_mps = self._monitor.hold_speed_mps(picture.facts, picture.body.now_s, planned_mps, self._gain)
         return Reference(target_m, planned_mps)
 
-    # Without assessment, and with it -------------------------------------------------------------
+    # Progress without and with assessment --------------------------------------------------------
 
     def _by_the_clock(self) -> list[Fact]:
-        """Without assessment the plan alone says when the action is over."""
+        """End the action after its planned duration, without assessment."""
         self._is_done = self._expected_s is not None and self._taken_s >= self._expected_s
         return []
 
@@ -167,7 +158,7 @@ class Acting(Behaviour):
         return self._data.transit_speed_mps if to_go_m > STEADY_M else 0.0
 
     def _wait(self, facts: Known, now_s: float) -> list[Fact]:
-        """In a current that it cannot stem the vehicle does not expect to get on, where plans are repaired."""
+        """Report a current too strong for the vehicle; the wait does not count as delay."""
         waits = self._orders.repairs and self._monitor.is_overpowered(facts, now_s)
         if waits == self._waits:
             return []
@@ -175,7 +166,7 @@ class Acting(Behaviour):
         return [(self._data.name, "overpowered", waits)]
 
     def _time(self) -> list[Fact]:
-        """Compare the time that the action has taken with the one expected."""
+        """Compare elapsed with expected time."""
         settings, expected_s = self._orders.settings, self._expected_s or math.inf
         if self._taken_s > settings.failed_factor * expected_s:
             return self._failed()
@@ -191,7 +182,7 @@ class Acting(Behaviour):
 
 
 def replace_ends(perceived: Perception, is_done: bool, has_failed: bool, is_beyond_it: bool) -> Perception:
-    """The perception of an action that has come to its end, if it has."""
+    """Return the perception with the end of the action, if any."""
     if is_done or has_failed:
         failed = has_failed and not is_done
         return perceived._replace(stimulus=0.0, done=is_done, failed=failed, is_beyond_it=failed and is_beyond_it)
@@ -199,22 +190,21 @@ def replace_ends(perceived: Perception, is_done: bool, has_failed: bool, is_beyo
 
 
 LOOK_S = 120.0
-"""How long the plan has a vehicle look for a part where it should be."""
+"""Planned time to look for a part at its place."""
 SETTLED_S = 45.0
-"""A part is placed after so long, so that images have shown how far the camera is off."""
+"""Time on site before a place is reported, for the estimate of the camera offset."""
 DISPLACED_M = 1.0
-"""A part that is seen so far from its place is displaced; camera errors are a fraction of that."""
+"""Distance above which a part is displaced, well above camera errors."""
 NO_ADVANCE_SHARE = 0.5
-"""Work that should be so far and has not begun is resisted."""
+"""Share of the planned work without progress after which the part resists."""
 SPACING_SHARE, ROUNDS = 1.5, 2
-"""The squares along which a part is sought lie so far apart, by the range of the camera, and are gone along so often:
-an image may show nothing."""
+"""Search pattern: spacing in camera ranges, and repetitions (an image may be blank)."""
 SEEKING_M = 3.0
-"""A corner of the way along which a part is sought counts as reached within this distance."""
+"""Capture radius of the search pattern's corners."""
 
 
 class Looking(Acting):
-    """Looks for a part where it should be, and says where it is; if it is not there, where it is to be sought."""
+    """Look for a part at its planned place; report its place, or a focus area for a search."""
 
     def __init__(self, part: PlannedPart, data: VehicleData, orders: ActingContext) -> None:
         super().__init__(part, data, orders)
@@ -222,15 +212,15 @@ class Looking(Acting):
         self._has_said = False
 
     def place_m(self, facts: Known) -> Point:
-        """Where the plan has it."""
+        """Planned place."""
         return self._part.place_m
 
     def work_s(self) -> float:
-        """As long as an image may take."""
+        """Longest wait for an image."""
         return LOOK_S
 
     def work(self, facts: Known) -> list[Fact]:
-        """Say where the part is once it was seen, and what is not as planned with it."""
+        """Report place and anomalies of a seen part; fail if unseen."""
         part = self._part
         seen_m = facts.get(("seenAt", part.of))
         if seen_m is not None:
@@ -261,13 +251,13 @@ class Looking(Acting):
         return [*displaced, (part.of, "placedAt", at_m)]
 
     def created(self) -> tuple[Observation, ...]:
-        """The focus area, once."""
+        """Return the focus area, once."""
         found, self._focus = self._focus, ()
         return found
 
 
 class Seeking(Looking):
-    """Directs the camera to a focus area: the vehicle goes along squares around its centre until it sees the part."""
+    """Search for a part along squares around the centre of its focus area."""
 
     def __init__(self, part: PlannedPart, data: VehicleData, orders: ActingContext) -> None:
         super().__init__(part, data, orders)
@@ -278,7 +268,7 @@ class Seeking(Looking):
         self._corners: list[Point] | None = None
 
     def place_m(self, facts: Known) -> Point:
-        """The next corner."""
+        """Next corner."""
         if self._corners is None:
             focus = facts.get(("focusArea", self._part.of))
             centre_m = self._part.place_m if focus is None else facts.get(("centre", focus), self._part.place_m)
@@ -287,33 +277,33 @@ class Seeking(Looking):
         return self._corners[0] if self._corners else self._part.place_m
 
     def work_s(self) -> float:
-        """The way along all squares, so slowly that every place of it comes into an image."""
+        """Time along all squares, slow enough for full image coverage."""
         corners = self._corners or []
         return math.fsum(distance(*pair) for pair in pairwise(corners)) / self._speed_mps
 
     def work(self, facts: Known) -> list[Fact]:
-        """Go on to the next corner; the part is in sight, or there is none left."""
+        """Report a seen part; fail after the last corner."""
         seen_m = facts.get(("seenAt", self._part.of))
         if seen_m is not None:
             return self._placed(facts, seen_m)
         return [] if self._corners else self._failed()
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """As any action; a corner that is reached makes way for the next."""
+        """Perceive as any action; drop reached corners."""
         if performed and self._corners and distance_m(motion, self._corners[0]) <= SEEKING_M:
             self._corners.pop(0)
         return super().perceive(motion, picture, performed)
 
     def _asked_mps(self, to_go_m: float) -> float:
-        return 0.0  # it turns too often for its speed to say anything
+        return 0.0  # speed not assessed: too many turns
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """Along the squares."""
+        """Follow the squares."""
         return Reference(self.place_m(picture.facts), self._speed_mps)
 
 
 def squares(centre_m: Point, radius_m: float, spacing_m: float) -> list[Point]:
-    """Corners of squares around a centre, from within, so that everything is within half a spacing of the way.
+    """Corners of squares around a centre, inside out, covering all within half a spacing.
 
     >>> squares((0.0, 0.0), 4.0, 4.0)
     [(4.0, 4.0), (-4.0, 4.0), (-4.0, -4.0), (4.0, -4.0), (4.0, 4.0)]
@@ -327,29 +317,23 @@ def squares(centre_m: Point, radius_m: float, spacing_m: float) -> list[Point]:
 
 
 class WorkingOnPart(Acting):
-    """Works on a part with a tool until that feels the end of the work.
-
-    Args:
-        part: that it is on; data: of the vehicle; orders: of the run.
-        pace: of the tool, as a multiple of the planned one.
-        is_wrench: of the tool.
-    """
+    """Work on a part with a tool until it senses the end; ``pace`` is relative to plan."""
 
     def __init__(
         self, part: PlannedPart, data: VehicleData, orders: ActingContext, pace: float = 1.0, is_wrench: bool = False
     ) -> None:
         super().__init__(part, data, orders)
         self._pace, self._is_wrench = pace, is_wrench
-        self._share: float | None = None  # as last known, by whatever tool
-        self._felt_there_s: float | None = None  # time on site when it changed last
+        self._share: float | None = None  # last known, of any tool
+        self._felt_there_s: float | None = None  # time on site at its last change
         self._dead = "wrench" if is_wrench else "arm"
 
     def work_s(self) -> float:
-        """As planned."""
+        """Planned duration."""
         return self._part.work_s / self._pace
 
     def work(self, facts: Known) -> list[Fact]:
-        """Done when the tool feels the end; resisted when it feels nothing though the place is held."""
+        """Done when the tool senses the end; resisted if it senses nothing while on station."""
         part, share = self._part, facts.get(("workedShare", self._part.of))
         if self._felt_there_s is None or share != self._share:
             self._share, self._felt_there_s = share, self._there_s
@@ -367,14 +351,14 @@ class WorkingOnPart(Acting):
         return [resists, (self._data.name, "actionStatus", "failed")]
 
     def _failed(self) -> list[Fact]:
-        """It has failed in time; a tool that felt nothing for as long as all of the work takes is dead."""
+        """Fail by timeout; a tool without progress for the planned duration is dead."""
         dead: Fact = self._data.name, "toolDead", self._dead
         felt_nothing_s = self._there_s - (self._felt_there_s or 0.0)
         is_dead = self._orders.repairs and felt_nothing_s > self.work_s()
         return [*super()._failed(), *([dead] if is_dead else [])]
 
     def _placed_anew(self, facts: Known) -> list[Fact]:
-        """Where the part is by what is known of the camera now, if that is elsewhere."""
+        """Report a new place if the camera offset has changed it."""
         was_m, seen_m = (facts.get((attribute, self._part.of)) for attribute in ("placedAt", "seenAt"))
         if was_m is None or seen_m is None or facts.get(("workedShare", self._part.of)):
             return []
@@ -383,7 +367,7 @@ class WorkingOnPart(Acting):
 
 
 class InspectingPart(Acting):
-    """Keeps the camera on each point of a part for long enough."""
+    """Hold the camera on each point of a part long enough."""
 
     def __init__(self, part: PlannedPart, data: VehicleData, orders: ActingContext) -> None:
         super().__init__(part, data, orders)
@@ -391,15 +375,15 @@ class InspectingPart(Acting):
         self._at_s = 0.0
 
     def place_m(self, facts: Known) -> Point:
-        """The first point that is left."""
+        """First remaining point."""
         return self._part.points_m[min(self._nth, len(self._part.points_m) - 1)]
 
     def work_s(self) -> float:
-        """As planned."""
+        """Planned duration."""
         return self._part.work_there_s(self._data)
 
     def work(self, facts: Known) -> list[Fact]:
-        """Go on to the next point that was not looked at for long enough."""
+        """Advance to the next uninspected point."""
         seen = facts.values(("inspectedPoint", self._part.of))
         while self._nth < len(self._part.points_m) and self._nth in seen:
             self._nth += 1
@@ -409,7 +393,7 @@ class InspectingPart(Acting):
         return [(self._part.of, "outcome", "done")]
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """As any action; without assessment the clock says when to go on to the next point."""
+        """Perceive as any action; without assessment time alone advances to the next point."""
         if performed and not self._orders.assesses and self._nth + 1 < len(self._part.points_m):
             is_there = distance_m(motion, self.place_m(picture.facts)) <= NEAR_M
             self._at_s = (self._at_s or picture.body.now_s) if is_there else 0.0
@@ -419,6 +403,6 @@ class InspectingPart(Acting):
 
 
 def wrenching(part: PlannedPart, data: VehicleData, orders: ActingContext) -> WorkingOnPart:
-    """To work with the wrench."""
+    """Create the work with a wrench."""
     wrench = data.sensor(WrenchSettings)
     return WorkingOnPart(part, data, orders, 1.0 if wrench is None else wrench.pace, is_wrench=True)

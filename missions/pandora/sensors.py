@@ -1,8 +1,7 @@
-"""Sensors of mission Pandora, and the parts of the structure that they perceive.
+"""Sensors of the Pandora mission, and the true parts of the structure.
 
-What a tool does to a part is kept by the tool: a part is serviced once, and nobody looks at it afterwards.
-
-Each draw is keyed by seed, vehicle and number of the reading: no strategy, loss or fault changes what a reading shows.
+Tools keep the state of parts, since each part is serviced once and not inspected afterwards. Draws are keyed by seed,
+vehicle and number of the reading: strategies, losses and faults never change a reading.
 """
 
 from __future__ import annotations
@@ -26,15 +25,12 @@ from remoras.work import Point
 
 @dataclass(frozen=True)
 class TruePart:
-    """A part as it really is.
+    """True state of a part.
 
     Attributes:
-        name: of the part; kind: class of its instance.
-        points_m: where it really is.
-        work_s: how long a camera looks at each point, or a tool works on it.
-        state: of a valve.
-        is_stuck: only a wrench turns it.
-        upset: what is not as planned with it, empty if nothing is.
+        work_s: time for a camera per point, or for a tool.
+        is_stuck: needs a wrench.
+        upset: kind of deviation from plan, or empty.
     """
 
     name: str
@@ -47,12 +43,12 @@ class TruePart:
 
 
 BUCKET_M = 20.0
-"""Points are looked up by squares of this side."""
+"""Side of the squares of the spatial index."""
 
 
 @dataclass(frozen=True)
 class Structure:
-    """All parts of one run; ``seed`` is the root of what sensors show of them."""
+    """True parts of a run; ``seed`` is the root of observations."""
 
     things: tuple[TruePart, ...]
     seed: int = 0
@@ -67,7 +63,7 @@ class Structure:
                 self._buckets.setdefault(bucket, []).append((number, thing, nth))
 
     def near(self, at_m: Point, within_m: float) -> list[tuple[int, TruePart, int]]:
-        """Points of parts within a distance: number of the part, the part, number of the point; in that order."""
+        """Return points within a distance: (part number, part, point number), sorted."""
         columns, rows = (
             range(math.floor((one - within_m) / BUCKET_M), math.floor((one + within_m) / BUCKET_M) + 1) for one in at_m
         )
@@ -82,21 +78,21 @@ class Structure:
 
 
 LOOKS = Table("looks", (TIME, VEHICLE, Column("part", "str"), Column("point", "int")))
-"""When a camera had really looked at a point of a part for long enough."""
+"""Points truly inspected by a camera for long enough."""
 TURNS = Table("turns", (TIME, VEHICLE, Column("part", "str"), Column("state", "str")))
-"""When a tool had really done its work on a part: the state in which it left a valve; of an anode, clean."""
+"""Work truly done by a tool: final state of a valve, or clean for an anode."""
 MOST_SHARE = 0.999
-"""A normal error is cut off here, and at the other end: at 3.1 standard deviations."""
+"""Quantile at which normal errors are cut off on both sides (3.1 standard deviations)."""
 NEEDED_SHARE = 0.5
-"""Share of the images of a point that have to show it: some are blank."""
+"""Share of a point's images that must show it; some are blank."""
 TOUCH_GAP_S = 5.0
-"""Two touches that are farther apart belong to two tries."""
+"""Longest gap within one attempt of a tool."""
 FELT_SHARE = 0.25
-"""A tool says how far it is whenever it has done so much more."""
+"""Progress between two reports of a tool."""
 FELT_S = 30.0
-"""It says too that it has come no farther at all after working for so long."""
+"""Working time without progress after which a tool reports this."""
 LOG_STREAM = 60_000
-"""Readings of logs are drawn apart from those of cameras, whose numbers stay below this."""
+"""Offset of the draws of logs from camera draws."""
 
 
 @cache
@@ -105,12 +101,12 @@ def _normal(share: float) -> float:
 
 
 def error(seed: int, reading: int, node: int, which: int) -> float:
-    """A standard normal error of a reading, drawn by seed, its number, node and what it is about."""
+    """Standard normal error of a reading, keyed by seed, reading, node and quantity."""
     return _normal(loss.uniform(seed, loss.LOOKS, reading, node, which))
 
 
 class CameraSettings(SensorSettings):
-    """The table ``[vehicle.sensor]`` of a camera."""
+    """Table ``[vehicle.sensor]`` of a camera."""
 
     EQUIPMENT: ClassVar[str] = "Camera"
 
@@ -120,16 +116,12 @@ class CameraSettings(SensorSettings):
     p_blank: float = Field(0.1, ge=0.0, lt=1.0, description="probability that an image shows nothing, for turbid water")
 
     def make(self, data: VehicleData) -> Sensor:
-        """The camera of a vehicle."""
+        """Create the camera of a vehicle."""
         return Camera(self, data)
 
 
 class Camera:
-    """Shows where parts are, how valves stand, and which points it has looked at for long enough.
-
-    Args:
-        settings: its table; data: of the vehicle that carries it.
-    """
+    """Camera: places of parts, states of valves, inspected points."""
 
     table = LOOKS
 
@@ -139,7 +131,7 @@ class Camera:
         self._n_looks: Counter[tuple[int, int]] = Counter()
 
     def sense(self, pose: Pose, world: Structure, now_s: float) -> list[Observation]:
-        """What an image shows, if one is due."""
+        """Return the content of an image, if scheduled."""
         if now_s < self._next_s:
             return []
         settings, number = self._settings, self._n_images
@@ -167,7 +159,7 @@ class Camera:
 
 
 class LogSettings(SensorSettings):
-    """The table ``[vehicle.sensor]`` of a Doppler log."""
+    """Table ``[vehicle.sensor]`` of a Doppler log."""
 
     EQUIPMENT: ClassVar[str] = "DopplerVelocityLog"
 
@@ -175,16 +167,12 @@ class LogSettings(SensorSettings):
     every_s: float = Field(20.0, gt=0.0, description="time between two readings")
 
     def make(self, data: VehicleData) -> Sensor:
-        """The log of a vehicle."""
+        """Create the log of a vehicle."""
         return SpeedLog(self, data)
 
 
 class SpeedLog:
-    """Measures speed through the water, and how the water moves over the ground.
-
-    Args:
-        settings: its table; data: of the vehicle that carries it.
-    """
+    """Doppler log: speed through the water, and current over ground."""
 
     table = None
 
@@ -193,7 +181,7 @@ class SpeedLog:
         self._next_s, self._number = 0.0, 0
 
     def sense(self, pose: Pose, world: Structure, now_s: float) -> Sequence[Observation]:
-        """A reading, if one is due."""
+        """Return a reading, if scheduled."""
         if now_s < self._next_s:
             return ()
         self._next_s, self._number = now_s + self._settings.every_s, self._number + 1
@@ -210,42 +198,37 @@ class SpeedLog:
 
 
 class ToolSettings(SensorSettings):
-    """What the tables of tools have in common."""
+    """Common settings of tools."""
 
     EQUIPMENT: ClassVar[str] = "Manipulator"
     STRONG: ClassVar[bool]
-    """True if it turns a valve that is stuck."""
+    """True if it turns stuck valves."""
 
     reach_m: float = Field(1.0, gt=0.0, description="farthest part that it touches")
     pace: float = Field(1.0, gt=0.0, description="how fast it works, as a multiple of the planned pace")
 
     def make(self, data: VehicleData) -> Sensor:
-        """The tool of a vehicle."""
+        """Create the tool of a vehicle."""
         return Tool(self.reach_m, self.pace, self.STRONG)
 
 
 class ArmSettings(ToolSettings):
-    """The table ``[vehicle.sensor]`` of an arm."""
+    """Table ``[vehicle.sensor]`` of an arm."""
 
     STRONG: ClassVar[bool] = False
 
 
 class WrenchSettings(ToolSettings):
-    """The table ``[vehicle.sensor]`` of a wrench: slow, and strong."""
+    """Table ``[vehicle.sensor]`` of a wrench: slow and strong."""
 
     STRONG: ClassVar[bool] = True
     pace: float = Field(0.25, gt=0.0, description="how fast it works, as a multiple of the planned pace")
 
 
 class Tool:
-    """Works on the nearest valve or anode within its reach for as long as it touches it.
+    """Tool that works on the nearest valve or anode in reach during contact.
 
-    A valve that it has turned to its end stays so until it is let go of; turned again it opens.
-
-    Args:
-        reach_m: farthest part that it touches.
-        pace: how fast it works, as a multiple of the planned pace.
-        is_strong: it turns what is stuck.
+    A turned valve keeps its state until released; turned again it opens. ``pace`` is relative to plan.
     """
 
     table = TURNS
@@ -258,7 +241,7 @@ class Tool:
         self._states: dict[str, str] = {}
 
     def sense(self, pose: Pose, world: Structure, now_s: float) -> list[Observation]:
-        """How far the work is, now and then, and how it has ended."""
+        """Report progress occasionally, and the end of the work."""
         at_m = pose.x_m, pose.y_m
         near = [one for _, one, _ in world.near(at_m, self._reach_m) if one.kind in ("Valve", "Anode")]
         if not near:

@@ -1,15 +1,15 @@
-"""Sequential tests: a two-sided cumulative sum (CUSUM) with a stated rate of false alarms, and what it estimates.
+"""Two-sided cumulative sum test (CUSUM) with a given false-alarm rate and an estimate.
 
-Of readings with standard deviation 1 that should have mean 0, each side adds up what goes beyond k = 1/2::
+For readings z of standard deviation 1 and expected mean 0, each side accumulates the excess over k = 1/2::
 
     s+ <- max(0, s+ + z - k)        s- <- max(0, s- - z - k)
 
-and alarms where its sum exceeds h. Where nothing is wrong, a side alarms once in about ::
+and raises an alarm if its sum exceeds h. Without a change, one side raises an alarm about once in ::
 
     (exp(2 k b) - 2 k b - 1) / (2 k^2)        readings, b = h + 1.166
 
-(D. Siegmund, Sequential Analysis, Springer 1985), and both together twice as often. The mean of the readings since the
-side left 0 last estimates by how much they are off.
+(D. Siegmund, Sequential Analysis, Springer 1985), both sides together twice as often. The mean of the readings since
+the side last left 0 estimates the shift.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from functools import cache
 from exchange.arithmetic import exp
 
 SLACK = 0.5
-"""Half of the shift, in standard deviations, that is found soonest."""
+"""Half the shift that is detected soonest, in standard deviations."""
 OVERSHOOT = 1.166
-"""Siegmund's correction: by 2 x 0.583 a sum lies beyond its threshold on average when it passes it."""
+"""Siegmund's correction: 2 x 0.583, the mean overshoot over the threshold."""
 
 
 def readings_between_alarms(threshold: float) -> float:
-    """Readings between two false alarms of both sides together, on average.
+    """Mean number of readings between false alarms of both sides together.
 
     >>> round(readings_between_alarms(4.0), 1)  # exactly 168 for both sides
     169.0
@@ -36,7 +36,7 @@ def readings_between_alarms(threshold: float) -> float:
 
 @cache
 def threshold(readings: float) -> float:
-    """The threshold at which both sides together raise one false alarm in so many readings, at least 0.
+    """Threshold, at least 0, for one false alarm of both sides in ``readings`` readings.
 
     >>> round(readings_between_alarms(threshold(1000.0)), 6)
     1000.0
@@ -52,10 +52,7 @@ def threshold(readings: float) -> float:
 
 
 class Cusum:
-    """A two-sided test of readings with standard deviation 1.
-
-    Args:
-        alarm_at: its threshold.
+    """Two-sided test of readings with standard deviation 1.
 
     >>> test = Cusum(4.0)
     >>> [test.add(z) for z in (0.0, 2.0, 2.0, 2.0)]
@@ -67,11 +64,10 @@ class Cusum:
         self._begin()
 
     def _begin(self) -> None:
-        self._sides = {1.0: (0.0, 0.0, 0), -1.0: (0.0, 0.0, 0)}  # of a sign: cumulative sum, sum and number since 0
+        self._sides = {1.0: (0.0, 0.0, 0), -1.0: (0.0, 0.0, 0)}  # by sign: cumulative sum, sum and number since 0
 
     def add(self, z: float) -> float | None:
-        """Take a reading in; by how much readings are off on average if this raises an alarm, after which it begins
-        anew, else None."""
+        """Add a reading; at an alarm restart and return the mean shift, else None."""
         for sign, (cumulative, total, number) in self._sides.items():
             grown = cumulative + sign * z - SLACK
             self._sides[sign] = (grown, total + z, number + 1) if grown > 0.0 else (0.0, 0.0, 0)

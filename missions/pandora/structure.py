@@ -1,7 +1,7 @@
-"""The structure: what the plan has of its parts, how they really are in one run, and the jobs that they are.
+"""Structure: planned parts, their true state in a run, and their service jobs.
 
-How parts really are is drawn by seed and number of the upset, in a stream of its own: no strategy, loss or other fault
-changes it.
+True states are sampled by seed and number of the upset in a separate stream. Strategies, losses and other faults never
+change them.
 """
 
 from __future__ import annotations
@@ -21,24 +21,21 @@ from remoras.database import VehicleData
 from remoras.work import Outlook, Point
 
 TOOLS = "arm", "wrench"
-"""Tools of which a vehicle may say that they are dead."""
+"""Tools that a vehicle may report dead."""
 
 
 @dataclass(frozen=True)
 class PlannedPart:
-    """A part as the plan has it, and the task of servicing it; a ``remoras.work.Job``.
+    """Planned part with its service task: a ``remoras.work.Job``.
 
     Attributes:
         of: name of the part.
-        kind: class of its instance.
-        points_m: where it is; chains have many.
-        work_s: how long each point is looked at, or a tool works on it.
-        panel_m: where the panel is on which it sits; None if it sits on none.
-        panel: name of that panel, or empty.
-        needs: nothing has to be done before.
-        resists: a valve that has turned out to take a wrench.
-        dead: (vehicle, tool) of tools that have turned out to be dead.
-        vehicles: that say so of their tools; nobody where plans are not repaired.
+        points_m: one place; many for chains.
+        work_s: time per point, or of a tool.
+        panel_m: place of its panel; None without one.
+        resists: valve known to need a wrench.
+        dead: (vehicle, tool) of tools known to be dead.
+        vehicles: that report dead tools; empty without plan repair.
     """
 
     of: str
@@ -54,31 +51,31 @@ class PlannedPart:
 
     @cached_property
     def name(self) -> str:
-        """Name of the task of servicing it."""
+        """Name of the service task."""
         return job_of(self.of)
 
     @cached_property
     def way_m(self) -> float:
-        """Way along its points (m)."""
+        """Path length along its points (m)."""
         return math.fsum(distance(*pair) for pair in pairwise(self.points_m))
 
     @cached_property
     def place_m(self) -> Point:
-        """Its first point."""
+        """First point."""
         return self.points_m[0]
 
     @property
     def takes_arm(self) -> bool:
-        """True for what a tool works on; the rest is looked at."""
+        """True for parts that need a tool."""
         return self.kind in ("Valve", "Anode")
 
     @property
     def done(self) -> Key:
-        """A vehicle has done with it."""
+        """Fact that the task is done."""
         return "jobDone", self.name
 
     def is_able(self, data: VehicleData) -> bool:
-        """True if the vehicle has a camera and, where the part takes one, a tool for it that is not said to be dead."""
+        """Return True for a vehicle with a camera and, if needed, a working tool."""
         if data.sensor(CameraSettings) is None:
             return False
         if not self.takes_arm:
@@ -87,24 +84,24 @@ class PlannedPart:
         return data.sensor(kind) is not None and (data.name, tool) not in self.dead
 
     def is_ever_able(self, data: VehicleData) -> bool:
-        """True if it is able with the one tool or the other."""
+        """Return True if able with either tool."""
         return replace(self, resists=False, dead=()).is_able(data) or replace(self, resists=True, dead=()).is_able(data)
 
     @property
     def rests_on(self) -> tuple[Key, ...]:
-        """What was found out about the part, and about the tools of vehicles."""
+        """Facts about the part's anomaly and dead tools."""
         if not (self.vehicles and self.takes_arm):
             return ()
         return ("anomaly", self.of), *(("toolDead", name) for name in self.vehicles)
 
     @property
     def hindrances(self) -> tuple[str, ...]:
-        """That it resists, and which tools are dead."""
+        """Resistance of the part, and dead tools."""
         resists = (f"{self.of} resists, it takes a wrench",) if self.resists else ()
         return *resists, *(f"the {tool} of {name} is dead" for name, tool in self.dead)
 
     def left(self, facts: Known) -> PlannedPart:
-        """What it takes by what was found out."""
+        """Return the task with known anomalies and dead tools."""
         if not self.rests_on:
             return self
         resists = self.kind == "Valve" and facts.get(("anomaly", self.of)) == "resists"
@@ -115,11 +112,11 @@ class PlannedPart:
         return replace(self, resists=resists, dead=dead)
 
     def work_there_s(self, data: VehicleData) -> float:
-        """How long the work takes on site: all points, and the way between them at survey speed."""
+        """Time (s) on site: all points, and travel between them at survey speed."""
         return len(self.points_m) * self.work_s + self.way_m / data.survey_speed_mps
 
     def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
-        """When and where the vehicle will be free if it services the part next; None if it is not able."""
+        """Return the outlook after the service; None if unable."""
         if not self.is_able(data):
             return None
         (from_x_m, from_y_m), (x_m, y_m) = outlook.position_m, self.place_m
@@ -128,7 +125,7 @@ class PlannedPart:
 
 
 def planned_parts(scenario: PandoraScenario) -> dict[str, PlannedPart]:
-    """The service tasks by name, each with its part."""
+    """Service tasks by name."""
     panels = {panel.name: panel.position_m for panel in scenario.panel}
     hands_on = tuple(vehicle.name for vehicle in scenario.vehicle) if scenario.mission.adaptation == "all" else ()
     found = {}
@@ -143,7 +140,7 @@ def planned_parts(scenario: PandoraScenario) -> dict[str, PlannedPart]:
 
 
 def structure_of(parts: Mapping[str, PlannedPart], upsets: Iterable[UpsetTable], seed: int) -> Structure:
-    """The structure as it really is in the run with that seed."""
+    """Return the true structure of a run."""
     things = {part.of: TruePart(part.of, part.kind, part.points_m, part.work_s) for part in parts.values()}
     free = [part.of for part in parts.values() if part.kind == "Valve"]
     for upset in upsets:

@@ -1,4 +1,4 @@
-"""Ground truth of mission Pandora: events at the structure, and the verdict."""
+"""Ground truth of the Pandora mission: events at the structure, and the verdict."""
 
 from __future__ import annotations
 
@@ -23,25 +23,21 @@ if TYPE_CHECKING:
 
 
 FAULTS = {"slow": "thruster", "sensor": "camera dead", "biased": "camera drifts", "drains": "energy"}
-"""What is to be diagnosed of vehicles, by kind of fault."""
+"""Correct diagnosis by kind of vehicle fault."""
 UPSETS = {"moved": ("missing", "displaced"), "turned": ("turned",), "stuck": ("resists",)}
-"""Anomalies that say what is upset, by kind of upset."""
+"""Correct anomalies by kind of upset."""
 CURRENT = "current"
 OF_CAMERAS = "camera"
-"""Faults of other sensors are not what this mission assesses."""
+"""Faults of other sensors are not assessed."""
 AFTER_S = 1200.0
-"""A finding this long after its cause has ended is still owed to it: the estimate goes back step by step."""
+"""Time after the end of a cause in which findings still count: estimates decay stepwise."""
 
 
 @dataclass(frozen=True, slots=True)
 class SiteEvent:
-    """Something that befell a vehicle, a part or, with an empty subject, the water.
+    """Event at a vehicle, a part or, with empty ``subject``, in the water.
 
-    Attributes:
-        kind: of fault or upset, or current.
-        subject: whom it befell.
-        findings: that say so.
-        from_s, until_s: while it held; an upset begins when a vehicle that works there comes near.
+    ``findings`` are the correct ones. An upset starts when a vehicle that works there comes near.
     """
 
     kind: str
@@ -53,7 +49,7 @@ class SiteEvent:
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """A finding: which vehicle said when that a subject has what."""
+    """Finding of a vehicle about a subject."""
 
     time_s: float
     vehicle: str
@@ -62,7 +58,7 @@ class Found:
 
 
 def events_of(run: MeasuredRun) -> list[SiteEvent]:
-    """What befell a run, in the order in which it began."""
+    """Return the events of a run by start."""
     found = [
         SiteEvent(kind, part, UPSETS[kind], time_s)
         for time_s, _, part, kind in run.recorder.rows(MET.name)
@@ -89,40 +85,35 @@ def _last_s(run: MeasuredRun) -> float:
 
 
 def findings_of(run: MeasuredRun) -> Iterator[Found]:
-    """What vehicles found, in the order in which they did; that all is well again is none."""
+    """Yield findings of vehicles in order, except that all is sound."""
     for _, origin, _, recorded_s, subject, attribute, value, *_ in run.recorder.rows("items"):
         if attribute in ("diagnosis", "anomaly") and value != "sound":
             yield Found(recorded_s, origin, subject, value)
 
 
 def is_of(found: Found, event: SiteEvent) -> bool:
-    """True if a finding says what an event is."""
+    """Return True if a finding matches an event."""
     if found.finding not in event.findings or (event.subject and found.subject != event.subject):
         return False
     return event.from_s <= found.time_s <= event.until_s + AFTER_S
 
 
 def detected_s(event: SiteEvent, found: list[Found]) -> float | None:
-    """How long after its begin an event was first found; None if it was not."""
+    """Time (s) from the start of an event to its first finding; None if undetected."""
     first = next((row for row in found if is_of(row, event)), None)
     return None if first is None else first.time_s - event.from_s
 
 
 SERVICED = Table("serviced", (TIME, VEHICLE, Column("part", "str")))
-"""When a part was really serviced: a valve closed, an anode clean, all points of a panel or chain looked at."""
+"""True services: valve closed, anode clean, all points of a panel or chain inspected."""
 MET = Table("met", (TIME, VEHICLE, Column("part", "str"), Column("kind", "str")))
-"""When a vehicle that is to work on a part that is not as planned first came near to where the plan has it."""
+"""First approach of a working vehicle to the planned place of an upset part."""
 MET_M = 6.0
-"""It has come near within this distance."""
+"""Distance of an approach."""
 
 
 class PandoraTruth(JobTruth):
-    """Counts what tools and cameras really did.
-
-    Args:
-        meeting: of the mission; objective: of roles with a part; recorder: takes the rows.
-        structure: as it really is; parts: as planned.
-    """
+    """Referee of services by tools and cameras."""
 
     work = "service"
 
@@ -153,26 +144,26 @@ class PandoraTruth(JobTruth):
 
     @property
     def goal_fraction(self) -> float:
-        """Share of the parts that are really serviced."""
+        """Share of parts truly serviced."""
         return len(self._serviced) / len(self._parts) if self._parts else 1.0
 
     @property
     def jobs_as_they_are(self) -> Mapping[str, Job]:
-        """With the valves that are stuck."""
+        """Jobs with truly stuck valves."""
         return self._as_they_are
 
     @property
     def jobs_done(self) -> Collection[str]:
-        """Jobs whose parts are really serviced."""
+        """Jobs with truly serviced parts."""
         return {self._parts[name].name for name in self._serviced}
 
     @property
     def is_over(self) -> bool:
-        """True once all groups have met, and nobody is to return: nobody goes back to what was taken for done."""
+        """True once all groups have met and no vehicle will return: none goes back to finished work."""
         return super().is_over or (self._n_meetings > 0 and not self._apart and not self._is_awaited)
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
-        """Note what was done since the last look."""
+        """Record services since the last call."""
         claimed = len(self._done)
         super().watch(fleet, now_s)
         n_looks = len(self._looks)
@@ -201,7 +192,7 @@ class PandoraTruth(JobTruth):
             self._serviced_rows.append((time_s, vehicle, name))
 
     def _note_turned(self, now_s: float) -> None:
-        """A valve that was closed from the start counts once a vehicle has done with it and it is closed still."""
+        """Count an initially closed valve once reported done and still closed."""
         of = {part.name: name for name, part in self._parts.items()}
         for time_s, vehicle, job in self._rows:
             name = of[job]
@@ -222,7 +213,7 @@ class PandoraTruth(JobTruth):
                     break
 
     def close(self, fleet: FleetView, now_s: float) -> str:
-        """Say who is missing where, and what was not serviced though it may be taken for done."""
+        """Return the reason of failure, with unserviced parts."""
         left: Sequence[str] = [name for name in self._parts if name not in self._serviced]
         reason = super().close(fleet, now_s)
         if not left:
