@@ -12,7 +12,7 @@ and the executive layer. Every step returns a value; nothing calls back up.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 from mesa import Agent, Model
@@ -23,11 +23,10 @@ from remoras.attraction import NO_PULLS
 from remoras.avoidance import Neighbour
 from remoras.behaviours import Perception
 from remoras.beliefs import Beliefs, Fact
+from remoras.condition import SOUND, Condition
 from remoras.database import VehicleData
 from remoras.errors import PluginError
-from remoras.events import Observer
 from remoras.executive.layer import ExecutiveLayer
-from remoras.faults import SOUND, Condition
 from remoras.functional.layer import FunctionalLayer, embody
 from remoras.functional.sensing import Sensed
 from remoras.radio import Radio
@@ -58,7 +57,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         beliefs: its world model, by names.
         recorder: takes the rows.
         began_s: when it began; later than 0 if it begins anew, see ``go_on``.
-        observers: of the run.
+        made: each is told of the vehicle before its activities are chosen.
     """
 
     def __init__(
@@ -70,7 +69,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         beliefs: Beliefs,
         recorder: Recorder,
         began_s: float = 0.0,
-        observers: Iterable[Observer] = (),
+        made: Iterable[Callable[[Vehicle], None]] = (),
     ) -> None:
         super().__init__(model)
         self.data = data
@@ -92,8 +91,8 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         self._uneventful: Sequence[Perception] = ()  # perceived last, if nothing was to be made known of it
         self._organisation = self.social.organisation
         self._shared: dict[str, tuple[str, ...]] = {}  # by peer: groups that both are members of
-        for observer in observers:
-            observer.on_vehicle(self)
+        for tell in made:
+            tell(self)
         self._run_log.founded(self.social.organisation, self.social.objectives.values(), began_s)
         self._adopt()
 

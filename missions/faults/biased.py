@@ -16,7 +16,7 @@ from missions.errors import ConfigurationFault
 from missions.scenarios.faults import DeclaredFault, FaultOfSensors
 from missions.scenarios.knowledge import words_in
 from missions.scenarios.tables import is_number, one_of
-from remoras.faults import Condition
+from remoras.condition import Condition
 from remoras.sensor import Observation
 from remoras.table import PointM
 from worldmodel import TBox

@@ -16,7 +16,7 @@ from missions.scenarios.communication import value_rule_of
 from missions.scenarios.parts import groups_of
 from remoras.beliefs import Beliefs
 from remoras.database import AUVDatabase, VehicleData
-from remoras.events import Observer, ShownTime
+from remoras.events import Observer, ShownTime, listening
 from remoras.executive.layer import ExecutiveLayer
 from remoras.faults import Fault, Faults, drawn
 from remoras.fleet import Fleet, Makers
@@ -250,7 +250,9 @@ def vehicle_of(host: Fleet | Solo, shared: Shared, life: VehicleLife) -> Vehicle
         _executive(setup, data.name),
         _functional(shared, life.real, picture),
     )
-    return shared.vehicle(host, data, layers, radio, beliefs, recorder, life.began_s, shared.observers)
+    return shared.vehicle(
+        host, data, layers, radio, beliefs, recorder, life.began_s, listening(shared.observers, "on_vehicle")
+    )
 
 
 def _executive(setup: Setup, vehicle: str) -> ExecutiveLayer:

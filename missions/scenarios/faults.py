@@ -29,9 +29,10 @@ from missions.errors import ConfigurationFault
 from missions.fault import Absence, kinds
 from missions.files import shown
 from missions.scenarios.tables import is_number, one_of
+from remoras.condition import SOUND, Condition
 from remoras.database import AUVDatabase, VehicleData
 from remoras.errors import PluginError
-from remoras.faults import ANY, HEAD_OF, SOUND, Condition, Fault
+from remoras.faults import ANY, HEAD_OF, Fault
 from remoras.mission import Mission
 from remoras.organisation import Group
 from remoras.plugins import answer, faults_of, named_object

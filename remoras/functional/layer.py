@@ -10,9 +10,9 @@ from remoras.activities import ActivityKind, ActivitySet, ActivityType, Wait
 from remoras.attraction import GuidanceTable, Pulls
 from remoras.avoidance import Bounds, Neighbour, nearest_within
 from remoras.behaviours import STUCK, Behaviour, Homing, Perception, Reference
+from remoras.condition import Condition
 from remoras.database import VehicleData
 from remoras.errors import PluginError
-from remoras.faults import Condition
 from remoras.functional.guidance import Guidance, Headway
 from remoras.functional.sensing import Sensed, Sensing
 from remoras.functional.vital import VITAL_NAMES, VITAL_SETS, vital_behaviour
