@@ -93,11 +93,7 @@ class Arrivals:
         self._index(block)
 
     def wait(self, block: Block, missing: tuple[int, ...], since_s: float | None = None) -> Block | None:
-        """Suspend a block until the first instance in ``missing`` is announced.
-
-        ``since_s`` is the start of pending (s); None for now. Returns the oldest block of the origin if too many are
-        pending.
-        """
+        """Suspend a block until ``missing[0]`` is announced; return the oldest one of too many."""
         guid = block.guid
         if since_s is None:
             since_s = block.time_s if self.now_s is None else self.now_s

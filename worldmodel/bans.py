@@ -29,11 +29,7 @@ def deciding(tbox: TBox) -> frozenset[int]:
 
 
 class BanFact(NamedTuple):
-    """One exclusion or revocation, ordered like blocks.
-
-    ``key`` is that of the block: (time_s, origin, epoch, sequence). ``from_s`` is the start of the exclusion (s); None
-    revokes it.
-    """
+    """Exclusion of a vehicle from ``from_s`` (s) on, or revocation if None; ordered like blocks."""
 
     key: tuple[float, int, int, int]
     position: int

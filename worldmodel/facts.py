@@ -162,11 +162,7 @@ class Fault:
 
 
 class Lacking(NamedTuple):
-    """Missing instance that blocks are pending for.
-
-    ``origin`` is the vehicle that can announce it, None for a common instance of insufficient class. ``age_s`` is the
-    pending time of the oldest block (s).
-    """
+    """Instance that blocks are pending for; ``age_s`` is the pending time (s) of the oldest."""
 
     uid: int
     origin: int | None

@@ -50,9 +50,7 @@ class Estimate(NamedTuple):
 
     Attributes:
         value: mean of numbers and points, off their grid; else the most probable value.
-        uncertainty: sigma of numbers and points, in the unit of the attribute; else the probability. None if no value
-            has
-            one.
+        uncertainty: sigma of numbers and points, in the attribute's unit; else the probability. None without any.
         time_s: of the newest observation that counts.
         probabilities: of each possible hypothesis, most probable first; empty for numbers and points.
     """
@@ -121,11 +119,7 @@ def _key(observation: Observation) -> tuple[object, ...]:
 
 
 def _filtered(weighed: Sequence[Observation], drift: float, shared: float, until_s: float | None) -> Estimate:
-    """Return the Kalman estimate at the last observation or later.
-
-    The state is the value followed by the shared error of each origin; axes differ in their means only. The first
-    observation initialises the state, which avoids an infinite prior variance.
-    """
+    """Return the Kalman estimate; the state is the value, then the shared error of each origin."""
     origins = sorted({observation.origin for observation in weighed})
     n = 1 + len(origins) if shared > 0.0 else 1
     at_s = weighed[0].time_s
@@ -214,10 +208,7 @@ class _Said(NamedTuple):
 
 
 def doubted(slots: Iterable[tuple[Attribute, Sequence[Observation]]]) -> tuple[int, ...]:
-    """Return the origin that contradicts the others; none if all agree, both if there are two.
-
-    Only numbers and points with an uncertainty count.
-    """
+    """Return the origin that contradicts the others; none if all agree, both if there are two."""
     said = [_said(observations, attribute) for attribute, observations in slots if attribute.kind in MEASURED]
     if not _is_beyond(*_deviation(said)):
         return ()

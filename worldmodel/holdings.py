@@ -155,10 +155,7 @@ class Individuals:
         return len(self.common_instances) + origin * self.run_time_instances_per_origin
 
     def base_mask(self, uid: int, has_creator: bool) -> int:
-        """Return the classes that an instance has by creation alone, bit c for class c.
-
-        ``has_creator``: the creating block is accepted and the class of creation is certain.
-        """
+        """Return the classes by creation, bit c for class c; 0 without an accepted creator."""
         if 0 <= uid < len(self.common_instances):
             return self.tbox.ancestor_mask(self.common_instances[uid].class_uid)
         created = self.arrivals.created_as(uid)
@@ -246,10 +243,7 @@ class StoredItems(Individuals):
                 yield guid, self.arrived(guid)
 
     def state_hash(self) -> str:
-        """Return a digest of TBox, common instances and accepted items, equal only if these are.
-
-        Pruned items count; statuses and private blocks do not.
-        """
+        """Return a digest of TBox, common instances and accepted items, pruned ones included."""
         total = self.content_of_pruned + sum(self._content_number(block) for block in self.blocks())
         state = (self.tbox.hash, self.common_instances, self.n_origins, self.n_uids, total % (1 << 256))
         return hashlib.sha256(repr(state).encode()).hexdigest()

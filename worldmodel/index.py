@@ -364,10 +364,7 @@ class Index:
     # What rests on the classes of an instance ----------------------------------------------------
 
     def resting_on(self, uid: int, base: int, creator: Guid | None) -> Iterable[Block]:
-        """Return the items and private blocks that may not fit an instance of classes ``base``.
-
-        Blocks that give it a type are included, except its ``creator``. ``base`` is a mask: bit c for class c.
-        """
+        """Return items and private blocks, without ``creator``, that may not fit classes ``base``."""
         blocks: dict[Guid, Block] = {}
         for attribute in self._tbox.attributes:
             if attribute.uid == TYPE_UID or not base >> attribute.domain & 1:

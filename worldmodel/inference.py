@@ -258,12 +258,10 @@ class _Links:
         return self._targets.get(slot, ())
 
     def add(self, subject: int, attribute: int, target: int) -> None:
-        """Add an asserted link."""
         self._targets[subject, attribute] = (*self.told((subject, attribute)), target)
         self._linking.setdefault((target, attribute), {})[subject] = None
 
     def take(self, subject: int, attribute: int, target: int) -> None:
-        """Remove an asserted link."""
         slot = (subject, attribute)
         self._targets[slot] = tuple(linked for linked in self._targets[slot] if linked != target)
         del self._linking[target, attribute][subject]

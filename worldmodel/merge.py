@@ -203,10 +203,7 @@ def expire(store: Store, now_s: float) -> tuple[Fault, ...]:
 
 
 def enter(store: Store, block: Block, known: Block | None = None) -> Merged:
-    """Add a new item or private block of valid form; accept blocks that were pending for it.
-
-    ``known`` is the arrived block of other content under the same GUID, if any.
-    """
+    """Add a valid item or private block; ``known`` is another content of its GUID, if any."""
     if known is None:
         changed = store.note_creations(block)
         if changed:

@@ -18,10 +18,7 @@ from worldmodel.ontology.tbox import TYPE_UID, TBox, ValueKind
 
 
 class History(Sequence[Observation]):
-    """View of the observations of one property, oldest first; equal to any equal sequence.
-
-    ``entries`` is not copied. ``since_s`` and ``until_s`` (s) are inclusive; None for no limit.
-    """
+    """View of the observations of a property from ``since_s`` to ``until_s`` (s, inclusive)."""
 
     __slots__ = ("_entries", "_positions")
 
@@ -64,10 +61,7 @@ def _same(value: object, other: object) -> bool:
 
 
 class Subscription(NamedTuple):
-    """Subscription to ``attribute`` of one ``instance``, or of all instances of ``class_uid``.
-
-    ``number`` makes equal subscriptions distinct; each receives all updates.
-    """
+    """Subscription to an attribute of an instance or a class; ``number`` makes it unique."""
 
     number: int
     attribute: int
@@ -76,10 +70,7 @@ class Subscription(NamedTuple):
 
 
 class Subscriptions:
-    """Subscriptions of one store, and the observations not yet fetched.
-
-    ``class_mask`` returns the known classes of an instance, bit c for class c.
-    """
+    """Subscriptions of one store, and the observations not yet fetched."""
 
     __slots__ = ("_class_mask", "_n", "_news", "_tbox", "n_noted", "waiting", "watching")
 
@@ -96,10 +87,7 @@ class Subscriptions:
         """Number of updates collected; while it stays, no subscription has a new one."""
 
     def add(self, attribute: int, *, instance: int | None = None, class_uid: int | None = None) -> Subscription:
-        """Subscribe to an attribute of one instance, or of a class and its subclasses.
-
-        Raises FactError for an unknown attribute or class, or unless exactly one of instance and class is given.
-        """
+        """Subscribe to an attribute of exactly one instance or class; raises FactError otherwise."""
         if not 0 <= attribute < len(self._tbox.attributes):
             allowed = len(self._tbox.attributes) - 1
             raise FactError(f"attribute {attribute} cannot be subscribed to; allowed: 0..{allowed}")
@@ -182,10 +170,7 @@ class Answers(StoredItems):
         self.index.heeded = self.inference.heeded
 
     def latest(self, subject: int, attribute: int, at_s: float | None = None) -> Observation | None:
-        """Return the newest observation of a property, by ``at_s`` (s) if given.
-
-        Of statuses only the newest is stored.
-        """
+        """Return the newest observation of a property by ``at_s`` (s); of statuses the newest only."""
         entries = self.index.slots.get(attribute, EMPTY).get(subject)
         if entries is None:
             return None
@@ -221,10 +206,7 @@ class Answers(StoredItems):
         return self.index.trust.from_s
 
     def news(self, subscription: Subscription) -> tuple[Observation, ...]:
-        """Return the observations since the last call, in order of arrival.
-
-        Raises FactError for a subscription of another store; see ``subscriptions.add``.
-        """
+        """Return new observations in order of arrival; raises FactError for a foreign subscription."""
         news = self.subscriptions.fetch(subscription)
         return (
             tuple([observation for observation in news if self.is_seen(observation.block)])

@@ -140,10 +140,9 @@ class WorldModel(Store):
 
 
 class Reception(NamedTuple):
-    """Block received by a vehicle.
+    """Block received by a vehicle at ``time_s`` (s).
 
-    ``sender`` is the node whose packet completed the block, not always its origin; None if not recorded. ``time_s`` is
-    the reception time of that packet (s).
+    ``sender`` is the node whose packet completed the block, not always its origin; None if not recorded.
     """
 
     block: Block

@@ -122,7 +122,6 @@ def terms_of(tbox: TBox) -> tuple[Term, ...]:
 
 
 def _values(tbox: TBox, attribute: Attribute) -> str:
-    """Describe the values of an attribute."""
     if attribute.range_class is not None:
         return tbox.classes[attribute.range_class].name
     if attribute.symbols:

@@ -24,10 +24,7 @@ class ValueCondition:
 
 @dataclass(frozen=True, slots=True)
 class Definition:
-    """Classes and conditions that all instances of a class meet.
-
-    ``is_sufficient``: an instance that meets them belongs to the class.
-    """
+    """Conditions met by all instances of a class; if ``is_sufficient``, only by these."""
 
     class_uid: int
     classes: tuple[int, ...]
@@ -37,12 +34,7 @@ class Definition:
 
 @dataclass(frozen=True, slots=True)
 class Axioms:
-    """Axioms beyond hierarchy and disjointness, as uids.
-
-    Attributes:
-        definitions: by equivalence or necessary conditions.
-        sub_attributes: pairs of an attribute and its super-attribute.
-    """
+    """Axioms beyond hierarchy and disjointness, as uids."""
 
     definitions: tuple[Definition, ...] = ()
     inverses: tuple[tuple[int, int], ...] = ()
@@ -69,12 +61,7 @@ class CompiledAxioms:
     """
 
     def __init__(self, told: Sequence[int], ends: Sequence[tuple[int, int | None]], axioms: Axioms) -> None:
-        """Compile axioms.
-
-        Args:
-            told: for each class, the mask of itself and its declared superclasses.
-            ends: for each attribute, its domain and, for a link, its range.
-        """
+        """Compile axioms; ``told`` are superclass masks, ``ends`` (domain, range) of attributes."""
         self.n_classes = len(told)
         self.entailed = _entailments(len(ends), axioms)
         self.sources = tuple(

@@ -85,10 +85,7 @@ _POINT = re.compile(r"POINT \((\S+) (\S+)\)")
 
 @dataclass(frozen=True)
 class Parsed:
-    """Union of the files.
-
-    ``file_of`` is the first file with triples of a subject; ``definitions`` are the defining files of a term, in order.
-    """
+    """Union of the files; ``definitions`` maps a term to its defining files, in order."""
 
     graph: Graph
     file_of: dict[Node, str]
@@ -96,10 +93,7 @@ class Parsed:
 
 
 def parse_turtle(sources: Iterable[Source]) -> Parsed:
-    """Parse the files into one graph, without imports among them.
-
-    Raises OntologyError for each file that is not Turtle or imports a file not given.
-    """
+    """Parse the files into one graph; raises OntologyError for bad Turtle or missing imports."""
     union = Graph()
     file_of: dict[Node, str] = {}
     defining_files: dict[Node, list[str]] = {}
@@ -157,7 +151,6 @@ def compile_tbox(sources: tuple[Source, ...]) -> TBox:
 
 
 def _reason(error: Exception) -> str:
-    """Return the message of a parser in one line; for a syntax error with line and text."""
     if isinstance(error, BadSyntax):
         text = error._str.decode(errors="replace") if isinstance(error._str, bytes) else error._str
         here = " ".join(text[error._i :].split("\n")[0].split())
@@ -230,16 +223,13 @@ class _Reader:
     # Faults --------------------------------------------------------------------------------------
 
     def fault(self, subject: Node, wrong: str, allowed: str) -> None:
-        """Record a fault of ``subject``."""
         self.faults.append(f"{self.file_of.get(subject, 'TBox')}: {self.shown(subject)}: {wrong}; allowed: {allowed}")
 
     def refuse_if_any(self) -> None:
-        """Raise OntologyError if there are faults."""
         if self.faults:
             raise OntologyError(sorted(set(self.faults)))
 
     def shown(self, term: Node) -> str:
-        """Return a term in Turtle syntax."""
         return term.n3(self.graph.namespace_manager) if isinstance(term, (URIRef, Literal)) else "[ ]"
 
     def hint(self, term: Node, known: Iterable[Node]) -> str:
@@ -384,7 +374,6 @@ class _Reader:
     # Attributes ----------------------------------------------------------------------------------
 
     def attributes(self) -> list[Attribute]:
-        """Compile the attributes, ``type`` first."""
         self._refuse_names(self.attribute_iris, _NAME, {"type": RDF.type})
         built_in = Attribute(TYPE_UID, "type", str(RDF.type), self.class_uid[OWL.Thing], ValueKind.TYPE)
         compiled = (self._attribute(uid, iri) for uid, iri in enumerate(self.attribute_iris, start=TYPE_UID + 1))
@@ -448,7 +437,6 @@ class _Reader:
     # Axioms --------------------------------------------------------------------------------------
 
     def axioms(self, attributes: Sequence[Attribute]) -> Axioms:
-        """Compile class definitions and relations between links."""
         named: dict[Node, Attribute] = {URIRef(attribute.iri): attribute for attribute in attributes[1:]}
         definitions = [
             self._definition(iri, node, predicate == OWL.equivalentClass, named)
@@ -507,7 +495,6 @@ class _Reader:
     # Individuals ---------------------------------------------------------------------------------
 
     def individuals(self, classes: Sequence[OntologyClass], attributes: Sequence[Attribute]) -> list[Individual]:
-        """Compile the individuals, by name."""
         above = closure(classes)
         found = {iri: uid for iri in self.stated if (uid := self._class_of(iri, above)) is not None}
         iris = [iri for iri in found if isinstance(iri, URIRef)]

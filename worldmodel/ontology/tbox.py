@@ -77,11 +77,7 @@ class Attribute:
     drift: float = field(default=0.0, repr=False)
 
     def encode(self, value: Value) -> tuple[int, ...]:
-        """Return the integers of ``value``: one per field, else one.
-
-        Raises TypeError for a value of another kind, ValueError out of range. It does not check that a class or
-        instance of that uid exists.
-        """
+        """Return the integers of ``value``, one per field; raises TypeError or ValueError."""
         kind = self.kind
         if kind is ValueKind.NUMBER:
             if isinstance(value, tuple | str):
@@ -153,10 +149,7 @@ class Attribute:
 
 @dataclass(frozen=True, slots=True)
 class Individual:
-    """Individual in the ontology files, known initially to all vehicles.
-
-    ``links`` are (attribute uid, name of another individual), ``values`` are (attribute uid, value).
-    """
+    """Individual in the ontology files; ``links`` are (attribute uid, name of the target)."""
 
     name: str
     class_uid: int

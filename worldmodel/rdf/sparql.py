@@ -112,7 +112,6 @@ def _prepared(tbox: TBox, sparql: str) -> Query:
 
 
 def _asks_others(part: Any) -> bool:
-    """True if a part of a query calls another server."""
     if isinstance(part, Mapping):
         return getattr(part, "name", "") == "ServiceGraphPattern" or any(map(_asks_others, part.values()))
     return isinstance(part, list | tuple) and any(map(_asks_others, part))

@@ -104,10 +104,7 @@ class States:
                     yield (subject, iri, state)
 
     def types(self, uid: int, items_only: bool = False, concluded: bool = False) -> Iterator[URIRef]:
-        """Yield the asserted classes of an instance, from items only if ``items_only``.
-
-        The class of a common instance is always included; ``concluded`` adds inferred classes.
-        """
+        """Yield the asserted classes of an instance, and inferred ones if ``concluded``."""
         model = self._model
         classes = {
             observation.fact.target
@@ -177,10 +174,7 @@ RECEPTION, RECEIVED = SIT.Reception, SIT.received
 
 
 class Receptions:
-    """Receptions of one vehicle, by IRI and by block.
-
-    ``is_seen`` is True for the IRI of a fact in the view.
-    """
+    """Receptions of one vehicle, by IRI and by block; ``is_seen`` checks the IRI of a fact."""
 
     def __init__(self, known: Knowledge, terms: RdfTerms, is_seen: Callable[[Node], bool]) -> None:
         owner = terms.instance(known.model.owner)

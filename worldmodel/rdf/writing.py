@@ -88,7 +88,6 @@ def prefixes_of(tbox: TBox) -> Mapping[str, str]:
 
 
 def _header(tbox: TBox, known: Mapping[str, Knowledge]) -> Iterator[Triple]:
-    """Yield the imported ontologies and the vehicle of each graph."""
     whole = URIRef(str(RUN).rstrip("/"))
     yield (whole, RDF.type, OWL.Ontology)
     ontologies = (iri for iri in graph_of(tbox).subjects(RDF.type, OWL.Ontology) if isinstance(iri, URIRef))
