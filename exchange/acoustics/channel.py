@@ -75,9 +75,7 @@ class BroadcastChannel:
         trial: number of the run, or 0.
         range_m: declared range, for which the slot guard time is set.
         depths_m: of the nodes, for ranges in three dimensions; if empty, ranges are horizontal.
-        carries_beyond_range: only the link limits the range; a packet is lost if incomplete at the end of its slot
-            (longest
-            packet plus guard). If False, no packet arrives beyond ``range_m``.
+        carries_beyond_range: only the link and the end of the slot limit the range, not ``range_m``.
     """
 
     modem: Modem
@@ -138,10 +136,7 @@ TOUCH_S = 1e-6
 
 @dataclass(eq=False, slots=True)
 class Hearing:
-    """Packet on its way to one receiver.
-
-    ``from_s`` is the arrival time of its first bit. ``collided`` is True once a collision is known.
-    """
+    """Packet in flight to one receiver, whose first bit arrives at ``from_s``."""
 
     slot: int
     sender: int
@@ -232,10 +227,7 @@ class CachedLinks:
 
 
 def n_arrived(links: LinkModel, modem: Modem, ranges_m: Sequence[float], n_packets: int, seed: int) -> list[int]:
-    """Return the number of full packets that arrive at each receiver, by sampling the channel.
-
-    The losses of ``links`` depend on range and size only. The sender transmits one packet per slot.
-    """
+    """Return the number of full packets, one per slot, that arrive at each receiver."""
     channel = BroadcastChannel(modem, CachedLinks(links), seed, carries_beyond_range=True)
     positions_m = [(0.0, 0.0), *((range_m, 0.0) for range_m in ranges_m)]
     counts = [0] * len(ranges_m)

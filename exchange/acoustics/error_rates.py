@@ -157,10 +157,7 @@ def frame_loss(modulation: Modulation, fading: Fading, n_bits: int, ebn0: float)
 
 
 def packet_loss(modulation: Modulation, fading: Fading, n_bits: int, frame_bits: int, ebn0: float) -> float:
-    """Return the loss probability of a packet that needs all of its frames.
-
-    Under ``Fading.PACKET`` the packet is one block. ``frame_bits`` is the size of a whole frame.
-    """
+    """Return the loss probability of a packet that needs all frames of ``frame_bits``."""
     if fading is Fading.PACKET or n_bits <= frame_bits:
         return frame_loss(modulation, fading, n_bits, ebn0)
     n_whole, rest_bits = divmod(n_bits, frame_bits)

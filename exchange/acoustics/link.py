@@ -60,10 +60,7 @@ class Bernoulli:
 
 @dataclass(frozen=True, slots=True)
 class Matrix:
-    """Independent losses with a probability per directed link.
-
-    ``per_of`` maps (sender, receiver) to it; ``per`` is for links not listed.
-    """
+    """Independent losses per directed link (sender, receiver); ``per`` if not listed."""
 
     per: float
     per_of: Mapping[tuple[int, int], float]

@@ -29,10 +29,7 @@ class LinkFileGoneError(LinkFileError):
 
 
 def hash_of(file: str, kinds: str) -> str:
-    """Return the sha256 of a file in hexadecimal digits; raises LinkFileGoneError if unreadable.
-
-    ``kinds`` are the allowed files, for the message.
-    """
+    """Return the sha256 of a file; raises LinkFileGoneError if unreadable."""
     try:
         return hashlib.sha256(Path(file).read_bytes()).hexdigest()
     except (OSError, ValueError) as error:
@@ -42,10 +39,7 @@ def hash_of(file: str, kinds: str) -> str:
 
 
 def same_hash(file: str, sha256: str, kinds: str) -> str:
-    """Return the sha256 of a file that must match ``sha256``, if not empty.
-
-    Raises LinkFileGoneError if the file is unreadable or has another hash.
-    """
+    """Return the sha256 of a file; raises LinkFileGoneError if unreadable or not ``sha256``."""
     digest = hash_of(file, kinds)
     if sha256 and digest != sha256:
         raise LinkFileGoneError(f"is not the file that was used: its sha256 is {digest}, not {sha256}")
@@ -150,10 +144,7 @@ class ChannelModel(BaseModel):
         raise NotImplementedError(f"{type(self).__name__} makes no links: define link_model(deployment, seed)")
 
     def mean_per(self, deployment: Deployment) -> float:
-        """Return the mean packet error rate over time and directed links in range, for the results.
-
-        A model that cannot know it before the run estimates it and documents the estimate.
-        """
+        """Return the mean packet error rate over time and links in range, possibly estimated."""
         raise NotImplementedError(f"{type(self).__name__} does not say what it loses: define mean_per(deployment)")
 
     def sound_speed_mps(self, deployment: Deployment) -> float | None:
@@ -161,10 +152,7 @@ class ChannelModel(BaseModel):
         return None
 
     def assumed(self, deployment: Deployment | None = None, seed: int = 0) -> str:
-        """Return an assumption for the captions of all figures. Optional.
-
-        ``deployment`` and ``seed`` describe one run; None stands for several runs.
-        """
+        """Return an assumption for figure captions; ``deployment`` is None for several runs."""
         return ""
 
     def misfits(self, deployment: Deployment) -> Iterator[SettingFault]:

@@ -116,10 +116,7 @@ def _doubling(a: PlaceM, b: PlaceM, distance_m: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Site:
-    """Effect of a site on links in one run.
-
-    ``receivers_db`` is the noise at each receiver above that of the budget.
-    """
+    """Effect of a site in one run; ``receivers_db`` is the noise above that of the budget."""
 
     table: SiteTable
     waves: tuple[Wave, ...]
