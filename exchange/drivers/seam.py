@@ -28,10 +28,7 @@ class Driver(Protocol):
     """
 
     def send(self, data: bytes, now_s: float) -> None:
-        """Transmit a non-empty packet, without blocking.
-
-        ``now_s`` is the start of the slot (s of the mission); the packet may leave slightly later.
-        """
+        """Transmit a packet without blocking; ``now_s`` is the slot start (s of the mission)."""
         ...
 
     def receive(self, until_s: float) -> Sequence[TimedPacket]:

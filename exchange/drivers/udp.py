@@ -43,10 +43,7 @@ def address_of(text: str, option: str) -> Address:
 
 
 class Socket:
-    """UDP port of this machine; port 0 selects a free one.
-
-    Raises ConfigurationError if the address is in use or not of this machine.
-    """
+    """UDP port of this machine, 0 for a free one; raises ConfigurationError if unavailable."""
 
     def __init__(self, address: Address = ("127.0.0.1", 0)) -> None:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -90,10 +87,7 @@ class Socket:
         self._socket.close()
 
     def heard_start_s(self, peers: Iterable[Address], wait_s: float, speed: float) -> float | None:
-        """Return the start of the peers' mission by ``time.monotonic``; None after ``wait_s`` (s).
-
-        ``speed`` is in seconds of the mission per second.
-        """
+        """Return the start of the peers' mission by ``time.monotonic``; None after ``wait_s`` (s)."""
         known, until_s = frozenset(peers), time.monotonic() + wait_s
         while self.wait(max(0.0, until_s - time.monotonic())):
             datagram = self.take()
