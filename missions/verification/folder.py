@@ -271,7 +271,6 @@ def verify_sweep(folder: Path) -> CheckReport:
 
 
 def _ledger(path: Path, report: CheckReport) -> dict[str, dict[str, Any]]:
-    """Return the ledger lines by key; report and skip lines with a wrong checksum."""
     found: dict[str, dict[str, Any]] = {}
     for number, text in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), 1):
         report.look("ledger")
@@ -315,7 +314,6 @@ def _check_table(path: Path, lines: dict[str, dict[str, Any]], report: CheckRepo
 
 
 def _table(path: Path, report: CheckReport, read: Callable[[Path], pa.Table] = pq.read_table) -> pa.Table | None:
-    """Return the table of a file; None, with a finding, if unreadable."""
     try:
         return read(path)
     except (OSError, ValueError, pa.ArrowException) as error:

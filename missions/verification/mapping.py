@@ -43,10 +43,7 @@ class MappingSwath(NamedTuple):
 
 
 def cells_of(record: Record) -> dict[tuple[int, int], str]:
-    """Return the cells with their centre in an area, and the first such area.
-
-    A centre on a border belongs to the area east or north of it.
-    """
+    """Return the first area of each cell with its centre inside or on a west or south border."""
     size_m = float(record.of("world")["cell_m"])
     found: dict[tuple[int, int], str] = {}
     for area in record.scenario.get("area", []):
@@ -132,7 +129,6 @@ def _check_vehicle(
     stated: dict[tuple[int, int], float],
     report: CheckReport,
 ) -> None:
-    """Compare the covered cells of a vehicle with those certainly and possibly below its swaths."""
     time_s = track.time_s
     was_on, was_surely_on = sensor_was_on(record, name, time_s)
     awake = was_on & ~record.during(name, AWAY, time_s)
@@ -167,10 +163,7 @@ def _check_vehicle(
 
 
 def _is_steady(track: Track, speed_mps: float) -> Array:
-    """Return the ticks with constant heading and speed ``speed_mps``, where it is not exceeded.
-
-    While accelerating or avoiding, a vehicle may be faster than its rounded speed; avoidance also turns it.
-    """
+    """Return the ticks with constant heading and speed ``speed_mps``, where it is not exceeded."""
     turned_rad = (np.diff(track.heading_rad) + math.pi) % (2.0 * math.pi) - math.pi
     found: Array = np.abs(track.speed_mps - speed_mps) <= SPEED_STEP_MPS / 2.0
     found[1:] &= found[:-1].copy() & (np.abs(turned_rad) <= 2.0 * ANGLE_STEP_RAD)
@@ -217,7 +210,6 @@ def find_weight(record: Record) -> float:
 
 
 def _check_goal(record: Record, cells: dict[tuple[int, int], str], report: CheckReport) -> None:
-    """Check the share of the goal over time against covered cells and inspected features."""
     n_finds = int(record.of("finds").get("number", 0))
     weight = find_weight(record) if n_finds else 0.0
     if not len(cells) + weight * n_finds:

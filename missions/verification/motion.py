@@ -98,10 +98,7 @@ def over_ground_mps(record: Record, track: Track) -> tuple[Array, Array]:
 
 
 def way_through_water(record: Record, name: str, track: Track) -> tuple[Array, Array] | None:
-    """Return the path through the water per tick (east, north, m); None under random surges.
-
-    Current carries a vehicle also in the tick that empties its battery, unless a packet emptied it.
-    """
+    """Return the path through the water per tick (east, north, m); None under random surges."""
     moving = ~record.during(name, AWAY, track.time_s[1:])
     for spell in record.spells:
         if spell.vehicle == name and spell.kind == ENERGY:
@@ -214,7 +211,6 @@ def sending_j(record: Record) -> Array:
 
 
 def _check_energy(record: Record, name: str, data: dict[str, Any], track: Track, report: CheckReport) -> None:
-    """Check energy per tick: hotel, drag, listening, drains and packets."""
     listening = listening_w(record)
     if listening is None:
         report.skip("energy", "the manifest does not say what the modem takes to listen")
@@ -291,7 +287,6 @@ def least_distances_m(record: Record) -> dict[tuple[str, str], tuple[float, floa
 
 
 def _check_conflicts(record: Record, report: CheckReport) -> None:
-    """Check that recorded conflicts and pairs below the separation match."""
     separation_m = float(record.of("guidance").get("separation_m", 5.0))
     noted: set[frozenset[str]] = set()
     for time_s, vehicle, kind, detail in record["faults"].rows("time_s", "vehicle", "kind", "detail"):

@@ -71,7 +71,6 @@ def _check_slots(record: Record, report: CheckReport) -> None:
 
 
 def _check_sizes(record: Record, report: CheckReport) -> None:
-    """Check that transmission time is linear in size, and that counts match lists."""
     table = record["packets"]
     report.look("sizes", 2 * len(table))
     size_bits = np.asarray(table["size_bits"])
@@ -206,7 +205,6 @@ def check_knowledge(record: Record, report: CheckReport) -> None:
 
 
 def _check_items(record: Record, report: CheckReport) -> dict[str, tuple[float, str, str]]:
-    """Return time, origin and kind of each item, by name."""
     found: dict[str, tuple[float, str, str]] = {}
     table = record["items"]
     for uid, origin, recorded_s, kind in table.rows("uid", "origin", "recorded_s", "kind"):
@@ -389,7 +387,6 @@ def _check_that_all_is_received(
 
 
 def _parts(record: Record) -> Iterator[str]:
-    """Yield the names of later parts of items that span several packets."""
     for uid in set(record["items"]["uid"]):
         _, _, number = uid.partition("-")
         if "." in number and "@" not in uid:

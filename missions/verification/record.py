@@ -100,14 +100,7 @@ class NoResults(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Discrepancy:
-    """Difference between a stated and an expected value.
-
-    Attributes:
-        check, table: check that found it, and the file.
-        time_s, vehicle: row; None and empty if not applicable.
-        stated, follows: stated and expected value, as text.
-        key: run in a sweep.
-    """
+    """Stated value that differs from the expected one (``follows``)."""
 
     check: str
     table: str

@@ -130,7 +130,6 @@ def _check_choices(record: Record, report: CheckReport) -> None:
 
 
 def _are_close(one: list[Row], other: list[Row]) -> bool:
-    """True if names, roles and motivations agree."""
     pairs = zip(one, other, strict=False)
     return len(one) == len(other) and all(a[:2] == b[:2] and abs(a[2] - b[2]) <= SIX_DIGITS for a, b in pairs)
 
@@ -290,7 +289,6 @@ def _check_radios(record: Record, report: CheckReport) -> None:
 
 
 def _check_facts(record: Record, report: CheckReport) -> None:
-    """Check kinds, order and names of facts in items."""
     kinds, ended, before, listed = dict[str, str](), set[str](), "", set[Row]()
     columns = "uid origin time_s recorded_s subject attribute value kind uncertainty"
     for uid, origin, time_s, at_s, subject, attribute, value, kind, uncertainty in record.rows("items", columns):
@@ -328,7 +326,6 @@ def _check_facts(record: Record, report: CheckReport) -> None:
 
 
 def _kind_of(record: Record, value: str) -> str:
-    """Return the kind of a value, from its text."""
     if POINT.fullmatch(value):
         return "point"
     if value in ("true", "false"):

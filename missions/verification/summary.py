@@ -171,7 +171,6 @@ def _of_organisation(record: Record, report: CheckReport) -> dict[str, tuple[Any
 
 
 def _of_work(record: Record, report: CheckReport) -> dict[str, tuple[Any, float]]:
-    """Return the mean idle time, from the times of active roles with jobs."""
     work, end_s = record.roles_with_jobs, record.mission_s
     able = [name for name in record.vehicles if any(record.is_able(name, role) for role in work)]
     idle_s = []
