@@ -138,9 +138,7 @@ def alone(plan: NodePlan, salts: Sequence[bytes] = (), pauses: Sequence[Pause] =
     """Build the vehicle of a plan, as in a run of its scenario and seed.
 
     Args:
-        salts: salts of its incarnations, if the scenario has a key; missing ones are fresh. A replay passes those of
-            the
-            log.
+        salts: salts of its incarnations, if the scenario has a key; missing ones are fresh, a replay passes all.
         pauses: periods without its process; after each the vehicle restarts with its memory.
 
     Raises ConfigurationError as ``NodePlan.setup``.

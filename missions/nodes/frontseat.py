@@ -116,10 +116,7 @@ class UtcClock(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Frontseat:
-    """Real parts of a vehicle; None for the default part.
-
-    ``modem`` creates the driver for a given pace.
-    """
+    """Real parts of a vehicle, None for default parts; ``modem`` creates the driver for a pace."""
 
     body: OwnBody | None = None
     clock: UtcClock | None = None
@@ -161,10 +158,7 @@ class Disciplined(Paced):
 
 
 class Steered(Observer):
-    """Real body in the functional layer of a vehicle.
-
-    ``goal`` is the target since the last tick; None before the first.
-    """
+    """Real body in the functional layer; ``goal`` is None before the first tick."""
 
     def __init__(self) -> None:
         self.goal: Goal | None = None

@@ -134,10 +134,7 @@ class NodeLog:
 
 @dataclass(frozen=True, slots=True)
 class Logged:
-    """Log that was read.
-
-    ``entries`` are in order. ``state_hash`` is None for a killed node, ``began`` if the log has no start.
-    """
+    """Log that was read; ``state_hash`` is None for a killed node."""
 
     plan: NodePlan
     entries: tuple[LogEntry, ...]
@@ -230,10 +227,7 @@ class Played:
 
 
 def play(log: Logged) -> Played:
-    """Replay the received packets of a log and compare the sent ones.
-
-    Raises ConfigurationError if this version cannot read the scenario in the log.
-    """
+    """Replay the received packets of a log and compare the sent ones."""
     plan, solo = log.plan, _hearing(log, log.pauses).solo
     heard, logged = log.of(LineKind.HEARD), log.of(LineKind.SENT)
     is_whole = log.state_hash is not None
@@ -296,7 +290,6 @@ def _cannot(path: Path, why: str, allowed: str) -> ConfigurationError:
 
 
 def _differences(logged: list[LogEntry], said: list[Sent]) -> Iterator[str]:
-    """Yield the differences between logged and sent packets, as text."""
     for number, (old, new) in enumerate(zip(logged, said, strict=False), start=1):
         data = new.packet.data
         if (old.time_s, old.data) != (new.time_s, data):

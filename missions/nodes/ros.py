@@ -32,10 +32,7 @@ MOST_AT_ONCE = 64
 
 
 class RosShare:
-    """Topics of a vehicle: its real body, or publisher of a simulated one.
-
-    Raises ConfigurationError without ROS 2.
-    """
+    """Topics of a real body, or of a simulated one; raises ConfigurationError without ROS 2."""
 
     def __init__(self, vehicle: str, is_body: bool) -> None:
         try:

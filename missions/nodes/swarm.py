@@ -146,10 +146,7 @@ class Processes:
         return {name: process.pid for name, process in self._running.items()}
 
     def begin(self) -> None:
-        """Start all processes and send them the peers' ports and the mission start.
-
-        Raises SwarmError if a process could not start.
-        """
+        """Start all processes and their mission; raises SwarmError if one could not start."""
         environment = {
             **os.environ,
             "PYTHONPATH": os.pathsep.join(sys.path),
@@ -195,7 +192,6 @@ class Processes:
             stdin.flush()
 
     def _said(self, name: str) -> dict[str, Any]:
-        """Read a line of a process; empty if it ended."""
         stdout = self._running[name].stdout
         assert stdout is not None
         line = stdout.readline()
