@@ -100,10 +100,7 @@ def card_text(card: Mapping[str, Any]) -> str:
 
 
 def read_card(path: Path, suite: Suite) -> dict[str, Any]:
-    """Read a card and check that all values follow from its runs.
-
-    Raises OutputError if it is missing, damaged, altered, has unknown keys or is of another suite.
-    """
+    """Read a card of a suite; raises OutputError unless all values follow from its runs."""
     try:
         card: dict[str, Any] = json.loads(text_of(path))
         if (known := (card["suite"], card["digest"])) != (suite.about.name, suite.digest):
@@ -136,10 +133,7 @@ def _compare(path: Path, prefix: str, found: Mapping[str, Any], expected: Mappin
 
 
 def read_strategies(card: Mapping[str, Any]) -> list[Scored]:
-    """Return the strategies of a card with their runs.
-
-    Raises ValueError, KeyError or TypeError if the card is incomplete.
-    """
+    """Return the strategies of a card; raises ValueError, KeyError or TypeError if incomplete."""
     cells = [Cell(*cell) for cell in card["cells"]]
     return [
         Scored(

@@ -155,10 +155,7 @@ class FleetEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's classes have 
     def step(
         self, actions: Mapping[str, Any]
     ) -> tuple[dict[str, Sight], dict[str, float], dict[str, bool], dict[str, bool], Infos]:
-        """Apply the actions and run to the end of the next frame; a missing action is 0.
-
-        Returns observations, rewards, terminations, truncations and infos.
-        """
+        """Apply the actions, 0 if missing, and run to the end of the next frame."""
         if not self.agents:
             return {}, {}, {}, {}, {}
         agents, fleet = self.agents, self.fleet

@@ -37,10 +37,7 @@ GetRounds = Callable[..., Rounds]
 
 @dataclass(frozen=True)
 class Contest:
-    """Strategies on a suite.
-
-    ``strategies`` are shipped names or ``package.module:object``; ``repeats`` counts from the first.
-    """
+    """Strategies (shipped names or ``package.module:object``) on the first repeats of a suite."""
 
     suite: Suite
     strategies: tuple[str, ...]
@@ -135,10 +132,7 @@ class Bounds:
         self._known: dict[tuple[Any, ...], float] = {}
 
     def bound_s(self, number: tuple[int, int], scenario: Scenario, seed: int) -> float:
-        """Return the lower bound of the mission time (s) with the true vehicle speeds of a seed.
-
-        ``number`` is that of the study and of its configuration.
-        """
+        """Return the lower bound of the mission time (s) with the true vehicle speeds of a seed."""
         if number not in self._setups:
             self._setups[number] = resolved(scenario)
         setup = self._setups[number]

@@ -55,10 +55,7 @@ class CellRun:
 
 @dataclass(frozen=True)
 class Scored:
-    """Strategy with its runs; ``cells`` has them in order of repeats.
-
-    ``reference`` is the name given by the user.
-    """
+    """Strategy with its runs in order of repeats; ``reference`` is the name given by the user."""
 
     name: str
     reference: str
@@ -153,10 +150,7 @@ HEADS = ("strategy", "score [95 %]", "completed", "worst cell", "bytes", "wrong 
 
 
 class ScoreTable:
-    """Rows of strategies, best first.
-
-    ``others`` are entries of another card of the suite, with their runs, to rank with those of ``card``.
-    """
+    """Rows of strategies, best first, ranked with ``others`` of another card of the suite."""
 
     def __init__(
         self, card: Mapping[str, Any], scored: Sequence[Scored], others: Sequence[tuple[Mapping[str, Any], Scored]] = ()

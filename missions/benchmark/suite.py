@@ -89,10 +89,7 @@ class Cell(NamedTuple):
 
 @dataclass(frozen=True)
 class DrawnGrounds:
-    """Random grounds of the held-out split: one scenario per repeat of all cells.
-
-    ``seed`` determines the seeds of the runs on each.
-    """
+    """Random grounds of the held-out split: one scenario per repeat of all cells."""
 
     paths: tuple[str, ...]
     seed: int
@@ -247,10 +244,7 @@ class JudgingTable(Section):
 
 
 def judging_of(suite: Suite) -> JudgingTable:
-    """Return the published file of the held-out split of a suite.
-
-    Raises OutputError if there is none, ConfigurationError with all faults of the file.
-    """
+    """Return the file of a held-out split; raises OutputError without one."""
     path = Path(suite.document.path)
     path = path.parent / "test" / path.name
     if not path.is_file():
