@@ -87,7 +87,7 @@ class Needs(Protocol):
         ...
 
     def terms_of(self, fact: PropertyValue, class_uid: int) -> Terms:
-        """Return the merged delivery requirements of these peers; ``PLAIN`` without any."""
+        """Return the merged delivery requirements of the peers that need a fact; else ``PLAIN``."""
         ...
 
 
@@ -145,13 +145,13 @@ class NeedsIndex:
                 self._terms_of_class[key] = need.terms.merged(self._terms_of_class.get(key, need.terms))
 
     def priority_of(self, fact: PropertyValue, class_uid: int) -> Wanted:
-        """Return the peers that need a fact and their highest priority; its value has no effect."""
+        """Return the peers that need a fact, of any value, and their highest priority."""
         by_class = self._of_class.get((class_uid, fact.attribute), NOBODY)
         by_instance = self._of_instance.get((fact.subject, fact.attribute))
         return by_class if by_instance is None else _together(by_class, by_instance)
 
     def terms_of(self, fact: PropertyValue, class_uid: int) -> Terms:
-        """Return the merged delivery requirements of these peers; its value has no effect."""
+        """Return the merged delivery requirements of the peers that need a fact of any value."""
         by_class = self._terms_of_class.get((class_uid, fact.attribute))
         by_instance = self._terms_of_instance.get((fact.subject, fact.attribute))
         if by_class is None or by_instance is None:
