@@ -1,6 +1,6 @@
-"""Archaeological search without a central decider: every vehicle decides by its own map where to look next.
+"""Arrows mission: decentralised archaeological search, each vehicle guided by its own map.
 
-The shipped scenario is ``arrows-archaeology``; ``docs/missions/arrows.md`` says what it is for and what it shows.
+Scenario: ``arrows-archaeology``; purpose and results: ``docs/missions/arrows.md``.
 """
 
 from missions.arrows.mission import ArrowsMission

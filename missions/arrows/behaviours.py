@@ -1,6 +1,6 @@
-"""What vehicles do: search by themselves, along lanes or as they are told, and find out what anomalies are.
+"""Search by own choice, along lanes or on orders, and identification of anomalies.
 
-A vehicle that chooses makes known where it goes, so that others leave that to it.
+A vehicle that chooses publishes its target, so that others avoid it.
 """
 
 from __future__ import annotations
@@ -27,51 +27,43 @@ from remoras.work import Point
 
 TARGET = "searchTarget"
 ARRIVED_M = 10.0
-"""A target this near is reached."""
+"""Distance at which a target is reached."""
 STALE_S = 240.0
-"""A choice is made anew after so long, whether its target is reached or not."""
+"""Time after which a target is chosen again, reached or not."""
 HELD_S = STALE_S + 60.0
-"""What another vehicle chose longer ago holds no more: it would have chosen anew and been heard."""
+"""Age at which another vehicle's target expires: a newer one would have been received."""
 ORDERS_S = 10.0
-"""How often a head looks whether somebody needs another target."""
+"""Interval at which a leader checks for idle vehicles."""
 HOVER_M = 2.0
-"""A vehicle hovers at an anomaly this near to its place."""
+"""Distance at which a vehicle hovers at an anomaly."""
 ENOUGH_IMAGES = 12
-"""After so many images an anomaly that is not identified stays unknown."""
+"""Images after which an unidentified anomaly stays unknown."""
 
 
 class Held:
-    """Where others go, as far as that was heard; who has said nothing new for long may be lost, and holds nothing.
-
-    Args:
-        others: names of vehicles.
-    """
+    """Received targets of other vehicles; they expire after ``HELD_S``."""
 
     def __init__(self, others: Sequence[str]) -> None:
         self._others = others
         self._since_s: dict[str, tuple[Point, float]] = {}
 
     def note(self, facts: Known, now_s: float) -> None:
-        """Note what was heard since the last look."""
+        """Record targets received since the last call."""
         for other in self._others:
             target_m = facts.get((TARGET, other))
             if target_m is not None and (other not in self._since_s or self._since_s[other][0] != target_m):
                 self._since_s[other] = target_m, now_s
 
     def ways(self, positions_m: Mapping[str, Point], now_s: float) -> list[Way]:
-        """From where each was last heard to be, or from where it goes, to there."""
+        """Return paths from each last received position, or the target itself, to the target."""
         lately = ((one, target_m) for one, (target_m, at_s) in self._since_s.items() if now_s - at_s <= HELD_S)
         return [(positions_m.get(one, target_m), target_m) for one, target_m in lately]
 
 
 class Searching(Behaviour):
-    """Goes where it expects to learn most, until the search ends; back into contact where that is worth more.
+    """Search by own choice; returns into contact where reporting is worth more.
 
-    Args:
-        chart: a map of its own; choosing: how it chooses.
-        reach: where it is in contact; others: who else searches.
-        hearers: who can identify finds, and what they have heard of; None if it never comes back into contact.
-        data: of the vehicle; until_s: when the search ends.
+    ``chart`` is its own map. ``hearers`` are the identifying vehicles; None if the vehicle never returns into contact.
     """
 
     def __init__(
@@ -91,10 +83,10 @@ class Searching(Behaviour):
         self._target_m: Point | None = None
         self._chosen_s = -math.inf
         self._is_returning = False
-        self._back_s: float | None = None  # since when it waits where it is in contact
+        self._back_s: float | None = None  # start of the wait in contact
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due until the search ends; it makes known where it goes whenever it chooses anew."""
+        """Pending until the search ends; publishes each new target."""
         now_s = picture.body.now_s
         if now_s >= self._until_s:
             return DONE
@@ -118,7 +110,7 @@ class Searching(Behaviour):
         return self._target_m is not None and distance_m(motion, self._target_m) <= ARRIVED_M
 
     def _has_to_tell(self, hearers: Hearers, picture: Picture, at_m: Point, now_s: float) -> bool:
-        """True while there is something left to tell, until it has waited for long where it should be heard."""
+        """True while reports are outstanding and it has not waited too long in contact."""
         if not self._reach.holds(at_m):
             self._back_s = None
         elif self._back_s is None:
@@ -132,12 +124,12 @@ class Searching(Behaviour):
         self._chart.update(picture.facts, (self._data.name, *self._others))
         held = self._held.ways(picture.peers.positions_m, now_s)
         leg = self._choosing.choose(self._chart, held, self._track, at_m, None, now_s)
-        assert leg is not None  # it may go anywhere
+        assert leg is not None  # no leash, so a leg exists
         self._is_returning, self._back_s = self._comes_back(leg, picture, at_m, now_s), None
         return self._reach.point_m if self._is_returning else leg.target_m
 
     def _comes_back(self, leg: Leg, picture: Picture, at_m: Point, now_s: float) -> bool:
-        """True if telling what it has found is worth more than a leg, and it will not be heard sooner anyway."""
+        """True if reporting finds is worth more than a leg and is not expected sooner anyway."""
         if (hearers := self._hearers) is None:
             return False
         facts, reach, speed_mps = picture.facts, self._reach, self._choosing.speed_mps
@@ -157,23 +149,19 @@ class Searching(Behaviour):
         return not goes_on(leg, finds, takes_s, now, later, self._until_s - now_s, busy_s)
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """To the target, as fast as detectors work."""
+        """Head for the target at search speed."""
         return None if self._target_m is None else Reference(self._target_m, self._choosing.speed_mps)
 
 
 class Obeying(Behaviour):
-    """Goes where the head of the group says; who has heard nothing new where it is goes back into contact.
-
-    Args:
-        reach: where it is in contact; data: of the vehicle; until_s: when the search ends.
-    """
+    """Search on orders of the leader; without a new order the vehicle returns into contact."""
 
     def __init__(self, reach: Reach, data: VehicleData, until_s: float) -> None:
         self._reach, self._data, self._until_s = reach, data, until_s
         self._done_m: Point | None = None
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due until the search ends."""
+        """Pending until the search ends."""
         if picture.body.now_s >= self._until_s:
             return DONE
         target_m = self._target_m(picture)
@@ -186,7 +174,7 @@ class Obeying(Behaviour):
         return target_m
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """To the target; else towards the others until it is in contact, and there it waits."""
+        """Head for the target; else return into contact and wait there."""
         target_m, speed_mps = self._target_m(picture), self._data.survey_speed_mps
         if target_m is None or target_m == self._done_m:
             is_back = self._reach.holds(motion.position_m)
@@ -195,12 +183,9 @@ class Obeying(Behaviour):
 
 
 class Directing(Behaviour):
-    """The head's part where it alone decides: it says where each vehicle searches next, by its own map.
+    """Central search: the leader orders each vehicle's next target by its own map.
 
-    Args:
-        chart: a map of its own; choosing: how each vehicle searches, by name.
-        reach: where vehicles are in contact; starts_m: where each is before it was heard.
-        until_s: when the search ends.
+    ``choosing`` is by vehicle; ``starts_m`` are positions before the first reception.
     """
 
     def __init__(
@@ -219,7 +204,7 @@ class Directing(Behaviour):
         self._awake_s = 0.0
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Nothing to be performed; it concludes orders."""
+        """Return an idle perception with orders."""
         now_s = picture.body.now_s
         if now_s < self._awake_s or now_s >= self._until_s:
             return IDLE
@@ -251,23 +236,19 @@ class Directing(Behaviour):
         return target_m is None or distance(at_m, target_m) <= near_m or now_s - ordered_s > STALE_S
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """It guides nobody."""
+        """Return None."""
         return None
 
 
 class Sweeping(Behaviour):
-    """Goes along lanes that were laid before, and then along them again, until the search ends.
-
-    Args:
-        points_m: of the lanes; data: of the vehicle; until_s: when the search ends.
-    """
+    """Search along fixed lanes, repeated until the search ends."""
 
     def __init__(self, points_m: Sequence[Point], data: VehicleData, until_s: float) -> None:
         self._points_m, self._next = points_m, 0
         self._data, self._until_s = data, until_s
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due until the search ends."""
+        """Pending until the search ends."""
         if picture.body.now_s >= self._until_s:
             return DONE
         if performed and distance_m(motion, self._points_m[self._next]) <= ARRIVED_M:
@@ -275,20 +256,15 @@ class Sweeping(Behaviour):
         return ADVANCING if performed else DUE
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """To the next point."""
+        """Head for the next point."""
         return Reference(self._points_m[self._next], self._data.survey_speed_mps)
 
 
 class Identifying(Behaviour):
-    """Goes from anomaly to anomaly, first to what is most likely to be a site for the time it takes; takes images.
+    """Identification of anomalies by images, ordered by site probability per time.
 
-    What an anomaly is follows from the map where it lies and from all images. Of what is concluded to be an
-    archaeological site pictures are taken.
-
-    Args:
-        chart: a map of its own; scenario: of the mission.
-        crew: whose looks it takes in; searchers: who may find anomalies; data: of the vehicle.
-        reach: where it comes to hear more once it knows of no anomaly; None if it does not.
+    The class follows from the map at the anomaly and from all images; archaeological sites are also photographed.
+    ``crew`` are the vehicles with relevant observations; ``reach`` None means no return into contact.
     """
 
     def __init__(
@@ -309,7 +285,7 @@ class Identifying(Behaviour):
         self._since_s: float | None = None
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due while an anomaly is known that is neither identified nor given up, and out of contact where none is."""
+        """Pending while an anomaly is open, or while a return into contact is due."""
         facts, now_s = picture.facts, picture.body.now_s
         if now_s >= self._settings.search_s:
             return DONE
@@ -330,7 +306,7 @@ class Identifying(Behaviour):
         return Perception(1.0, 1.0, concludes=tuple(self._concluded(self._at, facts, now_s)))
 
     def _listen(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Nothing is known that it could identify: it comes back into contact where it hears of more sooner there."""
+        """Return into contact if reports are expected sooner there."""
         heard_s, at_m, speed_mps = picture.peers.heard_s, motion.position_m, self._data.transit_speed_mps
         silent_s = picture.body.now_s - min(heard_s.get(name, 0.0) for name in self._searchers)
         self._place_m = None
@@ -342,7 +318,7 @@ class Identifying(Behaviour):
         return ADVANCING if performed else DUE
 
     def _concluded(self, anomaly: str, facts: Known, now_s: float) -> Iterator[Observation]:
-        """What the anomaly is, once that is clear or will not become so; then, of a site, that it is pictured."""
+        """Conclude the class once clear or out of images; then report the photographs of a site."""
         if facts.get(("identity", anomaly)) is None:
             shown, shares = self._shown(anomaly, facts), self._shares(anomaly, facts)
             best = int(np.argmax(shares))
@@ -362,7 +338,7 @@ class Identifying(Behaviour):
             yield Observation(((anomaly, "picturedBy", self._data.name),))
 
     def _next(self, motion: Motion, facts: Known) -> str | None:
-        """The anomaly that is most likely to be a site, for the time it takes."""
+        """Anomaly with the highest site probability per time."""
         self._chart.update(facts, self._crew)
         found = []
         for name, place_m in unidentified(facts).items():
@@ -372,13 +348,13 @@ class Identifying(Behaviour):
         return max(found, key=lambda weighed: (weighed[0], weighed[1]))[1] if found else None
 
     def _shown(self, anomaly: str, facts: Known) -> list[int]:
-        """What images show of an anomaly, under whatever name it is the same."""
+        """Image results of an anomaly, under all its names."""
         at_m = facts.get(("location", anomaly))
         same = [name for name in facts.instances(ANOMALY) if _are_same(facts.get(("location", name)), at_m)]
         return sorted(shown_of(int(code)) for name in same for code in facts.values(("shown", name)))
 
     def _shares(self, anomaly: str, facts: Known) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-        """What an anomaly is: by the map where it lies, and by what images of it show; shape (1 + kinds,)."""
+        """Class probabilities by the map and by images; shape (1 + kinds,)."""
         cell = self._chart.grid.cell_at(facts.get(("location", anomaly)))
         n_kinds, p_wrong = len(self._names), self._optical.p_false
         shares = np.full(n_kinds, 1.0 / n_kinds) if cell is None else self._chart.shares[:, cell].copy()
@@ -390,7 +366,7 @@ class Identifying(Behaviour):
         return shares
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """To the anomaly, and there it stays."""
+        """Head for the anomaly and hold there."""
         if self._place_m is None:
             return None
         to_go_m = distance_m(motion, self._place_m)

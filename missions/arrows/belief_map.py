@@ -1,21 +1,17 @@
-"""Beliefs of each vehicle on a grid of cells: Bayesian updates of detections, and the shared map.
+"""Belief map of each vehicle: Bayesian updates of cells by detections.
 
-Each cell holds one thing at most: nothing, or one of some kinds. Given what it holds, looks at it are independent, and
-cells are independent of each other; so the map after any looks is prior times likelihoods, cell by cell::
+Each cell holds at most one thing: nothing, or one of several kinds. Given the content, observations are independent,
+and so are cells. The posterior is prior times likelihoods, cell by cell::
 
-    P(k | looks)  ~  P(k) * prod over detectors d of  p_dk^yes_d * (1 - p_dk)^no_d
+    P(k | observations)  ~  P(k) * prod over detectors d of  p_dk^yes_d * (1 - p_dk)^no_d
 
-with p_dk the rate at which d answers yes to kind k (for nothing: its false alarms), yes_d and no_d the numbers of its
-answers at the cell. Only these numbers count, so it makes no difference in which order looks are heard. Nothing but
-+ - * / and the exact parts of a float is used, so that maps are the same bytes on every machine.
+p_dk is the rate of detections of kind k by d (for nothing: its false alarms); yes_d and no_d count its answers at the
+cell. Only these counts matter, so vehicles with the same observations have bitwise equal maps in any order of
+reception. Only + - * / and exact float operations are used, for equal bytes on every machine.
 
-Information is in bits. The information of a look at a cell is the mutual information of its answer and of what the
-cell holds, what it may be expected to tell; what looks have told is the divergence of the map from the prior (Kullback
-and Leibler), whose mean over what may be the case is the former (Cover and Thomas, Elements of Information Theory,
-chapter 2).
-
-Looks come as facts. Only how often each detector found something in a cell, and how often not, counts: two vehicles
-that know of the same looks have the same map, to the last bit, in whatever order they heard of them.
+Information is in bits. That of a future observation is the mutual information of its answer and the cell's content.
+That of past observations is the Kullback-Leibler divergence of the map from the prior; its expectation is the former
+(Cover and Thomas, Elements of Information Theory, chapter 2).
 """
 
 from __future__ import annotations
@@ -32,15 +28,15 @@ from remoras.beliefs import Known
 
 Counts = npt.NDArray[np.int64]
 SMALLEST = 1e-250
-"""No probability falls below it, so that a later look can tell it from nothing."""
+"""Lower limit of weights, so that later observations can revise them."""
 N_TERMS = 12
-"""Of the series of the logarithm: its error is below 1e-15."""
+"""Terms of the logarithm's series; the error is below 1e-15."""
 
 
 def log2_of(x: Array) -> Array:
-    """Binary logarithm of numbers from 0 on; that of 0 is taken as 0, since it only ever stands beside a factor of 0.
+    """Binary logarithm of numbers >= 0; 0 maps to 0, as it only occurs in products with 0.
 
-    By the series of artanh, z + z^3 / 3 + ..., with z = (m - 1) / (m + 1) of the mantissa m of ``x``.
+    By the series of artanh, z + z^3 / 3 + ..., with z = (m - 1) / (m + 1) of the mantissa m.
 
     >>> log2_of(np.array([0.0, 0.25, 1.0, 8.0])).tolist()
     [0.0, -2.0, 0.0, 3.0]
@@ -56,15 +52,12 @@ def log2_of(x: Array) -> Array:
 
 
 def posterior(prior: Array, p_yes: Array, n_yes: Counts, n_no: Counts) -> Array:
-    """What each cell holds, after looks.
+    """Posterior of each cell, shape (kinds, cells); columns sum to 1.
 
     Args:
-        prior: shape (kinds, cells), each column sums to 1; the first kind is nothing.
-        p_yes: rate of yes by detector and kind, shape (detectors, kinds), between 0 and 1.
-        n_yes, n_no: answers by detector and cell, shape (detectors, cells).
-
-    Returns:
-        shape (kinds, cells); each column sums to 1.
+        prior: shape (kinds, cells), columns sum to 1; the first kind is nothing.
+        p_yes: detection rates, shape (detectors, kinds), in (0, 1).
+        n_yes, n_no: answers, shape (detectors, cells).
     """
     weights = prior.copy()
     for detector, rates in enumerate(p_yes):
@@ -75,7 +68,7 @@ def posterior(prior: Array, p_yes: Array, n_yes: Counts, n_no: Counts) -> Array:
             powers = np.ones((most + 1, len(chances)))
             for n in range(1, most + 1):
                 powers[n] = powers[n - 1] * chances
-                powers[n] /= powers[n].max()  # only ratios count; so nothing underflows
+                powers[n] /= powers[n].max()  # only ratios matter: avoids underflow
             weights = np.maximum(weights * powers[counts].T, SMALLEST)
             weights /= _total(weights)
     return np.asarray(weights / _total(weights), dtype=np.float64)
@@ -90,11 +83,11 @@ def _total(weights: Array) -> Array:
 
 
 def look_information(chart: Array, rates: Array) -> Array:
-    """Mutual information of one more look and of what each cell holds (bits), shape (cells,).
+    """Mutual information of one observation and each cell's content (bits), shape (cells,).
 
     Args:
-        chart: what each cell holds, shape (kinds, cells).
-        rates: rate of yes by kind, shape (kinds,), between 0 and 1.
+        chart: shape (kinds, cells).
+        rates: detection rate by kind, shape (kinds,), in (0, 1).
     """
     p_yes = np.zeros(chart.shape[1])
     told = np.zeros(chart.shape[1])
@@ -107,7 +100,7 @@ def look_information(chart: Array, rates: Array) -> Array:
 
 
 def entropy(chart: Array) -> Array:
-    """Entropy of what each cell holds (bits), shape (cells,).
+    """Entropy of each cell (bits), shape (cells,).
 
     >>> entropy(np.array([[0.5, 1.0], [0.5, 0.0]])).tolist()
     [1.0, 0.0]
@@ -119,7 +112,7 @@ def entropy(chart: Array) -> Array:
 
 
 def divergence(chart: Array, other: Array) -> float:
-    """Kullback-Leibler divergence of a map from another one, summed over cells (bits)."""
+    """Kullback-Leibler divergence of a map from another, summed over cells (bits)."""
     told = np.zeros(chart.shape[1])
     for share, before in zip(chart, other, strict=True):
         told += share * (log2_of(share) - log2_of(before))
@@ -127,7 +120,7 @@ def divergence(chart: Array, other: Array) -> float:
 
 
 def disagreement(charts: list[Array]) -> float:
-    """Jensen-Shannon divergence of maps of equal weight, summed over cells (bits); 0 where all are alike.
+    """Jensen-Shannon divergence of equally weighted maps, summed over cells (bits).
 
     >>> one, other = np.array([[1.0], [0.0]]), np.array([[0.0], [1.0]])
     >>> disagreement([one, one]), disagreement([one, other])
@@ -146,16 +139,15 @@ def disagreement(charts: list[Array]) -> float:
 
 
 SWEPT, CONTACT = "swept", "contact"
-"""Attributes of vehicles: looks that found nothing, and looks that found something."""
+"""Attributes of vehicles: observations without and with a detection."""
 
 
 class Chart:
-    """A map, brought up to date from what is known.
+    """Map updated from known facts.
 
     Args:
-        grid: the cells.
         prior: shape (1 + kinds, n_cells); the first row is nothing.
-        rates: of contacts by detector and kind, shape (detectors, 1 + kinds).
+        rates: detection rates, shape (detectors, 1 + kinds).
         names: of the kinds, nothing first.
     """
 
@@ -174,31 +166,31 @@ class Chart:
 
     @property
     def shares(self) -> Array:
-        """What each cell holds: shape (1 + kinds, n_cells), columns sum to 1."""
+        """Posterior, shape (1 + kinds, n_cells); columns sum to 1."""
         if self._shares is None:
             self._shares = posterior(self.prior, self.rates, self._n_yes, self._n_no)
         return self._shares
 
     @property
     def holds_find(self) -> npt.NDArray[np.bool_]:
-        """Cells in which somebody has found something, shape (n_cells,)."""
+        """Cells with a detection by any vehicle, shape (n_cells,)."""
         return np.asarray(self._n_yes.any(axis=0))
 
     def sites(self, shares: Array) -> Array:
-        """The part of shares of kinds, shape (1 + kinds, ...), that are sites."""
+        """Sum of the site kinds in ``shares`` of shape (1 + kinds, ...)."""
         total: Array = np.zeros_like(shares[0])
         for number in self._sites:
             total = total + shares[number]
         return total
 
     def update(self, facts: Known, vehicles: Sequence[str]) -> None:
-        """Take in what is known of the looks of some vehicles."""
+        """Add known observations of some vehicles; recompute after an exclusion."""
         if facts.n_told == self._n_told:
             return
         for attribute in (SWEPT, CONTACT):
             for vehicle in vehicles:
                 known, seen = facts.values((attribute, vehicle)), self._seen.get((attribute, vehicle), set())
-                if len(known) < len(seen):  # somebody is banned now
+                if len(known) < len(seen):  # an origin is excluded now
                     self._clear()
                     self.update(facts, vehicles)
                     return
@@ -209,7 +201,7 @@ class Chart:
         self._n_told = facts.n_told
 
     def add(self, attribute: str, codes: Iterable[int]) -> None:
-        """Take in looks, each once."""
+        """Add observation codes, each once."""
         for code in codes:
             if attribute == CONTACT:
                 detector, cell = contact_of(int(code))

@@ -1,7 +1,7 @@
-"""Where to look next: the route of most information per time, less what others are about to look at.
+"""Target selection: route with most information per time, less what other vehicles cover.
 
-These are the elementary behaviours of which the search is made. No one of them knows of a plan; what the fleet does
-follows from each vehicle's map, from what it heard that others hold, and from its leash.
+These elementary behaviours contain no plan. The fleet's behaviour emerges from each vehicle's map, from the received
+targets of others, and from its leash.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ from missions.arrows.seafloor import Array, CellGrid, halved, summed
 from remoras.work import Point
 
 TURN_S = 20.0
-"""What every choice costs beside the way."""
+"""Fixed time cost of a leg."""
 STRIDE = 2
-"""Of the cells every so many-th column and row may be gone to."""
+"""Lattice of possible targets, in cells."""
 N_FIRST, N_LEGS = 5, 3
-"""So many targets that are best for themselves are compared as the first of a route of so many."""
+"""Number of candidate first legs, and of legs per route."""
 Way = tuple[Point, Point]
-"""From where to where somebody goes."""
+"""Start and end of a vehicle's path."""
 
 
 def beside(grid: CellGrid, way: Way) -> Array:
-    """Distance of the centre of each cell from a way (m), shape (n_cells,)."""
+    """Distance of each cell centre from a path (m), shape (n_cells,)."""
     (x_m, y_m), (to_x_m, to_y_m) = way
     east_m, north_m = to_x_m - x_m, to_y_m - y_m
     length2 = east_m * east_m + north_m * north_m
@@ -41,7 +41,7 @@ def beside(grid: CellGrid, way: Way) -> Array:
 
 
 class Leg(NamedTuple):
-    """The way to a target: where that is, how many sites it may be expected to find, and the time that it takes (s)."""
+    """Path to a target, with the expected number of sites found and the time (s)."""
 
     target_m: Point
     sites: float
@@ -49,7 +49,7 @@ class Leg(NamedTuple):
 
 
 class Return(NamedTuple):
-    """Coming back: how long it takes until it is heard (s), and how much longer it takes to go on from there (s)."""
+    """Return into contact: time until reception (s), and extra time to resume from there (s)."""
 
     heard_in_s: float
     pause_s: float
@@ -58,15 +58,13 @@ class Return(NamedTuple):
 def goes_on(
     leg: Leg, finds: Sequence[Find], takes_s: float, now: Return, later: Return, left_s: float, busy_s: float
 ) -> bool:
-    """True if coming back after a leg gains more than coming back now, or neither gains anything; see ``contact``.
+    """Return True if a return after a leg gains more than one now, or neither gains.
 
     Args:
-        leg: that it would go.
-        finds: of which nobody has heard who can identify them.
-        takes_s: how long it takes to identify what it finds on the leg.
-        now, later: coming back before the leg, and after it.
+        finds: unreported to the identifying vehicles.
+        takes_s: time to identify finds of the leg.
         left_s: until the search ends.
-        busy_s: until who identifies finds is done with what it has heard of.
+        busy_s: until the identifying vehicles are free; see ``contact`` for the formula.
 
     >>> leg, finds, back = Leg((500.0, 0.0), 0.04, 100.0), [Find(0.9, 200.0)], Return(400.0, 400.0)
     >>> goes_on(leg, finds, 200.0, back, back, 2000.0, 0.0)
@@ -79,44 +77,38 @@ def goes_on(
         until_s = left_s - max(after_s + back.heard_in_s, busy_s)
         identified = sum(find.p_site * max(0.0, until_s - find.takes_s) for find in told)
         missed = leg.sites / leg.takes_s * back.pause_s * max(0.0, left_s - after_s - back.pause_s / 2.0)
-        return identified - 2.0 * missed  # found later, and identified later
+        return identified - 2.0 * missed  # both found and identified later
 
     return max(0.0, gain([*finds, Find(leg.sites, takes_s)], leg.takes_s, later)) >= gain(finds, 0.0, now)
 
 
 class Trail:
-    """Where a vehicle has been lately: what it has just looked at, whether it has told so or not.
-
-    Args:
-        choosing: of the vehicle.
-        grid: the cells.
-    """
+    """Recent track of a vehicle: cells observed a moment ago, reported or not."""
 
     def __init__(self, choosing: Choosing, grid: CellGrid) -> None:
         self._choosing, self._grid = choosing, grid
         self._passed_s = {range_m: np.full(grid.n_cells, -math.inf) for range_m in choosing.ranges_m}
 
     def note(self, at_m: Point, now_s: float) -> None:
-        """It is here now."""
+        """Record the current position."""
         dx_m, dy_m = self._grid.x_m - at_m[0], self._grid.y_m - at_m[1]
         off2 = dx_m * dx_m + dy_m * dy_m
         for one, range_m in self._choosing.ranges_m.items():
             self._passed_s[one][off2 <= range_m * range_m] = now_s
 
     def is_fresh(self, detector: int, now_s: float) -> npt.NDArray[np.bool_]:
-        """Cells that a detector has just looked at, shape (n_cells,)."""
+        """Cells that a detector has just observed, shape (n_cells,)."""
         return np.asarray(now_s - self._passed_s[detector] < self._choosing.again_s[detector])
 
 
 @dataclass(frozen=True)
 class Choosing:
-    """How a vehicle with some detectors chooses.
+    """Target selection of a vehicle.
 
     Attributes:
-        ranges_m: of its detectors, by their number; again_s: how long a look of each makes another one worthless.
-        speed_mps: at which it searches.
-        repulsion, repulsion_m: how much it leaves to others, and how far from their way.
-        leaves_finds: cells in which something was found are left to who identifies it.
+        ranges_m: by detector number; again_s: time in which a repeated observation is worthless.
+        repulsion, repulsion_m: weight and range of avoidance of other vehicles' paths.
+        leaves_finds: skip cells with a detection.
     """
 
     ranges_m: Mapping[int, float]
@@ -127,13 +119,9 @@ class Choosing:
     leaves_finds: bool = False
 
     def information(self, chart: Chart, held: Sequence[Way], track: Trail, now_s: float) -> dict[int, Array]:
-        """What a look of each detector at each cell may tell (bits) that nobody else is about to find out.
+        """Expected information (bits) of an observation per detector and cell, less that of others.
 
-        Args:
-            chart: of the vehicle.
-            held: the ways of others.
-            track: where it has been lately.
-            now_s: the time.
+        ``held`` are the paths of others.
         """
         left = self._left(chart, held)
         return {
@@ -142,14 +130,14 @@ class Choosing:
         }
 
     def _left(self, chart: Chart, held: Sequence[Way]) -> Array:
-        """Which share of each cell is neither left to others nor to who identifies what was found, shape (n_cells,)."""
+        """Share of each cell not left to other vehicles, shape (n_cells,)."""
         left = np.where(chart.holds_find, 0.0, 1.0) if self.leaves_finds else np.ones(chart.grid.n_cells)
         for way in held:
             left *= 1.0 - self.repulsion * np.maximum(0.0, 1.0 - beside(chart.grid, way) / self.repulsion_m)
         return left
 
     def _sites(self, chart: Chart, left: Array, track: Trail, off2: Array, now_s: float) -> float:
-        """How many sites are found on a way, of which cells are so far off (m2), shape (n_cells,)."""
+        """Expected number of sites found on a path; ``off2`` are squared cell distances (m2)."""
         missed = np.ones_like(chart.shares)
         for one, range_m in self.ranges_m.items():
             looked = (off2 <= range_m * range_m) & ~track.is_fresh(one, now_s)
@@ -159,17 +147,11 @@ class Choosing:
     def choose(
         self, chart: Chart, held: Sequence[Way], track: Trail, at_m: Point, leash: Leash | None, now_s: float
     ) -> Leg | None:
-        """The first leg of the best route; None if there is no point to which it may go.
+        """Return the first leg of the best route; None if the leash permits no point.
 
-        Each target that is among the best for itself begins a route, which goes on to where most is told per time of
-        what is left. The route that tells most per time is taken (a rollout of the greedy choice; Bertsekas, Tsitsiklis
-        and Wu, Journal of Heuristics 3, 1997).
-
-        Args:
-            chart, held, track: see ``information``.
-            at_m: where it is.
-            leash: how far it may go; None where it may go anywhere.
-            now_s: the time.
+        Each of the best single targets starts a route that is continued greedily by information per time. The route
+        with the most information per time wins (rollout of the greedy choice; Bertsekas, Tsitsiklis and Wu, Journal of
+        Heuristics 3, 1997). ``leash`` None permits any point.
         """
         grid = chart.grid
         cells = np.arange(grid.n_cells)
@@ -191,7 +173,7 @@ class Choosing:
     def _legs(
         self, grid: CellGrid, bits: Mapping[int, Array], at_m: Point, x_m: Array, y_m: Array
     ) -> tuple[Array, Array, Array]:
-        """What looks on the way to each point tell (bits), the time it takes (s), and how far off cells are (m2)."""
+        """Information (bits), time (s) and squared cell distances (m2) of the path to each point."""
         told, off2 = np.zeros(len(x_m)), _off_squared(grid, at_m, x_m, y_m)
         for detector, of in bits.items():
             range_m = self.ranges_m[detector]
@@ -208,7 +190,7 @@ class Choosing:
         x_m: Array,
         y_m: Array,
     ) -> float:
-        """What a route tells per time (bit/s) that begins with a leg."""
+        """Information per time (bit/s) of the greedy route after a first leg."""
         told, takes_s = 0.0, 0.0
         for number in range(N_LEGS):
             told, takes_s = told + float(legs[0][leg]), takes_s + float(legs[1][leg])
@@ -222,7 +204,7 @@ class Choosing:
 
 
 def _off_squared(grid: CellGrid, at_m: Point, x_m: Array, y_m: Array) -> Array:
-    """Square of the distance of each cell from each straight way (m2), shape (points, n_cells)."""
+    """Squared distance of each cell from each straight path (m2), shape (points, n_cells)."""
     east_m, north_m = (x_m - at_m[0])[:, None], (y_m - at_m[1])[:, None]
     length2 = np.maximum(east_m * east_m + north_m * north_m, 1e-9)
     dx_m, dy_m = (grid.x_m - at_m[0])[None, :], (grid.y_m - at_m[1])[None, :]
@@ -232,7 +214,7 @@ def _off_squared(grid: CellGrid, at_m: Point, x_m: Array, y_m: Array) -> Array:
 
 
 def lawnmower_track(west_m: float, south_m: float, east_m: float, north_m: float, apart_m: float) -> tuple[Point, ...]:
-    """Points of a lawnmower track along the longer side of a rectangle, lanes no farther apart than so much.
+    """Points of lanes along the longer side of a rectangle, at most ``apart_m`` apart.
 
     >>> lawnmower_track(0.0, 0.0, 100.0, 40.0, 20.0)
     ((0.0, 10.0), (100.0, 10.0), (100.0, 30.0), (0.0, 30.0))

@@ -1,21 +1,19 @@
-"""Contact: where a vehicle is within reach of the others, and when it has to be back there.
+"""Contact range, and the time at which a vehicle has to return into contact.
 
-All know where the group keeps together, and what the channel loses over range. So each knows on its own where contact
-is, and that it has left it; nobody has to tell it when to come back.
+All vehicles know where the group stays and the channel's loss over range. Each therefore knows the area of contact.
 
-**A leash by value.** A site is worth more the sooner it is found, and once more the sooner it is identified: until the
-search ends, T from now, each is worth the time that is left. What a vehicle has found is identified once it has told
-who can identify it, and that one is done with all it has heard of before, b from now (``Hearers``). So a vehicle that
-finds r sites per second, comes back after a time l, is heard h later, and is c later than it would be on its way for
-that, gains over one that never comes back, with finds i, each a site by p_i and a_i from being identified,
+**A leash by value.** A site is worth the time left when it is found, and again the time left when it is identified. T
+is the time until the search ends. A find is identified once a report reaches an identifying vehicle and this one has
+done its earlier work, b from now (``Hearers``). A vehicle finds r sites per second, returns after l, is received h
+later, and loses c by the detour. Its finds i are sites with probability p_i and need a_i to be identified. Compared
+with no return it gains
 
     sum over i of  p_i * (T - max(l + h, b) - a_i)  -  2 * r * c * (T - l - c / 2),
 
-with each time that is left taken as 0 once it is past: what it tells of is identified, and what it goes on to find is
-found later, and identified later. It goes on a leg if coming back after that gains more than coming back now, or
-neither gains anything (``choosing.goes_on``). Nor does it come back where it expects to be heard sooner anyway: it
-expects a silence to last as long again as it has lasted, its median where nothing else is known of it (Gott, Nature
-363, 1993).
+with negative times as 0: reported finds are identified, and later finds are both found and identified later. It takes a
+leg if a return afterwards gains more than a return now, or if neither gains (``choosing.goes_on``). It does not return
+if reception is expected sooner anyway: a silence is expected to last as long again as so far, the median without
+further knowledge (Gott, Nature 363, 1993).
 """
 
 from __future__ import annotations
@@ -38,16 +36,13 @@ from remoras.picture import Peers
 from remoras.work import Point
 
 N_RANGES = 200
-"""Ranges at which the loss is looked up."""
+"""Number of tabulated ranges of the loss."""
 N_HEARD = 2
-"""Who has heard so many packets of another one has been heard by it; one may come through from afar."""
+"""Packets received from a vehicle that imply contact in both directions."""
 
 
 def contact_range_m(scenario: ArrowsScenario) -> float:
-    """The farthest range at which a full packet is lost no more often than ``mission.contact_loss``.
-
-    On a channel that is worse than that everywhere nothing is gained by coming nearer than where it is at its best.
-    """
+    """Largest range with loss of at most ``mission.contact_loss``, or else the channel's least."""
     deployment = deployment_of(scenario)
     links = scenario.channel.link_model(deployment, 0)
     size_bits, range_m = deployment.modem.payload_bits, scenario.communication.range_m
@@ -59,14 +54,12 @@ def contact_range_m(scenario: ArrowsScenario) -> float:
 
 @dataclass(frozen=True)
 class Reach:
-    """Where and how long.
+    """Area of contact around ``point_m``.
 
     Attributes:
-        point_m: the middle of where all are in contact.
-        range_m: a vehicle within it is in contact.
-        alone_s: how long a vehicle that waits for orders may be out of contact.
-        greeting_s: who is back stays until it is heard, for so long at most.
-        p_loss: share of packets that is lost at that range.
+        alone_s: longest time out of contact for a vehicle on orders.
+        greeting_s: longest wait for reception after a return.
+        p_loss: packet loss at ``range_m``.
     """
 
     point_m: Point
@@ -76,32 +69,27 @@ class Reach:
     p_loss: float = 0.0
 
     def holds(self, position_m: Point) -> bool:
-        """True within it."""
+        """Return True inside the area."""
         return distance(position_m, self.point_m) <= self.range_m
 
     def home_s(self, position_m: Point, speed_mps: float) -> float:
-        """How long the way back into contact takes."""
+        """Travel time back into contact (s)."""
         return max(0.0, distance(position_m, self.point_m) - self.range_m) / speed_mps
 
     def heard_in_s(self, position_m: Point, speed_mps: float, frame_s: float) -> float:
-        """How long it takes until who comes back has heard, and been heard by, another one that is there."""
+        """Expected time (s) until mutual reception after a return."""
         return self.home_s(position_m, speed_mps) + N_HEARD * frame_s / (1.0 - self.p_loss)
 
 
 class Find(NamedTuple):
-    """What a vehicle has found: the probability that it is a site, and how long it takes to identify it (s)."""
+    """Site probability of a find, and the time to identify it (s)."""
 
     p_site: float
     takes_s: float
 
 
 class Hearers:
-    """Those who identify finds: what they have heard of, as far as one vehicle can know, and have to do.
-
-    Args:
-        speeds_mps: of who identifies, by name.
-        stay_s: how long one stays at a find.
-    """
+    """Identifying vehicles: known reception of reports, and workload."""
 
     def __init__(self, speeds_mps: Mapping[str, float], stay_s: float) -> None:
         self._speeds_mps, self._stay_s = speeds_mps, stay_s
@@ -110,25 +98,25 @@ class Hearers:
         self._known: Collection[str] = ()
 
     def note(self, facts: Known, peers: Peers) -> None:
-        """Of what was known before two packets of theirs they have heard (``N_HEARD``)."""
+        """Mark finds known two of their packets ago as received (``N_HEARD``)."""
         heard_s = max((peers.heard_s.get(name, 0.0) for name in self._speeds_mps), default=0.0)
         if heard_s > self.heard_s:
             self.heard_s, self._told, self._known = heard_s, self._known, frozenset(facts.instances(ANOMALY))
 
     def give_up(self, facts: Known) -> None:
-        """Nobody came to hear of what is known: it is as good as told."""
+        """Treat all known finds as reported after a wait without reception."""
         self._told = frozenset(facts.instances(ANOMALY))
 
     def untold_m(self, facts: Known) -> list[Point]:
-        """Where finds lie of which they have not heard."""
+        """Places of unreported finds."""
         return [place_m for name, place_m in unidentified(facts).items() if name not in self._told]
 
     def takes_s(self, from_m: Point, place_m: Point) -> float:
-        """How long the way to a find takes, and what is done there."""
+        """Travel time to a find and time there (s)."""
         return distance(from_m, place_m) / max(self._speeds_mps.values()) + self._stay_s
 
     def busy_until_s(self, facts: Known, peers: Peers) -> float:
-        """When they will be done with all they have heard of, if each time they go to what is nearest."""
+        """Expected end of their reported work, nearest find first."""
         places_m = [place_m for name, place_m in unidentified(facts).items() if name in self._told]
         last, until_s = max(self._speeds_mps, key=lambda name: peers.heard_s.get(name, 0.0)), self.heard_s
         at_m = peers.positions_m.get(last)
@@ -141,20 +129,16 @@ class Hearers:
 
 
 class Leash:
-    """How far and for how long one vehicle may go that has to come back for orders.
-
-    Args:
-        reach: where it is in contact.
-    """
+    """Limit of range and time for a vehicle that must return for orders."""
 
     def __init__(self, reach: Reach) -> None:
         self._reach = reach
-        self._back_s: float | None = 0.0  # since when it is in contact again
+        self._back_s: float | None = 0.0  # start of the current contact
         self.due_s = reach.alone_s
         self.has_greeted = True
 
     def update(self, position_m: Point, heard_s: float, now_s: float) -> None:
-        """Note where the vehicle is, and when it was heard last."""
+        """Record the vehicle's position and its last reception."""
         if not self._reach.holds(position_m):
             self._back_s = None
             return
@@ -167,7 +151,7 @@ class Leash:
     def allows(
         self, x_m: Array, y_m: Array, position_m: Point, speed_mps: float, now_s: float
     ) -> npt.NDArray[np.bool_]:
-        """Which points the vehicle may go to, and be back in contact when it has to: shape of ``x_m``."""
+        """Mask of points with a timely return, in the shape of ``x_m``."""
         dx_m, dy_m = x_m - self._reach.point_m[0], y_m - self._reach.point_m[1]
         from_point_m = np.sqrt(dx_m * dx_m + dy_m * dy_m)
         within = from_point_m <= self._reach.range_m

@@ -1,7 +1,7 @@
-"""What vehicles find things with: acoustic and magnetic detectors that sweep, and a camera that identifies.
+"""Detectors: acoustic and magnetic ones that sweep, and a camera that identifies.
 
-A detector looks at a cell when it comes into range and, while it stays there, every ``look_s``. What a look gives is
-drawn by seed, vehicle, cell, detector and number of the look: no strategy, loss or fault changes what a look shows.
+A detector observes a cell when it comes into range and every ``look_s`` while it stays there. Results are keyed by
+seed, vehicle, cell, detector and number: strategies, losses and faults never change an observation.
 """
 
 from __future__ import annotations
@@ -32,36 +32,36 @@ CONTACTS = Table("contacts", (
     TIME, VEHICLE, Column("detector", "str"), Column("cell", "int"), Column("kind", "str"), Column("x_m", "float", "m"),
     Column("y_m", "float", "m"),
 ))  # fmt: skip
-"""Looks that gave a contact: where it seemed to be, and what really lies in the cell; nothing for a false alarm."""
+"""Detections: apparent place, and true content of the cell (nothing for a false alarm)."""
 IMAGES = Table("images", (
     TIME, VEHICLE, Column("shown", "str"), Column("kind", "str"), Column("x_m", "float", "m"),
     Column("y_m", "float", "m"),
 ))  # fmt: skip
-"""What images seemed to show, and what was really there."""
+"""Apparent and true content of images."""
 ANOMALY = "Anomaly"
 SAME_M = 30.0
-"""What is found so near to a known anomaly is taken for it."""
+"""Distance within which a detection is associated with a known anomaly."""
 LOOK_EVERY_S = 4.0
-"""How often a detector sees which cells are in range."""
+"""Interval at which a detector checks the cells in range."""
 TOLD_AFTER_S = 40.0
-"""What was not found is told once no cell of its tile was looked at for so long, or the tile is full."""
+"""Time without observation of a tile after which its empty cells are reported."""
 STILL_MPS = 0.3
-"""A camera gives images at this speed at most."""
+"""Greatest speed for images."""
 MOST_IMAGES = 64
 MOST_SHARE = 0.999
-"""A normal error is cut off here, and at the other end: at 3.1 standard deviations."""
+"""Quantile at which normal errors are cut off on both sides (3.1 standard deviations)."""
 FULL = (1 << TILE * TILE) - 1
 DRAWS = 4
-"""Draws of one look: whether there is a contact, and where."""
+"""Draws per observation: detection, and place."""
 
 
 def shown_code(n_image: int, node: int, kind: int) -> int:
-    """What an image shows, as a number below 2^15; ``kind`` is 0 for nothing."""
+    """Encode an image result below 2^15; ``kind`` 0 is nothing."""
     return (n_image % MOST_IMAGES * 64 + node % 64) * 8 + kind
 
 
 def shown_of(code: int) -> int:
-    """The kind that an image shows, 0 for nothing.
+    """Decode the kind of an image result, 0 for nothing.
 
     >>> shown_of(shown_code(3, 2, 4))
     4
@@ -70,9 +70,9 @@ def shown_of(code: int) -> int:
 
 
 def unidentified(facts: Known) -> dict[str, Point]:
-    """Anomalies that are known, by name, and where: neither identified, nor the same as one that is.
+    """Return known anomalies with places, except identified ones and their duplicates.
 
-    Two vehicles that did not hear each other give one thing two names.
+    Vehicles out of mutual contact give the same thing two names.
     """
     known = ((name, facts.get(("location", name))) for name in facts.instances(ANOMALY))
     places_m = {name: place_m for name, place_m in known if place_m is not None}
@@ -89,33 +89,29 @@ def _off_m(sigma_m: float, share: float) -> float:
 
 
 class DetectorSettings(SensorSettings):
-    """The table ``[vehicle.sensor]`` of a detector that sweeps; ``[detector]`` says what it does."""
+    """Table ``[vehicle.sensor]`` of a sweeping detector; ``[detector]`` has its parameters."""
 
     NUMBER: ClassVar[int]
 
     def make(self, data: VehicleData) -> Sensor:
-        """The detector of a vehicle."""
+        """Create the detector of a vehicle."""
         return Detector(self.NUMBER, data)
 
 
 class AcousticSettings(DetectorSettings):
-    """A side-scan sonar."""
+    """Side-scan sonar."""
 
     EQUIPMENT, NUMBER = "SideScanSonar", 0
 
 
 class MagneticSettings(DetectorSettings):
-    """A magnetometer."""
+    """Magnetometer."""
 
     EQUIPMENT, NUMBER = "Magnetometer", 1
 
 
 class Detector:
-    """Sweeps cells: each look says whether there is something.
-
-    Args:
-        number: of the kind of detector; data: of the vehicle that carries it.
-    """
+    """Sweeping detector: each observation of a cell detects something or not."""
 
     table = CONTACTS
 
@@ -125,10 +121,10 @@ class Detector:
         self._next_s: dict[int, float] = {}
         self._n_looks: Counter[int] = Counter()
         self._n_passes: Counter[int] = Counter()
-        self._empty: dict[int, tuple[int, float]] = {}  # by tile: cells, and when one was looked at last
+        self._empty: dict[int, tuple[int, float]] = {}  # by tile: cells, time of the last observation
 
     def sense(self, pose: Pose, world: Seafloor, now_s: float) -> list[Observation]:
-        """Contacts, and passes over tiles that are over."""
+        """Return detections and completed passes over tiles."""
         if now_s < self._awake_s:
             return []
         self._awake_s = now_s + LOOK_EVERY_S
@@ -168,7 +164,7 @@ class Detector:
         return [*told, *(self._tell(tile) if mask == FULL else [])]
 
     def _tell(self, tile: int) -> list[Observation]:
-        """That nothing was found in the cells of a tile that were looked at, each once."""
+        """Report the observed empty cells of a tile, each once."""
         mask, _ = self._empty.pop(tile)
         n_pass = self._n_passes[tile]
         self._n_passes[tile] += 1
@@ -178,7 +174,7 @@ class Detector:
 
 
 def _seen_m(thing: Thing | None, cell: int, world: Seafloor, shares: Point, sigma_m: float) -> Point:
-    """Where a contact seems to be: a thing with an error, a false alarm anywhere in its cell."""
+    """Apparent place: of a thing with error, of a false alarm uniform in its cell."""
     if thing is None:
         x_m, y_m = world.grid.centre_m(cell)
         return x_m + (shares[0] - 0.5) * world.grid.cell_m, y_m + (shares[1] - 0.5) * world.grid.cell_m
@@ -186,21 +182,17 @@ def _seen_m(thing: Thing | None, cell: int, world: Seafloor, shares: Point, sigm
 
 
 class ClassifyingCameraSettings(SensorSettings):
-    """The table ``[vehicle.sensor]`` of a camera; ``[detector.optical]`` says what it does."""
+    """Table ``[vehicle.sensor]`` of a camera; ``[detector.optical]`` has its parameters."""
 
     EQUIPMENT: ClassVar[str] = "Camera"
 
     def make(self, data: VehicleData) -> Sensor:
-        """The camera of a vehicle."""
+        """Create the camera of a vehicle."""
         return ClassifyingCamera(data)
 
 
 class ClassifyingCamera:
-    """Takes images while its vehicle is still: each seems to show what is nearest, or nothing, and errs now and then.
-
-    Args:
-        data: of the vehicle that carries it.
-    """
+    """Camera: images of the nearest thing while the vehicle is still, with random errors."""
 
     table = IMAGES
 
@@ -208,7 +200,7 @@ class ClassifyingCamera:
         self._node, self._next_s, self._n_images = data.node, 0.0, 0
 
     def sense(self, pose: Pose, world: Seafloor, now_s: float) -> list[Observation]:
-        """What an image shows, if one is due."""
+        """Return the content of an image, if scheduled."""
         settings = world.scenario.detector.optical
         if now_s < self._next_s or pose.ground_mps > STILL_MPS:
             return []

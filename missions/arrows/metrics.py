@@ -1,4 +1,4 @@
-"""Metrics and figures of mission Arrows."""
+"""Metrics and figures of the Arrows mission."""
 
 from __future__ import annotations
 
@@ -23,30 +23,30 @@ if TYPE_CHECKING:
 
 
 SILENCE_S = 60.0
-"""Who has heard nobody for longer than this is out of contact."""
+"""Time without reception after which a vehicle is out of contact."""
 
 
 class SearchMission(Protocol):
-    """What metrics ask of the mission itself."""
+    """Interface of the mission that metrics use."""
 
     @property
     def searchers(self) -> tuple[str, ...]:
-        """Vehicles with a detector that sweeps."""
+        """Vehicles with a sweeping detector."""
 
 
 def search_s_of(run: MeasuredRun) -> float:
-    """When the search was to end."""
+    """Planned end of the search."""
     return cast("ArrowsScenario", run.scenario).mission.search_s
 
 
 def sites_of(run: MeasuredRun) -> set[int]:
-    """Cells in which a site really lies."""
+    """Cells that truly hold a site."""
     seafloor: Seafloor = run.mission.world(run.seed)
     return {cell for cell, thing in seafloor.things.items() if thing.name in SITES}
 
 
 def found_at_s(run: MeasuredRun) -> dict[int, float]:
-    """When a detector first took notice of each site, by its cell."""
+    """Time of the first detection of each site, by cell."""
     first: dict[int, float] = {}
     for time_s, _, _, cell, kind, _, _ in run.recorder.rows(CONTACTS.name):
         if kind in SITES:
@@ -55,7 +55,7 @@ def found_at_s(run: MeasuredRun) -> dict[int, float]:
 
 
 def identified_at_s(run: MeasuredRun) -> dict[int, float]:
-    """When each site was first taken for what it is, by its cell."""
+    """Time of the first correct identification of each site, by cell."""
     seafloor: Seafloor = run.mission.world(run.seed)
     grid, things, first = seafloor.grid, seafloor.things, dict[int, float]()
     for time_s, _, _, identity, _, kind, x_m, y_m in run.recorder.rows(IDENTIFIED.name):
@@ -76,19 +76,19 @@ def _squared_m(one: tuple[float, float], other: tuple[float, float]) -> float:
 
 
 def found_fraction(run: MeasuredRun) -> float | Absent:
-    """Share of the sites that a detector took notice of."""
+    """Share of the sites detected."""
     sites = sites_of(run)
     return len(found_at_s(run)) / len(sites) if sites else NOT_APPLICABLE
 
 
 def identified_fraction(run: MeasuredRun) -> float | Absent:
-    """Share of the sites that were found and rightly identified."""
+    """Share of the sites correctly identified."""
     sites = sites_of(run)
     return len(identified_at_s(run)) / len(sites) if sites else NOT_APPLICABLE
 
 
 def mean_s(run: MeasuredRun, at_s: dict[int, float]) -> float | Absent:
-    """Mean time of sites, in which those that were never found count with the end of the search."""
+    """Mean time over sites; missing ones count with the end of the search."""
     sites, until_s = sites_of(run), search_s_of(run)
     if not sites:
         return NOT_APPLICABLE
@@ -96,30 +96,30 @@ def mean_s(run: MeasuredRun, at_s: dict[int, float]) -> float | Absent:
 
 
 def anomalies_mistaken(run: MeasuredRun) -> int:
-    """Anomalies that were taken for what they are not."""
+    """Number of wrong identifications."""
     return sum(row[3] not in (row[5], UNKNOWN) for row in run.recorder.rows(IDENTIFIED.name))
 
 
 def looks_at_nothing(run: MeasuredRun) -> int:
-    """Looks that gave a contact where nothing lies."""
+    """Number of false alarms of detectors."""
     return sum(row[4] == NOTHING for row in run.recorder.rows(CONTACTS.name))
 
 
 def told_bits(run: MeasuredRun) -> float:
-    """What all looks have told by the end: divergence of the map of all from the prior."""
+    """Information of all observations: final divergence of the joint map from the prior."""
     rows = run.recorder.rows(FLEET_MAPS.name)
     return float(rows[-1][1]) if rows else 0.0
 
 
 def apart_bits(run: MeasuredRun) -> float:
-    """How far the maps of the vehicles were from each other, in the mean over the search."""
+    """Mean divergence between the vehicles' maps during the search."""
     until_s = search_s_of(run)
     apart = [row[2] for row in run.recorder.rows(FLEET_MAPS.name) if row[0] <= until_s]
     return math.fsum(apart) / len(apart) if apart else 0.0
 
 
 def told_per_km(run: MeasuredRun) -> float | Absent:
-    """What all looks have told, for each kilometre that searchers went."""
+    """Information per kilometre of the searchers' tracks."""
     searchers, last, way_m = set(cast(SearchMission, run.mission).searchers), dict[str, tuple[float, float]](), 0.0
     for _, vehicle, x_m, y_m, *_ in run.recorder.rows("trajectories"):
         if vehicle in searchers:
@@ -132,9 +132,9 @@ def told_per_km(run: MeasuredRun) -> float | Absent:
 
 
 def alone_of(run: MeasuredRun) -> dict[str, tuple[float, float]]:
-    """Of each searcher: how long it was out of contact in all, and at a stretch (s).
+    """Total and longest time (s) out of contact of each searcher.
 
-    That is until the search ended, or until it spoke last, for a lost vehicle hears nobody.
+    Until the end of the search or its last transmission, since a lost vehicle receives nothing.
     """
     heard: dict[str, list[float]] = {name: [0.0] for name in cast(SearchMission, run.mission).searchers}
     last_s = dict.fromkeys(heard, 0.0)
@@ -155,13 +155,13 @@ def alone_of(run: MeasuredRun) -> dict[str, tuple[float, float]]:
 
 
 def alone_fraction(run: MeasuredRun) -> float | Absent:
-    """Share of the search in which a searcher had heard nobody for a minute, in the mean."""
+    """Mean share of the search in which a searcher was out of contact."""
     of, until_s = alone_of(run), min(search_s_of(run), run.end_s)
     return math.fsum(whole_s for whole_s, _ in of.values()) / (len(of) * until_s) if of and until_s else NOT_APPLICABLE
 
 
 def longest_alone_s(run: MeasuredRun) -> float | Absent:
-    """The longest time at a stretch in which a searcher was out of contact."""
+    """Longest time of a searcher out of contact."""
     return max((longest_s for _, longest_s in alone_of(run).values()), default=0.0)
 
 
@@ -185,7 +185,7 @@ METRICS = (
     Metric("alone_fraction", "", Better.LOWER, "share of time out of contact", alone_fraction, headline=True),
     Metric("longest_alone_s", "s", Better.LOWER, "longest time out of contact", longest_alone_s),
 )  # fmt: skip
-"""Metrics of the mission, in the order of the summary."""
+"""Metrics of the mission, in summary order."""
 
 
 LEVELS = (0.005, 0.02, 0.1, 0.5)
@@ -197,7 +197,7 @@ def _until_s(results: RunResults) -> float:
 
 
 def draw_sites(axes: Axes, results: RunResults, style: Style) -> str:
-    """Sites found and identified over time, and anomalies that turned out to be none."""
+    """Draw sites found and identified, and other anomalies explained, over time."""
     end_s = _until_s(results)
     found: dict[int, float] = {}
     for row in results.rows(CONTACTS.name):
@@ -224,7 +224,7 @@ def draw_sites(axes: Axes, results: RunResults, style: Style) -> str:
 
 
 def draw_told(axes: Axes, results: RunResults, style: Style) -> str:
-    """What the looks that each vehicle knew of had told, and what all looks had."""
+    """Draw the information known to each vehicle, and that of all observations."""
     rows = results.rows(MAPS.name)
     for vehicle, look in style.looks.items():
         own = [row for row in rows if row["vehicle"] == vehicle]
@@ -241,7 +241,7 @@ def draw_told(axes: Axes, results: RunResults, style: Style) -> str:
 
 
 def draw_maps(axes: Axes, results: RunResults, style: Style) -> str:
-    """How likely each cell holds a site, by all looks; ways of all vehicles, contacts, and where sites really lie."""
+    """Draw site probabilities by all observations, with tracks, detections and true sites."""
     from matplotlib.colors import ListedColormap
 
     scenario = ArrowsScenario.model_validate(results.scenario_tables)
@@ -286,7 +286,6 @@ def _extent_m(grid: CellGrid) -> tuple[float, float, float, float]:
 
 
 def _draw_ways(axes: Axes, results: RunResults, style: Style) -> None:
-    """Where vehicles went until the search ended."""
     rows = results.rows("trajectories")
     for vehicle, look in style.looks.items():
         way_m = [(row["x_m"], row["y_m"]) for row in rows if row["vehicle"] == vehicle]
@@ -296,7 +295,7 @@ def _draw_ways(axes: Axes, results: RunResults, style: Style) -> None:
 
 
 def draw_apart(axes: Axes, results: RunResults, style: Style) -> str:
-    """How far the map of each vehicle is from that of all looks."""
+    """Draw the divergence of each vehicle's map from the joint map."""
     rows = results.rows(MAPS.name)
     for vehicle, look in style.looks.items():
         own = [row for row in rows if row["vehicle"] == vehicle]
@@ -308,7 +307,7 @@ def draw_apart(axes: Axes, results: RunResults, style: Style) -> str:
 
 
 def draw_anomalies(axes: Axes, results: RunResults, style: Style) -> str:
-    """Contacts, by what they really were, and historic finds."""
+    """Draw detections by their true content, and historic finds."""
     scenario = results.scenario_tables
     historic = [find["position_m"] for find in scenario.get("historic_find", [])]
     if historic:

@@ -1,10 +1,10 @@
-"""Mission Arrows: an archaeological survey, from the detection of a site to its identification.
+"""Arrows mission: archaeological survey from detection to identification of sites.
 
-Objectives of roles, which they have from the start, so that nobody has to be told anything to begin::
+Objectives are assigned initially, so that vehicles start without messages::
 
-    Searching(area)    of vehicles with an acoustic or magnetic detector: go where most is to be learnt
-    Identifying(area)  of vehicles with a camera: go to anomalies and find out what they are
-    Directing(area)    of the head, under mission.search = "central" alone: say where others search
+    Searching(area)    of vehicles with an acoustic or magnetic detector: go where most information is expected
+    Identifying(area)  of vehicles with a camera: identify anomalies
+    Directing(area)    of the leader, only with mission.search = "central": order the others' targets
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ SUM_TOLERANCE = 1e-6
 
 
 def arrows_faults(scenario: ArrowsScenario) -> Iterator[ConfigurationFault]:
-    """All faults of the area, the priors, the detectors and of the vehicles that carry them."""
+    """Yield all faults of the area, priors, detectors and their vehicles."""
     yield from _area(scenario)
     yield from _kinds(scenario)
     kinds = [kind.name for kind in scenario.kind]
@@ -79,7 +79,7 @@ def arrows_faults(scenario: ArrowsScenario) -> Iterator[ConfigurationFault]:
 
 
 def _area(scenario: ArrowsScenario) -> Iterator[ConfigurationFault]:
-    """Borders within the world; a side of cells of which there are not too many."""
+    """Yield borders outside the world, and too many cells."""
     search, grid = scenario.search, grid_of(scenario)
     for key in ("x_m", "y_m"):
         (low, high), (least, most) = getattr(search, key), getattr(scenario.world, key)
@@ -93,7 +93,7 @@ def _area(scenario: ArrowsScenario) -> Iterator[ConfigurationFault]:
 
 
 def _kinds(scenario: ArrowsScenario) -> Iterator[ConfigurationFault]:
-    """Each kind once; maps that are maps; no more things than cells have room for."""
+    """Yield repeated kinds, invalid maps, and more things than cells."""
     for name, times in Counter(kind.name for kind in scenario.kind).items():
         if times > 1:
             yield ConfigurationFault(f"kind.{name}.name", "", f"given {times} times; each kind has one table")
@@ -115,7 +115,7 @@ def _kinds(scenario: ArrowsScenario) -> Iterator[ConfigurationFault]:
 
 
 def _map(kind: KindTable, grid: CellGrid) -> Iterator[ConfigurationFault]:
-    """A map of shares: its size, and that it is one."""
+    """Yield faults in size or values of a map of shares."""
     key, rows = f"kind.{kind.name}.map", kind.map
     if len(rows) != grid.n_rows or any(len(row) != grid.n_columns for row in rows):
         sizes = " or ".join(str(size) for size in sorted({len(row) for row in rows}))
@@ -135,13 +135,13 @@ def _map(kind: KindTable, grid: CellGrid) -> Iterator[ConfigurationFault]:
 AREA = "search area"
 SEARCHING, IDENTIFYING, DIRECTING = "Searching", "Identifying", "Directing"
 LANE_SHARE = 1.6
-"""Lanes of a lawnmower are so many ranges of the widest detector apart, so that they overlap."""
+"""Lane spacing in ranges of the widest detector, with overlap."""
 ANOMALIES_PER_CELL = 0.5
-"""Anomalies that a vehicle may come to make, for each cell."""
+"""Upper limit of anomalies that a vehicle creates, per cell."""
 
 
 class ArrowsMission(JobMission):
-    """The mission, made from a scenario."""
+    """Arrows mission, built from a scenario."""
 
     Scenario = ArrowsScenario
     group_missions = ("Search",)
@@ -162,17 +162,17 @@ class ArrowsMission(JobMission):
 
     @classmethod
     def check(cls, scenario: ArrowsScenario) -> Iterable[ConfigurationFault]:
-        """What is wrong with the area, the priors and the detectors."""
+        """Yield faults of the area, priors and detectors."""
         return arrows_faults(scenario)
 
-    # What there is -------------------------------------------------------------------------------
+    # Content -------------------------------------------------------------------------------------
 
     def meets_from_s(self, scenario: ArrowsScenario) -> float:
-        """Nobody meets before the search ends."""
+        """End of the search."""
         return scenario.mission.search_s
 
     def jobs_of(self, scenario: ArrowsScenario) -> Iterable[Job]:
-        """No job is given away: every vehicle has its objective from the start."""
+        """No jobs: all objectives are assigned initially."""
         return ()
 
     @property
@@ -190,37 +190,37 @@ class ArrowsMission(JobMission):
 
     @property
     def instances_found_per_vehicle(self) -> int:
-        """One for every other cell: that many contacts would be a fault of a detector."""
+        """Upper limit: an anomaly in every other cell."""
         return max(64, int(ANOMALIES_PER_CELL * self.grid.n_cells))
 
     @property
     def most_observations(self) -> int:
-        """Passes over tiles, contacts, images, choices and conclusions."""
+        """Upper limit of passes, detections, images, choices and conclusions."""
         n_choices = int(self.scenario.scenario.duration_s)
         return MOST_PASSES * 2 * self.grid.n_tiles + 4 * self.grid.n_cells + n_choices
 
     def world(self, seed: int) -> Seafloor:
-        """What really lies there in the run with that seed."""
+        """True seafloor of a run."""
         return draw_seafloor(self.grid, self.prior, self.scenario, self.rates, seed)
 
     def truth(self, recorder: Recorder, world: Seafloor) -> ArrowsTruth:
-        """Notes what was really found and identified, and how the maps of vehicles get on."""
+        """Create the ground truth of sites and maps."""
         return ArrowsTruth(self.meeting, self.scenario, recorder, world, self.chart, self.crew)
 
     def chart(self) -> Chart:
-        """A map of which nothing but the prior is known."""
+        """Return a map that equals the prior."""
         return Chart(self.grid, self.prior, self.rates, self.scenario.names)
 
-    # Who does what -------------------------------------------------------------------------------
+    # Activities ----------------------------------------------------------------------------------
 
     @cached_property
     def crew(self) -> tuple[str, ...]:
-        """Vehicles whose looks count: all."""
+        """Vehicles whose observations count: all."""
         return tuple(self._database)
 
     @cached_property
     def searchers(self) -> tuple[str, ...]:
-        """Vehicles with a detector that sweeps, in the order of their slots."""
+        """Vehicles with a sweeping detector, in slot order."""
         return tuple(name for name, data in self._database.items() if _numbers(data))
 
     @cached_property
@@ -230,10 +230,10 @@ class ArrowsMission(JobMission):
 
     @cached_property
     def reach(self) -> Reach:
-        """Where vehicles are in contact: around the rally point of the first group, where its head is.
+        """Area of contact: around the leader's rally point in a central search.
 
-        Who decides for itself is in contact around the cell from which the sites that are expected are nearest in the
-        mean (the median of a network; Hakimi, Operations Research 12, 1964), which all know by the prior.
+        Else around the cell with the least mean distance to the expected sites, known to all from the prior (median of
+        a network; Hakimi, Operations Research 12, 1964).
         """
         settings, point = self.scenario.mission, next(iter(self._groups.values())).rally_point
         at_m = self._rally_points_m[point or ""]
@@ -254,7 +254,7 @@ class ArrowsMission(JobMission):
         )
 
     def founding_objectives(self) -> Sequence[Objective]:
-        """Heads supervise; whoever founds the group searches, or identifies, by what it carries."""
+        """Supervision by leaders; search and identification by other initial roles, by equipment."""
         names = [SEARCHING, IDENTIFYING]
         founding = [
             Objective(group.name, role.name, name, AREA)
@@ -267,11 +267,11 @@ class ArrowsMission(JobMission):
         return [*super().founding_objectives(), *founding]
 
     def is_individual(self, objective: Objective) -> bool:
-        """True for searching and identifying."""
+        """Return True for searching and identifying."""
         return objective.name in (SEARCHING, IDENTIFYING)
 
     def activity_sets(self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point) -> Pursuit:
-        """Those of the meeting; one activity for the rest, for whoever carries what it takes."""
+        """Activity sets of the rendezvous; else one activity for equipped vehicles."""
         if objective.name in OBJECTIVES:
             return self.meeting.activity_sets(objective, data.name, facts)
         together = ("gatheredAt", objective.group)
@@ -287,7 +287,7 @@ class ArrowsMission(JobMission):
         return (ActivitySet(objective, kind, (doing,), importance),), frozenset({together})
 
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
-        """The behaviour of an activity, as ``mission.search`` says."""
+        """Behaviour of an activity, by ``mission.search``."""
         if (found := self.meeting.behaviour(activity, data)) is not None:
             return found
         settings = self.scenario.mission
@@ -314,7 +314,7 @@ class ArrowsMission(JobMission):
         raise PlanningError(f"activity {activity.name!r} has no behaviour")
 
     def _lanes(self, data: VehicleData) -> Sequence[Point]:
-        """Lanes in the part of the area that is this vehicle's: as many parts as vehicles search, side by side."""
+        """Lanes in this vehicle's strip of the area."""
         (west_m, east_m), (south_m, north_m) = self.scenario.search.x_m, self.scenario.search.y_m
         apart_m = LANE_SHARE * max(self._choosing(data).ranges_m.values())
         n, number = len(self.searchers), self.searchers.index(data.name)
@@ -322,16 +322,16 @@ class ArrowsMission(JobMission):
         return lawnmower_track(west_m + number * width_m, south_m, west_m + (number + 1) * width_m, north_m, apart_m)
 
     def behaviour_at(self, job: Job, data: VehicleData) -> Behaviour:
-        """There are no jobs."""
+        """Raise ``PlanningError``: the mission has no jobs."""
         raise PlanningError(f"job {job.name!r} is unknown")
 
     def completion(self, objective: Objective, vehicle: str) -> Finding | None:
-        """The search ends by the clock, which all can read: nothing has to be said."""
+        """Return None: the search ends by time, without a report."""
         return None
 
 
 def _numbers(data: VehicleData) -> tuple[int, ...]:
-    """Numbers of the detectors that a vehicle carries."""
+    """Numbers of a vehicle's detectors."""
     return tuple(sorted({sensor.NUMBER for sensor in data.sensors if isinstance(sensor, DetectorSettings)}))
 
 

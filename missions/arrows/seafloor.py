@@ -1,14 +1,12 @@
-"""Grid of cells, prior probabilities of sites, and the seafloor as drawn by the seed.
+"""Grid of cells, prior probabilities of sites, and the sampled seafloor.
 
-Cells are numbered row by row from the south-west. A tile is 4 x 4 cells. What a detector did not find is told as one
-number for a pass over a tile, with a bit for each cell; what it did find, as one number for the cell.
+Cells are numbered row by row from the south-west; a tile has 4 x 4 cells. The wire carries a pass without detections as
+one number per tile with a bit per cell, and a detection as one number per cell.
 
-Around each historic find lies a hill of density (1 - d^2 / s^2)^2 within the distance s, zero beyond (the quartic
-kernel of density estimation, up to its scale). The hills of a kind and an even share sum to 1 over the cells; times the
-number expected this is the probability that a cell holds such a thing.
-
-Each cell is drawn by seed and number, in a stream of its own, by the probabilities of the prior: so the prior is right,
-and no strategy, loss or fault moves a thing.
+Each historic find contributes a density (1 - d^2 / s^2)^2 within the distance s, zero beyond (quartic kernel, up to
+scale). The densities of a kind and a uniform share sum to 1 over the cells. Times the expected number this is the
+probability that a cell holds such a thing. Cells are sampled from the prior by seed and number in a separate stream.
+The prior is therefore correct, and strategies, losses and faults never move a thing.
 """
 
 from __future__ import annotations
@@ -30,13 +28,13 @@ Array = npt.NDArray[np.float64]
 TILE = 4
 """Cells along the side of a tile."""
 MOST_CELLS, MOST_TILES, MOST_PASSES, MOST_LOOKS = 4096, 256, 32, 64
-"""What numbers on the wire have room for; a detector that has looked more often tells no more."""
+"""Ranges of numbers on the wire; further observations are not reported."""
 N_DETECTORS = 2
-"""Kinds of detectors that sweep."""
+"""Kinds of sweeping detectors."""
 
 
 def halved(values: Array) -> Array:
-    """Sums along the last axis, in an order of additions that is the same on every machine: the halves are added."""
+    """Sum along the last axis by halving: the same order of additions on every machine."""
     while (n := values.shape[-1]) > 1:
         half = n // 2
         added = values[..., :half] + values[..., half : 2 * half]
@@ -45,7 +43,7 @@ def halved(values: Array) -> Array:
 
 
 def summed(values: Array) -> float:
-    """The sum of numbers, shape (n,); see ``halved``.
+    """Sum of numbers, shape (n,); see ``halved``.
 
     >>> summed(np.array([1.0, 2.0, 4.0]))
     7.0
@@ -55,13 +53,7 @@ def summed(values: Array) -> float:
 
 @dataclass(frozen=True)
 class CellGrid:
-    """A rectangle of square cells.
-
-    Attributes:
-        west_m, south_m: its south-west corner.
-        cell_m: side of a cell.
-        n_columns, n_rows: its size.
-    """
+    """Grid of square cells; ``west_m`` and ``south_m`` give its south-west corner."""
 
     west_m: float
     south_m: float
@@ -71,33 +63,33 @@ class CellGrid:
 
     @property
     def n_cells(self) -> int:
-        """How many cells there are."""
+        """Number of cells."""
         return self.n_columns * self.n_rows
 
     @cached_property
     def x_m(self) -> Array:
-        """East of the centre of each cell, shape (n_cells,)."""
+        """East coordinates of cell centres, shape (n_cells,)."""
         return np.tile(self.west_m + (np.arange(self.n_columns) + 0.5) * self.cell_m, self.n_rows)
 
     @cached_property
     def y_m(self) -> Array:
-        """North of the centre of each cell, shape (n_cells,)."""
+        """North coordinates of cell centres, shape (n_cells,)."""
         return np.repeat(self.south_m + (np.arange(self.n_rows) + 0.5) * self.cell_m, self.n_columns)
 
     def centre_m(self, cell: int) -> Point:
-        """The centre of a cell."""
+        """Centre of a cell."""
         row, column = divmod(cell, self.n_columns)
         return self.west_m + (column + 0.5) * self.cell_m, self.south_m + (row + 0.5) * self.cell_m
 
     def cell_at(self, point_m: Point) -> int | None:
-        """The cell that holds a point; None outside."""
+        """Cell of a point; None outside."""
         column = int((point_m[0] - self.west_m) // self.cell_m)
         row = int((point_m[1] - self.south_m) // self.cell_m)
         inside = 0 <= column < self.n_columns and 0 <= row < self.n_rows
         return row * self.n_columns + column if inside else None
 
     def near(self, point_m: Point, range_m: float) -> Iterator[int]:
-        """Cells whose centre is within a range of a point, in the order of their numbers."""
+        """Yield cells with centre within a range, by number."""
         reach = int(range_m // self.cell_m) + 1
         column = int((point_m[0] - self.west_m) // self.cell_m)
         row = int((point_m[1] - self.south_m) // self.cell_m)
@@ -110,7 +102,7 @@ class CellGrid:
 
     @property
     def n_tiles(self) -> int:
-        """How many tiles there are; those at the rim may be smaller."""
+        """Number of tiles; those at the border may be smaller."""
         return self._tile_columns * -(-self.n_rows // TILE)
 
     @property
@@ -118,7 +110,7 @@ class CellGrid:
         return -(-self.n_columns // TILE)
 
     def tile_of(self, cell: int) -> tuple[int, int]:
-        """Tile of a cell, and the bit of the cell in it.
+        """Tile of a cell, and the cell's bit in it.
 
         >>> CellGrid(0.0, 0.0, 10.0, 8, 8).tile_of(13)
         (1, 5)
@@ -128,7 +120,7 @@ class CellGrid:
         return tile, (row % TILE) * TILE + column % TILE
 
     def cells_of(self, tile: int, mask: int) -> Iterator[int]:
-        """Cells of a tile whose bits are set; bits beyond the rim are passed over."""
+        """Yield cells of a tile whose bits are set; skip bits beyond the border."""
         tile_row, tile_column = divmod(tile, self._tile_columns)
         for bit in range(TILE * TILE):
             row, column = tile_row * TILE + bit // TILE, tile_column * TILE + bit % TILE
@@ -137,12 +129,12 @@ class CellGrid:
 
 
 def swept_code(n_pass: int, detector: int, tile: int, mask: int) -> int:
-    """A pass of a detector over a tile that found nothing in the cells of the mask, as a number below 2^30."""
+    """Encode a pass without detections over a tile, below 2^30."""
     return ((n_pass * N_DETECTORS + detector) * MOST_TILES + tile) << 16 | mask
 
 
 def swept_of(code: int) -> tuple[int, int, int]:
-    """(detector, tile, mask) of a number that ``swept_code`` made.
+    """Decode (detector, tile, mask) from ``swept_code``.
 
     >>> swept_of(swept_code(31, 1, 255, 65535)), swept_code(31, 1, 255, 65535) < 1 << 30
     ((1, 255, 65535), True)
@@ -151,12 +143,12 @@ def swept_of(code: int) -> tuple[int, int, int]:
 
 
 def contact_code(n_look: int, detector: int, cell: int) -> int:
-    """A look of a detector at a cell that found something, as a number below 2^19."""
+    """Encode a detection at a cell, below 2^19."""
     return (n_look * N_DETECTORS + detector) * MOST_CELLS + cell
 
 
 def contact_of(code: int) -> tuple[int, int]:
-    """(detector, cell) of a number that ``contact_code`` made.
+    """Decode (detector, cell) from ``contact_code``.
 
     >>> contact_of(contact_code(63, 1, 4095)), contact_code(63, 1, 4095) < 1 << 19
     ((1, 4095), True)
@@ -165,7 +157,7 @@ def contact_of(code: int) -> tuple[int, int]:
 
 
 def grid_over(x_m: Point, y_m: Point, cell_m: float) -> CellGrid:
-    """The cells over a rectangle from its western and southern borders on; the last may reach beyond the others.
+    """Grid over a rectangle from its south-west corner; the last cells may extend beyond it.
 
     >>> grid_over((0.0, 100.0), (0.0, 90.0), 40.0).n_cells
     9
@@ -175,21 +167,17 @@ def grid_over(x_m: Point, y_m: Point, cell_m: float) -> CellGrid:
 
 
 def grid_of(scenario: ArrowsScenario) -> CellGrid:
-    """The cells of a scenario."""
+    """Grid of a scenario."""
     return grid_over(scenario.search.x_m, scenario.search.y_m, scenario.search.cell_m)
 
 
 def share_map(grid: CellGrid, finds_m: list[Point], spread_m: float, uniform_share: float) -> Array:
-    """Where a thing of some kind lies if there is one: shape (n_cells,), sums to 1.
+    """Distribution of a thing over cells, shape (n_cells,), sum 1.
 
-    Args:
-        grid: the cells.
-        finds_m: where such things were found.
-        spread_m: how far around.
-        uniform_share: share that is even.
+    ``spread_m`` is the radius around historic finds; ``uniform_share`` the uniform part.
     """
     hills = np.zeros(grid.n_cells)
-    for x_m, y_m in sorted(finds_m):  # sums are the same bytes in whatever order they are listed
+    for x_m, y_m in sorted(finds_m):  # sorted: bitwise equal sums in any listed order
         dx_m, dy_m = grid.x_m - x_m, grid.y_m - y_m
         height = np.maximum(0.0, 1.0 - (dx_m * dx_m + dy_m * dy_m) / (spread_m * spread_m))
         hills += height * height
@@ -199,7 +187,7 @@ def share_map(grid: CellGrid, finds_m: list[Point], spread_m: float, uniform_sha
 
 
 def prior_of(scenario: ArrowsScenario) -> Array:
-    """The probability of each kind in each cell, shape (1 + kinds, n_cells); columns sum to 1, the first is nothing."""
+    """Prior by kind and cell, shape (1 + kinds, n_cells); columns sum to 1, nothing first."""
     grid = grid_of(scenario)
     rows = [expected_of(grid, kind, scenario) for kind in scenario.kinds]
     occupied = rows[0].copy()
@@ -217,7 +205,7 @@ def expected_of(grid: CellGrid, kind: KindTable, scenario: ArrowsScenario) -> Ar
 
 
 def rates_of(scenario: ArrowsScenario) -> Array:
-    """Rate of contacts by detector and kind: shape (detectors, 1 + kinds), the first column is nothing."""
+    """Detection rates, shape (detectors, 1 + kinds), nothing first."""
     detectors: list[DetectorTable] = [getattr(scenario.detector, name) for name in DETECTORS]
     return np.array(
         [
@@ -229,12 +217,7 @@ def rates_of(scenario: ArrowsScenario) -> Array:
 
 @dataclass(frozen=True)
 class Thing:
-    """Something that lies in a cell.
-
-    Attributes:
-        kind: what it is: number of the kind, from 1 on; name: of the kind.
-        position_m: where it lies.
-    """
+    """True content of a cell; ``kind`` counts from 1."""
 
     kind: int
     name: str
@@ -243,14 +226,7 @@ class Thing:
 
 @dataclass(frozen=True, eq=False)
 class Seafloor:
-    """What detectors perceive.
-
-    Attributes:
-        grid: the cells; things: by cell.
-        scenario: has what detectors do.
-        rates: of contacts, by detector and kind.
-        seed: of the run.
-    """
+    """True seafloor for detectors; ``things`` by cell, ``rates`` by detector and kind."""
 
     grid: CellGrid
     things: dict[int, Thing]
@@ -260,7 +236,7 @@ class Seafloor:
 
 
 def draw_seafloor(grid: CellGrid, prior: Array, scenario: ArrowsScenario, rates: Array, seed: int) -> Seafloor:
-    """The seafloor of the run with that seed."""
+    """Sample the seafloor of a run."""
     names, things = [kind.name for kind in scenario.kinds], dict[int, Thing]()
     occupied = (prior[0] < 1.0).nonzero()[0]
     for cell in map(int, occupied):

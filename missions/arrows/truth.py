@@ -1,4 +1,4 @@
-"""Truth of this mission: what was really found and identified, and how the maps of the vehicles got on."""
+"""Ground truth of the mission: found and identified sites, and progress of the maps."""
 
 from __future__ import annotations
 
@@ -21,19 +21,18 @@ IDENTIFIED = Table("identified", (
     TIME, VEHICLE, Column("anomaly", "str"), Column("identity", "str"), Column("p", "float", "1"),
     Column("kind", "str"), Column("x_m", "float", "m"), Column("y_m", "float", "m"),
 ))  # fmt: skip
-"""What a vehicle took an anomaly to be, at what probability, and what really lies there."""
+"""Identifications with probability, and the true content."""
 MAPS = Table("maps", (TIME, VEHICLE, Column("told_bits", "float", "bit"), Column("missing_bits", "float", "bit")))
-"""What the looks that a vehicle knew of had told (divergence of its map from the prior), and how far its map was from
-that of all looks made by then (Jensen-Shannon); at the end of the run for all times."""
+"""Known information (divergence from the prior) and distance to the joint map, per vehicle."""
 FLEET_MAPS = Table("fleet_maps", (TIME, Column("told_bits", "float", "bit"), Column("apart_bits", "float", "bit")))
-"""What all looks made by then had told, and how far the maps of vehicles were from each other (Jensen-Shannon)."""
+"""Information of all observations, and distance between the vehicles' maps (Jensen-Shannon)."""
 MAP_EVERY_S = 120.0
 Look = tuple[float, str, int]
-"""When a vehicle knew of it, attribute, number."""
+"""Time of knowledge, attribute, code."""
 
 
 def looks_known(recorder: Recorder, vehicles: Sequence[str]) -> dict[str, list[Look]]:
-    """The looks that each vehicle knew of, by when it did; under ``""`` those of all, by when they were made."""
+    """Observations known to each vehicle by time of knowledge; under ``""`` all by creation."""
     looks: dict[str, list[tuple[str, int]]] = {}
     known: dict[str, list[Look]] = {name: [] for name in ("", *vehicles)}
     for item in recorder.items:
@@ -44,21 +43,14 @@ def looks_known(recorder: Recorder, vehicles: Sequence[str]) -> dict[str, list[L
     for time_s, vehicle, uid, _, event in recorder.rows("knowledge"):
         if event in ("observed", "received") and uid in looks:
             known[vehicle] += [(time_s, *look) for look in looks[uid]]
-    for item in recorder.items:  # what is kept to oneself is known to oneself
+    for item in recorder.items:  # private observations are known to their origin
         if item[5] in (SWEPT, CONTACT) and item[7] == "kept":
             known[item[1]].append((item[3], item[5], int(float(item[6]))))
     return {name: sorted(of) for name, of in known.items()}
 
 
 class ArrowsTruth(JobTruth):
-    """Watches one run from outside.
-
-    Args:
-        meeting: of the mission; scenario: of it.
-        recorder: takes the rows, and has those of detectors.
-        seafloor: as it really is.
-        chart: makes a map of the prior; vehicles: by name.
-    """
+    """Referee of a run; ``chart`` creates a map of the prior."""
 
     work = "identify what lies there"
 
@@ -84,7 +76,7 @@ class ArrowsTruth(JobTruth):
 
     @property
     def goal_fraction(self) -> float:
-        """Share of the goal: of the sites that are there, so many are to be found and rightly identified."""
+        """Correctly identified sites as share of the required number."""
         return self._share(len(self._identified))
 
     def _share(self, n_identified: int) -> float:
@@ -93,7 +85,7 @@ class ArrowsTruth(JobTruth):
         return min(1.0, n_identified / (self._scenario.mission.goal * len(self._sites)))
 
     def reachable_fraction(self, fleet: FleetView) -> float:
-        """With all sites identified that are found, or may be by a detector left, if a camera is left."""
+        """Share of the goal reachable with the remaining detectors and cameras."""
         carried = [sensor for _, data in left(fleet) for sensor in data.sensors]
         if not any(isinstance(settings, ClassifyingCameraSettings) for settings in carried):
             return self.goal_fraction
@@ -101,16 +93,16 @@ class ArrowsTruth(JobTruth):
         return self._share(len(self._sites if is_searched else self._found | self._identified))
 
     def out_of_reach(self, fleet: FleetView) -> Sequence[str]:
-        """Nothing that has a name."""
+        """Empty: sites have no names."""
         return ()
 
     @property
     def is_over(self) -> bool:
-        """True once all groups have met, and nobody is to return: nobody goes out again."""
+        """True once all groups have met and no vehicle will return: none leaves again."""
         return super().is_over or (self._n_meetings > 0 and not self._apart and not self._is_awaited)
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
-        """Note what was found and identified since the last look."""
+        """Record detections and identifications since the last call."""
         n_contacts = len(self._contacts)
         new = self._contacts[self._n_contacts :]
         for time_s, vehicle, _, cell, kind, _, _ in new:
@@ -141,7 +133,7 @@ class ArrowsTruth(JobTruth):
             self.milestones.append(Milestone(time_s, "site_identified", vehicle))
 
     def close(self, fleet: FleetView, now_s: float) -> str:
-        """Work out the maps of all times; say what is missing."""
+        """Compute the maps of all times; return the reason of failure."""
         self._note_maps(now_s)
         reason = super().close(fleet, now_s)
         if self.goal_fraction >= 1.0:
