@@ -1,6 +1,6 @@
-"""Contacts of an earlier survey are looked at again, and snippets of the images decide which of them are mines.
+"""Minehunting: contacts of an earlier survey are viewed again and classified, mine or rock.
 
-An analyst decides by what it was told; what nobody could tell apart is looked at once more. Its scenario is
+An analyst decides by the received image snippets, and requests another view of undecided contacts. Scenario:
 ``minehunting-contacts``.
 """
 

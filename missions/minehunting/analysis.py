@@ -1,8 +1,8 @@
-"""How contacts are told apart: by the evidence that was told, in the vehicle that leads the group.
+"""Classification of contacts by received evidence, on the group leader's vehicle.
 
-Echoes of a mine lie above a level halfway between mine and rock, those of a rock as far below, with normal errors that
-are independent. So the logarithm of the likelihood ratio grows by 2 m (x - reference)/sigma^2 with each level x, where
-m is the distance of the mean from that level (Wald, Sequential Analysis, 1947). The analyst never knows the truth.
+Mine echoes lie above a level halfway between mine and rock, rock echoes equally far below, with independent normal
+errors. Each level x therefore adds 2 m (x - reference)/sigma^2 to the log likelihood ratio, where m is the distance of
+the mean from the halfway level (Wald, Sequential Analysis, 1947). The analyst never knows the truth.
 """
 
 from __future__ import annotations
@@ -33,12 +33,11 @@ MINE, ROCK = "mine", "rock"
 
 @dataclass(frozen=True)
 class Analysis:
-    """How an analyst decides.
+    """Decision rule of an analyst.
 
     Attributes:
-        imagery: what images are like.
-        confidence: probability of being right at which it decides.
-        patience_s: so long after the last view of a contact, and the last news of it, it waits for the rest.
+        confidence: probability of a correct decision.
+        patience_s: wait for missing strips after the last view and the last update.
     """
 
     imagery: Imagery
@@ -47,7 +46,7 @@ class Analysis:
 
     @property
     def decisive(self) -> float:
-        """Logarithm of the likelihood ratio at which it decides, where mine and rock are as likely.
+        """Log likelihood ratio for a decision, with equal priors.
 
         >>> round(Analysis(Imagery(5, 2, 10.0, 2.0, 1.0, 6.0), 0.99, 600.0).decisive, 2)
         4.6
@@ -57,12 +56,7 @@ class Analysis:
 
 @dataclass(frozen=True)
 class Evidence:
-    """What is known of one contact.
-
-    Attributes:
-        log_ratio: logarithm of the likelihood ratio of mine and rock.
-        n_target: strips across it; n_floor: strips beside it.
-    """
+    """Evidence about a contact: log likelihood ratio mine/rock, strips across and beside it."""
 
     log_ratio: float
     n_target: int
@@ -70,7 +64,7 @@ class Evidence:
 
 
 def evidence_of(contact: str, facts: Known, imagery: Imagery) -> Evidence:
-    """The evidence that a vehicle holds of a contact, of all snippets of which it knows the reference level."""
+    """Evidence of all snippets with a known reference level."""
     echoes = (TARGET_ECHOES, imagery.target_db), (FLOOR_ECHOES, imagery.floor_db)
     terms: list[float] = []
     n_strips = [0, 0]
@@ -85,14 +79,10 @@ def evidence_of(contact: str, facts: Known, imagery: Imagery) -> Evidence:
 
 
 class Analysing(Behaviour):
-    """Tells contacts apart as strips come in, and asks for one more view of those that it cannot tell.
+    """Background classification of contacts; requests another view of undecided ones.
 
-    It does so beside whatever its vehicle does. A view more is asked for once all strips across the contact have come
-    and do not decide. Where none is left to ask for, all strips together decide which of the two is more likely.
-
-    Args:
-        analysis: how it decides.
-        firsts: first views, one of each contact; revisits: views that it may ask for.
+    The request follows once all strips across the contact have come without a decision. Without views left to request,
+    all strips together decide for the likelier class. ``firsts`` has one view per contact.
     """
 
     def __init__(self, analysis: Analysis, firsts: Sequence[ContactView], revisits: Sequence[ContactView]) -> None:
@@ -101,7 +91,7 @@ class Analysing(Behaviour):
         self._news_s: dict[str, tuple[tuple[int, ...], float]] = {}
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """What it concludes from what has come; it never asks to be performed."""
+        """Return conclusions; never pending."""
         facts, now_s = picture.facts, picture.body.now_s
         free = [one for one in self._revisits if facts.get((REVISITS, one.name)) is None]
         found: list[Observation] = []
@@ -116,7 +106,7 @@ class Analysing(Behaviour):
         return Perception(0.0, concludes=tuple(found))
 
     def _verdict(self, first: ContactView, facts: Known, now_s: float, may_ask: bool) -> str:
-        """What it takes the contact for; ``REVISITS`` to ask for one more view; empty to wait."""
+        """Class of the contact; ``REVISITS`` for another view; empty to wait."""
         imagery = self._analysis.imagery
         known = evidence_of(first.contact, facts, imagery)
         likely = MINE if known.log_ratio > 0.0 else ROCK
@@ -137,5 +127,5 @@ class Analysing(Behaviour):
         return likely if has_all or (is_over and known.n_target > 0) else ""
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """Nowhere."""
+        """Return None."""
         return None

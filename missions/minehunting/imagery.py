@@ -1,9 +1,9 @@
-"""What there is to look at, how vehicles do it, and what their sonars show.
+"""Views of contacts, and the sonar snippets taken there.
 
-A view is a place beside a contact. Who stays there gets a snippet, strip by strip. Some strips show the contact, most
-the seabed beside it. The echoes of a strip are levels of highlight and shadow, relative to a level that the snippet
-states. Whether a contact is a mine, and every echo, is drawn by seed, contact and view. So no strategy, loss or fault
-changes what a view shows, and who looks twice from one place sees the same twice.
+A view is a place beside a contact. A vehicle that stays there takes a snippet strip by strip; the middle strips show
+the contact, the others the seabed. Echoes are levels of highlight and shadow relative to the snippet's reference level.
+Classes and echoes are keyed by seed, contact and view. Strategies, losses and faults therefore never change them, and a
+repeated view shows the same.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from remoras.sensor import SELF, Fact, Observation, Pose, Sensor, SensorSettings
 from remoras.work import Outlook, Point
 
 STRIPS = Table("strips", (TIME, VEHICLE, Column("contact", "str"), Column("view", "int"), Column("strip", "int")))
-"""When a vehicle had taken a strip of a snippet."""
+"""Strips taken by vehicles."""
 SNIPPET = "Snippet"
 SHOWN, ON_TARGET, ON_FLOOR, TAKEN_FROM, REFERENCE = (
     "hasSnippet", "hasTargetStrip", "hasFloorStrip", "takenFrom", "referenceLevel",
@@ -39,28 +39,27 @@ TARGET_ECHOES = tuple(f"targetEcho{n}" for n in range(1, ECHOES + 1))
 FLOOR_ECHOES = tuple(f"floorEcho{n}" for n in range(1, ECHOES + 1))
 REVISITS = "revisits"
 AT_VIEW_M = 3.0
-"""A sonar shows the contact of a view within this distance of its place."""
+"""Distance from a view's place within which a sonar shows its contact."""
 OF_ONE_VIEW_M = 1.0
-"""Snippets that were taken nearer to each other are one."""
+"""Distance within which snippets belong to one view."""
 MOST_LEVEL_DB = 60.0
-"""Levels beyond are cut off, as those of a receiver are."""
+"""Receiver limit of levels."""
 REFERENCE_DB = 20.0
-"""Reference levels are drawn within this on both sides of 0."""
+"""Half range of reference levels around 0."""
 MOST_SHARE = 0.999
-"""A normal error is cut off here, and at the other end: at 3.1 standard deviations."""
+"""Quantile at which normal errors are cut off on both sides (3.1 standard deviations)."""
 DRAWS_OF_STRIP = 64
-"""Draws of one strip have numbers below this."""
+"""Upper limit of draws per strip."""
 
 
 @dataclass(frozen=True)
 class Imagery:
-    """What images of a contact are like.
+    """Image parameters.
 
     Attributes:
-        strips: of a snippet; target_strips: those of them, in the middle, that show the contact.
-        strip_s: how long a strip takes.
-        target_db, floor_db: by how much a mine is above the level halfway between mine and rock, and a rock below, in
-            strips that show it, and beside it.
+        strips: per snippet; target_strips: the middle ones, which show the contact.
+        target_db, floor_db: mean level of a mine above the halfway level, and of a rock below it, in strips that show
+            the contact and in the others.
         sigma_db: standard deviation of an echo.
     """
 
@@ -72,7 +71,7 @@ class Imagery:
     sigma_db: float
 
     def is_target(self, strip: int) -> bool:
-        """True if the strip with that number, from 0, shows the contact.
+        """Return True if a strip, counted from 0, shows the contact.
 
         >>> [Imagery(5, 2, 10.0, 2.0, 1.0, 6.0).is_target(strip) for strip in range(5)]
         [False, True, True, False, False]
@@ -83,16 +82,15 @@ class Imagery:
 
 @dataclass(frozen=True)
 class ContactView(AnyonesJob):
-    """To look at a contact: a ``remoras.work.DivisibleJob``. A revisit comes up when an analyst says what it is of.
+    """View of a contact: a ``remoras.work.DivisibleJob``; a revisit exists once requested.
 
     Attributes:
-        name: of the job; number: of the view, 0 for the first of a contact.
-        contact: that it is of; empty for a revisit of which nobody has said so.
-        view_s: how long it takes.
-        contacts_m: where contacts are, by name.
-        beside_m: where its place is seen from the contact.
-        share_left: 1 until it is done, then 0.
-        resumed: who takes it over begins anew.
+        number: 0 for the first view of a contact.
+        contact: empty for a revisit before its request.
+        view_s: duration.
+        beside_m: place relative to the contact.
+        share_left: 1 until done, then 0.
+        resumed: False: a successor restarts it.
     """
 
     number: int
@@ -105,23 +103,23 @@ class ContactView(AnyonesJob):
 
     @property
     def place_m(self) -> Point:
-        """Where the vehicle has to be; the origin of the map while nobody has said what a revisit is of."""
+        """Place of the view; near the origin for a revisit before its request."""
         x_m, y_m = self.contacts_m.get(self.contact, (0.0, 0.0))
         return x_m + self.beside_m[0], y_m + self.beside_m[1]
 
     def is_able(self, data: VehicleData) -> bool:
-        """True if the vehicle has a sonar."""
+        """Return True if the vehicle has a sonar."""
         return data.sensor(SnippetSonarSettings) is not None
 
     def left(self, facts: Known) -> ContactView | None:
-        """The job at its place; None while nobody has said what a revisit is of."""
+        """Return the job at its place; None for a revisit before its request."""
         contact = self.contact if self.number == 0 else facts.get((REVISITS, self.name))
         if contact is None:
             return None
         return replace(self, contact=contact, share_left=1.0 if facts.get(self.done) is None else 0.0)
 
     def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
-        """When and where the vehicle will be free if it looks next."""
+        """Return the outlook after the view; None without a sonar."""
         if not self.is_able(data):
             return None
         if self.share_left == 0.0:
@@ -130,7 +128,7 @@ class ContactView(AnyonesJob):
 
 
 def beside_contact(number: int, n_views: int, view_m: float) -> Point:
-    """Where a view is, seen from its contact: the views of a run lie on a circle.
+    """Place of a view relative to its contact; the views lie on a circle.
 
     >>> beside_contact(1, 4, 10.0)
     (0.0, 10.0)
@@ -141,13 +139,9 @@ def beside_contact(number: int, n_views: int, view_m: float) -> Point:
 
 @dataclass(frozen=True)
 class Minefield:
-    """What lies there in one run, and what images of it show.
+    """True contacts of a run and their images.
 
-    Attributes:
-        seed: root of all draws.
-        views: place, contact with its number, and number of each view that there may be.
-        mines: names of the contacts that are mines.
-        imagery: what images are like.
+    ``views`` has place, contact, contact number and view number of every possible view.
     """
 
     seed: int
@@ -156,14 +150,14 @@ class Minefield:
     imagery: Imagery
 
     def view_at(self, at_m: Point) -> int | None:
-        """Which of the views a vehicle there has; None if it has none."""
+        """Index of the view at a place; None if there is none."""
         for which, (place_m, *_) in enumerate(self.views):
             if distance(place_m, at_m) <= AT_VIEW_M:
                 return which
         return None
 
     def header(self, which: int) -> Observation:
-        """The snippet of a view: what its levels are relative to."""
+        """Snippet of a view with its reference level."""
         place_m, contact, of, number = self.views[which]
         said: tuple[Fact, ...] = (
             (SELF, TAKEN_FROM, place_m), (SELF, REFERENCE, self._reference_db(of, number)), (contact, SHOWN, SELF),
@@ -171,7 +165,7 @@ class Minefield:
         return Observation(said, found=SNIPPET, within_m=OF_ONE_VIEW_M)
 
     def strip(self, which: int, strip: int) -> Observation:
-        """A strip of the snippet of a view, by its number."""
+        """Strip of a view's snippet, by number."""
         place_m, contact, of, number = self.views[which]
         shows = self.imagery.is_target(strip)
         names, link = (TARGET_ECHOES, ON_TARGET) if shows else (FLOOR_ECHOES, ON_FLOOR)
@@ -203,17 +197,17 @@ def _normal(share: float) -> float:
 
 
 class SnippetSonarSettings(SensorSettings):
-    """The table ``[[vehicle.sensor]]`` of a sonar that takes snippets."""
+    """Table ``[[vehicle.sensor]]`` of a sonar that takes snippets."""
 
     EQUIPMENT: ClassVar[str] = "SideScanSonar"
 
     def make(self, data: VehicleData) -> Sensor:
-        """The sonar of a vehicle."""
+        """Create the sonar of a vehicle."""
         return SnippetSonar()
 
 
 class SnippetSonar:
-    """Takes the snippet of each view where its vehicle is, strip after strip, each once."""
+    """Sonar that takes each strip of the current view once."""
 
     table = STRIPS
 
@@ -223,7 +217,7 @@ class SnippetSonar:
         self._n_taken: Counter[int] = Counter()
 
     def sense(self, pose: Pose, world: Minefield, now_s: float) -> Sequence[Observation]:
-        """The next strip, once the vehicle has been there for long enough; with the first what the levels rest on."""
+        """Return the next strip after ``strip_s``; the first includes the reference level."""
         at = world.view_at((pose.x_m, pose.y_m))
         if at != self._at:
             self._at, self._since_s = at, now_s
@@ -239,11 +233,7 @@ class SnippetSonar:
 
 
 class Viewing(Behaviour):
-    """Goes to the place of a view and stays until the snippet is taken; whoever is called away begins anew.
-
-    Args:
-        view: the job; data: of the vehicle.
-    """
+    """Travel to a view and dwell until the snippet is taken; an interruption restarts it."""
 
     def __init__(self, view: ContactView, data: VehicleData) -> None:
         self._view = view
@@ -251,7 +241,7 @@ class Viewing(Behaviour):
         self._place_m: Point | None = None
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due, the nearest first, until the vehicle has stayed long enough; it advances on the way and on site."""
+        """Pending until the dwell ends, nearest first; progresses on the way and on site."""
         view = self._view.left(picture.facts)
         if view is None:
             return IDLE
@@ -261,5 +251,5 @@ class Viewing(Behaviour):
         return self._stay.perceive(distance_m(motion, view.place_m), view.view_s, picture.body.now_s, performed)
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """To the place in transit; stay there."""
+        """Head for the place in transit; hold there."""
         return None if self._place_m is None else self._stay.reference(self._place_m, motion)

@@ -1,7 +1,7 @@
-"""The mission: views of contacts as jobs that the strategy gives out, and an analyst that tells the contacts apart.
+"""Minehunting mission: views of contacts as jobs, classified by an analyst.
 
-The head of the group is the analyst, wherever it is. It holds what it was told and nothing else, so what decides a
-contact is which strips have come through the channel. What it cannot tell it asks to be looked at once more.
+The analyst is the group leader, wherever it is. It knows received evidence only, so decisions depend on the strips that
+pass the channel. It requests another view of undecided contacts.
 """
 
 from __future__ import annotations
@@ -54,9 +54,9 @@ ANALYSING = "Analysing"
 MOST_REVISITS = 40
 MOST_STRIPS = 40
 LEAST_APART_M = 7.0
-"""Places of two views of one contact are so far apart at least: more than twice the reach of a view."""
+"""Least distance between views of one contact: over twice the radius of a view."""
 URGENCY = {REVISITS: 50, CLASSIFIED: 50, SHOWN: 20, ON_TARGET: 20, ON_FLOOR: 2}
-"""How urgently vehicles need what this mission is about, unless the scenario says otherwise."""
+"""Default urgencies of the mission's attributes."""
 
 
 class ContactTable(Section):
@@ -67,7 +67,7 @@ class ContactTable(Section):
 
 
 class ImageryTable(Section):
-    """The table ``[imagery]``: snippets, and what mines and rocks look like in them."""
+    """Table ``[imagery]``: snippets, and the appearance of mines and rocks."""
 
     strips: int = Field(8, ge=1, le=MOST_STRIPS, description="strips of a snippet, five echoes each")
     target_strips: int = Field(3, ge=1, le=MOST_STRIPS, description="strips of it that show the contact")
@@ -78,13 +78,13 @@ class ImageryTable(Section):
     mine_share: Annotated[float, Field(ge=0.0, le=1.0)] = Field(0.5, description="probability that a contact is a mine")
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """More strips that show the contact than there are."""
+        """Yield a fault if more strips show the contact than exist."""
         if self.target_strips > self.strips:
             yield "target_strips", f"allowed: 1 to {self.strips}, the strips there are"
 
 
 class MinehuntingSettings(JobSettings):
-    """The ``[mission]`` table."""
+    """Table ``[mission]``."""
 
     confidence: float = Field(0.99, gt=0.5, lt=1.0, description="probability of being right at which analysts decide")
     waits_s: Positive = Field(900.0, description="how long an analyst waits for strips that do not come")
@@ -93,7 +93,7 @@ class MinehuntingSettings(JobSettings):
 
 
 class MinehuntingScenario(JobScenario):
-    """The whole input of a run of this mission."""
+    """Input of a run."""
 
     mission: MinehuntingSettings = MinehuntingSettings.usual()
     contact: tuple[ContactTable, ...] = Field(min_length=1)
@@ -101,7 +101,7 @@ class MinehuntingScenario(JobScenario):
 
 
 class MinehuntingMission(JobMission):
-    """The mission, made from a scenario."""
+    """Minehunting mission, built from a scenario."""
 
     Scenario = MinehuntingScenario
     group_missions = ("Minehunting",)
@@ -116,13 +116,13 @@ class MinehuntingMission(JobMission):
 
     @classmethod
     def completed(cls, scenario: MinehuntingScenario) -> MinehuntingScenario:
-        """With a role for each contact and revisit in the first group."""
+        """Add a role per contact and revisit to the first group."""
         jobs = [*(one.name for one in scenario.contact), *numbered("revisit", scenario.mission.revisits)]
         return with_job_roles(scenario, [job_role("Viewer", job) for job in jobs], URGENCY)
 
     @classmethod
     def check(cls, scenario: MinehuntingScenario) -> Iterable[ConfigurationFault]:
-        """Contacts outside of the world, too near to each other or with names that are taken; images of nothing."""
+        """Yield faults of contacts (place, distance, name) and of missing sonars."""
         n_revisits, view_m, contacts = scenario.mission.revisits, scenario.mission.view_m, scenario.contact
         yield from listed_faults(scenario, "contact", "position_m", taken=numbered("revisit", n_revisits))
         if n_revisits:
@@ -143,7 +143,7 @@ class MinehuntingMission(JobMission):
             yield ConfigurationFault("contact", str(len(contacts)), allowed)
 
     def jobs_of(self, scenario: MinehuntingScenario) -> Iterable[Job]:
-        """The first view of each contact, and the revisits."""
+        """First view of each contact, and the revisits."""
         table, settings = scenario.imagery, scenario.mission
         self._imagery = Imagery(
             table.strips, table.target_strips, table.strip_s, table.target_db, table.floor_db, table.sigma_db
@@ -164,7 +164,7 @@ class MinehuntingMission(JobMission):
 
     @property
     def instances(self) -> Sequence[tuple[str, str]]:
-        """The contacts and the revisits."""
+        """Contacts and revisits."""
         return [
             *(("ContactView", one.name) for one in self._firsts),
             *(("Revisit", one.name) for one in self._revisits),
@@ -172,7 +172,7 @@ class MinehuntingMission(JobMission):
 
     @property
     def instances_found_per_vehicle(self) -> int:
-        """Snippets: at most one of each view that there is, whoever takes it."""
+        """Upper limit: one snippet per view."""
         return len(self._views)
 
     @property
@@ -182,7 +182,7 @@ class MinehuntingMission(JobMission):
         return [*points, *(Place(one.name, "contact", (one.position_m,)) for one in self.scenario.contact)]
 
     def world(self, seed: int) -> Minefield:
-        """Which contacts are mines in the run with that seed, and what images show."""
+        """True classes of a run, and its images."""
         contacts, views = self.scenario.contact, (self._firsts[0], *self._revisits)
         places = tuple(
             ((one.position_m[0] + view.beside_m[0], one.position_m[1] + view.beside_m[1]), one.name, of, view.number)
@@ -194,46 +194,46 @@ class MinehuntingMission(JobMission):
         return Minefield(seed, places, frozenset(mines), self._imagery)
 
     def truth(self, recorder: Recorder, world: Minefield) -> MinehuntingTruth:
-        """Notes what was classified."""
+        """Create the ground truth of classifications."""
         contacts = [one.name for one in self._firsts]
         return MinehuntingTruth(self.meeting, self.objective, recorder, contacts, world)
 
-    # Who does what -------------------------------------------------------------------------------
+    # Activities ----------------------------------------------------------------------------------
 
     def groups_of(self, subject: str) -> Collection[str] | None:
-        """What a revisit is of concerns everybody, since whoever may make it has to know that it is to be made."""
+        """Return an empty set for revisits: every vehicle needs their requests. Else None."""
         return () if subject in self._views and self._views[subject].number else None
 
     def founding_objectives(self) -> Sequence[Objective]:
-        """Heads supervise, and tell contacts apart."""
+        """Supervision and analysis by leaders."""
         heads = [(group.name, role.name) for group in self._groups.values() for role in group.roles if role.head]
         return [*super().founding_objectives(), *(Objective(*head, ANALYSING, head[0]) for head in heads)]
 
     def is_individual(self, objective: Objective) -> bool:
-        """True for views, and not for what the analyst does."""
+        """Return True for views, False for the analysis."""
         return objective.name != ANALYSING and super().is_individual(objective)
 
     def activity_sets(self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: PointM) -> Pursuit:
-        """For the analyst an activity beside_contact all others."""
+        """For the analyst one background activity."""
         if objective.name != ANALYSING:
             return super().activity_sets(objective, data, facts, position_m)
         analysing = Activity(ANALYSING, ActivityType.ORGANISATIONAL)
         return (ActivitySet(objective, ActivityKind.INDIVIDUAL, (analysing,), 0.0),), frozenset()
 
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
-        """To tell contacts apart, or what every mission of jobs has."""
+        """Analysis, or behaviour of every mission of jobs."""
         if activity.name == ANALYSING:
             return Analysing(self._analysis, self._firsts, self._revisits)
         return super().behaviour_for(activity, data)
 
     def behaviour_at(self, job: Job, data: VehicleData) -> Behaviour:
-        """To look at a contact."""
+        """Create the viewing behaviour."""
         return Viewing(self._views[job.name], data)
 
     def findings(
         self, group: Group, organisation: Organisation, beliefs: Beliefs, picture: Picture, motion: Motion
     ) -> Sequence[Finding]:
-        """A group meets once all contacts are classified, since views may be asked for until then."""
+        """Return the gathering once all contacts are classified (revisits may follow until then)."""
         is_open = any(beliefs.get((CLASSIFIED, one.name)) is None for one in self._firsts)
         if is_open and not self.meeting.is_overdue(group, beliefs, picture):
             return ()

@@ -1,4 +1,4 @@
-"""Truth, metrics and figures of this mission: what was classified, by whom, when, and whether that is right."""
+"""Ground truth, metrics and figures of classifications."""
 
 from __future__ import annotations
 
@@ -23,16 +23,11 @@ if TYPE_CHECKING:
 CLASSIFICATIONS = Table(
     "classifications", (TIME, VEHICLE, Column("contact", "str"), Column("kind", "str"), Column("truth", "str"))
 )
-"""When an analyst first said of a contact what it is, and what it really is."""
+"""First classification of each contact, with its true class."""
 
 
 class MinehuntingTruth(JobTruth):
-    """Notes what analysts say of contacts: the goal is that all are classified.
-
-    Args:
-        meeting: of the mission; objective: of roles with a view; recorder: takes the rows, and has what was said.
-        contacts: names of all; world: what lies there.
-    """
+    """Referee of classifications: the goal is all contacts, right or wrong."""
 
     work = "classify"
 
@@ -47,7 +42,7 @@ class MinehuntingTruth(JobTruth):
         self._classified: set[str] = set()
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
-        """Note what was said since the last look."""
+        """Record classifications since the last call."""
         super().watch(fleet, now_s)
         while self._n_items < len(self._items):
             item = self._items[self._n_items]
@@ -61,32 +56,32 @@ class MinehuntingTruth(JobTruth):
 
     @property
     def goal_fraction(self) -> float:
-        """Share of all contacts that are classified."""
+        """Share of classified contacts."""
         return len(self._classified) / len(self._contacts)
 
     @property
     def jobs_done(self) -> Collection[str]:
-        """Views of classified contacts, and those that were made."""
+        """Finished views, and views of classified contacts."""
         return self._done | self._classified
 
     def reachable_fraction(self, fleet: FleetView) -> float:
-        """Share of the contacts that are classified, or may be since they were seen or somebody left may see them."""
+        """Share of contacts classified, or seen, or visible to remaining vehicles."""
         workers = left(fleet)
         if not workers:
             return self.goal_fraction
         return (len(self._contacts) - len(self.out_of_reach(fleet))) / len(self._contacts)
 
     def out_of_reach(self, fleet: FleetView) -> Sequence[str]:
-        """Contacts that nobody has seen, and nobody left is able to."""
+        """Unseen contacts that no remaining vehicle can view."""
         within = super().out_of_reach(fleet)
         return [name for name in self._contacts if name in within]
 
     def is_worked_off(self, group: Group) -> bool:
-        """True once all contacts are classified."""
+        """Return True once all contacts are classified."""
         return self.goal_fraction >= 1.0
 
     def close(self, fleet: FleetView, now_s: float) -> str:
-        """Say who is missing where, what was not classified, and of what the analysts still await strips."""
+        """Return the reason of failure, with contacts that lack strips."""
         awaited = ", ".join(name for name in self._contacts if name in self._done - self._classified)
         waits = f"analysts wait for strips of {awaited} until the end" if awaited else ""
         return "; ".join(text for text in (super().close(fleet, now_s), waits) if text)
@@ -95,11 +90,11 @@ class MinehuntingTruth(JobTruth):
         return [name for name in self._contacts if name not in self._classified]
 
 
-# What the results say ----------------------------------------------------------------------------
+# Results ----------------------------------------------------------------------------------------
 
 
 def mean_classified_s(run: MeasuredRun) -> float:
-    """Mean time by which a contact was classified; one that was not counts with the duration of the mission."""
+    """Mean time of classification; missing ones count with the mission's duration."""
     scenario: Any = run.scenario
     times_s = [row[0] for row in run.recorder.rows(CLASSIFICATIONS.name)]
     n_open = len(scenario.contact) - len(times_s)
@@ -107,13 +102,13 @@ def mean_classified_s(run: MeasuredRun) -> float:
 
 
 def wrong_fraction(run: MeasuredRun) -> float | Absent:
-    """Share of the classified contacts that are not what they were taken for."""
+    """Share of wrong classifications."""
     wrong = [row[3] != row[4] for row in run.recorder.rows(CLASSIFICATIONS.name)]
     return sum(wrong) / len(wrong) if wrong else NOT_APPLICABLE
 
 
 def n_revisits(run: MeasuredRun) -> int:
-    """Views more that were asked for."""
+    """Number of requested views."""
     return sum(row[5] == REVISITS for row in run.recorder.rows("items"))
 
 
@@ -122,11 +117,11 @@ METRICS = (
     Metric("wrong_fraction", "", Better.LOWER, "contacts taken for what they are not", wrong_fraction, headline=True),
     Metric("n_revisits", "", Better.LOWER, "revisits asked for", n_revisits),
 )
-"""Metrics of the mission, in the order of the summary."""
+"""Metrics of the mission, in summary order."""
 
 
 def draw_classified(axes: Axes, results: RunResults, style: Style) -> str:
-    """Strips taken and contacts classified, over time."""
+    """Draw strips taken and contacts classified over time."""
     taken_s = [row["time_s"] for row in results.table(STRIPS.name).to_pylist()]
     said_s = [row["time_s"] for row in results.table(CLASSIFICATIONS.name).to_pylist()]
     end_s = max((row["time_s"] for row in results.table("trajectories").to_pylist()), default=0.0)
