@@ -1,6 +1,6 @@
-"""The command line: the roof, the one place that may import everything, and that nobody imports.
+"""Command line: the top layer, which may import all packages and is imported by none.
 
-A command is loaded when it is called, and what it needs within it, so that each answers at once.
+Commands load on demand, and their dependencies within, so that each starts fast.
 """
 
 from remoras.cli.app import app, main

@@ -1,8 +1,6 @@
-"""The application that the commands belong to, and what they share: errors, JSON, names.
+"""Application of the commands, with their shared errors, JSON output and names.
 
-How commands are listed: by what they are for, with examples, without loading much.
-
-A command is loaded when it is asked for, and made then: who asks for one does not wait for the others.
+Help lists commands by purpose, with examples. Each command is loaded and built on demand.
 """
 
 from __future__ import annotations
@@ -41,30 +39,30 @@ GROUPS = {
     "Extend": {"new": "new", "check": "benchmark"},
     "Vehicles at sea": {"sea": "exchange", "node": "nodes", "swarm": "nodes"},
 }  # fmt: skip
-"""Commands by what they are for, each with its module below ``remoras.cli``."""
+"""Commands by purpose, each with its module below ``remoras.cli``."""
 HOMES = {name: module for commands in GROUPS.values() for name, module in commands.items()}
 MAKERS: dict[str, Callable[[], TyperCommand]] = {}
-"""What makes a command, of those whose modules are loaded; ``remoras.cli.app.command`` declares them."""
+"""Factories of the commands in loaded modules, registered by ``command``."""
 PYTHON_TYPE = re.compile(r" <(str|path|int|float|list\[str\])>")
 
 
 class PlainCommand(TyperCommand):
-    """A command whose help is in plain words."""
+    """Command with simplified help."""
 
     def get_help(self, ctx: Any) -> str:
-        """The help text, without names of Python's types and without braces around what is needed."""
+        """Return the help text without Python type names and braces around required arguments."""
         text = PYTHON_TYPE.sub(lambda found: " " * len(found[0]), super().get_help(ctx))
         usage, _, rest = text.partition("\n")
         return "\n".join([usage.replace("{", "").replace("}", ""), rest])
 
     def format_epilog(self, ctx: Any, formatter: Any) -> None:
-        """The example, as one types it."""
+        """Write the example unwrapped."""
         if self.epilog:
             _write_lines(formatter, "Example", [self.epilog])
 
 
 class Commands(Mapping[str, TyperCommand]):
-    """All commands by name; each is loaded and made when it is asked for."""
+    """All commands by name, loaded and built on demand."""
 
     def __init__(self) -> None:
         self._made: dict[str, TyperCommand] = {}
@@ -83,25 +81,25 @@ class Commands(Mapping[str, TyperCommand]):
 
 
 class OrderedGroup(TyperGroup):
-    """The commands by what they are for."""
+    """Command group in order of purpose."""
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(**{**settings, "commands": {}})
         self.commands: Any = Commands()
 
     def list_commands(self, ctx: Any) -> list[str]:
-        """Names of the commands as ``--help`` shows them."""
+        """Return command names in help order."""
         return list(HOMES)
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
-        """The commands with their summaries, a section for each group."""
+        """Write one section per group, with summaries."""
         limit = formatter.width - 6 - max(map(len, HOMES))
         for heading, names in GROUPS.items():
             with formatter.section(heading):
                 formatter.write_dl([(name, self.commands[name].get_short_help_str(limit)) for name in names])
 
     def format_epilog(self, ctx: Any, formatter: Any) -> None:
-        """An example of every command, as one types it."""
+        """Write the example of every command unwrapped."""
         commands = [self.get_command(ctx, name) for name in self.list_commands(ctx)]
         _write_lines(
             formatter, "Examples", [command.epilog for command in commands if command is not None and command.epilog]
@@ -109,7 +107,7 @@ class OrderedGroup(TyperGroup):
 
 
 def _write_lines(formatter: Any, heading: str, lines: list[str]) -> None:
-    """Write lines that are not to be wrapped: they are copied."""
+    """Write lines without wrapping, since users copy them."""
     with formatter.section(heading):
         for line in lines:
             formatter.write(f"{'':{formatter.current_indent}}{line}\n")
@@ -123,13 +121,13 @@ USERS_FAULTS = (
     ("visualisation.output", "VisualisationError"),
     ("worldmodel.errors", "WorldModelError"),
 )
-"""Module and name of the base of each package's errors."""
+"""Module and base class of each package's errors."""
 LONGEST_WORD = 300
-"""Characters of a word that a message shows: enough for a path."""
+"""Maximum length of a word in messages: enough for a path."""
 LONG_WORD = re.compile(rf"\S{{{LONGEST_WORD + 1},}}")
 
 LOOK: dict[str, Any] = {"pretty_exceptions_enable": False, "rich_markup_mode": None}
-"""How the application and each command write."""
+"""Output settings of the application and its commands."""
 app = typer.Typer(
     cls=OrderedGroup,
     help="Fleets of autonomous marine vehicles: organisation and knowledge over a lossy acoustic channel.",
@@ -140,12 +138,7 @@ Parameters = ParamSpec("Parameters")
 
 
 class CommandFault(Exception):
-    """A command cannot go on.
-
-    Args:
-        message: for the user.
-        code: to exit with.
-    """
+    """Failure of a command, with message and exit code."""
 
     def __init__(self, message: str, code: int = USAGE) -> None:
         super().__init__(message)
@@ -153,19 +146,19 @@ class CommandFault(Exception):
 
 
 def _report_end(error: BaseException | None) -> int:
-    """Tell an interruption in one line, with what is noted on it; returns the code to exit with."""
+    """Print an interruption with its notes; return the exit code."""
     number = signal.SIGTERM if isinstance(error, Terminated) else signal.SIGINT
     print("; ".join([f"remoras: {SAID[number]}", *getattr(error, "__notes__", ())]), file=sys.stderr)
     return 128 + number
 
 
 def fail(message: str, code: int = USAGE) -> NoReturn:
-    """End the command with one clear message on the standard error; with --json there is one JSON value of it, too."""
+    """End the command with a message on standard error; ``--json`` adds a JSON value."""
     raise CommandFault(message, code)
 
 
 def as_typed(path: Path) -> str:
-    """A path as one types it in a shell.
+    """Quote a path for a shell.
 
     >>> as_typed(Path("results/x")), as_typed(Path("my results"))
     ('results/x', "'my results'")
@@ -176,7 +169,7 @@ def as_typed(path: Path) -> str:
 
 
 def give_up(message: str, as_json: bool) -> None:
-    """Tell a fault and end the process, from any thread, whatever is going on in others."""
+    """Report a fault and exit the process at once, from any thread."""
     _report(CommandFault(message), as_json)
     sys.stdout.flush()
     sys.stderr.flush()
@@ -184,7 +177,7 @@ def give_up(message: str, as_json: bool) -> None:
 
 
 def _report(error: Exception, as_json: bool) -> None:
-    """Tell a fault: a message for people, and one JSON value where that was asked for."""
+    """Print a message, and its JSON value if requested."""
     message = shortened(str(error))
     if isinstance(error, OSError) and error.filename is not None:
         message = shortened(f"{error.filename}: {error.strerror}")
@@ -205,7 +198,7 @@ def _report(error: Exception, as_json: bool) -> None:
 
 
 def shortened(message: str) -> str:
-    """A message in which words that are too long to be read are cut.
+    """Shorten very long words of a message.
 
     >>> shortened("no " + "x" * 300 + " here")[-12:]
     'xxxxxxx here'
@@ -227,7 +220,7 @@ NoPlugins = Annotated[bool, typer.Option("--no-plugins", help="Load no code that
 
 
 def taking_no_plugins(function: Callable[..., None]) -> Callable[..., None]:
-    """The function of a command with the option ``--no-plugins``."""
+    """Add the option ``--no-plugins`` to a command."""
 
     @functools.wraps(function)
     def taking(*args: Any, no_plugins: bool = False, **kwargs: Any) -> None:
@@ -243,7 +236,7 @@ def taking_no_plugins(function: Callable[..., None]) -> Callable[..., None]:
 
 @contextmanager
 def shipped_alone() -> Iterator[None]:
-    """Load shipped code alone, in worker processes too, which inherit the variable of the environment."""
+    """Disable plug-ins, in worker processes too, which inherit the environment variable."""
     before = os.environ.get(NO_PLUGINS)
     os.environ[NO_PLUGINS] = "1"
     try:
@@ -257,12 +250,13 @@ def shipped_alone() -> Iterator[None]:
 def command(
     name: str, example: str = "", names_code: bool = True
 ) -> Callable[[Callable[Parameters, None]], Callable[Parameters, None]]:
-    """A command whose user errors become one message; an interruption exits with 130, a termination with 143.
+    """Register a command and convert user errors to messages.
+
+    Interruption exits with 130, termination with 143.
 
     Args:
-        name: of the command.
-        example: what one may type; its help shows it.
-        names_code: what it reads may name code of others; then it has the option ``--no-plugins``.
+        example: shown by help.
+        names_code: True if input may name plug-ins; adds ``--no-plugins``.
     """
 
     def register(function: Callable[Parameters, None]) -> Callable[Parameters, None]:
@@ -299,18 +293,18 @@ def command(
 
 
 def _is_users_fault(error: Exception) -> bool:
-    """True for an error of ours; a module that is not loaded has raised none."""
+    """True for an error of these packages; an unloaded module has raised none."""
     loaded = [(sys.modules[module], name) for module, name in USERS_FAULTS if module in sys.modules]
     return isinstance(error, tuple(getattr(module, name) for module, name in loaded))
 
 
 def show_json(value: Any) -> None:
-    """Print one JSON value on the standard output."""
+    """Print a JSON value on standard output."""
     print(json.dumps(value, indent=2, allow_nan=False))
 
 
 def show(value: Any, as_json: bool, lines: Iterable[str]) -> None:
-    """Print one JSON value where that was asked for, else lines of text."""
+    """Print a JSON value if requested, else lines of text."""
     if as_json:
         show_json(value)
     else:
@@ -318,20 +312,16 @@ def show(value: Any, as_json: bool, lines: Iterable[str]) -> None:
 
 
 def on_terminal() -> bool:
-    """True while somebody reads the standard output on a terminal."""
+    """True if standard output is a terminal."""
     return sys.stdout.isatty()
 
 
 def show_table(
     columns: Sequence[str], rows: Iterable[Sequence[str]], title: str = "", numbers: Sequence[str] = ()
 ) -> None:
-    """Draw a table on the terminal, as wide as it is.
+    """Print a table in the width of the terminal.
 
-    Args:
-        columns: headings; all empty for a table without.
-        rows: as many texts each as there are columns.
-        title: above the table.
-        numbers: headings of the columns that are aligned to the right.
+    ``numbers`` are right-aligned columns; all-empty ``columns`` omit the heading.
     """
     from rich import box
     from rich.console import Console
@@ -348,14 +338,10 @@ def show_table(
 
 
 def aligned(rows: Sequence[Sequence[str]], right: Container[int] = ()) -> list[str]:
-    """Lines of a table of text, with columns as wide as they need.
+    """Return the lines of a text table; ``right`` holds right-aligned columns.
 
     >>> aligned([("n", "name"), ("10", "AUV00")], right=[0])
     [' n  name', '10  AUV00']
-
-    Args:
-        rows: as many texts each.
-        right: numbers of the columns that are aligned to the right.
     """
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return [
@@ -402,19 +388,19 @@ def _root(
 
 
 def main() -> None:
-    """Entry point of the ``remoras`` command; a ``module:object`` that is named may lie in the current folder."""
+    """Run the ``remoras`` command; plug-ins may lie in the current folder."""
     if not os.environ.get(NO_PLUGINS) and "--no-plugins" not in sys.argv:
         look_in([str(Path.cwd())])
     try:
         code = app(prog_name="remoras", standalone_mode=False)
     except KeyboardInterrupt as error:
         code = _report_end(error)
-    except typer.Abort as error:  # what the parser makes of an interruption
+    except typer.Abort as error:  # the parser's form of an interruption
         code = _report_end(error.__cause__)
     except BrokenPipeError:
         sys.stderr.close()
         code = OK
-    except Exception as error:  # an option that is not there, an argument that is missing: typer has no name for these
+    except Exception as error:  # usage error: typer exports no class for it
         if not hasattr(error, "format_message"):
             raise
         code = _report_usage(error)
@@ -422,7 +408,7 @@ def main() -> None:
 
 
 def _report_usage(error: Any) -> int:
-    """Tell in one line what the parser refuses, with --json as one JSON value too; returns the code to exit with."""
+    """Print a parser error, and its JSON value if requested; return the exit code."""
     options, context = getattr(getattr(error, "param", None), "opts", ()), getattr(error, "ctx", None)
     given = next((f"{cut(value, LONGEST_VALUE)!r}: " for option, value in pairwise(sys.argv) if option in options), "")
     refused = shortened(error.format_message()).replace("': ", f"': {given}", 1)

@@ -1,4 +1,4 @@
-"""Commands about strategies of one's own: benchmark, check."""
+"""Commands for user strategies and other plug-ins: benchmark, check."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ CARD, TABLE, LATEX, CITATION, RUNS, GROUNDS = "card.json", "table.md", "table.te
 
 
 class Split(StrEnum):
-    """Parts of a suite: one to develop on, one to be judged by."""
+    """Parts of a suite: development and held-out cases."""
 
     DEV = "dev"
     TEST = "test"
@@ -70,7 +70,7 @@ def benchmark(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Place a strategy among the shipped ones on a suite of cases, with a score and an interval."""
+    """Rank a strategy among the shipped ones on a suite of cases, with score and interval."""
     from missions.benchmark.suite import suite_named
 
     found = suite_named(suite)
@@ -122,14 +122,14 @@ def benchmark(
 
 
 def _of_split(suite: Suite, split: Split, seeds: Path | None, folder: Path) -> Suite:
-    """A suite as the split has it; the grounds of one to be judged by are drawn into a folder."""
+    """Suite of the split; held-out areas are sampled into a folder."""
     from missions.benchmark.suite import split_to_judge
 
     return suite if split is Split.DEV else split_to_judge(suite, seeds, folder)
 
 
 def _conform(references: Sequence[str]) -> None:
-    """Hold strategies from outside against the seam; end the command at the first that does not conform."""
+    """Check external strategies; fail at the first that does not conform."""
     for reference in references:
         if ":" in reference:
             for passed in _checks("strategy", reference):
@@ -137,7 +137,7 @@ def _conform(references: Sequence[str]) -> None:
 
 
 def _checks(kind: str, name: str) -> Sequence[str]:
-    """Names of the checks that a plug-in passes; ends the command if it fails one."""
+    """Names of passed checks; fails the command if one fails."""
     from remoras.errors import PluginError
     from remoras.testing import conforms
 
@@ -154,7 +154,7 @@ def _checks(kind: str, name: str) -> Sequence[str]:
 
 
 def _shipped_rows(suite: Suite) -> list[tuple[dict[str, object], Scored]]:
-    """Entries of the card of the shipped strategies that comes with a suite, with their runs; none without it."""
+    """Entries of the shipped card of a suite with their runs; empty without a card."""
     from missions.benchmark.card import read_card, read_strategies
 
     path = Path(suite.document.path).with_suffix(".json")
@@ -165,7 +165,6 @@ def _shipped_rows(suite: Suite) -> list[tuple[dict[str, object], Scored]]:
 
 
 def _show(table: ScoreTable, cpu_s: float | None) -> None:
-    """Print the tables as text."""
     print(table.caption)
     for rows in ([table.heads, *table.rows()], list(table.shapes())):
         print(*[f"  {line}" for line in aligned(rows)], "", sep="\n")
@@ -174,7 +173,7 @@ def _show(table: ScoreTable, cpu_s: float | None) -> None:
 
 
 def _tell_failures(scored: Sequence[Scored], out: Path) -> None:
-    """End with an error if runs failed, which count as not completed, or decisions took too long."""
+    """Fail if runs failed, or decisions exceeded their CPU time."""
     from remoras.deciding import MOST_CPU_S
 
     failed = {strategy.name: sum(run.failed for run in strategy.runs) for strategy in scored}
@@ -189,7 +188,7 @@ def _tell_failures(scored: Sequence[Scored], out: Path) -> None:
 
 
 def _verify(path: Path, suite: Suite, count: int | None, seed: int | None, as_json: bool) -> None:
-    """Repeat drawn runs of a card; end with an error if one ends otherwise."""
+    """Repeat sampled runs of a card; fail if one ends differently."""
     from secrets import randbits
 
     from missions.benchmark.card import verify_card
@@ -220,7 +219,7 @@ def check(
     name: Annotated[str, typer.Argument(metavar="NAME", help="mine.py:MINE, a shipped name; of a mission a scenario.")],
     as_json: Json = False,
 ) -> None:
-    """Hold a plug-in against its seam: every check that it has to pass."""
+    """Run all conformance checks of a plug-in."""
     from missions.scenarios.named import importable
     from remoras.testing import KINDS
 

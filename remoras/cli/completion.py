@@ -1,6 +1,6 @@
-"""What the shell offers when Tab is pressed: shipped names, files, metrics, kinds of figures, keys of a scenario.
+"""Shell completion of names, files, metrics, figures and scenario keys.
 
-Whatever goes wrong, nothing is offered: a completion that fails must not print into the line that is being typed.
+Any error yields no completions: output would corrupt the command line.
 """
 
 from __future__ import annotations
@@ -18,19 +18,14 @@ Names = Callable[[typer.Context], Iterable[str]]
 
 
 def _offering(names: Names, suffixes: tuple[str, ...] = ()) -> Offer:
-    """Offer those of the names, and of the files with these endings, that begin as what has been typed.
-
-    Args:
-        names: given what has been typed of the command.
-        suffixes: endings of files that are offered too; folders on the way to them as well.
-    """
+    """Complete from names, and from files with these suffixes and their folders."""
 
     @functools.wraps(names)
     def offer(ctx: typer.Context, incomplete: str) -> list[str]:
         try:
             found = [name for name in names(ctx) if name.startswith(incomplete)]
             return found + (_files(incomplete, suffixes) if suffixes else [])
-        except Exception:  # a folder that is damaged, a module of somebody's that fails: offer nothing
+        except Exception:  # damaged folder or failing plug-in: no completion
             return []
 
     offer.__annotations__ = {"ctx": typer.Context, "incomplete": str}
@@ -39,7 +34,6 @@ def _offering(names: Names, suffixes: tuple[str, ...] = ()) -> Offer:
 
 
 def _files(incomplete: str, suffixes: tuple[str, ...]) -> list[str]:
-    """Files with these endings, and folders, that begin as what has been typed."""
     folder, _, start = incomplete.rpartition("/")
     place = Path(folder or ("/" if incomplete.startswith("/") else "."))
     found = sorted(path for path in place.iterdir() if path.name.startswith(start))
@@ -49,7 +43,7 @@ def _files(incomplete: str, suffixes: tuple[str, ...]) -> list[str]:
 
 
 def _said_by(module: str, name: str) -> Names:
-    """What a function of a module gives, or a table of names; the module is loaded when Tab is pressed."""
+    """Return a source of names: a function or table of a module, loaded on completion."""
 
     def names(ctx: typer.Context) -> Iterable[str]:
         found: Any = getattr(import_module(module), name)
@@ -77,19 +71,17 @@ def _keys_of_all(ctx: typer.Context) -> Iterable[str]:
 
 
 def _folder(ctx: typer.Context) -> Path:
-    """The folder that has been named; before the value of an option it is not taken yet."""
+    """Folder argument; before an option value it is still among the raw arguments."""
     return Path(ctx.params.get("folder") or next(given for given in ctx.args if not given.startswith("-")))
 
 
 def _metrics(ctx: typer.Context) -> Iterable[str]:
-    """Metrics of the sweep in the folder that has been named."""
     from missions.sweeps.folder import SweepResults
 
     return SweepResults.read(_folder(ctx)).metrics
 
 
 def _baselines(ctx: typer.Context) -> Iterable[str]:
-    """Strategies and policies of the runs of the sweep in the folder that has been named."""
     from missions.sweeps.folder import SweepResults
 
     lines = SweepResults.read(_folder(ctx)).lines.values()
@@ -97,7 +89,6 @@ def _baselines(ctx: typer.Context) -> Iterable[str]:
 
 
 def _kinds(ctx: typer.Context) -> Iterable[str]:
-    """Kinds of figures of what is in the folder that has been named."""
     from visualisation.output import FACTORIAL_KINDS, KINDS, SWEEP_KINDS
 
     folder = _folder(ctx)
@@ -115,7 +106,6 @@ def _kinds(ctx: typer.Context) -> Iterable[str]:
 
 
 def _vehicles(ctx: typer.Context) -> Iterable[str]:
-    """Vehicles of the run in the folder that has been named."""
     from missions.runs.results import Results
 
     return [table.name for table in Results.read(_folder(ctx)).scenario.vehicle]
@@ -141,5 +131,5 @@ vehicle = _offering(_vehicles)
 
 
 def offering(*names: str) -> Any:
-    """Offer these names."""
+    """Complete from these names."""
     return _offering(lambda ctx: names)

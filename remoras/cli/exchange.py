@@ -38,14 +38,14 @@ if TYPE_CHECKING:
 
 
 TIMES = ("delivered", "source", "senders")
-"""Kinds of figures, and names of their files, of a study that was asked for."""
+"""Kinds of figures of a custom study, and names of their files."""
 OF_THE_PAPER = ("figure-3", "figure-4", "figure-5")
 LOADED = "loaded"
 """Kind and name of the figure of the loaded case."""
 
 
 def loss_rates(text: str) -> tuple[float, ...]:
-    """Loss rates of ``0.1,0.5`` or ``0.05:0.8:0.05`` (first, last, step).
+    """Parse loss rates: ``0.1,0.5`` or ``0.05:0.8:0.05`` (first, last, step).
 
     >>> loss_rates("0.1:0.3:0.1"), loss_rates("0.5")
     ((0.1, 0.2, 0.3), (0.5,))
@@ -63,7 +63,7 @@ def loss_rates(text: str) -> tuple[float, ...]:
 
 
 def named(policies: Iterable[str]) -> list[str | AckPolicy]:
-    """Policies from outside as values; shipped ones keep their names, and ``all`` stands for the six of the paper."""
+    """Resolve external policies and expand ``all`` to the six of the paper; shipped names stay."""
     from exchange.policies import PAPER_POLICIES
     from missions.scenarios.communication import policy_of
 
@@ -153,7 +153,7 @@ def _run(studies: Sequence[ExchangeStudy], jobs: int) -> list[StudyRow]:
 def _files(
     study: ExchangeStudy, rows: Sequence[StudyRow], file_format: str, jobs: int, of_the_paper: bool
 ) -> list[tuple[str, bytes]]:
-    """Figures 3 to 5 of the paper and the loaded case; or the three times of the study asked for."""
+    """Figures 3 to 5 of the paper and the loaded case; or three figures of a custom study."""
     from exchange.study.study import LoadKind, loaded_studies
     from visualisation.policies import as_csv, contents
 
@@ -169,7 +169,7 @@ def _files(
 
 
 def _write(files: Sequence[tuple[str, bytes]], out: Path) -> None:
-    """Write all the files of a study into a folder, or none; those of an older study go."""
+    """Write all files of a study or none, replacing an earlier study."""
     from missions.errors import OutputError
     from missions.runs.folder import FIGURES, new_content
 
@@ -190,7 +190,7 @@ def _mean(estimate: Any) -> str:
 
 
 def _print_study(rows: Sequence[StudyRow]) -> None:
-    """A line for every policy and loss rate: mean slots with the half-width of the 95 % interval."""
+    """Print mean slots and half-width of the 95 % interval per policy and loss rate."""
     if on_terminal():
         columns = ("per", "policy", "delivered", "source acked", "senders acked", "censored")
         table = [
@@ -218,13 +218,13 @@ def _print_study(rows: Sequence[StudyRow]) -> None:
 
 DEFAULT_RANGES = "250,500,1000,2000,3000,4000,5000,6000,8000,10000"
 DRAWN = 200
-"""Ranges at which the lines of the figure are computed."""
+"""Number of ranges at which the lines of the figure are computed."""
 COLUMNS = ("modem", "range / m", "loss / dB", "SNR / dB", "Eb/N0 / dB", "delivered", "by frame")
 DRAWN_COLUMNS = ("drawn", "95 %")
 
 
 def ranges_of(text: str) -> tuple[float, ...]:
-    """Ranges of ``500,1000`` in metres.
+    """Parse ranges in metres, ``500,1000``.
 
     >>> ranges_of("500, 1e3")
     (500.0, 1000.0)
@@ -263,9 +263,9 @@ def sea(
     file_format: FigureFormat = Format.PNG,
     as_json: Json = False,
 ) -> None:
-    """Tell what was measured of a network: source, losses, what is not known; or how far modems carry in a scenario.
+    """Describe a measured network: source, losses, unknowns; or the reach of modems in a scenario.
 
-    How far modems carry is the share of packets that arrives against range, on the channel acoustic.
+    Reach is the share of delivered packets over range, on the channel acoustic.
     """
     of_scenario = {"--modem": modem, "--ranges": ranges, "--draws": draws or None, "--set": settings}
     if _is_network(name):
@@ -299,7 +299,6 @@ def _describe_modems(
     file_format: Format,
     as_json: bool,
 ) -> None:
-    """Tell what of the packets of modems arrives against range in the sea of a scenario."""
     from missions.scenarios import load
 
     ranges_m = ranges_of(ranges)
@@ -324,7 +323,7 @@ def _describe_modems(
 
 
 def _refuse_other_channels(settings: Sequence[str]) -> None:
-    """End the command if a setting names a channel: it tells of one alone."""
+    """Fail if a setting names a channel other than acoustic."""
     from missions.document import key_parts
 
     for setting in settings:
@@ -335,7 +334,7 @@ def _refuse_other_channels(settings: Sequence[str]) -> None:
 
 
 def _reach(scenario: Scenario, ranges_m: Sequence[float]) -> ModemReach:
-    """The reach of a scenario's modem in its sea; the fleet's depths make the water, range is that of sound."""
+    """Delivery over range of the scenario's modem, with water between the depths of its fleet."""
     from exchange.acoustics.acoustic import AcousticChannel
     from missions.scenarios.deployment import deployment_of
     from visualisation.reach import ModemReach, Point
@@ -358,7 +357,7 @@ def _reach(scenario: Scenario, ranges_m: Sequence[float]) -> ModemReach:
 
 
 def _drawn(scenario: Scenario, ranges_m: Sequence[float], n_packets: int, seed: int) -> tuple[DrawnPackets, ...]:
-    """What came of packets that were drawn on the channel of a scenario."""
+    """Outcomes of packets sampled on the channel of a scenario."""
     from exchange.acoustics.acoustic import AcousticChannel
     from exchange.acoustics.channel import n_arrived
     from missions.scenarios.deployment import deployment_of
@@ -371,7 +370,7 @@ def _drawn(scenario: Scenario, ranges_m: Sequence[float], n_packets: int, seed: 
 
 
 def _as_json(reach: ModemReach, number: int) -> dict[str, object]:
-    """One line of the table as data; with the packets that were drawn, if any were."""
+    """One row as data, with sampled packets if any."""
     found: dict[str, object] = {"modem": reach.modem, **reach.points[number]._asdict()}
     if reach.drawn:
         drawn = reach.drawn[number]
@@ -413,7 +412,6 @@ def _share(drawn: DrawnPackets) -> tuple[str, str]:
 
 
 def _print(reaches: Sequence[ModemReach]) -> None:
-    """A line for every modem and range."""
     rows = [
         (reach.modem, f"{p.range_m:g}", f"{p.transmission_loss_db:.1f}", f"{p.snr_db:.1f}", f"{p.ebn0_db:.1f}",
          f"{p.delivered:.3f}", f"{p.frames_delivered:.3f}", *(_share(reach.drawn[n]) if reach.drawn else ()))
@@ -428,7 +426,6 @@ def _print(reaches: Sequence[ModemReach]) -> None:
 
 
 def _describe_network(name: str, out: Path | None, file_format: Format, as_json: bool) -> None:
-    """Print what is known of a network, and draw map and losses."""
     from exchange.acoustics.models import LinkFileError
     from exchange.acoustics.network import network_of
 
@@ -460,7 +457,6 @@ def _describe_network(name: str, out: Path | None, file_format: Format, as_json:
 
 
 def _rows(network: Network) -> Iterator[list[str]]:
-    """The losses as a table, its heading first."""
     if network.per_over_range:
         yield ["range (m)", "lost"]
         yield from ([f"{range_m:g}", f"{per:.3f}"] for range_m, per in network.per_over_range)

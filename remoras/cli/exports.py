@@ -1,4 +1,4 @@
-"""The command that hands a run to the tools of others: export."""
+"""Command ``export``."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def export(
     ] = False,
     as_json: Json = False,
 ) -> None:
-    """Write a run for another tool: Foxglove, ROS 2, QGIS, netCDF, CSV, RDF."""
+    """Export a run to another tool: Foxglove, ROS 2, QGIS, netCDF, CSV, RDF."""
     from missions.runs.knowledge import form_of
     from missions.runs.results import Results
 
@@ -78,7 +78,7 @@ def export(
 def _voyage(
     results: Results, file_format: ExportFormat, out: Path | None, force: bool
 ) -> tuple[Path, dict[str, int], str]:
-    """Write the course of a run; the file, and how many messages, rows or features there are of each kind."""
+    """Write the course of a run; return path, counts per kind and their label."""
     from missions.errors import ConfigurationError
     from missions.scenarios.parts import mission_of
     from visualisation.exports import export as write
@@ -97,7 +97,7 @@ def _voyage(
 def _knowledge(
     results: Results, form: RdfFormat, out: Path | None, force: bool, about: tuple[str | None, float | None, bool]
 ) -> tuple[Path, dict[str, int], str]:
-    """Write what vehicles knew; the file, and how many facts each knew."""
+    """Write the knowledge of vehicles; return path, fact counts per vehicle and their label."""
     from missions.runs.knowledge import knowledge_path
     from missions.runs.knowledge import write_knowledge as write
 

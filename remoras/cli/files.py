@@ -1,9 +1,4 @@
-"""Commands about what can be named and written: list, validate, explain, doctor.
-
-What can be named: scenarios, strategies, policies, channels, modems and studies, each with one line of text.
-
-Of strategies there are details too: where each is from, what its vehicles tell each other, what can be set.
-"""
+"""Commands about named inputs and this installation: list, validate, explain, doctor."""
 
 from __future__ import annotations
 
@@ -41,9 +36,9 @@ def list_(
     ] = "",
     as_json: Json = False,
 ) -> None:
-    """List what can be named: scenarios, strategies, policies, channels, modems, networks; or studies.
+    """List scenarios, strategies, policies, channels, modems and networks; or studies.
 
-    Of strategies alone it also lists source, factors, messages and parameters.
+    For strategies, show source, factors, messages and parameters too.
     """
     if kind:
         check_known("kind", kind, KINDS)
@@ -94,9 +89,9 @@ def validate(
     ],
     as_json: Json = False,
 ) -> None:
-    """Check a scenario, study or organisation file whole; every fault is reported with its line.
+    """Check a scenario, study or organisation file; report all faults with their lines.
 
-    Of a scenario it also warns where energy or time can hardly do the work, by the data of the vehicles.
+    For a scenario, also warn if energy or time is hardly sufficient for the work.
     """
     from missions.files import check_named, is_study
 
@@ -142,7 +137,7 @@ def validate(
 
 
 def _validate_organisation(file: str, as_json: bool) -> bool:
-    """Check an organisation file alone; False if the file is none."""
+    """Check an organisation file; False if it is none."""
     from missions.document import Document
     from missions.files import text_of
     from missions.scenarios.organisation import checked, is_organisation
@@ -180,7 +175,7 @@ def _validate_study(file: str, as_json: bool) -> None:
 
 
 def _explained(key: str, known: dict[str, tuple[str, str]]) -> dict[str, tuple[str, str]]:
-    """What is known of a key, of all keys of a table, or of the table of free keys that it stands in."""
+    """Explanations of a key, of all keys of a table, or of the table of a free key."""
     return {
         name: (kind, meaning)
         for name, (kind, meaning) in known.items()
@@ -214,7 +209,7 @@ def explain(
     ] = False,
     as_json: Json = False,
 ) -> None:
-    """Say what a key of a scenario or study means: type, range, default; what a packet holds."""
+    """Explain a key of a scenario or study: type, range, default; or the content of packets."""
     if schema:
         _show_schema(key, scenario)
         return
@@ -229,7 +224,7 @@ def explain(
 
     known = {**explanations(), **study_explanations()}
     found = _explained(key, known)
-    if not found and key.count(".") > 1:  # an entry of a list by its name, as --set has it
+    if not found and key.count(".") > 1:  # list entry by name, as for --set
         table, _, rest = key.split(".", 2)
         found = _explained(f"{table}.{rest}", known)
     if not found:
@@ -248,7 +243,7 @@ def explain(
 
 
 def _show_schema(key: str, scenario: str) -> None:
-    """Print the JSON Schema that an editor checks a file against: of scenarios of a mission, or of studies."""
+    """Print the JSON Schema of scenarios of a mission, or of studies, for editors."""
     from missions.scenarios import load
     from missions.scenarios.explanations import schema_of
     from missions.scenarios.parts import mission_class
@@ -264,7 +259,7 @@ def _show_schema(key: str, scenario: str) -> None:
 
 
 def _explain_codec(scenario: str, as_json: bool) -> None:
-    """The fields of a packet in the order of the wire, with their sizes in that scenario's fleet."""
+    """Print the packet fields in wire order, with sizes for the scenario's fleet."""
     from missions.runs.setup import resolved
     from missions.scenarios import load
 
@@ -280,7 +275,7 @@ def _explain_codec(scenario: str, as_json: bool) -> None:
 
 
 def _explain_ontology(scenario: str, as_json: bool) -> None:
-    """The classes and attributes that the vehicles of a scenario know, each with its definition."""
+    """Print classes and attributes of a scenario's ontology with definitions."""
     from missions.runs.setup import resolved
     from missions.scenarios import load
     from worldmodel.ontology import terms_of
@@ -325,7 +320,7 @@ def doctor() -> None:
 
 
 UNVERIFIED = "(?)"
-"""Stands behind a number of a modem's profile for which no source was found."""
+"""Mark of a modem number without a source."""
 
 
 def _scenarios() -> dict[str, str]:
@@ -358,8 +353,6 @@ def _modems() -> dict[str, str]:
 
 
 def _of_modem(modem: Modem) -> str:
-    """What a profile says of a modem, with a mark on each number that is not verified."""
-
     def marked(key: str, text: str) -> str:
         return f"{text}{UNVERIFIED}" if key in modem.unverified else text
 
@@ -384,7 +377,6 @@ def _of_modem(modem: Modem) -> str:
 
 
 def _losses_of(modem: Modem) -> str:
-    """What is known of the losses of a modem without a modulation."""
     if not modem.per_at_snr:
         return "modulation unknown"
     return f"measured losses from {modem.per_at_snr[0][0]:g} to {modem.per_at_snr[-1][0]:g} dB"
@@ -395,9 +387,9 @@ def _studies() -> dict[str, str]:
 
 
 def _first_sentence(text: str) -> str:
-    """The first sentence of the comment at the top of a file.
+    r"""Return the first sentence of the leading comment of a file.
 
-    >>> _first_sentence("# What it is\\n# for. More of it.\\n[study]")
+    >>> _first_sentence("# What it is\n# for. More of it.\n[study]")
     'What it is for'
     """
     comment = itertools.takewhile(lambda line: line.startswith("#"), text.splitlines())
@@ -413,13 +405,13 @@ LISTINGS: dict[str, Callable[[], dict[str, str]]] = {
     "networks": lambda: {name: network.title for name, network in shipped_networks().items()},
     "studies": _studies,
 }
-"""Name and text of everything of a kind."""
+"""Names and descriptions per kind."""
 
 NOTES: dict[str, str] = {
     "modems": f"{UNVERIFIED} no source was found for this number: it is an estimate",
     "networks": "source, losses and what is not known of one: remoras sea NAME",
 }
-"""What is to be known of a kind as a whole."""
+"""Notes per kind."""
 
 DETAILS: dict[str, Callable[[str], dict[str, Any]]] = {"strategies": _of_strategy}
-"""What else there is to say of something by its name, where there is more than one line."""
+"""Additional details of a name, for some kinds."""

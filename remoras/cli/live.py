@@ -1,4 +1,4 @@
-"""A run that goes on, and its server: the page of the command ``live``."""
+"""Live run with its web server, for the command ``live``."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ LOOPBACK = "127.0.0.1"
 USUAL_SPEED = 60.0
 LEAST_SPEED, GREATEST_SPEED = 0.1, 10_000.0
 LONGEST_LAG_S = 0.5
-"""A run that the machine cannot make as fast as it was asked for does not catch up more than this."""
+"""Maximum delay (s) that a slow run catches up."""
 LEAST_GAP_S = 0.4
-"""Pages get what is new no more often than this."""
+"""Minimum interval (s) between updates of a page."""
 GREATEST_SHARE = 0.25
-"""Of the time, so much goes at most into what pages get while the run goes on."""
+"""Maximum share of time spent on updates during a run."""
 LONGEST_BODY = 200
-"""Bytes of a control."""
+"""Maximum size of a control request in bytes."""
 NUMBER = re.compile(r"[0-9]{1,15}")
 SERVED = "served are /, /news?N and, by POST, /control; no file of this machine is"
 CONTROLS = (
@@ -46,12 +46,12 @@ HEADERS = {"Cache-Control": "no-store", "X-Content-Type-Options": "nosniff", "X-
 
 
 class LiveRun:
-    """A run that pages watch and steer.
+    """Run displayed and controlled by pages.
 
     Args:
         stepping: the run.
-        duration_s: its greatest length.
-        keep: takes the run when it has finished; returns a text on its results.
+        duration_s: its maximum duration.
+        keep: called with the finished run; returns a text on its results.
     """
 
     def __init__(self, stepping: Stepping, duration_s: float, keep: Callable[[Run], str]) -> None:
@@ -70,19 +70,19 @@ class LiveRun:
 
     @property
     def is_over(self) -> bool:
-        """True for a run that has finished or crashed."""
+        """True if the run has finished or crashed."""
         return self._phase in ("finished", "crashed")
 
     def ask(self, what: Callable[[], Any]) -> Any:
-        """The value of a function that is called between two steps; for other threads than that of ``serve``."""
+        """Call a function between two steps and return its value; for other threads than ``serve``."""
         answer: Future[Any] = Future()
         self._asked.put((what, answer))
         return answer.result()
 
     @rare_collections()
     def serve(self) -> None:
-        """Step the run and answer other threads, until an interruption."""
-        self._step()  # of no time: to the state at 0 s
+        """Step the run and serve other threads, until an interruption."""
+        self._step()  # zero-length step to the state at 0 s
         while True:
             try:
                 what, answer = self._asked.get(timeout=min(max(self._until_step_s(), 0.0), LONGEST_LAG_S))
@@ -93,11 +93,9 @@ class LiveRun:
                 answer.set_result(what())
 
     def control(self, do: str, speed: float | None = None) -> None:
-        """Start, pause or step the run, which stays as it is when it is over, or set its speed.
+        """Start, pause or step the run unless it is over, or set its speed.
 
-        Args:
-            do: start, pause, step or speed.
-            speed: multiple of real time; None: as fast as the machine can.
+        ``speed`` is a multiple of real time; None for maximum.
         """
         if do == "speed":
             self._speed = speed
@@ -108,13 +106,13 @@ class LiveRun:
         self._count_from_here()
 
     def news(self, seen: int) -> dict[str, Any]:
-        """The state of the run, and all that a page shows of it unless that is number ``seen``."""
+        """Return the state of the run, with its data unless the page has number ``seen``."""
         began_s = time.monotonic()
         if self._n_shown < self._n_steps and (self._phase != "running" or began_s >= self._data_due_s):
             self._n_shown = self._n_steps
             try:
                 self._data = base64.b64encode(self._stepping.shown(self._reason)).decode()
-            except Exception as error:  # rows of a mission's own that do not fit their table; the run itself goes on
+            except Exception as error:  # invalid rows of a mission table; the run continues
                 self._message = f"what is new cannot be shown: {error}"
             now_s = time.monotonic()
             self._data_due_s = now_s + max(LEAST_GAP_S, (now_s - began_s) / GREATEST_SHARE)
@@ -127,7 +125,7 @@ class LiveRun:
         self._since = (time.monotonic(), self._time_s)
 
     def _until_step_s(self) -> float:
-        """Time (s) until the next step is due; infinite while the run stands still."""
+        """Time (s) until the next step; infinite while paused."""
         if self._phase != "running":
             return math.inf
         if self._speed is None:
@@ -145,7 +143,7 @@ class LiveRun:
                 self._time_s = state.time_s
                 return
             run = self._stepping.run()
-        except (Exception, SystemExit) as error:  # missions, strategies and sensors are anybody's
+        except (Exception, SystemExit) as error:  # plug-ins may raise anything
             traceback.print_exception(error, file=sys.stderr)
             self._phase, self._reason = "crashed", f"crashed at {self._time_s:.1f} s"
             self._message = f"{type(error).__name__}: {error}; what had happened until then is kept on this page"
@@ -156,18 +154,16 @@ class LiveRun:
 
 
 class LiveServer(ThreadingHTTPServer):
-    """Serves a run to browsers of this machine.
+    """Local web server of a run.
 
     Args:
-        run: that is shown.
-        page: text of the page.
-        port: 0 for any that is free.
+        port: 0 for any free one.
 
     Raises:
-        OSError: the port is taken.
+        OSError: the port is in use.
     """
 
-    allow_reuse_address = sys.platform != "win32"  # there it would let two programs listen on one port
+    allow_reuse_address = sys.platform != "win32"  # would allow two servers on one port
 
     def __init__(self, run: LiveRun, page: str, port: int) -> None:
         super().__init__((LOOPBACK, port), LiveRequest)
@@ -176,21 +172,21 @@ class LiveServer(ThreadingHTTPServer):
         self.url = f"http://{self.hosts[0]}/"
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """Say nothing of a browser that has gone."""
+        """Ignore disconnected browsers."""
         if not isinstance(sys.exception(), OSError):
             super().handle_error(request, client_address)
 
 
 class LiveRequest(BaseHTTPRequestHandler):
-    """One request: for the page, for news of the run, or to steer it."""
+    """Request for the page or an update, or a control."""
 
     server: LiveServer
     timeout = 10.0
 
     def parse_request(self) -> bool:
-        """Let through the requests of this machine's own page alone.
+        """Accept requests of this page only, by host and origin.
 
-        A page of anybody else, open in the same browser, can send requests to the loopback address, too.
+        Foreign pages in the same browser can also send requests to the loopback address.
         """
         if not super().parse_request():
             return False
@@ -205,7 +201,7 @@ class LiveRequest(BaseHTTPRequestHandler):
         return False
 
     def do_GET(self) -> None:
-        """The page, or news of the run: ``/news?N``, N the number of what the page has."""
+        """Send the page, or with ``/news?N`` an update since number N."""
         path, _, query = self.path.partition("?")
         if self.path == "/":
             self._answer(200, "text/html", self.server.page)
@@ -216,7 +212,7 @@ class LiveRequest(BaseHTTPRequestHandler):
             self.send_error(404, SERVED)
 
     def do_POST(self) -> None:
-        """A control of the run; nothing else changes anything."""
+        """Process a control of the run."""
         length = self.headers.get("Content-Length", "")
         if self.path != "/control":
             self.send_error(404, SERVED)
@@ -231,12 +227,12 @@ class LiveRequest(BaseHTTPRequestHandler):
             self._answer(200, "text/plain", "done\n")
 
     def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
-        """Answer with one line; so for all that ``http.server`` refuses itself."""
+        """Send a one-line error, also for errors of ``http.server``."""
         status = HTTPStatus.METHOD_NOT_ALLOWED if code == HTTPStatus.NOT_IMPLEMENTED else HTTPStatus(code)
         self._answer(status, "text/plain", f"{shortened(message or status.phrase)}\n")
 
     def log_message(self, format: str, *args: Any) -> None:
-        """Keep the terminal free of requests."""
+        """Suppress request logs."""
 
     def _answer(self, status: int, kind: str, text: str) -> None:
         body = text.encode()
@@ -250,7 +246,7 @@ class LiveRequest(BaseHTTPRequestHandler):
 
 
 def _control(body: bytes) -> tuple[str, float | None] | None:
-    """What a page asks for: an action, and for the action ``speed`` its value; None if there is no such control.
+    """Parse a control: action, and speed for ``speed``; None if invalid.
 
     >>> _control(b'{"do": "speed", "speed": 20}'), _control(b'{"do": "speed", "speed": "full"}')
     (('speed', 20.0), ('speed', None))

@@ -1,7 +1,7 @@
-"""The command that begins something of one's own: a scenario by six answers, or a plug-in with its test.
+"""Command ``new``: a scenario from six answers, or a plug-in with its test.
 
-Templates of plug-ins are files beside this one, and plug-ins that work. The word by which their files are named stands
-in them where their name has to stand, and nowhere else; so a new one is the template with another word.
+Templates of plug-ins are working plug-ins beside this file. The word in their file name occurs in them exactly where
+the name belongs, so a new plug-in is the template with that word replaced.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ PLUGINS: dict[str, tuple[str, ...]] = {
     "sensor": ("thermometer.py",),
     "metric": ("closest.py",),
 }
-"""Templates of each kind of plug-in, in the order in which one reads them."""
+"""Templates per kind of plug-in, in reading order."""
 KINDS = (SCENARIO, *PLUGINS)
 EXAMPLES = (SCENARIO, "study", "organisation")
-"""Files of which there is a commented example."""
+"""Kinds of files with a commented example."""
 OFFERED = tuple(dict.fromkeys((*KINDS, *EXAMPLES)))
 
 
@@ -64,10 +64,10 @@ def new(
         bool, typer.Option("--example", help=f"Print a commented file instead; KIND: {', '.join(EXAMPLES)}.")
     ] = False,
 ) -> None:
-    """Begin a scenario, or a strategy, mission, sensor or metric of your own, by files that work as they are.
+    """Create a working scenario, strategy, mission, sensor or metric.
 
-    A scenario comes from six options; on a terminal it asks for them if none is given.
-    A plug-in comes with its conformance test.
+    A scenario uses six options; on a terminal without options, the command prompts for them. A plug-in includes its
+    conformance test.
     """
     if example:
         _print_example(kind, name)
@@ -98,7 +98,6 @@ def new(
 
 
 def _print_example(kind: str, name: str) -> None:
-    """Print a commented file to start from."""
     from missions.scenarios import shipped
     from missions.sweeps.study import example_study
 
@@ -115,10 +114,7 @@ def _print_example(kind: str, name: str) -> None:
 
 
 def _scenario(name: str, given: Mapping[str, str | None]) -> str:
-    """The text of a scenario by the answers that were given; asked for on a terminal where none was.
-
-    The others have their defaults.
-    """
+    """Scenario text from options and defaults; prompts on a terminal without options."""
     from exchange.acoustics.modems import modems
     from missions.mapping.beginning import questions_of, scenario_text
 
@@ -136,7 +132,7 @@ def _scenario(name: str, given: Mapping[str, str | None]) -> str:
 
 
 def _asked(question: Inquiry) -> Any:
-    """The value of what is typed, asked for until it is allowed; an empty line is the default."""
+    """Prompt until the answer is valid; an empty line is the default."""
     while True:
         value = question.value(input(f"{question.text} [{question.default}] ").strip() or question.default)
         if value is not None:
@@ -145,12 +141,7 @@ def _asked(question: Inquiry) -> Any:
 
 
 def plugin_files(kind: str, name: str) -> Iterator[tuple[str, str]]:
-    """Name and text of each file of a new plug-in: its own, and the conformance test.
-
-    Args:
-        kind: one of ``PLUGINS``.
-        name: a name of a module.
-    """
+    """Yield name and text of each file of a new plug-in, conformance test included."""
     word = PLUGINS[kind][0].removesuffix(".py")
     for file in (*PLUGINS[kind], f"test_{word}.py"):
         text = (TEMPLATES / file).read_text(encoding="utf-8")
@@ -160,7 +151,7 @@ def plugin_files(kind: str, name: str) -> Iterator[tuple[str, str]]:
 
 
 def _capitals(name: str) -> str:
-    """The name of a class: ``by_range`` gives ``ByRange``."""
+    """Class name: ``by_range`` gives ``ByRange``."""
     return "".join(part.capitalize() for part in name.split("_"))
 
 
@@ -174,7 +165,7 @@ def _check_scenario_name(name: str) -> None:
 
 
 def _check_plugin_name(kind: str, name: str, out: Path) -> None:
-    """Fail unless a module, a class and what the plug-in is called in results may have that name."""
+    """Fail unless the name is valid and free for module, class and results."""
     if not re.fullmatch(r"[a-z][a-z0-9]*(_[a-z0-9]+)*", name) or len(name) > 40 or keyword.iskeyword(name):
         allowed = "up to 40 small letters, digits and single _, a letter first, no keyword of Python"
         fail(f"NAME {cut(name, LONGEST_VALUE)!r}: is no name of a module; allowed: {allowed}")
@@ -187,7 +178,7 @@ def _check_plugin_name(kind: str, name: str, out: Path) -> None:
 
 
 def _taken(kind: str) -> set[str]:
-    """Names that results have already where the plug-in would stand."""
+    """Names already used in results for this kind."""
     if kind == "strategy":
         from remoras.strategies import strategies
 

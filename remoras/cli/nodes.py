@@ -1,4 +1,4 @@
-"""Commands that run vehicles in processes of their own: node, swarm."""
+"""Commands that run vehicles in separate processes: node, swarm."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario
 
 SETTLE_S = 300.0
-"""Time for which the exchange goes on after the vehicles have stopped, unless the user says otherwise."""
+"""Default time (s) of further exchange after the vehicles have stopped."""
 LISTEN_FRAMES = 2.0
-"""For how many TDMA frames a node that was told no start listens whether the mission is under way."""
+"""TDMA frames for which a node without start time listens for a mission under way."""
 MOST_PORT, MOST_AWAY_S = 65_535, 365.0 * 86_400.0
 ANY_PORT = "127.0.0.1:0"
 
 
 class RosSide(StrEnum):
-    """Which way a vehicle's place goes between a node and a graph of ROS 2."""
+    """Direction of a vehicle's position between a node and a ROS 2 graph."""
 
     BODY = "body"
     TELL = "tell"
@@ -103,9 +103,9 @@ def node(
     out: Logs = None,
     as_json: Json = False,
 ) -> None:
-    """Run one vehicle of a scenario in this process; it speaks and hears by UDP.
+    """Run one vehicle of a scenario in this process, with UDP, a modem or UnetStack.
 
-    Without --start it listens first: if a peer speaks, it joins the mission of that peer, else its own begins.
+    Without --start it listens first: if it receives a peer, it joins that peer's mission; else it starts its own.
     """
     if replay is not None:
         _replay(replay, vehicle, as_json)
@@ -164,7 +164,7 @@ def node(
 
 
 def _frontseat(given: str, start_utc: str, has_modem: bool) -> Frontseat:
-    """What a function of the user returns, made; nothing of one's own if none is named."""
+    """Front seat from a user's function; a default one without a name."""
     from missions.nodes.frontseat import Frontseat
     from missions.scenarios.named import importable
     from remoras.errors import PluginError
@@ -176,7 +176,7 @@ def _frontseat(given: str, start_utc: str, has_modem: bool) -> Frontseat:
         seat = named_object(importable(given))()
     except PluginError as error:
         fail(f"--frontseat {given}: {error}")
-    except Exception as error:  # it is somebody else's code, and somebody else's ports: anything may be wrong
+    except Exception as error:  # user code may raise anything
         fail(f"--frontseat {given}: {type(error).__name__}: {error}")
     if not isinstance(seat, Frontseat):
         fail(f"--frontseat {given}: returns {type(seat).__name__}; allowed is a missions.nodes.Frontseat")
@@ -188,7 +188,6 @@ def _frontseat(given: str, start_utc: str, has_modem: bool) -> Frontseat:
 
 
 def _listening(bind: str, vehicle: str) -> Socket:
-    """The port of a vehicle."""
     from exchange.drivers.udp import Socket, address_of
 
     port = Socket(address_of(bind, "--bind"))
@@ -200,7 +199,7 @@ def _listening(bind: str, vehicle: str) -> Socket:
 def _begun(
     plan: NodePlan, begins_s: float | None, speed: float, port: Socket | None, others: list[Address]
 ) -> tuple[LoneVehicle, Paced]:
-    """A vehicle that begins now: at the start of the mission, or later if that is under way."""
+    """Vehicle and pace, from mission start or joined later if under way."""
     from exchange.drivers.seam import Paced
     from missions.nodes.alone import alone
 
@@ -217,7 +216,6 @@ def _begun(
 def _driver(
     port: Socket | None, serial: Path | None, unet: str, others: list[Address], pace: Paced, own: LoneVehicle
 ) -> Driver:
-    """What carries the packets of a vehicle."""
     if unet:
         from exchange.drivers.udp import address_of
         from exchange.drivers.unetstack import UnetStack
@@ -236,7 +234,7 @@ def _driver(
 
 
 def _start(start: float | None, start_utc: str) -> float | None:
-    """When the mission begins, by the clock of the machine; None if nothing was given."""
+    """Mission start by the machine's clock; None if not given."""
     if start is not None and start_utc:
         fail("--start-utc: --start says it already; leave out one of them")
     now_s = now_by_machine()
@@ -257,7 +255,7 @@ def _start(start: float | None, start_utc: str) -> float | None:
 
 
 def now_by_machine() -> float:
-    """The clock by which starts are given (s)."""
+    """Return the clock of start times (s)."""
     import time
 
     return time.monotonic()
@@ -282,7 +280,7 @@ def swarm(
     out: Logs = None,
     as_json: Json = False,
 ) -> None:
-    """Run the vehicles of a scenario in processes of their own, and say whether they know the same at the end."""
+    """Run the vehicles of a scenario in separate processes; check that their knowledge agrees."""
     from missions.nodes.logs import refuse_written
     from missions.nodes.node import NodeOutcome
     from missions.nodes.swarm import swarm as run_swarm
@@ -298,7 +296,7 @@ def swarm(
         for one in plans:
             refuse_written(out, one)
 
-    plans[0].setup()  # what is wrong with it is told before processes start
+    plans[0].setup()  # report faults before starting processes
 
     def begun(pids: dict[str, int]) -> None:
         who = ", ".join(f"{name} (process {pid})" for name, pid in pids.items())
@@ -317,7 +315,7 @@ def swarm(
 
 
 def _replay(log: Path, vehicle: str, as_json: bool) -> None:
-    """Let the vehicle of a log hear again what it heard, without sockets, and compare what it says bit by bit."""
+    """Replay the receptions of a log without sockets, and compare transmissions bit by bit."""
     from missions.nodes.logs import play, read_log
 
     logged = read_log(log)
@@ -338,7 +336,6 @@ def _replay(log: Path, vehicle: str, as_json: bool) -> None:
 
 
 def _check(speed: float, settle: float, drop: float, double: float) -> None:
-    """Refuse numbers that cannot be."""
     if not 0.0 < speed <= 1e6:
         fail(f"--speed {speed:g}: allowed is more than 0, up to 1000000")
     if not 0.0 <= settle <= 1e9:
@@ -351,7 +348,7 @@ def _check(speed: float, settle: float, drop: float, double: float) -> None:
 def _plans(
     scenario: str, vehicles: list[str], settings: list[str] | None, seed: int, until: float | None, settle: float
 ) -> tuple[Scenario, list[NodePlan]]:
-    """The scenario of a name or file, and the plans of vehicles of it, by default of all."""
+    """Scenario and plans of its vehicles, by default of all."""
     from missions.files import SCENARIO, file_of, shipped
 
     file_of(SCENARIO, scenario, shipped())
@@ -363,7 +360,6 @@ def _plans(
 
 
 def _peers(text: str, vehicle: str, names: list[str]) -> list[Address]:
-    """Addresses of the peers."""
     from exchange.drivers.udp import address_of
     from remoras.cli.app import check_known
 

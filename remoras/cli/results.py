@@ -59,14 +59,14 @@ def plot(
         bool, typer.Option("--all", help="Every figure of a sweep; else the eight that say most of what it varies.")
     ] = False,
 ) -> None:
-    """Draw the figures of a run (trajectories, roles and more) or of a sweep (metrics over loss, ranking and more)."""
+    """Draw figures of a run (trajectories, roles and more) or of a sweep (ranking and more)."""
     with _glyphs_noted():
         _plot(folder, kinds or (), out or folder, file_format, metric, width, at, viewer, draw_all)
 
 
 @contextmanager
 def _glyphs_noted() -> Iterator[None]:
-    """Say in one line that names have characters that the font of figures lacks; other warnings go their way."""
+    """Summarise warnings of missing glyphs in one line; pass on other warnings."""
     with warnings.catch_warnings(record=True) as caught:
         yield
     others = [warning for warning in caught if "missing from font" not in str(warning.message)]
@@ -88,7 +88,6 @@ def _plot(
     viewer: str,
     draw_all: bool,
 ) -> None:
-    """Draw what a folder holds, a run or a sweep."""
     if (folder / "study.json").is_file():
         if at_s is not None or viewer:
             fail(f"--at and --viewer: are about the organisation of a single run, and {folder} holds a sweep")
@@ -115,7 +114,7 @@ def draw_run(
     at_s: float | None = None,
     viewer: str = "",
 ) -> Drawn:
-    """Draw a run with what its mission declares, and figures of a user's own."""
+    """Draw a run with figures of its mission and of the user."""
     from missions.scenarios.named import with_figures
     from missions.scenarios.parts import mission_of
     from visualisation.output import FACTORIAL_KINDS, KINDS, SWEEP_KINDS
@@ -168,7 +167,7 @@ def query(
     ] = 60.0,
     as_json: Json = False,
 ) -> None:
-    """Ask what one vehicle knew, or each in turn, at the end of a run or at another time."""
+    """Query the knowledge of one vehicle, or of each, at the end of a run or at another time."""
     from missions.files import text_of
     from missions.runs.knowledge import query as ask
     from missions.runs.results import Results
@@ -204,7 +203,7 @@ def replay(
     out: Annotated[Path | None, typer.Option(help="HTML file to write; DIR/replay.html if left out.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace the file if it is there.")] = False,
 ) -> None:
-    """Write one HTML file in which a run can be watched; it is opened from disk and needs no network."""
+    """Write a self-contained HTML replay of a run; it needs no network."""
     from missions.runs.folder import REPLAY
     from missions.runs.results import Results
     from visualisation.replay import check_page_output, missing, page_text, title_of, write_page
@@ -228,7 +227,7 @@ def replay(
 
 
 def _data(run: Results) -> bytes:
-    """What the page holds of a run. Without what its mission declares, if this version cannot read the scenario."""
+    """Replay data of a run; without mission content if this version cannot read the scenario."""
     from missions.errors import ConfigurationError
     from missions.scenarios.parts import mission_of, strategy_of
     from visualisation.replay import run_data
@@ -242,7 +241,7 @@ def _data(run: Results) -> bytes:
 
 
 def _check_pair(first: Results, second: Results) -> None:
-    """Fail unless the same vehicles worked in the same world; strategy, loss and seed may differ."""
+    """Fail unless mission, world and vehicles are equal; strategy, loss and seed may differ."""
     one, two = first.scenario, second.scenario
     mission = one.scenario.mission == two.scenario.mission
     for what, same in (
@@ -268,7 +267,7 @@ def verify(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results folder of a run or a sweep.")],
     as_json: Json = False,
 ) -> None:
-    """Say what in results does not follow from their tables and their scenario, by a checker of its own."""
+    """Check that results follow from their tables and scenario, by an independent checker."""
     from missions.verification import NoResults
     from missions.verification import verify as verified
 

@@ -1,4 +1,4 @@
-"""Commands about single runs: run, live, plot, query."""
+"""Commands that run one mission: run, live."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def overrides_of(
     per: str | None,
     settings: Sequence[str],
 ) -> list[tuple[str, str]]:
-    """(option as the user gave it, KEY=VALUE) of the options of a run."""
+    """Return (option as given, KEY=VALUE) for the options of a run."""
     from missions.files import keys_of_options
 
     options = keys_of_options(strategy, policy, channel, network, per)
@@ -80,10 +80,10 @@ def run(
     force: Annotated[bool, typer.Option("--force", help="Replace results that are already in --out.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Run a mission scenario; print its summary, and write all of its results with --out."""
+    """Run a mission scenario and print its summary; write all results with --out."""
     from missions.files import SCENARIO, file_of, shipped
 
-    file_of(SCENARIO, scenario, shipped())  # a name that is mistyped is told before much is loaded
+    file_of(SCENARIO, scenario, shipped())  # report an unknown name before heavy imports
     with saying_what_is_written(out):
         from missions.runs.folder import check_output
         from missions.runs.results import MemoryResults, write_results
@@ -112,7 +112,7 @@ def run(
 
 @contextmanager
 def saying_what_is_written(out: Path | None) -> Iterator[None]:
-    """Note on an interruption whether the folder of results has been written by then."""
+    """Add a note to an interruption: whether results were written."""
     before = _written_at(out)
     try:
         yield
@@ -123,7 +123,7 @@ def saying_what_is_written(out: Path | None) -> Iterator[None]:
 
 
 def _written_at(folder: Path | None) -> tuple[int, int] | None:
-    """What changes when results are written to a folder; None if it has none."""
+    """Identity of written results; None without results."""
     from missions.runs.folder import MANIFEST
 
     try:
@@ -134,7 +134,7 @@ def _written_at(folder: Path | None) -> tuple[int, int] | None:
 
 
 def _warn_of_conflicts(report: dict[str, Any], separation_m: float) -> None:
-    """Say on standard error that vehicles came too near to each other."""
+    """Warn on standard error of violated separation."""
     if n_pairs := report["conflicts"]:
         pairs = "1 pair of vehicles" if n_pairs == 1 else f"{n_pairs} pairs of vehicles"
         print(
@@ -168,7 +168,6 @@ def _print_summary(report: dict[str, Any]) -> None:
 
 
 def _figure(value: Any) -> str:
-    """A figure of the summary for people."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     return "-" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
@@ -193,14 +192,14 @@ def live(
     ] = 0,
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open a browser.")] = False,
 ) -> None:
-    """Watch a mission while it runs, with start, pause, step and speed, in a page that only this machine can open."""
+    """Watch a running mission in a local web page, with start, pause, step and speed."""
     import threading
     import webbrowser
 
     from missions.errors import MissionsError
     from missions.files import SCENARIO, file_of, shipped
 
-    file_of(SCENARIO, scenario, shipped())  # a name that is mistyped is told before much is loaded
+    file_of(SCENARIO, scenario, shipped())  # report an unknown name before heavy imports
     from missions.runs.folder import check_output
     from missions.runs.setup import resolved
     from missions.scenarios import load

@@ -74,7 +74,7 @@ def sweep(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Make all runs of a study, once each, however often it is interrupted."""
+    """Run all runs of a study, each once; resume after interruptions."""
     from missions.files import STUDY, file_of, shipped_studies
 
     if out is None or not (study or status):
@@ -83,7 +83,7 @@ def sweep(
     if status:
         _show_status(out, as_json)
         return
-    file_of(STUDY, study, shipped_studies())  # a name that is mistyped is told before much is loaded
+    file_of(STUDY, study, shipped_studies())  # report an unknown name before heavy imports
     from missions.comparison.ranking import too_few
     from missions.sweeps import driver
     from missions.sweeps.study import load_study
@@ -122,7 +122,7 @@ def sweep(
 
 
 def _verify(study: Study, out: Path, count: int, as_json: bool) -> None:
-    """Make finished runs again; end with an error if one ends otherwise."""
+    """Repeat finished runs; fail if one ends differently."""
     from missions.sweeps.worker import verify
 
     found = dict(verify(study, out, count))
@@ -135,7 +135,6 @@ def _verify(study: Study, out: Path, count: int, as_json: bool) -> None:
 
 
 def _show_status(folder: Path, as_json: bool) -> None:
-    """Say how far a sweep is, while it goes on or after."""
     from missions.sweeps.folder import DAMAGED, TABLES, SweepResults
 
     results = SweepResults.read(folder)
@@ -174,7 +173,7 @@ def compare(
 ) -> None:
     """Compare the configurations of a sweep: means, intervals, paired differences to a baseline.
 
-    Of the folder of a single run, metrics that are named are printed as they are.
+    For a single run, print the named metrics.
     """
     if (folder / SUMMARY).is_file():
         _show_metrics(folder, metrics or (), as_json)
@@ -205,7 +204,6 @@ def compare(
 
 
 def _written(rows: Sequence[Comparison] | Sequence[MainEffect], out: Path | None) -> None:
-    """Write the rows to a CSV file, where one is asked for."""
     from missions.comparison.rows import write_csv
     from missions.errors import OutputError
 
@@ -217,7 +215,7 @@ def _written(rows: Sequence[Comparison] | Sequence[MainEffect], out: Path | None
 
 
 def _show_metrics(folder: Path, metrics: Sequence[str], as_json: bool) -> None:
-    """Print metrics of a single run: fields of its summary, or a user's own of its tables."""
+    """Print metrics of a single run: summary fields, or user metrics of its tables."""
     from missions.runs.results import Results
     from remoras.face import Run
 
@@ -233,7 +231,7 @@ def _status_line(status: dict[str, Any]) -> str:
 
 
 def _effect_lines(results: SweepResults, rows: Sequence[MainEffect]) -> Iterator[str]:
-    """Effects as text: the design, then a table for each metric and condition."""
+    """Effects as text: the design, then a table per metric and condition."""
     from missions.sweeps.study import factorial_of
 
     yield factorial_of(results.file).said()
@@ -251,7 +249,7 @@ def _effect_lines(results: SweepResults, rows: Sequence[MainEffect]) -> Iterator
 
 
 def _marked(strategy: str) -> str:
-    """The name of a strategy; of a bound, with that word: it is no competitor."""
+    """Name of a strategy, with a mark for a bound, which is no competitor."""
     from remoras.strategies import bounds
 
     return f"{strategy} (bound)" if strategy in bounds() else strategy
@@ -263,13 +261,13 @@ def _interval(mean: float | None, low: float | None, high: float | None) -> str:
 
 
 def _mean(row: Comparison) -> str:
-    """The mean with its interval; without one, the least and the largest value."""
+    """Mean with interval; without one, with minimum and maximum."""
     spread = f" ({row.least:.4g} to {row.largest:.4g})" * (row.ci95_low is None and row.least < row.largest)
     return _interval(row.mean, row.ci95_low, row.ci95_high) + spread
 
 
 def _entries(row: Comparison) -> dict[str, str]:
-    """What a table for people says of a row; columns that no row of a table fills are left out there."""
+    """Cells of a row by heading; tables omit columns without content."""
     return {
         "per": f"{row.per:g}",
         "strategy": _marked(row.strategy),
@@ -288,19 +286,18 @@ def _entries(row: Comparison) -> dict[str, str]:
 
 
 ALWAYS = ("per", "strategy", "policy", "n", "done", "mean [95 %]", "p")
-"""Columns that tables have even where they are empty."""
+"""Columns shown even if empty."""
 NUMBERS = ("per", "n", "done")
 
 
 def _table(rows: Sequence[Comparison]) -> tuple[list[str], list[list[str]]]:
-    """Heads and entries of the table of one metric."""
     found = [_entries(row) for row in rows]
     used = [head for head in found[0] if head in ALWAYS or any(entries[head] not in ("", "-") for entries in found)]
     return used, [[entries[head] for head in used] for entries in found]
 
 
 def _show_comparison(rows: Sequence[Comparison]) -> None:
-    """A table for each metric, on a terminal."""
+    """Print a table per metric on a terminal."""
     for metric, same in itertools.groupby(rows, key=lambda row: row.metric):
         own = list(same)
         show_table(*_table(own), metric, NUMBERS)
@@ -309,7 +306,7 @@ def _show_comparison(rows: Sequence[Comparison]) -> None:
 
 
 def _comparison_lines(rows: Sequence[Comparison]) -> Sequence[str]:
-    """The same as text: mean with interval, difference to the baseline with interval, and what to know of them."""
+    """Comparison as text lines."""
     lines = []
     for metric, same in itertools.groupby(rows, key=lambda row: row.metric):
         own = list(same)
@@ -321,7 +318,7 @@ def _comparison_lines(rows: Sequence[Comparison]) -> Sequence[str]:
 
 
 def _notes(rows: Sequence[Comparison]) -> Iterator[str]:
-    """What to know of the rows of one metric: restricted means, unequal work, too few runs."""
+    """Notes on the rows of a metric: restricted means, unequal work, too few runs."""
     from missions.comparison.treatments import SIGNIFICANT
     from missions.statistics import least_p
 

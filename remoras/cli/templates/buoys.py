@@ -1,4 +1,4 @@
-"""Vehicles service each buoy, some of them after others, and report the drifters that they come across."""
+"""Mission: vehicles service each buoy, some after others, and report detected drifters."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from remoras import (
 SIGHTINGS = Table("sightings", (TIME, VEHICLE, Column("x_m", "float", "m"), Column("y_m", "float", "m")))
 
 
-# What a scenario has beside what every scenario has: tables [[buoy]], a key of [mission]
+# Additional scenario content: tables [[buoy]], a key of [mission]
 class BuoyTable(Section):
     name: Name = Field(description="name of the buoy")
     position_m: PointM = Field(description="where it is, x east, y north")
@@ -35,7 +35,7 @@ class BuoyScenario(JobScenario):
     buoy: tuple[BuoyTable, ...] = Field(min_length=1)
 
 
-# A job: what a strategy needs to know to give it to somebody
+# A job: the data that a strategy needs to assign it
 @dataclass(frozen=True)
 class Service:
     name: str
@@ -55,7 +55,7 @@ class Service:
         return Outlook(outlook.free_s + way_s + self.stay_s, self.place_m)
 
 
-# A behaviour: what a vehicle does at a job
+# A behaviour: execution of a job by a vehicle
 class Servicing(Behaviour):
     def __init__(self, buoy, data):
         self._buoy, self._speed_mps = buoy, data.transit_speed_mps
@@ -64,7 +64,7 @@ class Servicing(Behaviour):
     def perceive(self, motion, picture, performed):
         to_go_m, now_s = distance_m(motion, self._buoy.place_m), picture.body.now_s
         if to_go_m > 2.0 or not performed:
-            self._since_s = None  # whoever is called away begins anew
+            self._since_s = None  # restart after an interruption
         elif self._since_s is None:
             self._since_s = now_s
         self._done = self._done or (self._since_s is not None and now_s - self._since_s >= self._buoy.stay_s)
@@ -80,7 +80,7 @@ class Servicing(Behaviour):
         return Reference(self._buoy.place_m, 0.0 if arrived else self._speed_mps)
 
 
-# A sensor: what it sees becomes an instance of the ontology, with a position, and a row of a table
+# A sensor: a detection becomes an instance with a position, and a table row
 class LookoutSettings(SensorSettings):
     range_m: float = Field(60.0, gt=0.0, description="farthest drifter that it sees")
 
@@ -101,7 +101,7 @@ class Lookout:
         return [Observation(found="Drifter", facts=((SELF, "location", at_m),), row=at_m) for at_m in new]
 
 
-# Metrics and a figure: what the results say
+# Metrics and a figure of the results
 def serviced_fraction(run):
     return len({buoy for _, _, buoy in run.recorder.rows("jobs")}) / len(run.scenario.buoy)
 

@@ -1,4 +1,4 @@
-"""A metric: the least distance of two vehicles."""
+"""Metric: least distance of two vehicles."""
 
 import itertools
 import math

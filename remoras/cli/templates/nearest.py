@@ -1,4 +1,4 @@
-"""A strategy: vehicles take turns, and each takes the job that it can finish soonest."""
+"""Strategy: vehicles take turns; each takes the job that it can finish soonest."""
 
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
@@ -26,7 +26,7 @@ class Chooser:
         if my_turn and vacant and not work.held_by(self.me):
             role = min(vacant, key=lambda role: (work.after(here, data, role).free_s, role.name))
             said.append(Statement(((self.me, "playsRole", self.group.path(role.name)),)))
-        return Move(tuple(said), holding=bool(work.unfinished))  # the group gathers when nothing is left to be done
+        return Move(tuple(said), holding=bool(work.unfinished))  # the group gathers once all jobs are done
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Nearest:
     declaration: ClassVar[Declaration] = Declaration(
         source="an example",
         messages={"playsRole": "the sender has taken a job", JOB_DONE: "a vehicle has done a job"},
-        authorities=frozenset({Authority.TAKE}),  # else the head of the group alone gives out roles
+        authorities=frozenset({Authority.TAKE}),  # else only the group leader assigns roles
     )
     form = staticmethod(founded)  # as all shipped strategies do
     adapt = staticmethod(common_roles)  # roles without a job; jobs are taken during the mission

@@ -1,4 +1,4 @@
-"""The mission keeps to what every mission has to keep to, in its scenario."""
+"""Conformance of the mission in its scenario."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The metric keeps to what every metric has to keep to."""
+"""Conformance of the metric."""
 
 from closest import CLOSEST
 

@@ -1,4 +1,4 @@
-"""The strategy keeps to what every strategy has to keep to; needs the package hypothesis."""
+"""Conformance of the strategy; needs the package hypothesis."""
 
 from remoras.testing import conforms
 

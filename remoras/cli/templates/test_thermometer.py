@@ -1,4 +1,4 @@
-"""The sensor keeps to what every sensor has to keep to, on a vehicle and in the world of a shipped scenario."""
+"""Conformance of the sensor, on a vehicle and in the world of a shipped scenario."""
 
 from thermometer import ThermometerSettings
 

@@ -1,4 +1,4 @@
-"""A sensor that measures the temperature of the water where its vehicle is."""
+"""Sensor for the water temperature at its vehicle."""
 
 import math
 
