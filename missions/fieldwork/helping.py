@@ -161,7 +161,10 @@ class Help:
         ended = work.ended(self.me, caller, place_m, away, now_s, n_helpers)
         others = [name for name in work.members if name not in (self.me, caller, *away)]
         n_before = sum(work.ended(name, caller, place_m, away, now_s, n_helpers) > ended for name in others)
-        return ended if self.is_on or n_before < n_helpers else ended * LATER_SHARE
+        if self.is_on or n_before < n_helpers:
+            return ended
+        is_their_turn = now_s < self._since_s + n_before * self.turn_frames * picture.frame_s
+        return 0.0 if is_their_turn else ended * LATER_SHARE
 
     def stay_away(self, work: Work, picture: Picture) -> Collection[str]:
         """Members that will not come: holders of jobs that need help wait themselves."""

@@ -1,6 +1,8 @@
 """Energy is brought to drills that call, measured, and helped by who has it."""
 
 import math
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from sample_vehicles import AUV
@@ -8,13 +10,14 @@ from varied import Varied, tracks
 
 from missions.errors import ConfigurationError
 from missions.fieldwork import ResupplyMission
-from missions.fieldwork.boring import Bringing
+from missions.fieldwork.boring import Bringing, HelpAtBerth
 from missions.fieldwork.energy import BORING, HALTED, ChargerSettings, Drill, DrillSettings, Energies
 from missions.nodes import NodePlan
 from missions.runs.assembly import assemble
 from missions.runs.run import Run, run
 from missions.runs.setup import resolved
 from missions.scenarios import load
+from remoras.picture import Picture
 from remoras.sensor import Pose
 
 sampled = Varied("resupply-field", "field.toml").flown
@@ -180,3 +183,33 @@ def test_a_run_says_what_was_not_done_though_somebody_said_so() -> None:
             assert fleet.let_say("AUV01", lambda beliefs: [beliefs.fact("site 18", "jobDone", "AUV01")])
     assert not fleet.completed
     assert fleet.reason == "jobs not done: site 18"
+
+
+def test_a_helper_leaves_time_to_each_that_ends_more_of_the_wait() -> None:
+    """AUV01 would end 0.9 of it, AUV02 0.8: unless on its way, AUV02 sets out two frames later, half as strongly."""
+    share = {"AUV01": 0.9, "AUV02": 0.8}
+    work = SimpleNamespace(
+        members=("AUV00", "AUV01", "AUV02"),
+        group=SimpleNamespace(role=lambda role: SimpleNamespace(job="hole 1")),
+        ended=lambda name, *rest: share[name],
+        unfinished=(),
+        held_by=lambda name: True,
+    )
+    picture = Picture(frame_s=10.0)
+    picture.groups.works = {"Crew": work}
+    for me, now_s, on, moved in (
+        ("AUV01", 0.0, False, 0.9), ("AUV02", 0.0, False, 0.0), ("AUV02", 19.0, False, 0.0),
+        ("AUV02", 20.0, False, 0.4), ("AUV02", 0.0, True, 0.8),
+    ):  # fmt: skip
+        help = Unlimited("hole 1", "Crew", ("AUV00",), me, 1, "helps", ("hole 1",))
+        picture.body.now_s = 0.0
+        help.is_of_use((0.0, 0.0), 50.0, picture, on)
+        picture.body.now_s = now_s
+        assert help.ends("AUV00", "Borer of hole 1") == moved
+
+
+class Unlimited(HelpAtBerth):
+    """Help of vehicles that all have energy to give."""
+
+    def stay_away(self, work: Any, picture: Picture) -> tuple[str, ...]:
+        return ()
