@@ -423,7 +423,7 @@ class Run:
             DrawingError: the kind is not known, or the run lacks its tables, that time or that vehicle.
             PluginError: a figure of your own cannot be had.
         """
-        from missions.scenarios.named import with_figures
+        from missions.scenarios.parts import with_figures
         from visualisation.output import KINDS
         from visualisation.runs import ViewAt, run_picture
 
@@ -483,7 +483,7 @@ class Run:
         """
         from missions.metric import Absent
         from missions.runs.reader import value_of
-        from missions.scenarios.named import metric_given
+        from missions.scenarios.parts import metric_given
 
         if isinstance(metric, str) and not is_named(metric):
             known = [name for name, value in self.summary.items() if value is None or isinstance(value, float | int)]

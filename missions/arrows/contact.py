@@ -30,7 +30,6 @@ from exchange.arithmetic import distance
 from missions.arrows.detectors import ANOMALY, unidentified
 from missions.arrows.scenario import ArrowsScenario
 from missions.arrows.seafloor import Array
-from missions.scenarios.deployment import deployment_of
 from remoras.beliefs import Known
 from remoras.picture import Peers
 from remoras.work import Point
@@ -43,7 +42,7 @@ N_HEARD = 2
 
 def contact_range_m(scenario: ArrowsScenario) -> float:
     """Largest range with loss of at most ``mission.contact_loss``, or else the channel's least."""
-    deployment = deployment_of(scenario)
+    deployment = scenario.deployment
     links = scenario.channel.link_model(deployment, 0)
     size_bits, range_m = deployment.modem.payload_bits, scenario.communication.range_m
     ranges_m = [range_m * number / N_RANGES for number in range(1, N_RANGES + 1)]

@@ -16,8 +16,7 @@ from missions.rounds import Rounds, least_time_s
 from missions.runs.assembly import actual
 from missions.runs.setup import Setup, resolved
 from missions.scenarios import Scenario
-from missions.scenarios.named import importable
-from missions.scenarios.parts import strategy_named
+from missions.scenarios.parts import importable, strategy_named
 from missions.sweeps.driver import Limits, ReportProgress, sweep
 from missions.sweeps.folder import SweepResults
 from missions.sweeps.ledger import FAILED

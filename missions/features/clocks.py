@@ -20,7 +20,6 @@ from exchange.acoustics import loss
 from exchange.arithmetic import distance, length
 from exchange.peering.offsets import Offsets
 from missions.feature import Feature, Joining
-from missions.scenarios.deployment import scenario_sound_speed_mps
 from remoras.events import Host, Observer
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Row, Table
 from remoras.table import Section
@@ -331,7 +330,7 @@ class Clocks(Observer):
             node,
             joining.schedule,
             joining.packet_s,
-            scenario_sound_speed_mps(joining.scenario),
+            joining.scenario.sound_speed_mps,
             self.clocks[node],
             joining.recorder,
         )

@@ -17,8 +17,7 @@ from missions.runs.organisation_metrics import (
     n_refused_acts,
     view_divergence,
 )
-from missions.scenarios.named import METRICS, metric_named
-from missions.scenarios.parts import mission_class, modem_energy
+from missions.scenarios.parts import METRICS, metric_named, mission_class, modem_energy
 from missions.scenarios.scenario import Scenario
 from missions.scenarios.tables import features
 from missions.stated import stated

@@ -28,7 +28,6 @@ from missions.runs.folder import MANIFEST, SUMMARY, check_output, new_content
 from missions.runs.reader import RunReader
 from missions.runs.summary import summary
 from missions.runs.tables import recorded_table, write_table
-from missions.scenarios.deployment import deployment_of
 from missions.scenarios.loading import scenario_from
 from missions.scenarios.scenario import Scenario
 from remoras.recorder import TABLES
@@ -57,7 +56,7 @@ def manifest(run: Run) -> dict[str, Any]:
     What depends on the machine stands here, too: libraries, platform, and the time that the run took. What the channel
     assumes is there if it assumes something.
     """
-    assumed = run.scenario.channel.assumed(deployment_of(run.scenario), run.seed)
+    assumed = run.scenario.channel.assumed(run.scenario.deployment, run.seed)
     return {
         "version": __version__,
         "seed": run.seed,

@@ -18,9 +18,9 @@ from missions.errors import ConfigurationError, ConfigurationFault
 from missions.feature import Feature
 from missions.metric import Metric
 from missions.runs.metrics import metrics_of, own_metrics
+from missions.scenarios.channel import guard_s
 from missions.scenarios.communication import key_of, policy_of
-from missions.scenarios.deployment import deployment_of, guard_s, scenario_sound_speed_mps
-from missions.scenarios.equipment import common_equipment
+from missions.scenarios.fleet import common_equipment
 from missions.scenarios.knowledge import pruning_of, sources_of
 from missions.scenarios.parts import database_of, groups_of, mission_class, strategy_of
 from missions.scenarios.scenario import BY_GROUPS, HELD, Scenario, StrategyTable
@@ -304,7 +304,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     )
     tbox = read_tbox(*core_ontology_paths(), *mission.vocabulary_used, *own_files, *words)
     tbox = reaching(tbox, REACH_SHARE * max(map(abs, (*scenario.world.x_m, *scenario.world.y_m))))
-    database, groups, deployment = database_of(scenario, mission_type), groups_of(scenario), deployment_of(scenario)
+    database, groups, deployment = database_of(scenario, mission_type), groups_of(scenario), scenario.deployment
     instances = _instances(scenario, mission, tbox, used)
     equipment, common_facts = common_equipment(scenario, deployment.modem, mission_type.sensors, tbox, instances)
     # nobody tells facts about equipment, so it needs no names on the wire unless new instances come behind it
@@ -336,7 +336,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
         rally_points_m={rally.name: rally.position_m for rally in scenario.rally_point},
         bounds_m=(world.x_m[0], world.y_m[0], world.x_m[1], world.y_m[1]),
         deployment=deployment,
-        sound_speed_mps=scenario_sound_speed_mps(scenario),
+        sound_speed_mps=scenario.sound_speed_mps,
         modem=modem,
         schedule=schedule,
         codec=_codec(scenario, mission, strategy, policy, tbox, n_named, schedule, exchanged, ahead_s),

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 from missions.metric import NOT_APPLICABLE
 from missions.runs.reader import KeptRun, value_of
 from missions.runs.tables import recorded_table
-from missions.scenarios.deployment import deployment_of
 from missions.scenarios.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -23,7 +22,7 @@ def identity(scenario: Scenario, seed: int) -> dict[str, Any]:
         "strategy": scenario.strategy.name,
         "policy": scenario.communication.policy,
         "channel": scenario.channel.name,
-        "per": scenario.channel.mean_per(deployment_of(scenario)),
+        "per": scenario.channel.mean_per(scenario.deployment),
         "seed": seed,
         "n_vehicles": len(scenario.vehicle),
     }

@@ -35,8 +35,8 @@ from exchange.acoustics.trace import TraceChannel
 from missions.document import Document
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.files import text_of
-from missions.scenarios.modem import modem_in
-from missions.scenarios.tables import is_number, one_of
+from missions.scenarios.communication import modem_in
+from missions.scenarios.tables import is_number, one_of, used_in
 from remoras.errors import PluginError
 from remoras.plugins import faults_of, named_object
 from remoras.table import NotNegative, Section, Sparse
@@ -331,11 +331,9 @@ def _as_configured(fault: SettingFault) -> ConfigurationFault:
 
 def deployment_in(scenario: Scenario) -> Deployment | None:
     """The fleet that transmits; None where modem or slots are wrong, as other checks tell."""
-    modem, by_node = modem_in(scenario), sorted(scenario.vehicle, key=lambda table: table.slot)
-    if modem is None or [table.slot for table in by_node] != list(range(max(2, len(by_node)))):
-        return None
-    nodes, depths_m = {table.name: table.slot for table in by_node}, tuple(table.depth_m for table in by_node)
-    return Deployment(nodes, depths_m, modem, scenario.communication.range_m, scenario.scenario.duration_s)
+    slots = sorted(vehicle.slot for vehicle in scenario.vehicle)
+    is_whole = modem_in(scenario) is not None and slots == list(range(max(2, len(slots))))
+    return scenario.deployment if is_whole else None
 
 
 def _trial_faults(name: str, settings: ChannelModel, deployment: Deployment) -> Iterator[ConfigurationFault]:
@@ -396,3 +394,37 @@ def with_link_file_found(channel: ChannelTable, folder: Path, is_other: bool) ->
         with suppress(LinkFileGoneError):  # a check says that it is not there
             found["sha256"] = found["sha256"] or hash_of(path if key == "file" else file_in(path), "")
     return channel.model_copy(update=found)
+
+
+ROUNDING_S = 1e-6
+
+
+def most_apart_s(scenario: Scenario) -> float:
+    """The most by which two clocks differ that guard and tolerances cover (s)."""
+    return max([feature.apart_s(scenario) for feature in used_in(scenario)], default=0.0)
+
+
+def least_guard_s(scenario: Scenario) -> float:
+    """The time in which a packet travels over the whole range, and by which two clocks may differ (s)."""
+    return scenario.communication.range_m / scenario.sound_speed_mps + most_apart_s(scenario)
+
+
+def guard_s(scenario: Scenario) -> float:
+    """The guard of a slot: as given, or the least (s)."""
+    given_s = scenario.communication.guard_s
+    return least_guard_s(scenario) if given_s is None else given_s
+
+
+def guard_faults(scenario: Scenario) -> list[ConfigurationFault]:
+    """A guard in which packets of one slot run into the next."""
+    given_s, least_s = scenario.communication.guard_s, least_guard_s(scenario)
+    if given_s is None or given_s >= least_s - ROUNDING_S:
+        return []
+    range_m, speed_mps = scenario.communication.range_m, scenario.sound_speed_mps
+    apart_s = most_apart_s(scenario)
+    allowed = (
+        f"{least_s:.4g} s or more: communication.range_m = {range_m:g} at {speed_mps:g} m/s takes "
+        f"{range_m / speed_mps:.4g} s, and clocks differ by communication.clocks.apart_s = {apart_s:g} s; "
+        "leave the key out, or lower one of these"
+    )
+    return [ConfigurationFault("communication.guard_s", f"{given_s:g}", allowed)]

@@ -30,14 +30,19 @@ from missions.errors import LONGEST_VALUE, ConfigurationFault, cut
 from missions.files import MOST_LEVELS, SCENARIO, TOO_DEEP, LimitError, parsed, shipped
 from missions.scenarios.channel import FILE_KEYS, leave_aside, with_link_file_found
 from missions.scenarios.checks import cross_faults, job_faults
-from missions.scenarios.copies import of_copies, with_copies, with_starts_apart
-from missions.scenarios.equipment import sensor_kind, sensor_settings, with_abilities
+from missions.scenarios.communication import with_modem_read
+from missions.scenarios.fleet import (
+    of_copies,
+    sensor_kind,
+    sensor_settings,
+    with_abilities,
+    with_copies,
+    with_starts_apart,
+)
 from missions.scenarios.knowledge import KEY as ONTOLOGIES
 from missions.scenarios.knowledge import with_ontologies
-from missions.scenarios.modem import with_modem_read
-from missions.scenarios.named import with_files_found
 from missions.scenarios.organisation import ORGANISATION, specified, with_organisation
-from missions.scenarios.parts import mission_class
+from missions.scenarios.parts import mission_class, with_files_found
 from missions.scenarios.scenario import MAX_VEHICLES, Scenario, VehicleTable
 from remoras.errors import PluginError
 from remoras.mission import Mission

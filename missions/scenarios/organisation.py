@@ -24,7 +24,7 @@ from pydantic import Field
 from missions.document import Document, validated
 from missions.errors import ConfigurationFault
 from missions.files import LARGEST_BYTES, is_file, shown, text_of
-from missions.scenarios.equipment import lacking
+from missions.scenarios.fleet import lacking
 from missions.scenarios.scenario import GroupTable, Role, Scenario
 from missions.scenarios.tables import one_of
 from remoras.faults import HEAD_OF

@@ -11,12 +11,12 @@ from typing import Any, ClassVar, Final, Literal
 
 from pydantic import ConfigDict, Field, field_validator
 
+from exchange.acoustics.models import Deployment
 from missions.errors import ConfigurationFault
 from missions.scenarios.channel import ChannelTable
-from missions.scenarios.communication import Communication
+from missions.scenarios.communication import Communication, ModemTable, modem_named
 from missions.scenarios.faults import DeclaredFault
 from missions.scenarios.knowledge import WorldModelTable
-from missions.scenarios.modem import ModemTable
 from missions.scenarios.tables import with_features
 from remoras.attraction import GuidanceTable
 from remoras.cards import card, number_text
@@ -344,6 +344,24 @@ class Scenario(Sparse):
         """What has a name: the list of tables of each vehicle, group and rally point, and of those in ``more``."""
         kinds = ("vehicle", "group", "rally_point", *more)
         return {entry.name: kind for kind in reversed(kinds) for entry in getattr(self, kind)}
+
+    @property
+    def deployment(self) -> Deployment:
+        """The fleet, as channel models know it."""
+        by_node = sorted(self.vehicle, key=lambda table: table.slot)
+        return Deployment(
+            nodes={table.name: table.slot for table in by_node},
+            depths_m=tuple(table.depth_m for table in by_node),
+            modem=modem_named(self.communication.modem, self.modem),
+            range_m=self.communication.range_m,
+            duration_s=self.scenario.duration_s,
+        )
+
+    @property
+    def sound_speed_mps(self) -> float:
+        """Speed of sound: what the channel makes of the water, or that of the world."""
+        speed_mps = self.channel.sound_speed_mps(self.deployment)
+        return self.world.sound_speed_mps if speed_mps is None else speed_mps
 
     @property
     def names_by_slot(self) -> list[str]:

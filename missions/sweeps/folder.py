@@ -109,7 +109,7 @@ class SweepResults:
             if isinstance(metric_or_name, str) and not is_named(metric_or_name):
                 names.append(metric_or_name)
                 continue
-            from missions.scenarios.named import metric_given  # which few comparisons need
+            from missions.scenarios.parts import metric_given  # which few comparisons need
 
             metric = metric_given(metric_or_name, option)
             own[metric_or_name if isinstance(metric_or_name, str) else metric.name] = metric

@@ -26,8 +26,7 @@ from missions.runs.metrics import metrics_of, own_metrics
 from missions.scenarios import Scenario, load
 from missions.scenarios.channel import is_left_aside
 from missions.scenarios.explanations import explanations_of
-from missions.scenarios.named import METRICS, importable, metric_named, with_files_found
-from missions.scenarios.parts import strategy_named
+from missions.scenarios.parts import METRICS, importable, metric_named, strategy_named, with_files_found
 from missions.sweeps.factorial import HIGH, FactorialDesign, designed
 from missions.sweeps.study_file import (
     LISTS,

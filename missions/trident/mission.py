@@ -13,7 +13,7 @@ from missions.figure import Mark, Place, Tiles
 from missions.meeting.job_mission import JobMission, with_needs
 from missions.meeting.meeting import Pursuit, importance_of
 from missions.meeting.truth import JOBS
-from missions.scenarios.equipment import sensors_of
+from missions.scenarios.fleet import sensors_of
 from missions.scenarios.knowledge import words_in
 from missions.scenarios.parts import database_of
 from missions.scenarios.scenario import VehicleTable

@@ -220,7 +220,7 @@ def check(
     as_json: Json = False,
 ) -> None:
     """Run all conformance checks of a plug-in."""
-    from missions.scenarios.named import importable
+    from missions.scenarios.parts import importable
     from remoras.testing import KINDS
 
     check_known("kind", kind, KINDS)

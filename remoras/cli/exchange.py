@@ -336,10 +336,9 @@ def _refuse_other_channels(settings: Sequence[str]) -> None:
 def _reach(scenario: Scenario, ranges_m: Sequence[float]) -> ModemReach:
     """Delivery over range of the scenario's modem, with water between the depths of its fleet."""
     from exchange.acoustics.acoustic import AcousticChannel
-    from missions.scenarios.deployment import deployment_of
     from visualisation.reach import ModemReach, Point
 
-    channel, deployment = scenario.channel.settings(), deployment_of(scenario)
+    channel, deployment = scenario.channel.settings(), scenario.deployment
     assert isinstance(channel, AcousticChannel)
     modem, links, budget = deployment.modem, channel.links(deployment), channel.budget(deployment)
     points = tuple(
@@ -360,10 +359,9 @@ def _drawn(scenario: Scenario, ranges_m: Sequence[float], n_packets: int, seed: 
     """Outcomes of packets sampled on the channel of a scenario."""
     from exchange.acoustics.acoustic import AcousticChannel
     from exchange.acoustics.channel import n_arrived
-    from missions.scenarios.deployment import deployment_of
     from visualisation.reach import DrawnPackets
 
-    channel, deployment = scenario.channel.settings(), deployment_of(scenario)
+    channel, deployment = scenario.channel.settings(), scenario.deployment
     assert isinstance(channel, AcousticChannel)
     found = n_arrived(channel.links(deployment), deployment.modem, ranges_m, n_packets, seed)
     return tuple(DrawnPackets(range_m, n_packets, n) for range_m, n in zip(ranges_m, found, strict=True))

@@ -166,7 +166,7 @@ def node(
 def _frontseat(given: str, start_utc: str, has_modem: bool) -> Frontseat:
     """Front seat from a user's function; a default one without a name."""
     from missions.nodes.frontseat import Frontseat
-    from missions.scenarios.named import importable
+    from missions.scenarios.parts import importable
     from remoras.errors import PluginError
     from remoras.plugins import named_object
 

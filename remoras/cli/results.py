@@ -115,8 +115,7 @@ def draw_run(
     viewer: str = "",
 ) -> Drawn:
     """Draw a run with figures of its mission and of the user."""
-    from missions.scenarios.named import with_figures
-    from missions.scenarios.parts import mission_of
+    from missions.scenarios.parts import mission_of, with_figures
     from visualisation.output import FACTORIAL_KINDS, KINDS, SWEEP_KINDS
     from visualisation.runs import ViewAt, draw_run_figures
 

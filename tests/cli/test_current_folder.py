@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from missions.files import shipped
-from missions.scenarios.named import importable
+from missions.scenarios.parts import importable
 from remoras import plugins
 from remoras.plugins import PluginFolders, named_object
 

@@ -18,7 +18,6 @@ from missions.runs.run import Run
 from missions.runs.setup import resolved
 from missions.runs.summary import identity
 from missions.scenarios import load
-from missions.scenarios.deployment import deployment_of
 
 SHIPPED = ["ASV00", "AUV00", "AUV01", "AUV02"]
 LINKED = """\
@@ -173,7 +172,7 @@ def test_a_model_from_outside_has_settings_of_its_own(tmp_path: Path):
     """Boat owns slot 1, Diver slot 0: 2 of 2 links are in the mud."""
     scenario = pond(tmp_path, with_channel(MUD))
     assert scenario.channel.settings() == outside_channels.Mud(clear_per=0.2, in_mud="Diver", layers_m=(1.0, 2.0))
-    three = replace(deployment_of(scenario), nodes={"Diver": 0, "Boat": 1, "Buoy": 2})
+    three = replace(scenario.deployment, nodes={"Diver": 0, "Boat": 1, "Buoy": 2})
     links = scenario.channel.link_model(three, 1)
     assert (links.p_loss(sent(0, 1), 2, 9.0), links.p_loss(sent(0, 1), 0, 9.0)) == (0.2, 1.0)
     four = replace(three, nodes={**three.nodes, "Raft": 3})

@@ -28,7 +28,6 @@ from missions.rounds import least_time_s
 from missions.runs.assembly import actual
 from missions.runs.setup import resolved
 from missions.scenarios import load
-from missions.scenarios.deployment import deployment_of
 from missions.sweeps.plan import SweepPlan
 from remoras.cli import app
 from remoras.errors import PluginError
@@ -329,7 +328,7 @@ def test_it_has_forty_cells_and_the_networks_lose_as_much() -> None:
     assert study.n_runs == 400
     for configuration in study.configurations:
         channel = configuration.scenario.channel
-        assert channel.mean_per(deployment_of(configuration.scenario)) == pytest.approx(0.42, abs=1e-4)
+        assert channel.mean_per(configuration.scenario.deployment) == pytest.approx(0.42, abs=1e-4)
 
 
 TEXT = SUITE.replace("0.42", "0.4")

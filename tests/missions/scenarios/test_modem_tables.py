@@ -19,8 +19,8 @@ from missions.runs.results import Results, write_results
 from missions.runs.run import run
 from missions.runs.setup import resolved
 from missions.scenarios import load
+from missions.scenarios.communication import ModemTable, modem_named
 from missions.scenarios.loading import scenario_from
-from missions.scenarios.modem import ModemTable, modem_named
 
 OWN = """
 [modem.quay]
