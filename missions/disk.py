@@ -1,11 +1,14 @@
-"""Disk: what has to outlast a power cut."""
+"""Disk: files that appear whole or not at all, and outlast a power cut."""
 
 from __future__ import annotations
 
 import hashlib
 import json
 import os
+import shutil
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 
@@ -21,13 +24,47 @@ def synced(*paths: Path) -> None:
             os.close(handle)
 
 
+@contextmanager
+def drafted(path: Path, lasts: bool = False) -> Iterator[Path]:
+    """A path to write a file or a folder to, which then takes the place of ``path`` whole; after an error it is gone.
+
+    Args:
+        path: of the file or folder.
+        lasts: end when it is on the disk, so that a power cut takes nothing of it.
+
+    Raises:
+        OSError: it cannot be written; names ``path``.
+    """
+    draft = path.with_name(f".{path.name}.draft")
+    try:
+        _clear(draft)
+        yield draft
+        if lasts:
+            synced(draft)
+        if path.is_dir():
+            _clear(path)
+        draft.replace(path)
+        if lasts:
+            synced(path.parent)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from None
+    finally:
+        with suppress(OSError):
+            _clear(draft)
+
+
+def _clear(path: Path) -> None:
+    """Remove a file or a folder, if it is there."""
+    if path.is_dir():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)
+
+
 def write_synced(path: Path, text: str) -> None:
     """Write a file that is there whole or not at all, even after a power cut."""
-    draft = path.with_name(f".{path.name}")
-    draft.write_text(text, encoding="utf-8")
-    synced(draft)
-    draft.replace(path)
-    synced(path.parent)
+    with drafted(path, lasts=True) as draft:
+        draft.write_text(text, encoding="utf-8")
 
 
 DIGESTS = "digests.json"

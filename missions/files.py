@@ -11,7 +11,6 @@ import re
 import shlex
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -257,20 +256,6 @@ def _other_encoding(content: bytes) -> str:
     if mark := BYTE_ORDER_MARKS.get(content[:2]):
         return mark
     return "UTF-16 or no text" if b"\0" in content[:1000] else ""
-
-
-@contextmanager
-def drafted(path: Path) -> Iterator[Path]:
-    """A path to write a file to, which then takes the place of ``path``; after an error, which names it, it is gone."""
-    draft = path.with_name(f".{path.name}.draft")
-    try:
-        yield draft
-        draft.replace(path)
-    except OSError as error:
-        raise OSError(error.errno, error.strerror, str(path)) from None
-    finally:
-        with suppress(OSError):
-            draft.unlink(missing_ok=True)
 
 
 def toml_value(value: Any) -> str:

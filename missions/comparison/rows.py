@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from missions.files import drafted
+from missions.disk import drafted
 
 if TYPE_CHECKING:
     from missions.comparison.effects import MainEffect

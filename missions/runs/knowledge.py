@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from missions.disk import drafted
 from missions.errors import OutputError
-from missions.files import drafted
 from worldmodel import Knowledge
 from worldmodel.rdf.sparql import query as ask
 from worldmodel.rdf.writing import RdfFormat, canonical_items, written

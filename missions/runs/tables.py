@@ -8,7 +8,7 @@ them, and the digits that mean nothing are zeros. Split into streams of bytes, z
 are whole numbers, kept as differences. Trajectories are sorted by vehicle for the same reason. In the folder of a run a
 file holds one table. In that of a sweep it holds the runs of the sample in the order of their keys, and the first
 column says which. Runs share row groups: what is alike in them, such as the times of slots, is then written once, and
-so is what a file says of each group. Parts, one folder per run, are written while the sweep is on and merged when it
+so is what a file says of each group. Parts, one archive per run, are written while the sweep is on and merged when it
 ends.
 """
 
@@ -16,9 +16,10 @@ from __future__ import annotations
 
 import heapq
 import io
-import os
 import shutil
+import zipfile
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from itertools import chain
 from numbers import Integral, Real
 from operator import itemgetter
@@ -31,7 +32,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
-from missions.disk import DIGESTS, note_digests, synced
+from missions.disk import DIGESTS, drafted, note_digests, synced
 from missions.errors import OutputError
 from remoras.recorder import KEY, TRAJECTORIES, Recorder, Row, Table
 
@@ -213,43 +214,36 @@ def _write_group(out: pq.ParquetWriter, runs: Sequence[pa.Table]) -> None:
         out.write_table(together, row_group_size=max(1, together.num_rows))
 
 
-def encoded(recorder: Recorder, key: str) -> dict[str, bytes]:
-    """Every table of a run as a Parquet file in memory."""
-    files = {}
-    for name, table in recorder.tables.items():
-        buffer = io.BytesIO()
-        write_table(buffer, arrow_table(table, recorder.rows(name), key))
-        files[name] = buffer.getvalue()
-    return files
+def encoded(recorder: Recorder, key: str) -> bytes:
+    """Every table of a run as Parquet files in one ZIP archive, whose checksums tell when it is damaged."""
+    archive = io.BytesIO()
+    with zipfile.ZipFile(archive, "w") as files:
+        for name, table in recorder.tables.items():
+            content = io.BytesIO()
+            write_table(content, arrow_table(table, recorder.rows(name), key))
+            files.writestr(zipfile.ZipInfo(name), content.getvalue())  # without a date: equal runs have equal bytes
+    return archive.getvalue()
 
 
-def write_part(folder: Path, key: str, tables: Mapping[str, bytes]) -> None:
-    """Keep the tables of a run as a part; it appears whole or not at all."""
-    draft, part = folder / f".{key}", folder / key
-    shutil.rmtree(draft, ignore_errors=True)
-    draft.mkdir(parents=True)
-    for name, content in tables.items():
-        with (draft / f"{name}.parquet").open("wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-    synced(draft)
-    shutil.rmtree(part, ignore_errors=True)
-    draft.rename(part)
-    synced(folder)
-
-
-def _can_be_read(path: Path) -> bool:
+def decoded(archive: Path | io.BytesIO, names: Collection[str] | None = None) -> dict[str, pa.Table]:
+    """Tables of an archive by name, all or some; none of one that is damaged."""
     try:
-        pq.read_table(path)
-    except (pa.ArrowException, OSError, ValueError):
-        return False
-    return path.is_file()
+        with zipfile.ZipFile(archive) as files:
+            wanted = [name for name in files.namelist() if names is None or name in names]
+            return {name: pq.read_table(io.BytesIO(files.read(name))) for name in wanted}
+    except (pa.ArrowException, OSError, zipfile.BadZipFile):
+        return {}
+
+
+def _names_in(archive: Path) -> list[str]:
+    with suppress(zipfile.BadZipFile), zipfile.ZipFile(archive) as files:
+        return files.namelist()
+    return []
 
 
 def keys_in(parts: Path, tables: Path) -> set[str]:
     """Keys of the runs of which there are tables, in parts or merged; a part that cannot be read is no part."""
-    keys = {part.name for part in parts.glob("[!.]*") if part.is_dir() and all(map(_can_be_read, part.iterdir()))}
+    keys = {part.stem for part in parts.glob("[!.]*.zip") if decoded(part)}
     for path in sorted(tables.glob("[!.]*.parquet")):
         keys.update(pc.unique(pq.read_table(path, columns=[KEY]).column(KEY)).to_pylist())
     return keys
@@ -258,6 +252,10 @@ def keys_in(parts: Path, tables: Path) -> set[str]:
 def merge_tables(parts: Path, tables: Path, keys: Collection[str]) -> None:
     """Bring the parts of these runs into one file per table, beside what is there already, in the order of the keys.
 
+    Args:
+        parts: folder with an archive for each run, named by its key; tables: folder of the files.
+        keys: of the runs.
+
     Raises:
         OutputError: what is there has other columns; the parts are kept.
     """
@@ -265,31 +263,35 @@ def merge_tables(parts: Path, tables: Path, keys: Collection[str]) -> None:
         return
     tables.mkdir(exist_ok=True)
     (tables / DIGESTS).unlink(missing_ok=True)
-    written = {path.stem for key in keys for path in (parts / key).glob("*.parquet")}
+    own = {key: path for key in sorted(keys) if (path := parts / f"{key}.zip").is_file()}
+    written = {name for path in own.values() for name in _names_in(path)}
     for name in sorted(written | {path.stem for path in tables.glob("[!.]*.parquet")}):
-        _merge_table(name, parts, tables, keys)
+        _merge_table(tables / f"{name}.parquet", own, keys)
     note_digests(tables, "[!.]*.parquet")
     synced(tables, parts.parent)
     shutil.rmtree(parts)
 
 
-def _merge_table(name: str, parts: Path, tables: Path, keys: Collection[str]) -> None:
-    merged, draft = tables / f"{name}.parquet", tables / f".{name}.parquet"
+def _merge_table(merged: Path, parts: Mapping[str, Path], keys: Collection[str]) -> None:
     old = pq.ParquetFile(merged) if merged.is_file() else None
-    own = [path for key in sorted(keys) if (path := parts / key / f"{name}.parquet").is_file()]
-    schema = old.schema_arrow if old is not None else pq.read_schema(own[0])
-    if odd := [path for path in own if not pq.read_schema(path).equals(schema)]:
-        raise OutputError(
-            f"{merged}: has the columns {', '.join(schema.names)}, and {odd[0]} has others: another version wrote one "
-            f"of them; move {merged.name} elsewhere and run the sweep again"
-        )
+    own = ((key, table) for key, path in parts.items() for table in decoded(path, [merged.stem]).values())
+    first = next(own, None)
+    schema: Any = old.schema_arrow if old is not None else first[1].schema if first else None
+
+    def new() -> Iterator[tuple[str, pa.Table]]:
+        for key, table in chain([first] if first else [], own):
+            if not table.schema.equals(schema):
+                raise OutputError(
+                    f"{merged}: has the columns {', '.join(schema.names)}, and run {key} has others: another version "
+                    f"wrote one of them; move {merged.name} elsewhere and run the sweep again"
+                )
+            yield key, table
+
     before = _runs_of(old) if old is not None else iter(())
-    new = ((path.parent.name, pq.read_table(path)) for path in own)
-    write_runs(draft, schema, _each_once(heapq.merge(before, new, key=itemgetter(0)), keys))
-    if old is not None:
-        old.close()
-    synced(draft)
-    draft.replace(merged)
+    with drafted(merged, lasts=True) as draft:
+        write_runs(draft, schema, _each_once(heapq.merge(before, new(), key=itemgetter(0)), keys))
+        if old is not None:
+            old.close()
 
 
 def _runs_of(file: pq.ParquetFile) -> Iterator[tuple[str, pa.Table]]:

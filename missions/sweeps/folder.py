@@ -18,7 +18,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from missions.disk import not_as_noted, synced, write_synced
+from missions.disk import drafted, not_as_noted, write_synced
 from missions.errors import DiskFullError, OutputError, StudyChangedError
 from missions.files import is_named, toml_value
 from missions.metric import TAKEN, Better, Metric, MetricRecord
@@ -355,7 +355,7 @@ class SweepFolder:
                 write_synced(folder / STUDY, json.dumps(record, indent=1))
                 self._ledger = RunLedger(folder / LEDGER, record[IDENTITY])
                 self._again = self._to_make_again(retry_failed)
-                kept = (path for name in (PARTS, TABLES) for path in (folder / name).rglob("*.parquet"))
+                kept = (path for name in (PARTS, TABLES) for path in (folder / name).glob("[!.]*"))
                 self._table_bytes = sum(path.stat().st_size for path in kept)
             except BaseException:
                 self._lock.release()
@@ -421,9 +421,7 @@ class SweepFolder:
             OutputError: the disk does not take them, or a run whose tables were lost ends otherwise now; the ledger is
                 then as it was before.
         """
-        from missions.runs import tables
-
-        known = self._ledger.lines
+        known, parts = self._ledger.lines, self.folder / PARTS
         new = {run.key: run for run in finished if run.key in self._again or run.key not in known}
         for key, run in new.items():
             if key in self._again and known[key]["status"] != FAILED and run.line["summary"] != known[key]["summary"]:
@@ -433,14 +431,16 @@ class SweepFolder:
                 )
         try:
             for key, run in new.items():
-                n_bytes = sum(map(len, run.tables.values()))
+                n_bytes = len(run.tables)
                 if self._plan.study.design.keep_tables is None and self._table_bytes + n_bytes > MOST_TABLE_BYTES:
-                    new[key] = FinishedRun({**run.line, "tables": False}, {})
+                    new[key] = FinishedRun({**run.line, "tables": False})
                 elif run.tables:
-                    tables.write_part(self.folder / PARTS, run.key, run.tables)
+                    parts.mkdir(exist_ok=True)
+                    with drafted(parts / f"{key}.zip", lasts=True) as draft:
+                        draft.write_bytes(run.tables)
                     self._table_bytes += n_bytes
         except OSError as error:
-            raise OutputError(f"{self.folder / PARTS}: cannot be written: {error.strerror}") from None
+            raise OutputError(f"{parts}: cannot be written: {error.strerror}") from None
         self._ledger.append(run.line for key, run in new.items() if key not in known or known[key]["status"] == FAILED)
         self._again -= new.keys()
 
@@ -455,11 +455,8 @@ class SweepFolder:
         from missions.runs import tables
 
         try:
-            draft = self.folder / f".{RUNS}"
-            pq.write_table(run_table(self._plan.schedule.labelled(self._ledger.lines)), draft, compression="zstd")
-            synced(draft)
-            draft.replace(self.folder / RUNS)
-            synced(self.folder)
+            with drafted(self.folder / RUNS, lasts=True) as draft:
+                pq.write_table(run_table(self._plan.schedule.labelled(self._ledger.lines)), draft, compression="zstd")
             kept = [key for key, line in self._ledger.lines.items() if line["tables"]]
             tables.merge_tables(self.folder / PARTS, self.folder / TABLES, kept)
         except OSError as error:

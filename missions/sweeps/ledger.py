@@ -47,11 +47,11 @@ class FinishedRun:
 
     Args:
         line: what the ledger keeps of it.
-        tables: its tables as Parquet files by name, if they are kept.
+        tables: its tables as ``missions.runs.tables.encoded`` gives them; empty if they are not kept.
     """
 
     line: Mapping[str, Any]
-    tables: Mapping[str, bytes]
+    tables: bytes = b""
 
     @property
     def key(self) -> str:

@@ -19,7 +19,7 @@ from missions.errors import ClusterError, OutputError
 from missions.runs.run import run_of
 from missions.runs.setup import resolved
 from missions.runs.summary import identity, summary
-from missions.runs.tables import encoded
+from missions.runs.tables import decoded, encoded
 from missions.sweeps.code import code_with, references
 from missions.sweeps.folder import TABLES, SweepResults
 from missions.sweeps.ledger import DONE, FAILED, FinishedRun
@@ -80,7 +80,7 @@ def run_chunk(needed: Needed, tasks: Sequence[RunTask]) -> list[FinishedRun]:
 def run_task(task: RunTask) -> FinishedRun:
     """Run one task."""
     wall_s, cpu_s = time.perf_counter(), time.process_time()
-    fields, error, tables = identity(task.scenario, task.seed), "", {}
+    fields, error, tables = identity(task.scenario, task.seed), "", b""
     try:
         finished = run_of(resolved(task.scenario), task.seed)
         fields = summary(finished)
@@ -101,7 +101,7 @@ def run_task(task: RunTask) -> FinishedRun:
 def killed(task: RunTask, error: str) -> FinishedRun:
     """A run whose process did not outlive it, and why."""
     machine = {"wall_s": None, "cpu_s": None, "host": platform.node(), "worker": os.getpid(), "finished_at": _now()}
-    return FinishedRun(_line(task, identity(task.scenario, task.seed), error, machine), {})
+    return FinishedRun(_line(task, identity(task.scenario, task.seed), error, machine))
 
 
 def _line(task: RunTask, fields: Mapping[str, Any], error: str, machine: Mapping[str, Any]) -> dict[str, Any]:
@@ -147,16 +147,16 @@ def verify(study: Study, folder: Path, count: int) -> Iterator[tuple[str, list[s
         if line["tables"] and results.damaged:
             other += results.damaged
         elif line["tables"]:
-            other += [name for name, content in again.tables.items() if not _is_kept(folder, name, key, content)]
+            again_made = decoded(io.BytesIO(again.tables))
+            other += [name for name, now in again_made.items() if not _is_kept(folder, name, key, now)]
         yield key, other
 
 
-def _is_kept(folder: Path, name: str, key: str, content: bytes) -> bool:
+def _is_kept(folder: Path, name: str, key: str, now: Any) -> bool:
     """True if the rows of a run in a kept table are those of its table."""
     import pyarrow.compute as pc
     import pyarrow.parquet as pq
 
-    now: Any = pq.read_table(io.BytesIO(content))
     path = folder / TABLES / f"{name}.parquet"
     if not path.is_file():
         return not now.num_rows

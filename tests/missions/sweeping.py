@@ -64,7 +64,7 @@ def finished(task: RunTask, **summary: Any) -> FinishedRun:
         "summary": {**identity(task.scenario, task.seed), **summary}, "replay": "", "tables": False,
         "machine": dict.fromkeys(("wall_s", "cpu_s", "host", "worker", "finished_at")),
     }  # fmt: skip
-    return FinishedRun(line, {})
+    return FinishedRun(line)
 
 
 def swept(folder: Path, text: str, made: Callable[[RunTask], FinishedRun]) -> SweepResults:

@@ -35,7 +35,7 @@ def made_up(task: RunTask, completed: bool = True) -> FinishedRun:
 
 def raised(task: RunTask) -> FinishedRun:
     """A run in which a plug-in raised."""
-    return FinishedRun({**finished(task).line, "status": "failed", "error": "ValueError: oops"}, {})
+    return FinishedRun({**finished(task).line, "status": "failed", "error": "ValueError: oops"})
 
 
 def results(

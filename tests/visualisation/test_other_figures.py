@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from exchange.study.study import ExchangeStudy, StudyLoad, StudyRow, loaded_studies, run
 from missions.comparison.rows import write_csv
-from missions.files import drafted
+from missions.disk import drafted
 from visualisation import policies, style
 from visualisation.output import DrawingError, write_folder
 from visualisation.policies import contents, unloaded_figure

@@ -5,7 +5,6 @@ Libraries load on use. Output is written under a draft name, then renamed.
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from importlib import import_module
@@ -13,6 +12,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
+from missions.disk import drafted
 from missions.figure import Place
 from visualisation.exports.voyage import Voyage
 from visualisation.output import ExportError
@@ -93,19 +93,12 @@ def export(
         )
     _check_place(out, format, force)
     write: Writer = import_module(f"visualisation.exports.{format}").write
-    draft = out.with_name(f".{out.name}-draft")
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
-        _clear(draft)
-        counts = write(voyage, draft)
-        if out.is_dir():
-            _clear(out)
-        draft.replace(out)
+        with drafted(out) as draft:
+            return Exported(out, write(voyage, draft))
     except OSError as error:
         raise ExportError(f"{out}: cannot be written: {error.strerror or error}") from None
-    finally:
-        _clear(draft)
-    return Exported(out, counts)
 
 
 def of_name(format: str) -> FormatOfExport:
@@ -152,10 +145,3 @@ def _check_place(out: Path, format: str, force: bool) -> None:
             return
     if not force:
         raise ExportError(f"{out}: exists; name another with --out or add --force")
-
-
-def _clear(path: Path) -> None:
-    if path.is_dir():
-        shutil.rmtree(path, ignore_errors=True)
-    else:
-        path.unlink(missing_ok=True)

@@ -18,7 +18,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from missions.files import drafted
+from missions.disk import drafted
 from visualisation.colours import VEHICLES
 from visualisation.output import DrawingError
 

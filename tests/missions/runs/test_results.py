@@ -18,7 +18,7 @@ from missions.runs.results import LIBRARIES, MemoryResults, Results, write_resul
 from missions.runs.run import Run, run
 from missions.runs.run import run as run_scenario
 from missions.runs.summary import summary
-from missions.runs.tables import arrow_table, encoded, merge_tables, table_writer, write_part, write_table
+from missions.runs.tables import arrow_table, decoded, encoded, merge_tables, table_writer
 from missions.scenarios import load
 from missions.verification.folder import columns_of
 from remoras.recorder import TABLES, TIME, VEHICLE, Column, Recorder, Table
@@ -250,11 +250,16 @@ def recorder() -> Recorder:
     return run(load("mapping-rendezvous", [("--set", "scenario.duration_s=60")])).recorder
 
 
+def part_of(recorder: Recorder, parts: Path, key: str) -> None:
+    parts.mkdir(exist_ok=True)
+    (parts / f"{key}.zip").write_bytes(encoded(recorder, key))
+
+
 def test_parts_merge_to_the_same_bytes_in_any_order(tmp_path: Path, recorder: Recorder) -> None:
     for at_once in (True, False):
         parts, tables = tmp_path / f"parts{at_once}", tmp_path / f"tables{at_once}"
         for key in ("b", "a", "c"):
-            write_part(parts, key, encoded(recorder, key))
+            part_of(recorder, parts, key)
             if not at_once:
                 merge_tables(parts, tables, {"a", "b", "c"})
         if at_once:
@@ -282,9 +287,9 @@ def test_runs_share_row_groups_whole(
 
     def part(key: str) -> None:
         rows = [(float(number), key) for number in range(sizes[key])]
-        content = io.BytesIO()
-        write_table(content, arrow_table(looks, rows, key))
-        write_part(tmp_path / "parts", key, {"looks": content.getvalue()})
+        recorder = Recorder([looks])
+        recorder.rows("looks").extend(rows)
+        part_of(recorder, tmp_path / "parts", key)
 
     for key in "db":  # the later ones go between those that are there
         part(key)
@@ -300,9 +305,9 @@ def test_runs_share_row_groups_whole(
 def test_a_run_that_the_ledger_has_no_longer_is_left_out(tmp_path: Path, recorder: Recorder) -> None:
     parts, tables = tmp_path / "parts", tmp_path / "tables"
     for key in "ab":
-        write_part(parts, key, encoded(recorder, key))
+        part_of(recorder, parts, key)
     merge_tables(parts, tables, {"a", "b"})
-    write_part(parts, "c", encoded(recorder, "c"))
+    part_of(recorder, parts, "c")
     merge_tables(parts, tables, {"a", "c"})
     assert set(pq.read_table(tables / "roles.parquet").column("key").to_pylist()) == {"a", "c"}
 
@@ -310,24 +315,24 @@ def test_a_run_that_the_ledger_has_no_longer_is_left_out(tmp_path: Path, recorde
 def test_a_table_of_another_version_is_not_mixed_with_new_ones(tmp_path: Path, recorder: Recorder) -> None:
     """The parts stay, so that nothing is lost."""
     parts, tables = tmp_path / "parts", tmp_path / "tables"
-    write_part(parts, "a", encoded(recorder, "a"))
+    part_of(recorder, parts, "a")
     merge_tables(parts, tables, {"a"})
     older = pq.read_table(tables / "packets.parquet")
     older = older.rename_columns([name.replace("_s", "_ms") for name in older.column_names])
     with table_writer(tables / "packets.parquet", older.schema) as out:
         out.write_table(older)
-    write_part(parts, "b", encoded(recorder, "b"))
+    part_of(recorder, parts, "b")
     with pytest.raises(
         OutputError, match=r"packets\.parquet: has the columns key, slot, time_ms.*move packets\.parquet"
     ):
         merge_tables(parts, tables, {"a", "b"})
-    assert (parts / "b" / "packets.parquet").is_file()
+    assert (parts / "b.zip").is_file()
 
 
 def test_a_run_and_a_sweep_keep_the_same_columns_and_values(recorder: Recorder) -> None:
-    files = encoded(recorder, "k")
+    files = decoded(io.BytesIO(encoded(recorder, "k")))
     for name, table in recorder.tables.items():
-        of_run, of_sweep = arrow_table(table, recorder.rows(name)), pq.read_table(io.BytesIO(files[name]))
+        of_run, of_sweep = arrow_table(table, recorder.rows(name)), files[name]
         assert of_sweep.column_names == ["key", *of_run.column_names]
         assert of_sweep.drop_columns(["key"]).equals(of_run)
 
@@ -343,7 +348,7 @@ def test_no_row_is_lost_however_many_there_are(finished: Run, tmp_path: Path) ->
     faults, packets = (Results.read(tmp_path / "out").table(name).to_pydict() for name in ("faults", "packets"))
     assert faults["detail"] == [str(n) for n in numbers]
     assert (packets["slot"], packets["arrivals_s"]) == ([*numbers], [[1.0]] * 2500)
-    assert pq.read_table(io.BytesIO(encoded(recorder, "k")["packets"])).num_rows == 2500
+    assert decoded(io.BytesIO(encoded(recorder, "k")))["packets"].num_rows == 2500
 
 
 def test_what_is_missing_or_not_finite_stays_so() -> None:
