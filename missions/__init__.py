@@ -1,7 +1,7 @@
-"""Missions: scenarios and what becomes of them.
+"""Missions: scenarios, runs and studies.
 
-A folder for each mission; ``scenarios`` reads and checks, ``runs`` runs once, ``sweeps`` runs a study, ``comparison``
-compares its results. This package itself offers what goes wrong and what a metric is.
+Each mission has a folder. ``scenarios`` reads and checks input, ``runs`` runs once, ``sweeps`` runs a study,
+``comparison`` compares its results. This package exports errors and metrics.
 """
 
 from missions.errors import (

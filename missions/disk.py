@@ -1,4 +1,4 @@
-"""Disk: files that appear whole or not at all, and outlast a power cut."""
+"""Durable files: atomic writes that survive a power cut, and digests."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pathlib import Path
 
 
 def synced(*paths: Path) -> None:
-    """Return when files, or the names in folders, are on the disk: a power cut takes nothing of them."""
+    """Flush files, or the entries of folders, to disk."""
     for path in paths:
         if path.is_dir() and sys.platform == "win32":
             continue
@@ -26,14 +26,12 @@ def synced(*paths: Path) -> None:
 
 @contextmanager
 def drafted(path: Path, lasts: bool = False) -> Iterator[Path]:
-    """A path to write a file or a folder to, which then takes the place of ``path`` whole; after an error it is gone.
+    """Yield a draft file or folder that replaces ``path`` on success and vanishes on error.
 
-    Args:
-        path: of the file or folder.
-        lasts: end when it is on the disk, so that a power cut takes nothing of it.
+    ``lasts`` waits until it is on disk.
 
     Raises:
-        OSError: it cannot be written; names ``path``.
+        OSError: not writable; names ``path``.
     """
     draft = path.with_name(f".{path.name}.draft")
     try:
@@ -54,7 +52,6 @@ def drafted(path: Path, lasts: bool = False) -> Iterator[Path]:
 
 
 def _clear(path: Path) -> None:
-    """Remove a file or a folder, if it is there."""
     if path.is_dir():
         shutil.rmtree(path)
     else:
@@ -62,23 +59,23 @@ def _clear(path: Path) -> None:
 
 
 def write_synced(path: Path, text: str) -> None:
-    """Write a file that is there whole or not at all, even after a power cut."""
+    """Write a file atomically and durably."""
     with drafted(path, lasts=True) as draft:
         draft.write_text(text, encoding="utf-8")
 
 
 DIGESTS = "digests.json"
-"""Name of the file in a folder that says what its other files hold."""
+"""File with the digests of a folder's other files."""
 
 
 def note_digests(folder: Path, pattern: str) -> None:
-    """Write down what the files of a folder hold, so that it can be told when one is lost or changed."""
+    """Store the digests of a folder's files, to detect loss or changes."""
     found = {path.name: _digest(path) for path in sorted(folder.glob(pattern))}
     write_synced(folder / DIGESTS, json.dumps(found, indent=1))
 
 
 def not_as_noted(folder: Path) -> list[str]:
-    """Names of files of a folder that are not as ``note_digests`` found them; none where nothing was noted."""
+    """Return names of files that differ from their digests; empty without stored digests."""
     try:
         noted = json.loads((folder / DIGESTS).read_text(encoding="utf-8"))
         return sorted(name for name, digest in noted.items() if digest != _digest(folder / name))
@@ -89,7 +86,7 @@ def not_as_noted(folder: Path) -> list[str]:
 
 
 def _digest(path: Path) -> str | None:
-    """Digest of what a file holds; None if it cannot be read."""
+    """SHA-256 of a file; None if unreadable."""
     try:
         return hashlib.sha256(path.read_bytes()).hexdigest()
     except OSError:

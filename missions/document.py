@@ -1,10 +1,8 @@
-"""Document: a TOML file, read once, that knows the line of every key, so that messages can name it.
+"""TOML file with the line of every key, for error messages.
 
-``tomllib`` does not tell lines. TOML is regular enough to find table headers and keys line by line: what stands inside
-a multi-line value is passed over unless it looks like a key, and then only the line of a message would be wrong.
-
-Keys of messages are dotted. Entries of lists go by their ``name`` or by their number from 1: ``vehicle.AUV01.slot``,
-``channel.2.per``. A key of a list's entries without either means the first entry that has it.
+``tomllib`` reports no lines, so headers and keys are found line by line. A key-like line inside a multi-line value can
+only make the line of a message wrong. Keys in messages are dotted. Entries of lists use their ``name`` or number from
+1: ``vehicle.AUV01.slot``, ``channel.2.per``. A key without either means the first entry that has it.
 """
 
 from __future__ import annotations
@@ -40,7 +38,7 @@ from worldmodel import suggestion
 Model = TypeVar("Model", bound=BaseModel)
 Found = TypeVar("Found")
 Location = tuple[str | int, ...]
-"""Keys, and places in lists from 0, from the top of a document down to a value."""
+"""Keys and list indices (from 0) from the top of a document to a value."""
 
 HEADER = re.compile(r"^\s*(\[\[?)\s*([^\]\s](?:[^\]]*[^\]\s])?)\s*\]\]?\s*(#.*)?$")
 PART = r"""(?:"[^"]*"|'[^']*'|[A-Za-z0-9_-]+)"""
@@ -52,10 +50,9 @@ class Document:
     """A TOML file.
 
     Args:
-        path: what messages call it.
-        text: its content.
-        raw: its tables, not checked yet.
-        parts: files that some of the tables come from.
+        path: name in messages.
+        raw: unchecked tables.
+        parts: files from which some of the tables come.
     """
 
     path: str
@@ -65,15 +62,10 @@ class Document:
 
     @classmethod
     def read(cls, name_or_path: str, known: Mapping[str, Path], what: str) -> Document:
-        """Read a shipped file by its name, or any file by its path.
-
-        Args:
-            name_or_path: a name of ``known``, or a path.
-            known: shipped files by name.
-            what: what the file is, "scenario" or "study".
+        """Read a shipped file by name, or any file by path; ``what`` is "scenario" or "study".
 
         Raises:
-            ConfigurationError: there is no such file, it is not UTF-8, not TOML, or of the other kind.
+            ConfigurationError: missing file, not UTF-8, not TOML, or of the other kind.
 
         >>> Document.read("quik", {"quick": Path("quick.toml")}, "study")
         Traceback (most recent call last):
@@ -88,7 +80,7 @@ class Document:
 
     @classmethod
     def of_text(cls, text: str, path: str) -> Document:
-        """The document that a TOML text is; ``path`` is what messages call it.
+        """Parse a TOML text; ``path`` is its name in messages.
 
         Raises:
             ConfigurationError: it is not TOML, or exceeds the limits of ``missions.files``.
@@ -104,11 +96,11 @@ class Document:
         return lines_of(self.text)
 
     def line_of(self, key: str) -> int | None:
-        """Line of a dotted key, or of the nearest table around it; None if the file has neither."""
+        """Line of a dotted key, or of the nearest enclosing table; None without either."""
         return line_of(location_of(key, self.raw), self.lines)
 
     def holds(self, key: str) -> bool:
-        """True if the file has the list of tables that a dotted key is in, or the very table: ``[modem.own]``."""
+        """Return True if the file has the table, or list of tables, of a dotted key."""
         first, *others = key_parts(key)
         table = self.raw.get(first)
         return others[0] in table if isinstance(table, dict) and others else table is not None
@@ -116,11 +108,10 @@ class Document:
     def located(
         self, faults: Iterable[ConfigurationFault], options: Mapping[str, str] | None = None
     ) -> list[ConfigurationFault]:
-        """Faults in the order of their lines, each with its line or with the option that it was given by.
+        """Return faults sorted by line, each with its line or command-line option.
 
-        Args:
-            faults: keys are dotted; one that begins with ``--`` is an option already.
-            options: the option that set a dotted key of the document, by key.
+        Keys are dotted; one that begins with ``--`` is an option. ``options`` maps dotted keys to the option that set
+        them.
         """
         found = [self._located(fault, options or {}) for fault in faults]
         return sorted(found, key=lambda fault: (fault.file or "", fault.line or 0))
@@ -140,7 +131,7 @@ class Document:
         return replace(fault, line=part.line_of(fault.key), file=part.path)
 
     def _given(self, key: str) -> str:
-        """The value of a dotted key, as messages show it; empty for a table, and where the file does not have it."""
+        """Value of a dotted key for messages; empty for a table or a missing key."""
         location = location_of(key, self.raw)
         value = _value_at(location, self.raw)
         is_value = len(location) == len(key_parts(key)) and value is not None and not isinstance(value, dict)
@@ -150,7 +141,7 @@ class Document:
     def error(
         self, faults: Iterable[ConfigurationFault], options: Mapping[str, str] | None = None
     ) -> ConfigurationError:
-        """The error to raise, with all faults of the document at once; arguments as for ``located``."""
+        """Create the error with all faults; arguments as for ``located``."""
         return ConfigurationError(self.path, self.located(faults, options))
 
     def faults_of(
@@ -158,28 +149,17 @@ class Document:
         error: ValidationError,
         root: type[BaseModel],
     ) -> list[ConfigurationFault]:
-        """What pydantic has found wrong, in the words of a TOML file.
-
-        Args:
-            error: raised by ``root``.
-            root: model of the whole document.
-        """
+        """Translate pydantic's errors, raised by ``root``, into faults of a TOML file."""
         return [fault_of(detail, root, self.raw) for detail in error.errors() if not _is_consequence(detail)]
 
 
 def validated(
     model: type[Model], raw: Mapping[str, Any], passes_over_unknown: bool = False
 ) -> tuple[Model, list[ConfigurationFault]]:
-    """The tables as values, and what is wrong with them one by one.
+    """Return the tables as values, and their faults one by one.
 
-    Args:
-        model: of the whole document.
-        raw: its tables.
-        passes_over_unknown: True if keys that the model does not have are no faults.
-
-    Returns:
-        The values, on which the checks between tables rest. A malformed table is no attribute of them, so that a check
-        that needs it ends with an AttributeError, see ``well_formed``.
+    Malformed tables are missing from the values, so that checks that need them raise AttributeError, see
+    ``well_formed``. ``passes_over_unknown`` ignores unknown keys.
     """
     try:
         return model.model_validate_json(json.dumps(raw, default=str), strict=True), []
@@ -189,14 +169,14 @@ def validated(
     if passes_over_unknown and unknown:
         tables = deepcopy(dict(raw))
         for *above, key in unknown:
-            _value_at(above, tables).pop(key, None)  # groups may share a table
+            _value_at(above, tables).pop(key, None)  # default None: groups may share a table
         return validated(model, tables, passes_over_unknown)
     faults = [fault_of(detail, model, raw) for detail in details if not _is_consequence(detail)]
     return _well_formed(model, raw, {str(detail["loc"][0]) for detail in details}), faults
 
 
 def _well_formed(model: type[Model], raw: Mapping[str, Any], malformed: Collection[str]) -> Model:
-    """The values of all tables but those that are malformed."""
+    """Values of all well-formed tables."""
     fields: Any = {name: (of.annotation, of) for name, of in model.model_fields.items() if name not in malformed}
     part = create_model("Part", __config__=ConfigDict(extra="ignore", allow_inf_nan=False), **fields)
     values = part.model_validate_json(json.dumps(raw, default=str), strict=True)
@@ -207,14 +187,14 @@ def _well_formed(model: type[Model], raw: Mapping[str, Any], malformed: Collecti
 
 
 def well_formed(check: Callable[[], Iterable[Found]]) -> Iterator[Found]:
-    """What a check of ``validated`` values finds, as far as the tables that it asks for are well-formed."""
+    """Yield the findings of a check until it accesses a malformed table."""
     with passing_over_malformed():
         yield from check()
 
 
 @contextmanager
 def passing_over_malformed() -> Iterator[None]:
-    """End a block where it asks for a malformed table."""
+    """Leave the block silently when it accesses a malformed table."""
     try:
         yield
     except AttributeError as error:
@@ -223,20 +203,20 @@ def passing_over_malformed() -> Iterator[None]:
 
 
 def is_malformed(error: Exception) -> bool:
-    """True for the error by which ``validated`` leaves out a malformed table."""
+    """Return True for the AttributeError of a malformed table in ``validated`` values."""
     of = getattr(error, "obj", None)
     return isinstance(error, AttributeError) and isinstance(of, BaseModel) and error.name in type(of).model_fields
 
 
 def _value_at(location: Iterable[Any], raw: Any) -> Any:
-    """The value at a location; None if there is none."""
+    """Value at a location; None if missing."""
     for part in location:
         raw = raw[part] if isinstance(raw, dict | list) and _has(raw, part) else None
     return raw
 
 
 def is_deep(value: Any) -> bool:
-    """True if tables and lists are nested deeper than any file needs: what walks through them would not get back."""
+    """Return True if nesting exceeds the limit of recursive functions."""
     level = [value]
     for _ in range(MOST_LEVELS):
         level = [
@@ -251,13 +231,7 @@ def is_deep(value: Any) -> bool:
 
 
 def fault_of(detail: Mapping[str, Any], root: type[BaseModel], raw: Mapping[str, Any]) -> ConfigurationFault:
-    """One detail of a ValidationError as a fault; where a key is unknown it lists those allowed.
-
-    Args:
-        detail: one of ``ValidationError.errors()``.
-        root: the model that raised it.
-        raw: the tables that were validated.
-    """
+    """Convert an entry of ``ValidationError.errors()``; unknown keys list the allowed ones."""
     location, kind = detail["loc"], detail["type"]
     key = _key_of(location, raw)
     if kind == "missing":
@@ -273,7 +247,7 @@ def fault_of(detail: Mapping[str, Any], root: type[BaseModel], raw: Mapping[str,
         known = [] if table is None else list(table.model_fields)
         hint = suggestion(str(location[-1]), known)
         return ConfigurationFault(key, given, f"unknown key, allowed here: {', '.join(known)}{hint}")
-    if kind == "string_pattern_mismatch":  # the one pattern there is, of names
+    if kind == "string_pattern_mismatch":  # the only pattern is that of names
         allowed = "allowed: 1 to 40 characters, none of them . / \\ or a control character, and none of = + - @ first"
         return ConfigurationFault(key, given, allowed)
     message = str(detail["msg"]).replace("tuple", "list").replace("Tuple", "list").removeprefix("Value error, ")
@@ -281,7 +255,7 @@ def fault_of(detail: Mapping[str, Any], root: type[BaseModel], raw: Mapping[str,
 
 
 def _is_consequence(detail: Mapping[str, Any]) -> bool:
-    """True for a list that is only too short because an entry of it is wrong."""
+    """True for a list that is too short only because of an invalid entry."""
     context = detail.get("ctx", {})
     given = detail.get("input")
     return detail["type"] == "too_short" and isinstance(given, list) and len(given) >= context.get("min_length", 0)
@@ -305,14 +279,14 @@ def _has(raw: dict[str, Any] | list[Any], part: Any) -> bool:
 
 
 def _table_at(location: Iterable[Any], root: type[BaseModel], raw: Any) -> type[BaseModel] | None:
-    """Model of the table at ``location``; where the table itself says what it is, of that. None if there is none."""
+    """Model of the table at ``location``, by its own kind if it names one; None if missing."""
     table: type[BaseModel] = root
     for part in location:
         raw = raw[part] if isinstance(raw, dict | list) and _has(raw, part) else None
         if isinstance(part, int):
             table = getattr(table, "fitting", lambda _, known=table: known)(raw or {})
             continue
-        if part not in table.model_fields:  # the name of a table among others: modem.own
+        if part not in table.model_fields:  # name of a subtable: modem.own
             continue
         annotation: Any = table.model_fields[part].annotation
         candidates = [annotation, *getattr(annotation, "__args__", ())]
@@ -324,7 +298,7 @@ def _table_at(location: Iterable[Any], root: type[BaseModel], raw: Any) -> type[
 
 
 def lines_of(text: str) -> dict[Location, int]:
-    """Line number of every table and key, entries of lists by index.
+    """Line number of every table and key, list entries by index.
 
     >>> lines_of('[[vehicle]]\\nslot = 1\\n[vehicle.sensor]\\nwidth_m = 2')[("vehicle", 0, "sensor", "width_m")]
     4
@@ -342,7 +316,7 @@ def lines_of(text: str) -> dict[Location, int]:
 
 
 def _table_location(dotted: str, is_entry: bool, counts: dict[Location, int]) -> Location:
-    """Location of a header: below a list it is the list's last entry that is meant."""
+    """Location of a header; below a list its last entry."""
     found: Location = ()
     parts = key_parts(dotted)
     for depth, part in enumerate(parts):
@@ -355,7 +329,7 @@ def _table_location(dotted: str, is_entry: bool, counts: dict[Location, int]) ->
 
 
 def key_parts(key: str) -> list[str]:
-    """Parts of a dotted key; a part in double or single quotes may hold dots.
+    """Parts of a dotted key; quoted parts may contain dots.
 
     >>> key_parts('mission.importance."Performer.RendezVous"')
     ['mission', 'importance', 'Performer.RendezVous']
@@ -372,7 +346,7 @@ def key_parts(key: str) -> list[str]:
 
 
 def location_of(key: str, raw: Mapping[str, Any]) -> Location:
-    """Where a dotted key of a message stands in the tables, as far as they have it.
+    """Location of a dotted key in the tables, as far as it exists.
 
     >>> location_of("vehicle.AUV01.slot", {"vehicle": [{"name": "AUV00"}, {"name": "AUV01", "slot": 2}]})
     ('vehicle', 1, 'slot')
@@ -414,7 +388,7 @@ def _first_with(key: str, entries: Sequence[Any]) -> int | None:
 
 
 def line_of(location: Location, lines: Mapping[Location, int]) -> int | None:
-    """Line of a location: of a key, the name of an entry, the first entry of a list; else of the table around it."""
+    """Line of a key, an entry's name or a list's first entry; else of the enclosing table."""
     while location:
         for nearer in ((*location, "name"), location, (*location, 0)):
             if nearer in lines:

@@ -1,4 +1,4 @@
-"""Errors of the missions package: the user's scenario or study is at fault."""
+"""Errors of the missions package, caused by the user's input or environment."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from typing import Any
 
 LONGEST_VALUE, LONGEST_KEY = 200, 160
-"""Characters of a value, and of a key or a file, that a message shows."""
+"""Greatest length of a value, and of a key or file, in messages."""
 
 
 def cut(text: str, longest: int) -> str:
-    """A text as a message shows it, cut if it is long.
+    """Shorten a text for a message.
 
     >>> cut("abcdefgh", 6)
     'abc...'
@@ -21,7 +21,7 @@ def cut(text: str, longest: int) -> str:
 
 
 def takes(function: Callable[..., Any], n_arguments: int) -> bool:
-    """True if a function can be called with so many arguments, or if Python does not know."""
+    """Return True if a function accepts ``n_arguments``, or if its signature is unknown."""
     try:
         inspect.signature(function).bind(*[None] * n_arguments)
     except TypeError:
@@ -33,11 +33,7 @@ def takes(function: Callable[..., Any], n_arguments: int) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class ConfigurationFault:
-    """One thing wrong with a file: where, what was given, what is allowed.
-
-    Attributes:
-        file: that it stands in, where that is not the file that was named.
-    """
+    """Fault of a file: key, given value, allowed values; ``file`` if not the named one."""
 
     key: str
     given: str
@@ -46,7 +42,7 @@ class ConfigurationFault:
     file: str | None = None
 
     def text(self, file: str) -> str:
-        """The fault on one line, as a message shows it."""
+        """Format the fault on one line."""
         name = cut(self.file or file, LONGEST_KEY)
         where = f"{name}:{self.line}" if self.line else name
         given = f" = {cut(self.given, LONGEST_VALUE)}" if self.given else ""
@@ -54,14 +50,14 @@ class ConfigurationFault:
 
 
 class MissionsError(Exception):
-    """Base of the errors that ``missions`` raises."""
+    """Base of the errors of ``missions``."""
 
 
 class ConfigurationError(MissionsError):
-    """A scenario or study is wrong; all faults are reported at once."""
+    """Invalid scenario or study, with all faults."""
 
     def __init__(self, file: str, faults: Sequence[ConfigurationFault]) -> None:
-        super().__init__(file, tuple(faults))  # what it is made of, so that it goes from process to process
+        super().__init__(file, tuple(faults))  # constructor arguments, for pickling
         self.file = file
         self.faults = tuple(faults)
 
@@ -70,16 +66,16 @@ class ConfigurationError(MissionsError):
 
 
 class OutputError(MissionsError):
-    """An output folder cannot be written, or holds something that would be overwritten."""
+    """Output folder not writable, or with results that would be overwritten."""
 
 
 class DiskFullError(OutputError):
-    """There is no room left for results."""
+    """No space left for results."""
 
 
 class ClusterError(MissionsError):
-    """The cluster cannot be reached, was lost, or runs another version."""
+    """Cluster unreachable, lost, or with another version."""
 
 
 class StudyChangedError(MissionsError):
-    """A folder holds the runs of another study, or of the same study before it was changed."""
+    """Folder with runs of another study, or of another version of it."""

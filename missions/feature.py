@@ -1,8 +1,7 @@
-"""Features: what a scenario may do without, each in one file of ``missions/features`` that has its name.
+"""Optional scenario features, one file each in ``missions/features``.
 
-A file there has a ``FEATURE``: the keys that it brings to the tables of scenarios, what it checks, the words that it
-adds to the ontology, and how it takes part in a run. There is no list of them: whoever puts a file there has a feature,
-and whoever takes it away has one less, and nothing else changes. What a scenario does not use is not made in its runs.
+A file defines ``FEATURE``: keys of scenario tables, checks, vocabulary and run hooks. Adding or removing a file adds or
+removes a feature. Runs contain only the features that their scenario uses.
 """
 
 from __future__ import annotations
@@ -31,18 +30,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Joining:
-    """What a feature may know of the run that it is to take part in.
+    """Data of a run that a feature may use.
 
     Attributes:
-        scenario: the whole input.
-        tbox: core ontology and the words that mission, scenario and features add.
-        instances: what the whole fleet has names for.
-        database: vehicles as the fleet knows them.
-        schedule: of the slots.
-        packet_s: time that the modem takes to send so many bits (s).
-        recorder: takes the rows; a feature declares tables of its own.
-        seed: root of all draws.
-        is_alone: True for a vehicle by itself, which has the clock of its hull.
+        tbox: core ontology with the vocabulary of mission, scenario and features.
+        instances: common individuals of the fleet.
+        database: vehicles as known to the fleet.
+        packet_s: transmission time (s) of a number of bits.
+        is_alone: True for a single-vehicle process with the clock of its hull.
     """
 
     scenario: Scenario
@@ -58,35 +53,29 @@ class Joining:
 
 @dataclass(frozen=True)
 class Feature:
-    """One feature. All but its keys is asked for only where a scenario has one of them.
+    """A feature; all attributes except ``keys`` apply only to scenarios with one of its keys.
 
     Attributes:
-        keys: type and field of each key that it brings, by the table that has the key: "" is the scenario itself,
-            "vehicle" or "communication" a table of it. A key is left out of what is written while it has its default,
-            unless that is to be on.
-        observer: called once for each run; takes part in it, if the feature does anything.
-        checks: called when a scenario is checked, with its well-formed tables and the class of its mission; yields what
-            is wrong between them.
-        words: called with each checked scenario; Turtle files whose words its items use, read only where it uses them.
-        states: attributes of these words that vehicles tell all others, as urgent as what is most urgent.
-        metrics: figures of a run; each is not applicable where the scenario does not use the feature.
-        last_metrics: the same; they stand in the summary behind the others that every run has.
-        instances: called with each checked scenario; class and name of what the whole fleet has names for on top.
-        needed: called when a scenario is checked; attributes of which somebody needs values.
-        on_demand: called with each checked scenario; attributes that are exchanged once somebody needs them.
-        apart_s: called with each checked scenario; the most by which two clocks differ that slots stand (s).
-        ahead_s: called with each checked scenario; the most by which any clock may come to be ahead (s).
-        made_checks: called with a scenario that has no other faults and its mission; yields what is wrong.
-        real: called with each scenario, the data of a vehicle and the seed; the vehicle as it really is in that run.
-        slower: called when a scenario is checked; the share by which vehicles may be slower than their data, and the
-            key that says so.
-        place_error_m: called with each checked scenario and data of vehicles; how far off these may take themselves to
-            be in the time in which they learn their place (m); None where they know it.
-        locating: called with each checked scenario; names of the vehicles near which others learn where they are.
-        water: called with each checked scenario; how the water moves, see ``missions.scenarios.tables.water``; None
-            where it stands.
-        for_all: those of ``states`` that concern everybody, where needs follow from groups.
-        strategy: called with each scenario and its strategy; the strategy that its runs have.
+        keys: type and field of each key, by table: "" is the scenario itself. Keys with their default are not written,
+            unless the default is on.
+        observer: called per run; returns the hooks of the feature, if any.
+        checks: called with well-formed tables and the mission class; yields faults between tables.
+        words: Turtle files of the vocabulary, loaded only if used.
+        states: attributes sent to all vehicles at the highest urgency.
+        metrics: not applicable without the feature; ``last_metrics`` follow those of every run in the summary.
+        instances: class and name of additional common individuals.
+        needed: attributes that some vehicle needs.
+        on_demand: attributes exchanged once needed.
+        apart_s: greatest clock difference that the slots tolerate (s).
+        ahead_s: greatest lead of any clock (s).
+        made_checks: called with a fault-free scenario and its mission; yields faults.
+        real: returns the true data of a vehicle in a run.
+        slower: largest relative loss of speed against the data, and its key.
+        place_error_m: position error accumulated in the time of a fix (m); None without position errors.
+        locating: vehicles near which others obtain fixes.
+        water: current, see ``missions.scenarios.tables.water``; None for still water.
+        for_all: those of ``states`` that all need, if needs follow from groups.
+        strategy: returns the strategy of the runs.
     """
 
     keys: Mapping[str, Mapping[str, tuple[Any, Any]]]
@@ -112,11 +101,8 @@ class Feature:
 
 
 def on_unless_off(key: str, description: str, without: Callable[[], Observer]) -> Feature:
-    """What vehicles have unless a scenario says ``communication.KEY = false``.
+    """Return a feature that is on unless ``communication.KEY = false``.
 
-    Args:
-        key: of the table ``communication``.
-        description: of the key.
-        without: takes it out of the vehicles of a run that does without.
+    ``without`` creates the observer that removes it from the vehicles of a run.
     """
     return Feature({"communication": {key: (bool, Field(True, description=description))}}, lambda joining: without())

@@ -1,9 +1,8 @@
-"""What a mission adds to the figures of its runs: values, which name nothing of the package that draws them.
+"""Figures of missions, declared independently of the drawing package.
 
-A mission declares places, and figures of three kinds: a ``Figure`` has a page of its own, a ``Layer`` is drawn into the
-map of the tracks, a ``Mark`` shows milestones on the tracks. Their functions are handed axes to draw on, the results of
-the run and the ``Style`` of all figures. The caller lays out the page, and lists the labelled artists in the legend. So
-a figure of a mission needs no page, no colours and no file of its own::
+A ``Figure`` has its own page, a ``Layer`` is drawn into the map of tracks, a ``Mark`` shows milestones on tracks. Their
+functions receive axes, the results of a run and the common ``Style``. The caller lays out the page and lists labelled
+artists in the legend. A figure therefore needs no page, colours or file::
 
     def draw(axes, results, style):
         rows = results.table("trajectories").to_pylist()
@@ -16,7 +15,7 @@ a figure of a mission needs no page, no colours and no file of its own::
 
     SPEED = Figure("speed", "Speed of the vehicles over mission time", draw, needs=("trajectories",))
 
-``draw`` may be tried on any axes, with anything that answers as results and style do:
+``draw`` works with any axes and with any objects that have the interfaces of results and style:
 
 >>> from types import SimpleNamespace
 >>> from matplotlib.figure import Figure as Sheet
@@ -52,36 +51,36 @@ PointM = tuple[float, float]
 
 
 class RunResults(Protocol):
-    """What figures read of a run, be it written to a folder or still in memory."""
+    """Results of a run for figures, in a folder or in memory."""
 
     @property
     def summary(self) -> dict[str, Any]:
-        """The figures of the run, as in ``summary.json``."""
+        """Metrics of the run, as in ``summary.json``."""
 
     @property
     def manifest(self) -> dict[str, Any]:
-        """What is needed to repeat the run, as in ``manifest.json``; ``scenario`` is its resolved scenario as TOML."""
+        """Data to repeat the run, as in ``manifest.json``; ``scenario`` is the resolved TOML text."""
 
     @property
     def tables(self) -> tuple[str, ...]:
-        """Names of the tables that are there."""
+        """Names of the available tables."""
 
     @property
     def scenario_tables(self) -> dict[str, Any]:
-        """The resolved scenario as TOML has it."""
+        """Resolved scenario as parsed TOML."""
 
     def has(self, name: str) -> bool:
-        """True if there is a table of that name."""
+        """Return True if the table exists."""
 
     def table(self, name: str) -> Any:
-        """An Arrow table."""
+        """Return an Arrow table."""
 
     def rows(self, name: str) -> list[dict[str, Any]]:
-        """Rows of a table by the names of its columns; none of a table that is not there."""
+        """Return rows as dictionaries; empty for a missing table."""
 
 
 class VehicleLook(Protocol):
-    """How one vehicle is drawn in all figures of a run."""
+    """Appearance of a vehicle in all figures of a run."""
 
     @property
     def colour(self) -> str:
@@ -97,28 +96,28 @@ class VehicleLook(Protocol):
 
 
 class Style(Protocol):
-    """What ``draw`` gets to draw with, so that all figures of a run look alike."""
+    """Common style of all figures of a run."""
 
     @property
     def looks(self) -> Mapping[str, VehicleLook]:
-        """The look of every vehicle by its name, in the order of the scenario."""
+        """Appearance of every vehicle, in scenario order."""
 
     @property
     def black(self) -> str:
-        """Colour of what is about the whole fleet."""
+        """Colour for the whole fleet."""
 
     @property
     def grey(self) -> str:
-        """Colour of what stands behind."""
+        """Colour for the background."""
 
     def tint(self, colour: str, strength: float) -> tuple[float, float, float]:
-        """The colour mixed with white: strength 1 is the colour, 0 is white."""
+        """Mix the colour with white: strength 1 is the colour, 0 is white."""
 
     def axis(self, label: str, unit: str = "") -> str:
-        """Text of an axis: ``mission time (s)``; the label alone without a unit."""
+        """Axis text: ``mission time (s)``; the label alone without a unit."""
 
     def time(self, time_s: float) -> str:
-        """A time with its unit, for captions."""
+        """Format a time with its unit for captions."""
 
 
 STEPS = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
@@ -126,7 +125,7 @@ STEPS = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
 
 
 def round_up(value: float) -> float:
-    """A round number that is not below the value; 1 for 0.
+    """Round up to a round number; 1 for values up to 0.
 
     >>> round_up(2053.0), round_up(130.0)
     (2500.0, 150.0)
@@ -138,27 +137,26 @@ def round_up(value: float) -> float:
 
 
 def axis_end_s(results: RunResults) -> float:
-    """End of a time axis: a round time, so that runs of a scenario that end at about the same time share it."""
+    """Round end of the time axis, shared by runs of similar duration."""
     return round_up(max(float(results.summary["mission_time_s"]), 1.0))
 
 
 Draw = Callable[["Axes", RunResults, Style], str]
-"""Draws on axes, and returns the sentences of the caption.
+"""Draw on axes and return the sentences of the caption.
 
-Called under the settings of all figures, once for each figure written. It must not open, save or resize a figure.
-Artists with a label are listed in the legend.
+Called once per written figure with the settings of all figures. It must not open, save or resize figures. Labelled
+artists appear in the legend.
 """
 
 
 @dataclass(frozen=True)
 class Figure:
-    """A figure of a mission's own, one panel on a page.
+    """A figure with one panel on its own page.
 
     Args:
-        name: kind of the figure, as a user types it; also the name of its file.
-        title: begins the caption, without a full stop.
-        draw: see ``Draw``.
-        needs: tables without which there is nothing to draw; the figure is left out of results that lack one.
+        name: kind and file name.
+        title: start of the caption, without a full stop.
+        needs: required tables; the figure is omitted without them.
     """
 
     name: str
@@ -169,12 +167,11 @@ class Figure:
 
 @dataclass(frozen=True)
 class Layer:
-    """What a mission draws into the map of the tracks, below them; x east and y north in metres.
+    """A layer of the map of tracks, below them (x east, y north, metres).
 
     Args:
-        name: for messages.
-        draw: see ``Draw``; called for each panel of the map. It leaves limits and labels of the axes alone.
-        needs: tables without which there is nothing to draw; the layer is left out of results that lack one.
+        draw: called per map panel; must not change limits or labels.
+        needs: required tables; the layer is omitted without them.
     """
 
     name: str
@@ -184,15 +181,12 @@ class Layer:
 
 @dataclass(frozen=True)
 class Tiles:
-    """Squares that the work at a place consists of, each done on its own: a replay fills them in.
+    """Squares of work at a place, each done separately, which a replay fills in.
 
     Args:
-        size_m: side of a square.
-        squares: (column, row) of each by its number; its south-west corner is at column and row times ``size_m``.
-        attribute: of the facts by which vehicles tell each other of one that is done: the subject is the place, the
-            value the number of the square.
-        table: of those that are done in truth, with the time.
-        columns: of that table, which have column and row.
+        squares: (column, row) by number; the south-west corner is at these times ``size_m``.
+        attribute: of facts about a done square: subject is the place, value the square's number.
+        table: of squares truly done, with time; ``columns`` name its column and row.
     """
 
     size_m: float
@@ -204,13 +198,12 @@ class Tiles:
 
 @dataclass(frozen=True)
 class Place:
-    """A named place of the map; one that is called like a job of the mission is where that job is done.
+    """A named place of the map; the name of a job marks the job's place.
 
     Args:
-        name: written beside it.
-        kind: word for the legend, the same for all places of a kind: ``rally point``.
-        outline_m: one point, drawn as a mark, or the corners of a polygon; metres.
-        tiles: what its work consists of; None where it is done as a whole, or where there is none.
+        kind: legend text, common to all places of a kind.
+        outline_m: one point for a marker, or the corners of a polygon.
+        tiles: squares of its work; None if undivided.
 
     >>> Place("dock", "docking station", ())
     Traceback (most recent call last):
@@ -232,27 +225,18 @@ class Place:
 
 @dataclass(frozen=True)
 class Mark:
-    """Milestones of single vehicles that are marked on their tracks.
-
-    Args:
-        milestone: name of the milestones.
-        label: what legend and caption call them: ``inspection broken off``.
-    """
+    """Milestones of single vehicles shown on their tracks; ``label`` is for legend and caption."""
 
     milestone: str
     label: str
 
 
 Declared = Figure | Layer | Mark
-"""What a mission lists as its figures."""
+"""Declaration of a mission's figure."""
 
 
 def faults_of_figure(found: Any) -> Iterator[str]:
-    """What is wrong with a figure, a layer or a mark as it is declared, in words.
-
-    Args:
-        found: what should be one of them.
-    """
+    """Yield the faults of a declared figure, layer or mark, in words."""
     if not isinstance(found, Figure | Layer | Mark):
         what = f"the class {found.__name__}" if isinstance(found, type) else f"a {type(found).__name__}"
         yield f"it is {what}; expected a remoras.Figure, Layer or Mark, such as Figure(name, title, draw)"

@@ -1,6 +1,6 @@
-"""Files that a user names, a scenario or a study, by a shipped name or by a path; and their values as text.
+"""Scenario and study files, given by shipped name or path, and their values as text.
 
-Nothing heavy is loaded here, so that a name that is mistyped is told at once.
+The module imports nothing heavy, so that a mistyped name fails quickly.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from typing import Any
 from missions.errors import LONGEST_VALUE, ConfigurationError, ConfigurationFault, cut
 
 LARGEST_BYTES = 1_000_000
-"""Largest TOML file that is read: those that are shipped have up to 20 kB."""
+"""Greatest size of a TOML file; shipped ones have up to 20 kB."""
 MOST_PARTS = 100
-"""Most parts of a dotted key that are read: tomllib takes time and memory by their square."""
+"""Most parts of a dotted key; tomllib needs time and memory by their square."""
 MOST_LEVELS = 40
 MOST_TABLES = 10_000
 MOST_BITS = 1023
-"""Of an integer: those above are no numbers of physics, and cannot become one."""
+"""Greatest length of an integer; longer ones do not fit a float."""
 TOO_LONG = "an integer of more than 307 digits; no key needs that"
 LONG_NUMBER = re.compile(r"[\da-fA-F_]{256}")
 TOO_DEEP = f"tables or lists within each other more than {MOST_LEVELS} levels deep; no key needs that"
@@ -31,43 +31,43 @@ PART = r"""(?:"[^"\n]*"|'[^'\n]*'|[A-Za-z0-9_-]++)"""
 DOTTED = re.compile(rf"(?<![A-Za-z0-9_-]){PART}(?:[ \t]*+\.[ \t]*+{PART})++")
 LINE_OF_SYNTAX = re.compile(r"at line (\d+)")
 BYTE_ORDER_MARKS = {b"\xff\xfe": "UTF-16", b"\xfe\xff": "UTF-16"}
-"""First bytes of files that some editors write."""
+"""First bytes of files in other encodings."""
 SCENARIO, STUDY = "scenario", "study"
 COMMANDS = {SCENARIO: "remoras run {file}", STUDY: "remoras sweep {file} --out DIR"}
-"""What makes the run, or the runs, of a file of each kind."""
+"""Command that runs a file of each kind."""
 MISSIONS = Path(__file__).parent
 
 
 def shipped() -> dict[str, Path]:
-    """Scenario files that come with the package, by name: ``mapping/rendezvous.toml`` is ``mapping-rendezvous``."""
+    """Shipped scenario files by name: ``mapping/rendezvous.toml`` is ``mapping-rendezvous``."""
     return {f"{path.parent.name}-{path.stem}": path for path in sorted(MISSIONS.glob("*/*.toml"))}
 
 
 def shipped_abouts() -> dict[str, dict[str, Any]]:
-    """The table ``[scenario]`` of each scenario that comes with the package, by name, as its file has it."""
+    """Table ``[scenario]`` of each shipped scenario, by name."""
     return {name: tables_of(text_of(path), str(path))[SCENARIO] for name, path in shipped().items()}
 
 
 def shipped_studies() -> dict[str, Path]:
-    """Study files that come with the package, by name."""
+    """Shipped study files by name."""
     return {path.stem: path for path in sorted(MISSIONS.glob("*/studies/*.toml"))}
 
 
 def is_study(name_or_path: str) -> bool:
-    """True for the name of a shipped study, and for a TOML file with a table ``[study]``."""
+    """Return True for a shipped study, or a TOML file with a table ``[study]``."""
     return name_or_path in shipped_studies() or has_table(name_or_path, STUDY)
 
 
 def has_table(path: str, name: str) -> bool:
-    """True for a TOML file with such a table."""
+    """Return True for a TOML file with such a table."""
     try:
         return is_file(Path(path)) and name in tables_of(text_of(Path(path), LARGEST_BYTES), path)
-    except ConfigurationError:  # not text, not TOML: whoever reads it as a scenario says so
+    except ConfigurationError:  # reported when it is read as a scenario
         return False
 
 
 class LimitError(ValueError):
-    """A TOML text asks for more than any file needs; ``line`` is that of the text, if it is known."""
+    """TOML text beyond a limit; ``line`` is known for some limits."""
 
     def __init__(self, allowed: str, line: int | None = None) -> None:
         super().__init__(allowed)
@@ -75,10 +75,10 @@ class LimitError(ValueError):
 
 
 def parsed(text: str) -> dict[str, Any]:
-    """The tables of a TOML text, within limits that keep it from taking the machine's time or memory.
+    """Parse a TOML text within limits on time and memory.
 
     Raises:
-        LimitError: a key has too many parts, an integer too many digits, there are too many tables, or too deep ones.
+        LimitError: too many key parts, digits, tables or levels.
         tomllib.TOMLDecodeError: it is not TOML.
 
     >>> parsed("a.b = 1")
@@ -94,7 +94,7 @@ def parsed(text: str) -> dict[str, Any]:
         raise LimitError(TOO_DEEP) from None
     except tomllib.TOMLDecodeError:
         raise
-    except ValueError:  # by which Python refuses to read an integer of thousands of digits
+    except ValueError:  # Python's limit on integers of thousands of digits
         raise LimitError(TOO_LONG, _line_of_digits(text)) from None
     n_tables, waiting = 0, [found]
     while waiting:
@@ -110,12 +110,12 @@ def parsed(text: str) -> dict[str, Any]:
 
 
 def _line_of_digits(text: str) -> int | None:
-    """The first line with a number that is longer than any that is read."""
+    """First line with a number beyond the limit."""
     return next((n for n, row in enumerate(text.split("\n"), 1) if LONG_NUMBER.search(row)), None)
 
 
 def tables_of(text: str, path: str) -> dict[str, Any]:
-    """The tables of a TOML text; ``path`` is what messages call it.
+    """Parse a TOML text; ``path`` is its name in messages.
 
     Raises:
         ConfigurationError: it is not TOML, or exceeds the limits of ``parsed``.
@@ -131,20 +131,15 @@ def tables_of(text: str, path: str) -> dict[str, Any]:
 
 
 def too_large(n_bytes: int) -> str:
-    """What is said of a file of that size."""
+    """Message for a file of that size."""
     return f"has {n_bytes / 1e6:.1f} MB; allowed: up to {LARGEST_BYTES / 1e6:g} MB"
 
 
 def file_of(kind: str, name_or_path: str, known: Mapping[str, Path]) -> Path:
-    """The file of a shipped name or of a path.
-
-    Args:
-        kind: what it should be, "scenario" or "study".
-        name_or_path: as the user gave it.
-        known: shipped files of that kind by name.
+    """Return the file of a shipped name or a path; ``kind`` is "scenario" or "study".
 
     Raises:
-        ConfigurationError: there is no such file, or the name is one of the other kind.
+        ConfigurationError: there is no such file, or the name is of the other kind.
     """
     other = STUDY if kind == SCENARIO else SCENARIO
     path = Path(name_or_path) if name_or_path.endswith(".toml") else known.get(name_or_path, Path(name_or_path))
@@ -156,7 +151,7 @@ def file_of(kind: str, name_or_path: str, known: Mapping[str, Path]) -> Path:
 
 
 def check_named(name_or_path: str) -> None:
-    """Raise ConfigurationError unless there is such a file, or a shipped scenario or study of that name."""
+    """Raise ConfigurationError unless the file or shipped name exists."""
     known = [*shipped(), *shipped_studies()]
     if name_or_path not in known and not is_file(Path(name_or_path)):
         fault = ConfigurationFault("scenario or study", name_or_path, file_or_name(name_or_path, known))
@@ -164,31 +159,25 @@ def check_named(name_or_path: str) -> None:
 
 
 def of_other_kind(file: str, found: str, line: int | None = None) -> ConfigurationError:
-    """The error for a file of another kind than the one that was asked for.
-
-    Args:
-        file: as the user gave it.
-        found: the kind that it is of.
-        line: of the table that says so.
-    """
+    """Create the error for a file of the other kind; ``line`` is that of its table."""
     allowed = f"this is a {found}; start it with: {COMMANDS[found].format(file=shlex.quote(file))}"
     return ConfigurationError(file, [ConfigurationFault(f"[{found}]", "", allowed, line)])
 
 
 def file_or_name(given: str, known: Iterable[str]) -> str:
-    """What is allowed where a file or a shipped name has to be given.
+    """Describe the allowed input of a file or shipped name.
 
     >>> file_or_name("a", [])
     'a TOML file'
     """
-    from worldmodel import suggestion  # loaded when a name is mistyped, which is seldom
+    from worldmodel import suggestion  # loaded for mistyped names only
 
     names = list(known)
     return "a TOML file" + (f" or one of {', '.join(names)}" if names else "") + suggestion(given, names)
 
 
 def is_file(path: Path) -> bool:
-    """True if there is such a file; False too for a name that no file can have."""
+    """Return True for an existing file; False for impossible names."""
     try:
         return path.is_file()
     except (OSError, ValueError):
@@ -196,7 +185,7 @@ def is_file(path: Path) -> bool:
 
 
 def is_named(text: str) -> bool:
-    """True for a text that names an object of a module or of a file, and no field, figure or strategy that is known.
+    """Return True for a reference to an object of a module or file.
 
     >>> is_named("closeness.py:CLOSEST"), is_named("mission_time_s")
     (True, False)
@@ -211,7 +200,7 @@ REFERENCE = re.compile(r"([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*):[A-Za-z_][\w.]*")
 
 
 def texts(value: Any) -> Iterator[str]:
-    """Every text in nested tables and lists."""
+    """Yield every string in nested tables and lists."""
     if isinstance(value, str):
         yield value
     elif isinstance(value, dict | list):
@@ -220,19 +209,16 @@ def texts(value: Any) -> Iterator[str]:
 
 
 def is_reference(text: str) -> bool:
-    """True for a text that may name an object of a module that is not this program's own."""
+    """Return True for a possible reference to an object of an external module."""
     match = REFERENCE.fullmatch(text)
     return match is not None and match[1].partition(".")[0] not in OURS
 
 
 def text_of(path: Path, most_bytes: int | None = None) -> str:
-    """Text of a UTF-8 file, with or without a byte order mark.
-
-    Args:
-        path: of the file; most_bytes: that it may have.
+    """Read a UTF-8 file, with or without a byte order mark, of at most ``most_bytes``.
 
     Raises:
-        ConfigurationError: it cannot be read, is too large, or has another encoding.
+        ConfigurationError: unreadable, too large, or in another encoding.
     """
     try:
         if most_bytes is not None and (n_bytes := path.stat().st_size) > most_bytes:
@@ -252,14 +238,14 @@ def text_of(path: Path, most_bytes: int | None = None) -> str:
 
 
 def _other_encoding(content: bytes) -> str:
-    """Name of an encoding that the file seems to have instead of UTF-8; empty if it seems to have none."""
+    """Name of an apparent encoding other than UTF-8, else empty."""
     if mark := BYTE_ORDER_MARKS.get(content[:2]):
         return mark
     return "UTF-16 or no text" if b"\0" in content[:1000] else ""
 
 
 def toml_value(value: Any) -> str:
-    """A value on one line of TOML.
+    """Format a value as one line of TOML.
 
     >>> toml_value([0.5, True, {"name": "a b"}, float("inf")])
     '[0.5, true, {"name" = "a b"}, inf]'
@@ -276,14 +262,14 @@ def toml_value(value: Any) -> str:
 
 
 def shown(value: Any) -> str:
-    """A value as a message shows it, cut if it is long."""
+    """Format a value for a message, shortened."""
     return cut(toml_value(value), LONGEST_VALUE)
 
 
 def keys_of_options(
     strategy: str | None, policy: str | None, channel: str | None, network: str | None, per: str | float | None
 ) -> list[tuple[str, str, Any]]:
-    """(option, key of a scenario, value) of the options of a run that are given; a network needs its channel."""
+    """Return (option, scenario key, value) of the given options; a network implies its channel."""
     options = (
         ("strategy", "strategy.name", strategy),
         ("policy", "communication.policy", policy),

@@ -1,7 +1,7 @@
-"""Graphs of a run for networkx: communication, knowledge, organisation, structure.
+"""Networkx graphs of a run: communication, knowledge, organisation, structure.
 
-They are networkx graphs of what the tables say, made when they are asked for; no step of a mission makes one. Names of
-attributes end with their unit; ``graph.graph["units"]`` has them, too. Nodes have a ``kind``, and so have edges.
+They are created from tables on request. Attribute names end with their unit, also listed in ``graph.graph["units"]``.
+Nodes and edges have a ``kind``.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ RoleKey = tuple[str, str]
 
 
 class RoleDemand(NamedTuple):
-    """What a role demands: from ``minimum`` to ``maximum`` holders, any number if that is None."""
+    """Demand of a role: ``minimum`` to ``maximum`` holders; None is unlimited."""
 
     name: str
     minimum: int = 0
@@ -33,7 +33,7 @@ class RoleDemand(NamedTuple):
 
     @property
     def cardinality(self) -> str:
-        """How many may hold it, in short.
+        """Short form of the number of holders.
 
         >>> tuple(RoleDemand("a", *bounds).cardinality for bounds in ((1, 1), (0, 2), (1,), ()))
         ('(1)', '(0\u20132)', '(\u2265 1)', '')
@@ -44,7 +44,7 @@ class RoleDemand(NamedTuple):
 
 
 class GroupNode(NamedTuple):
-    """A group: the one whose heads supervise it (empty if none does), and whether it is there from the start."""
+    """A group; ``above`` is its supervising group or empty, ``is_founded`` True if initial."""
 
     name: str
     above: str
@@ -53,14 +53,10 @@ class GroupNode(NamedTuple):
 
 
 def group_nodes(scenario: Mapping[str, Any], met: Iterable[RoleKey] = ()) -> list[GroupNode]:
-    """Groups in the order of the scenario, then those that a table alone names.
+    """Return groups in scenario order, then those found only in tables.
 
-    A group is supervised by the one that it is ``within``, or whose head forms it at sea (``formed_by``); one that has
-    neither, nor a mission from the start, by the first that has a mission.
-
-    Args:
-        scenario: resolved.
-        met: groups and roles that stand in the tables of the run.
+    The supervising group is that of ``within`` or ``formed_by``. A group with neither, and without an initial mission,
+    is supervised by the first group with a mission. ``met`` are groups and roles in the tables of the run.
     """
     declared = list(scenario.get("group", ()))
     leading = next((group["name"] for group in declared if group.get("mission")), "")
@@ -85,55 +81,55 @@ def _role(role: Mapping[str, Any]) -> RoleDemand:
 TAKES: Mapping[str, tuple[str, ...]] = {
     "organisation": ("at_s", "viewer"), "heard": ("from_s", "until_s"), "plan": ("at_s", "viewer"), "jobs": (),
 }  # fmt: skip
-"""Graphs that a run has, and what each goes by."""
+"""Graphs of a run and their parameters."""
 VEHICLE, GROUP, ROLE, TASK, JOB, NODE = "vehicle", "group", "role", "task", "job", "node"
 """Kinds of nodes."""
 UNITS = {
     "s": "s", "m": "m", "bits": "bit", "j": "J", "fraction": "1", "per": "1",
 }  # fmt: skip
-"""Units by the last part of the name of an attribute."""
+"""Units by the suffix of an attribute."""
 
 
 class GraphJob(Protocol):
-    """What a graph needs of a job, see ``remoras.work``."""
+    """Job interface of graphs, see ``remoras.work``."""
 
     @property
     def name(self) -> str:
-        """Its name."""
+        """Name of the job."""
 
     @property
     def place_m(self) -> tuple[float, float]:
-        """Where it is."""
+        """Place of the job."""
 
     @property
     def needs(self) -> tuple[str, ...]:
-        """Jobs that must be done before."""
+        """Jobs to be done before."""
 
     def is_able(self, data: Any) -> bool:
-        """True if a vehicle has what it takes."""
+        """Return True if a vehicle can do it."""
 
 
 class GraphNetwork(Protocol):
-    """What a graph needs of a network that was measured."""
+    """Interface of a measured network."""
 
     @property
     def node(self) -> Sequence[Any]:
-        """Its nodes."""
+        """Nodes of the network."""
 
     @property
     def per(self) -> Mapping[tuple[str, str], float]:
-        """Share lost by (sender, receiver)."""
+        """Packet loss by (sender, receiver)."""
 
 
 def checked_name(name: str) -> str:
-    """The name of a graph; raises OutputError if there is none."""
+    """Return the name of a graph; raise OutputError if unknown."""
     if name not in TAKES:
         raise OutputError(f"graph {name!r}: allowed are {', '.join(TAKES)}{suggestion(str(name), TAKES)}")
     return name
 
 
 def library() -> Any:
-    """The library networkx; raises OutputError where it is not installed."""
+    """Return networkx; raise OutputError if it is not installed."""
     try:
         import networkx
     except ImportError:
@@ -142,7 +138,7 @@ def library() -> Any:
 
 
 def _time_s(name: str, value: float | None, default_s: float, end_s: float) -> float:
-    """A time of the run; raises OutputError if it has no such time."""
+    """Return a valid time of the run, or raise OutputError."""
     if value is None:
         return default_s
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 <= value <= end_s:
@@ -155,7 +151,7 @@ def _vehicles(results: RunResults) -> list[str]:
 
 
 def _moment_s(results: RunResults, at_s: float | None, viewer: str) -> float:
-    """The time that is asked for, by default the end of the run; raises OutputError without such a time or vehicle."""
+    """Return the requested time, by default the end; raise OutputError if invalid."""
     vehicles, end_s = _vehicles(results), results.summary["mission_time_s"]
     if viewer and viewer not in vehicles:
         raise OutputError(f"viewer {viewer!r}: there are {', '.join(vehicles)}{suggestion(str(viewer), vehicles)}")
@@ -163,12 +159,9 @@ def _moment_s(results: RunResults, at_s: float | None, viewer: str) -> float:
 
 
 def organisation_graph(results: RunResults, at_s: float | None = None, viewer: str = "") -> nx.DiGraph:
-    """Who plays what: vehicle to role ("plays"), role to group ("of"), group to the one that supervises it ("within").
+    """Graph of vehicle to role ("plays"), role to group ("of"), group to supervisor ("within").
 
-    Args:
-        results: of the run.
-        at_s: when; the end of the run if None.
-        viewer: in whose view; empty for what every vehicle takes itself to hold.
+    ``at_s`` None is the end of the run; ``viewer`` "" means each vehicle's own roles.
 
     Raises:
         OutputError: the run has no such time or vehicle.
@@ -206,17 +199,13 @@ def _mark_absent(graph: nx.DiGraph, results: RunResults, viewer: str, moment_s: 
 
 
 def heard_graph(results: RunResults, from_s: float | None = None, until_s: float | None = None) -> nx.DiGraph:
-    """Who heard whom: an edge from each sender to each vehicle that heard or lost a packet of it.
+    """Graph of reception: edge from each sender to each vehicle that received or lost packets.
 
-    An edge counts packets: ``n_heard``, ``n_lost`` on the way, ``n_collided``; ``heard_fraction`` of them all, and
-    ``heard_bits``. A node has what the vehicle itself sent.
-
-    Args:
-        results: of the run.
-        from_s: of packets that began then or later, from the start if None; until_s: and before then, else to the end.
+    Edges have ``n_heard``, ``n_lost``, ``n_collided``, ``heard_fraction`` of these, and ``heard_bits``; nodes have what
+    the vehicle sent. Packets start from ``from_s`` (None: 0) to before ``until_s`` (None: end).
 
     Raises:
-        OutputError: the run has no such time, or they are in the wrong order.
+        OutputError: times outside the run or in wrong order.
     """
     end_s = results.summary["mission_time_s"]
     first_s, last_s = _time_s("from_s", from_s, 0.0, end_s), _time_s("until_s", until_s, math.inf, end_s)
@@ -229,7 +218,7 @@ def heard_graph(results: RunResults, from_s: float | None = None, until_s: float
 
 
 def heard_among(vehicles: Iterable[str], packets: Iterable[Mapping[str, Any]]) -> nx.DiGraph:
-    """Who of these vehicles heard whom, by rows of the table of packets; see ``heard_graph``."""
+    """Graph of reception between these vehicles from rows of packets; see ``heard_graph``."""
     nx = library()
     graph = nx.DiGraph()
     for vehicle in vehicles:
@@ -251,15 +240,10 @@ def heard_among(vehicles: Iterable[str], packets: Iterable[Mapping[str, Any]]) -
 
 
 def plan_graph(results: RunResults, at_s: float | None = None, viewer: str = "") -> nx.DiGraph:
-    """Plans as trees: from each task to those that it was divided into ("divided").
+    """Graph of plan trees: edges ("divided") from each task to its subtasks.
 
-    A task has its vehicle, group, name, method and status, since when it has this status (``since_s``), and when it
-    was expected to end (``expected_end_s``) where somebody can tell.
-
-    Args:
-        results: of the run.
-        at_s: when; the end of the run if None.
-        viewer: whose plans; those of all if empty.
+    Tasks have vehicle, group, name, method, status, ``since_s`` and, if known, ``expected_end_s``. ``at_s`` None is the
+    end of the run; ``viewer`` "" means all vehicles.
 
     Raises:
         OutputError: the run has no such time or vehicle.
@@ -283,12 +267,7 @@ def plan_graph(results: RunResults, at_s: float | None = None, viewer: str = "")
 
 
 def jobs_graph(jobs: Iterable[GraphJob], vehicles: Mapping[str, Any]) -> nx.DiGraph:
-    """Jobs and what they need: from a job to those that come after it ("before"), and from who is able ("able").
-
-    Args:
-        jobs: of the mission.
-        vehicles: data of the vehicles by name.
-    """
+    """Graph of jobs: edges to later jobs ("before") and from able vehicles ("able")."""
     nx = library()
     graph = nx.DiGraph(name="jobs")
     for vehicle in vehicles:
@@ -304,7 +283,7 @@ def jobs_graph(jobs: Iterable[GraphJob], vehicles: Mapping[str, Any]) -> nx.DiGr
 
 
 def network_graph(network: GraphNetwork) -> nx.DiGraph:
-    """What the links of a network lose: an edge from each sender to each receiver, with the share lost (``per``)."""
+    """Graph of links with their packet loss (``per``)."""
     nx = library()
     graph = nx.DiGraph(name="network")
     for node in network.node:
@@ -317,7 +296,7 @@ def network_graph(network: GraphNetwork) -> nx.DiGraph:
 
 
 def _with_units(graph: nx.DiGraph) -> nx.DiGraph:
-    """The graph with the units of its attributes, by their names."""
+    """Add the units of the attributes."""
     values = [*(data for _, data in graph.nodes(data=True)), *(data for _, _, data in graph.edges(data=True))]
     names = sorted({name for data in values for name in data})
     graph.graph["units"] = {name: UNITS[name.rpartition("_")[2]] for name in names if name.rpartition("_")[2] in UNITS}
@@ -325,7 +304,7 @@ def _with_units(graph: nx.DiGraph) -> nx.DiGraph:
 
 
 def mutual(graph: nx.DiGraph) -> nx.Graph:
-    """The links that were used both ways: each of the two heard the other."""
+    """Return the links with reception in both directions."""
     nx = library()
     both = nx.Graph()
     both.add_nodes_from(graph.nodes(data=True))
@@ -335,18 +314,18 @@ def mutual(graph: nx.DiGraph) -> nx.Graph:
 
 
 def cutting(graph: nx.DiGraph) -> frozenset[str]:
-    """Vehicles without which the others would fall apart: the articulation points of the links used both ways."""
+    """Return the articulation points of the mutual links."""
     nx = library()
     return frozenset(nx.articulation_points(mutual(graph)))
 
 
 def n_parts(graph: nx.DiGraph) -> int:
-    """Parts of the fleet that are tied by links used both ways."""
+    """Number of components of the mutual links."""
     return int(library().number_connected_components(mutual(graph)))
 
 
 def is_connected(graph: nx.DiGraph) -> bool:
-    """True if what any vehicle said could reach every other, directly or passed on."""
+    """Return True if every vehicle can reach every other, directly or by relay."""
     nx = library()
     heard = nx.DiGraph()
     heard.add_nodes_from(graph.nodes)

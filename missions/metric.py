@@ -1,8 +1,7 @@
-"""Metric: a figure that says how a run went, declared once beside the function that computes it.
+"""Metric: value that characterises a run, declared with the function that computes it.
 
-The summary of a run, the metrics that a study may name, the direction of a ranking, axes and captions follow from the
-declaration. What its function may read is a ``MeasuredRun``: a run that has just ended and one that was written answer
-alike, so a metric can be had of results that exist.
+Summaries, study metrics, rankings, axes and captions follow from the declaration. The function reads a ``MeasuredRun``,
+in memory or stored, so that new metrics apply to existing results.
 """
 
 from __future__ import annotations
@@ -34,11 +33,11 @@ TAKEN = frozenset({
     "scenario", "strategy", "policy", "channel", "per", "seed", "n_vehicles", "reason", "milestones", "drawn", "run_id",
     "key", "repeat", "unforeseen", "status", "error", "replay", "wall_s", "cpu_s", "host", "worker", "finished_at",
 })  # fmt: skip
-"""Fields of a summary and columns of the table of runs that are no metrics."""
+"""Fields of summaries and columns of the table of runs that are not metrics."""
 
 
 class Better(Enum):
-    """Which of two values of a metric is the better one."""
+    """Direction of a metric."""
 
     HIGHER = "higher"
     LOWER = "lower"
@@ -46,55 +45,52 @@ class Better(Enum):
 
 
 class Absent(Enum):
-    """Value of a metric that says nothing of a run; the summary leaves its field out."""
+    """Value of a metric without meaning in a run; the summary omits its field."""
 
     NOT_APPLICABLE = "not applicable"
 
 
 NOT_APPLICABLE = Absent.NOT_APPLICABLE
-"""The metric makes no sense in this run: nothing to recover from, for example."""
+"""The metric does not apply to this run."""
 
 
 class MeasuredTables(Protocol):
-    """The tables of a run that has ended."""
+    """Tables of a finished run."""
 
     @property
     def bits(self) -> Counter[Content]:
-        """Bits sent by the whole fleet, by what they are for."""
+        """Bits sent by the fleet, by content."""
 
     def rows(self, table: str) -> Sequence[tuple[Any, ...]]:
-        """Rows of a table as tuples, in the order of its columns and in time order; none of a table that is not there.
-
-        Rows of one time stand in the order of the vehicles in the scenario. Units are those of the table's columns.
-        """
+        """Rows as tuples in column and time order, then vehicle order; empty for a missing table."""
 
 
 class AgreedBefore(Protocol):
-    """What was settled before the mission began."""
+    """Configuration before the mission."""
 
     @property
     def strategy(self) -> Strategy:
-        """The organisational strategy, with its parameters."""
+        """Organisational strategy with parameters."""
 
     @property
     def database(self) -> AUVDatabase:
-        """Vehicles as the fleet knows them."""
+        """Vehicles as known to the fleet."""
 
     @property
     def agreement(self) -> Agreement:
-        """Groups, roles and who founds them."""
+        """Groups, roles and their initial holders."""
 
     @property
     def tbox(self) -> TBox:
-        """The ontology: what could be said."""
+        """Ontology."""
 
     @property
     def subjects(self) -> Subjects | None:
-        """What vehicles are told of where needs follow from groups; None where all need the same."""
+        """Recipients of facts if needs follow from groups; None if all vehicles need the same."""
 
 
 class MeasuredRun(Protocol):
-    """What a metric may read of a run that has ended, be it in memory, in its folder or among the tables of a sweep."""
+    """Data of a finished run for metrics, in memory, in its folder or in a sweep."""
 
     @property
     def scenario(self) -> Scenario:
@@ -102,7 +98,7 @@ class MeasuredRun(Protocol):
 
     @property
     def mission(self) -> Mission:
-        """The mission of the scenario; ``mission.world(run.seed)`` is what its sensors perceived."""
+        """Mission; ``mission.world(run.seed)`` is the world of its sensors."""
 
     @property
     def seed(self) -> int:
@@ -110,67 +106,65 @@ class MeasuredRun(Protocol):
 
     @property
     def recorder(self) -> MeasuredTables:
-        """The tables: ``run.recorder.rows("trajectories")``."""
+        """Tables: ``run.recorder.rows("trajectories")``."""
 
     @property
     def milestones(self) -> Sequence[Milestone]:
-        """What happened when, in time order."""
+        """Milestones in time order."""
 
     @property
     def completed(self) -> bool:
-        """True if the mission is complete."""
+        """True if the mission completed."""
 
     @property
     def reason(self) -> str:
-        """Why it is not complete; empty if it is."""
+        """Reason of failure; empty if completed."""
 
     @property
     def end_s(self) -> float:
-        """Mission time (s); the whole duration where the mission is not complete."""
+        """Mission time (s); the whole duration if not completed."""
 
     @property
     def goal_fraction(self) -> float:
-        """Share of the mission's whole goal that was reached on the ground, 0..1."""
+        """Share of the goal truly achieved, 0..1."""
 
     @property
     def reachable_fraction(self) -> float:
-        """Share that was reached, or was within reach of the vehicles left at the end, 0..1."""
+        """Share achieved or achievable by the vehicles remaining at the end, 0..1."""
 
     @property
     def distance_m(self) -> float:
-        """Distance travelled by the whole fleet (m)."""
+        """Distance travelled by the fleet (m)."""
 
     @property
     def n_false_beliefs(self) -> int:
-        """How often a vehicle came to believe that a peer held what that peer lacked."""
+        """Number of false beliefs that a peer stores a block."""
 
     @property
     def wrong_belief_fraction(self) -> float | None:
-        """Share of the beliefs of who does a job that were wrong, 0..1; None if there were none."""
+        """Share of wrong beliefs about the executor of a job, 0..1; None without beliefs."""
 
     @property
     def settled(self) -> Settled | None:
-        """How the exchange after the mission ended; None where there was none."""
+        """Result of the exchange after the mission; None without one."""
 
     @property
     def setup(self) -> AgreedBefore:
-        """What was settled before the mission began."""
+        """Configuration before the mission."""
 
 
 @dataclass(frozen=True)
 class Metric:
-    """One field of a summary that can be compared between runs.
+    """A field of the summary that can be compared between runs.
 
     Args:
-        name: name of the field, with its unit as suffix if it has one.
-        unit: unit, empty for numbers without one.
-        better: the direction of a ranking.
-        label: what axes and captions call it, without the unit; with hyphens also the name of its chart.
-        of: its value in a finished run; None where the run has none, NOT_APPLICABLE where the run cannot have one.
-        headline: True if a study that names no metrics compares it.
-        note: sentence that captions add, for example about what is left out.
-        censored: True for the time (s) to an event that a run may not reach: None means "not by the end". Such a run
-            is not left out of a mean; it counts with the mission's whole duration.
+        name: of the field, with its unit as suffix.
+        label: for axes and captions, without the unit; hyphenated also the name of its chart.
+        of: value in a finished run; None if the run has none, NOT_APPLICABLE if it cannot.
+        headline: True if studies compare it by default.
+        note: additional sentence of captions.
+        censored: True for the time (s) to an event; None then means "not by the end", and the run counts with the
+            mission's duration.
     """
 
     name: str
@@ -185,17 +179,7 @@ class Metric:
 
 @dataclass(frozen=True)
 class MetricRecord:
-    """The declaration of a metric as results keep it, without its function.
-
-    Args:
-        name: field of the summary.
-        unit: unit, empty without one.
-        better: direction of a ranking.
-        label: what axes and captions call it, without the unit.
-        headline: True if it is compared where no metrics are named.
-        note: sentence that captions add.
-        censored: True for the time to an event that a run may not reach.
-    """
+    """Stored declaration of a ``Metric``, without its function."""
 
     name: str
     unit: str
@@ -207,20 +191,16 @@ class MetricRecord:
 
     @classmethod
     def of(cls, metric: Metric) -> MetricRecord:
-        """The record of a metric."""
+        """Create the record of a metric."""
         return cls(**{name: getattr(metric, name) for name in cls.__dataclass_fields__})
 
     def written(self) -> dict[str, Any]:
-        """The declaration as JSON has it."""
+        """Return the declaration for JSON."""
         return {**vars(self), "better": self.better.value}
 
     @classmethod
     def read(cls, entry: Mapping[str, Any]) -> MetricRecord:
-        """The declaration that JSON has.
-
-        Raises:
-            OutputError: a part of it is missing, or its direction is none.
-        """
+        """Read a declaration from JSON; raise OutputError if incomplete or without valid direction."""
         try:
             better = Better(entry["better"])
             name, unit, label = (str(entry[key]) for key in ("name", "unit", "label"))
@@ -235,11 +215,11 @@ class MetricRecord:
 
 
 WHOLE = "it"
-"""What faults call a declaration as a whole."""
+"""Name of a declaration as a whole in faults."""
 
 
 class PartFault(NamedTuple):
-    """What is wrong with a part of a declaration: which part, what was given, what is allowed."""
+    """Fault of a part of a declaration, with given and allowed values."""
 
     part: str
     given: str
@@ -247,22 +227,18 @@ class PartFault(NamedTuple):
 
     @property
     def text(self) -> str:
-        """The fault in words."""
+        """Format the fault."""
         if self.part == WHOLE:
             return f"{self.part} {self.allowed}"
         return f"{self.part} = {self.given}: {self.allowed}" if self.given else f"{self.part}: {self.allowed}"
 
 
 NAME = re.compile(r"[^\s:/]+")
-"""Names of metrics: they are keys, columns of tables and parts of names of files."""
+"""Names of metrics: keys, columns and parts of file names."""
 
 
 def faults_of_metric(found: Any) -> Iterator[PartFault]:
-    """What is wrong with a metric as it is declared, before it is asked of any run.
-
-    Args:
-        found: what should be a ``Metric``.
-    """
+    """Yield the faults of a declared metric."""
     if not isinstance(found, Metric):
         what = f"the class {found.__name__}" if isinstance(found, type) else f"a {type(found).__name__}"
         yield PartFault(
@@ -290,20 +266,15 @@ def faults_of_metric(found: Any) -> Iterator[PartFault]:
 
 
 def _alike(one: str, other: str) -> bool:
-    """True for labels that differ in case and signs alone: their charts would have one name."""
+    """True for labels that differ in case and punctuation only: their charts would share a name."""
     return re.sub(r"[^a-z0-9]+", "", str(one).lower()) == re.sub(r"[^a-z0-9]+", "", str(other).lower())
 
 
 def collected(source: str, metrics: Iterable[Metric]) -> dict[str, Metric]:
-    """Metrics by name, in their order.
-
-    Args:
-        source: who declares them, for messages.
-        metrics: those of every run, then those of the mission.
+    """Return metrics by name, in order; ``source`` is the declaring mission for messages.
 
     Raises:
-        ConfigurationError: a part of a metric is none, its name is that of another field, or two have one name
-            or one label.
+        ConfigurationError: invalid declaration, name of another field, or repeated name or label.
     """
     found: dict[str, Metric] = {}
     faults: list[ConfigurationFault] = []

@@ -1,15 +1,14 @@
-"""Rounds: a time in which no fleet can do a mission's work, however it divides it among its vehicles.
+"""Lower bound on mission time, for any division of the work among a fleet.
 
-A vehicle leaves its start, comes to every job of which it does a part, and ends where the fleet meets. What it needs
-for that at least is its *round*: the shortest way over these jobs, without turning. In what is left of the time it
-works. The work of a fleet has a length, and whatever part of a job a vehicle does, all of that length is done by
-somebody. So a time T is enough only if the vehicles that work have together, beside their rounds, the time for it:
+A vehicle leaves its start, visits every job of which it does a part, and ends at the rendezvous. Its *round* is the
+shortest path over these jobs, without turns; the remaining time is work. The total work has a fixed length. A time T is
+therefore feasible only if the working vehicles together have enough time beside their rounds:
 
     sum over them of work_mps (T - round_s) >= work_m
 
-``least_time_s`` is the least T of all sets of vehicles that work, and of all divisions of the jobs. A vehicle of such
-a set that is the only one at no job helps at the nearest, so shared jobs and jobs that are taken over are covered. The
-search is exact: the shortest rounds by Held and Karp (1962), the divisions by all subsets of the jobs.
+``least_time_s`` is the least T over all sets of working vehicles and all divisions of the jobs. A vehicle without a job
+of its own helps at the nearest, which covers shared and resumed jobs. The search is exact: shortest rounds by Held and
+Karp (1962), divisions by all subsets of jobs.
 """
 
 from __future__ import annotations
@@ -22,19 +21,19 @@ import numpy as np
 import numpy.typing as npt
 
 MOST_JOBS = 14
-"""The search takes the time and memory of 3 to the power of the jobs."""
+"""Limit of jobs: time and memory grow as 3 to the power of their number."""
 
 Times = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Rounder:
-    """One vehicle that may work.
+    """A vehicle that may work.
 
     Attributes:
-        out_m: least way from its start to each job.
-        home_m: least way from each job to where it counts as having met; 0 if it need not come there.
-        transit_mps, work_mps: its greatest speeds on the way and at work.
+        out_m: least path from its start to each job.
+        home_m: least path from each job to the rendezvous; 0 if it need not come.
+        transit_mps, work_mps: greatest speeds in transit and at work.
     """
 
     out_m: tuple[float, ...]
@@ -45,13 +44,7 @@ class Rounder:
 
 @dataclass(frozen=True)
 class Rounds:
-    """The work of a mission, as far as a bound needs it.
-
-    Attributes:
-        legs_m: least way from each job to each.
-        work_m: length of all the work.
-        vehicles: those that may work.
-    """
+    """Work of a mission for the bound; ``legs_m`` are least paths between jobs."""
 
     legs_m: tuple[tuple[float, ...], ...]
     work_m: float
@@ -59,10 +52,10 @@ class Rounds:
 
 
 def least_time_s(rounds: Rounds) -> float:
-    """The time (s) that the work takes at least; see the module's text.
+    """Least time (s) of the work, see the module.
 
     Raises:
-        ValueError: there are no vehicles, no jobs, or more than ``MOST_JOBS``.
+        ValueError: no vehicles, no jobs, or more than ``MOST_JOBS``.
 
     >>> alone = Rounder((100.0,), (50.0,), 2.0, 1.0)
     >>> least_time_s(Rounds(((0.0,),), 300.0, (alone,)))
@@ -74,7 +67,7 @@ def least_time_s(rounds: Rounds) -> float:
     if not rounds.vehicles or not 1 <= n_jobs <= MOST_JOBS:
         raise ValueError(f"{len(rounds.vehicles)} vehicles, {n_jobs} jobs; allowed: 1 or more, and 1 to {MOST_JOBS}")
     legs_m = shortest_m(rounds.legs_m)
-    costs = [vehicle.work_mps * _round_times_s(vehicle, legs_m) for vehicle in rounds.vehicles]  # metres of work lost
+    costs = [vehicle.work_mps * _round_times_s(vehicle, legs_m) for vehicle in rounds.vehicles]  # lost work (m)
     best_s = math.inf
     for working in _sets(len(costs)):
         work_mps = math.fsum(rounds.vehicles[number].work_mps for number in working)
@@ -86,7 +79,7 @@ def least_time_s(rounds: Rounds) -> float:
 
 
 def shortest_m(legs_m: Sequence[Sequence[float]]) -> Times:
-    """Least ways between all jobs by way of any others, which cross these for nothing (Floyd 1962)."""
+    """Shortest paths between all jobs via others (Floyd 1962)."""
     found: Times = np.array(legs_m, dtype=np.float64)
     for by in range(len(found)):
         found = np.minimum(found, found[:, by : by + 1] + found[by : by + 1, :])
@@ -94,13 +87,13 @@ def shortest_m(legs_m: Sequence[Sequence[float]]) -> Times:
 
 
 def _sets(n: int) -> Iterator[tuple[int, ...]]:
-    """All sets of so many vehicles but the empty one, the largest first: the others are then seldom looked at."""
+    """All non-empty sets of vehicles, largest first: smaller ones rarely improve the bound."""
     numbered = sorted(range(1, 1 << n), key=lambda bits: (-bits.bit_count(), bits))
     return (tuple(number for number in range(n) if bits >> number & 1) for bits in numbered)
 
 
 def _round_times_s(vehicle: Rounder, legs_m: Times) -> Times:
-    """Time of the shortest round over each set of jobs, by its bits; of the empty set that of the nearest job."""
+    """Time of the shortest round over each set of jobs (bits); empty set: the nearest job."""
     n = len(legs_m)
     way_m: Times = np.full((1 << n, n), np.inf)
     for job in range(n):
@@ -116,7 +109,7 @@ def _round_times_s(vehicle: Rounder, legs_m: Times) -> Times:
 
 
 def _least_sum(costs: Sequence[Times]) -> float:
-    """Least sum of the costs of sets of jobs, one for each vehicle, that together are all jobs."""
+    """Least sum of costs over job sets, one per vehicle, that cover all jobs."""
     every = np.arange(len(costs[0]))
     least = costs[0].copy()
     for own in costs[1:]:

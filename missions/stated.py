@@ -1,4 +1,4 @@
-"""What the vehicles of a run said of numbers and points and how surely, to set it beside the truth and each other."""
+"""Stated observations of vehicles with uncertainty, for comparison with the truth."""
 
 from __future__ import annotations
 
@@ -14,12 +14,9 @@ from worldmodel.valuetext import from_text, uncertainty_from_text
 def stated(
     items: Iterable[tuple[Any, ...]], tbox: TBox, vehicles: Iterable[str]
 ) -> dict[tuple[str, str], list[Observation]]:
-    """Observations with an uncertainty, by names of subject and attribute; those of banned vehicles are there too.
+    """Return uncertain observations by subject and attribute, excluded vehicles included.
 
-    Args:
-        items: rows of the table ``items``.
-        tbox: the ontology; attributes that it has not are left out.
-        vehicles: names of all that may say something, by their numbers.
+    ``items`` are rows of the table ``items``; ``vehicles`` are names by number. Unknown attributes are left out.
     """
     attributes = {one.name: one for one in tbox.attributes if one.kind in MEASURED and one.uncertainty is not None}
     numbers = {name: number for number, name in enumerate(vehicles)}
@@ -34,11 +31,7 @@ def stated(
 def places_m(
     items: Iterable[tuple[Any, ...]], vehicles: Iterable[str]
 ) -> Iterator[list[tuple[tuple[float, float], float]]]:
-    """For each thing, after each look at it: its fused ``location`` and the standard deviation of that (m).
-
-    Args:
-        items: rows of the table ``items``; vehicles: names of all that may say something, by their numbers.
-    """
+    """Yield per thing its fused ``location`` and standard deviation (m) after each observation."""
     tbox = read_tbox(*core_ontology_paths())
     location = tbox.attribute_named("location")
     for (_, name), looks in stated(items, tbox, vehicles).items():

@@ -1,27 +1,24 @@
-"""Statistics of repeated runs: Student's and Wilson's intervals, paired tests, effect sizes.
+"""Statistics of repeated runs: confidence intervals, paired tests, effect sizes.
 
-All draws are seeded: the same runs give the same figures.
+All draws are seeded, so that equal runs give equal results.
 
-Intervals of means and of differences, or the reason why there is none.
+**Means.** Suppose one run in ten is slow. A sample of n runs contains no slow run with probability 0.9^n: 0.43 at n =
+8, 0.12 at 20. It then looks like a sample without slow runs, so no interval covers both means in 95 % of cases (Bahadur
+and Savage 1956). Below ``MANY`` = 30 runs (0.9^30 = 0.04) a mean therefore has no interval, and tables print the range.
+From 30 on it is Student's. On the side of a long tail it ends at the farther of Student's bound and the bootstrap-t
+bound at ``TAIL`` (Hall 1988; Efron and Tibshirani 1993, section 12.5). This share was fitted to normal, lognormal and
+exponential values.
 
-**Means.** Let one run in ten be of a slow kind. A sample of n runs has none of that kind with probability 0.9^n: 0.43
-at n = 8, 0.12 at 20. Such a sample looks like one of a fleet without slow runs, so no interval covers the mean of both
-in 95 % (Bahadur and Savage 1956). Below ``MANY`` = 30 runs (0.9^30 = 0.04) a mean therefore has no interval, and tables
-print the least and the largest value. From 30 on it is Student's. At the side of a long tail it ends at the farther of
-Student's bound and of the bootstrap-t bound at ``TAIL`` (Hall 1988; Efron and Tibshirani 1993, section 12.5), a share
-that was fitted to normal, lognormal and exponential values.
+**Paired differences.** The paired difference of two treatments that differ by a shift is symmetric about it, even with
+one slow run in ten. The interval holds all shifts that sign flips do not reject at 5 %: the means of all subsets of the
+differences without 2.5 % at either end (Hartigan 1969). It is exact for symmetric differences from ``FEW`` pairs on and
+agrees with ``missions.statistics.step_down_p`` of a single comparison.
 
-**Differences of pairs.** A paired difference of two treatments that are alike but for a shift is symmetric about the
-shift, also where one run in ten of each is slow. The interval holds all shifts that sign flips do not refute at 5 %:
-the means of all subsets of the differences, without the 2.5 % at either end (Hartigan 1969). It is exact for symmetric
-differences from ``FEW`` pairs on, and agrees with ``missions.statistics.step_down_p`` of a single comparison.
-
-**Times of runs that may not get there.** Let p be the share that does not, m the mean of those that do, H the horizon
-at which all others count. The restricted mean is (1 - p) m + p H. Each part has an interval of its own: Clopper and
-Pearson (1934) of p, the above of m, or Student's below 30 runs. They are joined by the method of variance estimates
-recovery (Zou and Donner 2008): the distance to the upper bound is the root of the sum of the squares of what each part
-adds. So ten runs that all got there do not say that all will: p may be 0.31, and the interval reaches up, beyond any
-slow run that was not seen, too.
+**Censored times.** Let p be the share of runs that do not complete, m the mean of the others, H the horizon. The
+restricted mean is (1 - p) m + p H. Each part has an interval: Clopper and Pearson (1934) for p, the above for m, or
+Student's below 30 runs. They are combined by variance estimates recovery (Zou and Donner 2008): the distance to a bound
+is the root of the summed squares of the parts' contributions. With ten completed runs p may still be 0.31, so the
+interval extends beyond all observed values.
 """
 
 from __future__ import annotations
@@ -44,12 +41,12 @@ Array = npt.NDArray[np.float64]
 
 
 def generator() -> np.random.Generator:
-    """The generator of all draws of statistics, at its start."""
+    """Return the seeded generator at its start."""
     return np.random.Generator(np.random.Philox(SEED))
 
 
 def t_half_width(values: Sequence[float]) -> float:
-    """Half-width of Student's 95 % interval of the mean; for stopping rules, since it is quick.
+    """Half-width of Student's 95 % interval of the mean; a quick stopping rule.
 
     >>> round(t_half_width([1.0, 2.0, 3.0, 4.0]), 4)  # 3.18245 * 1.29099 / 2
     2.0543
@@ -59,7 +56,7 @@ def t_half_width(values: Sequence[float]) -> float:
 
 
 def wilson_interval(successes: int, n: int) -> Interval:
-    """95 % interval of a success rate (Wilson 1927); useful at 0 and at n successes too.
+    """95 % interval of a success rate (Wilson 1927), also at 0 and n successes.
 
     >>> tuple(round(bound, 4) for bound in wilson_interval(8, 10))  # Brown, Cai and DasGupta 2001, equation 4
     (0.4902, 0.9433)
@@ -71,7 +68,7 @@ def wilson_interval(successes: int, n: int) -> Interval:
 
 
 def sign_flips(n: int) -> Array:
-    """Ways to flip the signs of n pairs, a row each: all of them up to 12 pairs, else the identity and seeded draws."""
+    """Sign flips of n pairs, one per row: all for n <= 12, else the identity and seeded draws."""
     if n <= 12:
         return np.where((np.arange(2**n)[:, None] >> np.arange(n)) & 1, -1.0, 1.0)
     drawn = generator().random((2 * RESAMPLES, n))
@@ -80,16 +77,16 @@ def sign_flips(n: int) -> Array:
 
 
 def step_down_p(differences: npt.ArrayLike) -> list[float]:
-    """Two-sided p of mean paired differences, corrected for their number.
+    """Two-sided p values of mean paired differences, corrected for multiple comparisons.
 
-    If two treatments are alike, the sign of their difference is chance in each repeat (Fisher 1935). All differences of
-    a repeat are flipped together, so that their dependence is kept. The statistic is ``|sum d| / sqrt(sum d^2)``, a
-    monotone function of Student's t whose scale no flip changes. Step-down (Romano and Wolf 2005, algorithm 1; p values
-    as in Romano and Wolf 2016): each difference is compared with the largest of those that are not clearer than itself,
-    so clear differences take nothing from the others. SciPy has sign flips of a single sample only.
+    For equal treatments the sign of a difference is random in each repeat (Fisher 1935). All differences of a repeat
+    are flipped together, which keeps their dependence. The statistic ``|sum d| / sqrt(sum d^2)`` is a monotone function
+    of Student's t with a scale that flips do not change. Step-down (Romano and Wolf 2005, algorithm 1; p values as in
+    Romano and Wolf 2016) compares each difference with the largest of those no clearer than itself, so clear
+    differences cost the others nothing. SciPy has sign flips of a single sample only.
 
     Args:
-        differences: repeats down, comparisons across; 0 where a repeat has no pair.
+        differences: shape (repeats, comparisons); 0 where a repeat has no pair.
 
     >>> step_down_p([[1.0], [2.0], [3.0], [4.0]])  # of 16 flips only + + + + and - - - - reach the sum
     [0.125]
@@ -102,7 +99,7 @@ def step_down_p(differences: npt.ArrayLike) -> list[float]:
     observed = np.abs(sample.sum(axis=0))
     order = np.argsort(-observed, kind="stable")
     flips, reached = sign_flips(len(sample)), np.zeros(len(order))
-    for some in np.array_split(flips, 1 + len(flips) // 256):  # all at once are a gigabyte of 10,000 comparisons
+    for some in np.array_split(flips, 1 + len(flips) // 256):  # in blocks: all at once take 1 GB for 10,000 comparisons
         flipped = np.abs(some @ sample[:, order])
         largest = np.maximum.accumulate(flipped[:, ::-1], axis=1)[:, ::-1]
         reached += (largest >= observed[order] * (1.0 - 1e-9)).sum(axis=0)
@@ -112,7 +109,7 @@ def step_down_p(differences: npt.ArrayLike) -> list[float]:
 
 
 def least_p(n: int) -> float:
-    """The smallest p that ``step_down_p`` can give for n pairs.
+    """Smallest p that ``step_down_p`` can give for n pairs.
 
     >>> least_p(5), least_p(10)
     (0.0625, 0.001953125)
@@ -121,7 +118,7 @@ def least_p(n: int) -> float:
 
 
 def effect_size(values: Sequence[float], baseline: Sequence[float]) -> float | None:
-    """Cohen's d with the mean variance of the two (Lakens 2013, equation 10); None without any spread.
+    """Cohen's d with the mean variance (Lakens 2013, equation 10); None without spread.
 
     >>> round(effect_size([2.0, 3.0, 4.0], [1.0, 2.0, 3.0]), 4)
     1.0
@@ -132,7 +129,7 @@ def effect_size(values: Sequence[float], baseline: Sequence[float]) -> float | N
 
 
 def pairing_gain(values: Sequence[float], baseline: Sequence[float]) -> float | None:
-    """How many times fewer runs pairing needed: variance of the difference unpaired over paired.
+    """Factor of runs saved by pairing: unpaired over paired variance of the difference.
 
     >>> pairing_gain([1.0, 2.0, 3.0], [2.0, 4.0, 6.0])  # (1 + 4) / 1
     5.0
@@ -143,15 +140,15 @@ def pairing_gain(values: Sequence[float], baseline: Sequence[float]) -> float | 
 
 
 FEW = 8
-"""Fewest pairs, or runs of which some may not get there, that have an interval."""
+"""Fewest pairs, or runs with censoring, for an interval."""
 MANY = 30
-"""Fewest values that a mean has an interval from."""
+"""Fewest values for an interval of a mean."""
 TAIL = 0.0125
-"""Share of the resamples beyond the bound at the long tail."""
+"""Share of resamples beyond the bound at the long tail."""
 STEADY = 0.05
-"""A resample hardly varies if its spread is at most this part of the sample's; its studentised mean is infinite."""
+"""Relative spread below which a resample counts as constant, with infinite studentised mean."""
 STRAIGHT = 1e-9
-"""Skewness up to which values have no long tail; what is less is of rounding."""
+"""Skewness up to which values have no long tail (rounding)."""
 INTERVALS_OF_MEANS = (
     "95 % intervals of the mean (Student's t, at the long tail bootstrap-t); of fewer than 30 runs least to largest"
 )
@@ -159,7 +156,7 @@ INTERVALS_OF_DIFFERENCES = "95 % intervals of the mean difference (by sign flips
 
 
 class NoInterval(Enum):
-    """Why there is no interval."""
+    """Reason for a missing interval."""
 
     DETERMINISTIC = "deterministic, n = 1"
     TOO_FEW = "n too small"
@@ -173,13 +170,12 @@ Estimated = Interval | NoInterval
 
 @dataclass(frozen=True)
 class Timed:
-    """Values of a metric of which runs count with a horizon where they did not get there.
+    """Values of a metric with censored runs.
 
     Args:
-        values: of the runs, those that did not get there with the horizon.
-        reached: whether each got there.
-        horizon: at which all count that did not.
-        certain: whether they are one run, whose share is known.
+        values: censored runs have the horizon.
+        reached: whether each run completed.
+        certain: True if the runs are deterministic replicates, with a known share.
     """
 
     values: Sequence[float]
@@ -189,12 +185,12 @@ class Timed:
 
     @property
     def own(self) -> list[float]:
-        """Values of those that got there."""
+        """Values of the completed runs."""
         return [value for value, reached in zip(self.values, self.reached, strict=True) if reached]
 
 
 def mean_interval(values: Sequence[float]) -> Estimated:
-    """95 % interval of the mean, or why there is none.
+    """95 % interval of the mean, or the reason for none.
 
     >>> mean_interval([1.0, 2.0, 3.0])
     <NoInterval.RARE: 'n < 30: least to largest'>
@@ -225,7 +221,7 @@ def mean_interval(values: Sequence[float]) -> Estimated:
 
 
 def difference_interval(differences: Sequence[float]) -> Estimated:
-    """95 % interval of the mean of paired differences, or why there is none.
+    """95 % interval of the mean paired difference, or the reason for none.
 
     >>> difference_interval([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0])  # sixth of 255 means: of 1, 2, 4; of 5, 7, 8
     (2.3333333333333335, 6.666666666666667)
@@ -241,7 +237,7 @@ def difference_interval(differences: Sequence[float]) -> Estimated:
 
 
 def share_interval(count: int, n: int) -> Interval:
-    """95 % interval of a share that is never too short (Clopper and Pearson 1934).
+    """Conservative 95 % interval of a share (Clopper and Pearson 1934).
 
     >>> tuple(round(bound, 4) for bound in share_interval(0, 10))  # 1 - 0.025 ** (1 / 10)
     (0.0, 0.3085)
@@ -251,7 +247,7 @@ def share_interval(count: int, n: int) -> Interval:
 
 
 def restricted_interval(timed: Timed) -> Estimated:
-    """95 % interval of the restricted mean, or why there is none.
+    """95 % interval of the restricted mean, or the reason for none.
 
     >>> low, high = restricted_interval(Timed([1.0, 1.1, 0.9, 1.2, 0.8, 1.0, 1.1, 0.9], [True] * 8, 4.0))
     >>> round(low, 2), round(high, 2)  # none of 8 did not get there: the share may be 0.37, 1 + 0.37 * (4 - 1)
@@ -279,11 +275,10 @@ def restricted_interval(timed: Timed) -> Estimated:
 
 
 def restricted_difference_interval(ours: Timed, theirs: Timed) -> Estimated:
-    """95 % interval of the mean difference of restricted times of pairs, or why there is none.
+    """95 % interval of the mean paired difference of restricted times, or the reason for none.
 
-    Three parts make it up, and are joined as above: the difference of the pairs in which both got there, and the share
-    of either side that did not. The shares are taken as independent, which is too wide rather than too short where
-    both sides meet the same losses.
+    It combines three parts: the difference of pairs completed on both sides, and the censored share of either side. The
+    shares are taken as independent, which is conservative if both sides meet the same losses.
     """
     n = len(ours.values)
     pairs = zip(ours.values, theirs.values, ours.reached, theirs.reached, strict=True)
@@ -303,7 +298,7 @@ def restricted_difference_interval(ours: Timed, theirs: Timed) -> Estimated:
 
 
 def _of_share(timed: Timed) -> Interval:
-    """What the share that did not get there may take from a restricted mean, and add to it."""
+    """Contribution of the censored share below and above a restricted mean."""
     if timed.certain or not timed.own:
         return 0.0, 0.0
     n, own = len(timed.values), timed.own
@@ -313,6 +308,6 @@ def _of_share(timed: Timed) -> Interval:
 
 
 def _student(values: Sequence[float]) -> Interval:
-    """Student's interval: of few values that are the smaller part of a whole."""
+    """Student's interval, for few values that are the smaller part of a whole."""
     mean, half = math.fsum(values) / len(values), t_half_width(values)
     return mean - half, mean + half

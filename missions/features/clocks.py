@@ -251,7 +251,7 @@ class Timekeeper:
         self.recorder.rows(CLOCKS.name).append(row)
 
 
-# What a scenario says of clocks --------------------------------------------------------------------
+# What a scenario says of clocks -----------------------------------------------------------------
 
 
 def apart_s(scenario: Scenario) -> float:
@@ -305,7 +305,7 @@ def _drawn(seed: int, node: int, what: int, spread: float) -> float:
     return spread * (2.0 * loss.uniform(seed, loss.CLOCKS, 0, node, what) - 1.0) if spread else 0.0
 
 
-# What becomes of them in a run ---------------------------------------------------------------------
+# What becomes of them in a run ------------------------------------------------------------------
 
 
 class Clocks(Observer):

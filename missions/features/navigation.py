@@ -59,7 +59,7 @@ FIXING = ActivitySet(None, ActivityKind.VITAL, (Activity("FixingPosition", Activ
 """The vital need; only vehicles that err have it."""
 
 
-# What a scenario says ------------------------------------------------------------------------------
+# What a scenario says ---------------------------------------------------------------------------
 
 
 class NavigationTable(Sparse):
@@ -133,7 +133,7 @@ def locating(scenario: Scenario) -> tuple[str, ...]:
     return tuple(beacon.vehicle for beacon in beacons if beacon.vehicle)
 
 
-# What a vehicle does ------------------------------------------------------------------------------
+# What a vehicle does ----------------------------------------------------------------------------
 
 
 class FixingPosition(Behaviour):
@@ -329,7 +329,7 @@ class SeparationAcrossLayers(Separation):
         return apart_m <= SAME_DEPTH_M and super().are_too_near(one, other)
 
 
-# What becomes of it in a run -----------------------------------------------------------------------
+# What becomes of it in a run --------------------------------------------------------------------
 
 
 class Drift(Observer):
@@ -396,7 +396,7 @@ def observer_of(joining: Joining) -> Drift | None:
     return Drift(joining) if errs(joining.scenario) else None
 
 
-# Figures -------------------------------------------------------------------------------------------
+# Figures ----------------------------------------------------------------------------------------
 
 
 KNOWN = "Runs in which vehicles know where they are are left out."

@@ -267,7 +267,7 @@ def _class_of(model: WorldModel, uid: int) -> int | None:
     return None if instance is None else instance.class_uid
 
 
-# What a scenario says of needs ---------------------------------------------------------------------
+# What a scenario says of needs ------------------------------------------------------------------
 
 
 def states_needs(scenario: Scenario) -> bool:
@@ -363,7 +363,7 @@ def of_faults(scenario: Scenario, made: Mission) -> Iterator[ConfigurationFault]
                 yield ConfigurationFault(fault.key, shown(table.of), f"no class or instance; {fault.allowed}")
 
 
-# What becomes of them in a run ---------------------------------------------------------------------
+# What becomes of them in a run ------------------------------------------------------------------
 
 
 def n_expired(run: MeasuredRun) -> int | Absent:

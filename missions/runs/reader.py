@@ -96,7 +96,7 @@ class RunReader(ABC):
         except (TypeError, ConfigurationError) as error:
             raise OutputError(f"{self!r}: the scenario in its manifest is damaged: {error}") from None
 
-    # What metrics read ------------------------------------------------------------------------------
+    # What metrics read ---------------------------------------------------------------------------
 
     @cached_property  # it keeps the rows that metrics share
     def recorder(self) -> KeptTables:
@@ -176,7 +176,7 @@ class RunReader(ABC):
 
         return Settled(float(self.summary["settling_s"]), bool(self.summary["settled"]))
 
-    # What vehicles knew -----------------------------------------------------------------------------
+    # What vehicles knew --------------------------------------------------------------------------
 
     @cached_property  # all blocks of the run
     def _memory(self) -> Memory:

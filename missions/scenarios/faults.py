@@ -347,7 +347,7 @@ class FaultOfSensors(DeclaredFault):
             yield from one_of(f"{key}.sensor", self.sensor, has)
 
 
-# Kinds ---------------------------------------------------------------------------------------------
+# Kinds ------------------------------------------------------------------------------------------
 
 
 @cache
@@ -389,7 +389,7 @@ def users_of_keys() -> dict[str, list[str]]:
     return found
 
 
-# What has to hold ----------------------------------------------------------------------------------
+# What has to hold -------------------------------------------------------------------------------
 
 
 def fault_table_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:

@@ -219,7 +219,7 @@ class EquipmentItem(NamedTuple):
     of_class: str
 
 
-# Sensors -------------------------------------------------------------------------------------------
+# Sensors ----------------------------------------------------------------------------------------
 
 
 def makes_sensors(kind: Any) -> bool:
@@ -273,7 +273,7 @@ def sensors_of(vehicle: VehicleTable, kinds: Mapping[str, type[SensorSettings]])
     return tuple(settings for settings in found if isinstance(settings, SensorSettings))
 
 
-# What a vehicle is able to do ----------------------------------------------------------------------
+# What a vehicle is able to do -------------------------------------------------------------------
 
 
 def listening_w(communication: Communication, modem: Modem | None) -> float:

@@ -306,7 +306,7 @@ def _at(role: RoleKey) -> str:
     return f"group.{role[0]}.role.{role[1]}"
 
 
-# Structure ---------------------------------------------------------------------------------------
+# Structure --------------------------------------------------------------------------------------
 
 
 def _head(group: GroupTable) -> Iterator[ConfigurationFault]:
@@ -438,7 +438,7 @@ def ancestry(templates: Sequence[Raw], template: str | None) -> tuple[str, ...]:
     return tuple(found)
 
 
-# Players -----------------------------------------------------------------------------------------
+# Players ----------------------------------------------------------------------------------------
 
 
 def player_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
