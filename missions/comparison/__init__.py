@@ -1,8 +1,8 @@
-"""Comparison: what the runs of a sweep say of strategies and policies.
+"""Comparison of strategies and policies from the runs of a sweep.
 
-``compare`` puts every treatment beside a baseline, ``ranks`` orders those that met the same conditions,
-``effects`` says what the factors of a two-level study do. All take the
-``SweepResults`` of ``missions.sweeps`` and are loaded when they are first used.
+``compare`` sets every treatment against a baseline, ``ranks`` orders treatments of equal conditions, ``effects_of``
+estimates the effects of factors in two-level studies. All take ``SweepResults`` of ``missions.sweeps`` and are loaded
+on first use.
 """
 
 from typing import TYPE_CHECKING

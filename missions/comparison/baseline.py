@@ -1,12 +1,11 @@
 """Comparison of strategies and policies with a baseline, over the runs of a sweep.
 
-A row is about one metric of one treatment. Every treatment is compared with the one that differs from it in the
-baseline's strategy (or policy) alone, run by run of the same repeat.
+A row is for one metric of one treatment. Each treatment is compared, per repeat, with the one that differs only in the
+baseline's strategy (or policy).
 
-A run that did not reach the event of a censored metric, such as completion, is known to need longer than the mission's
-duration. It stays in with that duration, and so does a run that failed. All runs of a treatment are watched as long,
-so the mean of these restricted times is the integral of the Kaplan-Meier curve up to the duration. ``completed`` as a
-metric is the success rate, with Wilson's interval; failed runs have not completed.
+A run without the event of a censored metric, such as completion, or a failed run, counts with the mission's duration.
+All runs of a treatment have the same duration, so the mean of these restricted times is the integral of the
+Kaplan-Meier curve up to it. ``completed`` is the success rate with Wilson's interval; failed runs have not completed.
 """
 
 from __future__ import annotations
@@ -45,20 +44,16 @@ from missions.sweeps.folder import SweepResults
 def compare(
     results: SweepResults, metrics: Sequence[str | Metric] = (), baseline: str | None = None
 ) -> list[Comparison]:
-    """Compare the treatments of a sweep, finished or not.
+    """Compare the treatments of a sweep, finished or not: one row per metric and treatment.
 
     Args:
-        results: see ``SweepResults.read``.
-        metrics: fields of the summary; or a user's own, ``package.module:object``, ``file.py:object`` or the objects,
-            which are read of the tables that were kept; those of the study if empty.
-        baseline: a strategy or a policy; that of the study, or its first strategy or policy, if left out.
-
-    Returns:
-        Metric by metric a row for each treatment that has values.
+        metrics: summary fields; or custom metrics (``package.module:object``, ``file.py:object`` or objects), computed
+            from stored tables; empty: those of the study.
+        baseline: strategy or policy; None: that of the study, else its first strategy or policy.
 
     Raises:
-        OutputError: nothing has finished, a name is unknown, or no tables were kept.
-        PluginError: a metric of a user's own cannot be had, or fails.
+        OutputError: nothing has finished, a name is unknown, or tables are missing.
+        PluginError: a custom metric cannot be loaded, or fails.
     """
     results, names = results.naming(metrics)
     treatments = treatments_of(results)
@@ -86,7 +81,6 @@ def _rows(
     by_strategy: bool,
     bounds: Collection[str],
 ) -> list[Comparison]:
-    """Rows of one metric."""
     metric = declared[name]
     values = {treated: sample for treated, runs in treatments.items() if (sample := measured(runs, metric)).values}
     columns = columns_of(treatments, metric, declared[SUCCESS])
@@ -117,7 +111,7 @@ def _row(
     runs: Outcomes,
     paired: Paired | None,
 ) -> Comparison:
-    """The row of one treatment and metric; ``runs`` are all that were made, ``sample`` has those of the metric."""
+    """Row of one treatment and metric; ``runs`` are all runs, ``sample`` those with the metric."""
     values = list(sample.values.values())
     completed = [run.completed for run in runs.values()]
     success = NoInterval.DETERMINISTIC if sample.constant else wilson_interval(sum(completed), len(completed))
@@ -161,7 +155,7 @@ def _row(
 
 
 def _interval(sample: Measured) -> Estimated:
-    """Interval of the mean of a metric: of the restricted one if it is censored."""
+    """Interval of the mean; restricted for a censored metric."""
     values = list(sample.values.values())
     if sample.constant:
         return NoInterval.DETERMINISTIC
@@ -171,7 +165,6 @@ def _interval(sample: Measured) -> Estimated:
 
 
 def _bounds(columns: str, interval: Estimated) -> dict[str, Any]:
-    """The two columns of an interval."""
     low, high = (None, None) if isinstance(interval, NoInterval) else interval
     return {f"{columns}_low": low, f"{columns}_high": high}
 

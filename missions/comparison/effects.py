@@ -1,10 +1,9 @@
-"""Main effects of the factors of a two-level study, and interactions of two factors, paired by seed.
+"""Main effects of a two-level study and interactions of two factors, paired by seed.
 
-The effect of a factor is the mean of the runs at its high level less the mean of those at its low level; that of an
-interaction takes the product of two factors for a factor. Runs of one repeat share their seed, and a design has as many
-of them at each level of a factor for each level of any other: so each repeat gives a value of each effect, in which
-what the seed drew is nearly the same on both sides. The values of the repeats give the mean and its interval. Source:
-Box, Hunter, Hunter 2005, chapters 5 and 6.
+The effect of a factor is the mean at its high level less the mean at its low level; an interaction uses the product of
+two factors. Runs of one repeat share their seed, and the design is balanced. Each repeat therefore gives a value of
+each effect, with nearly equal random draws on both sides. Mean and interval are over repeats. Source: Box, Hunter,
+Hunter 2005, chapters 5 and 6.
 """
 
 from __future__ import annotations
@@ -30,17 +29,16 @@ OWN_NAMES = {"strategy.name": "strategy", "communication.policy": "policy"}
 
 @dataclass(frozen=True, kw_only=True)
 class MainEffect:
-    """A row of ``effects``; None where too few runs can say.
+    """A row of ``effects_of``; None for too few runs.
 
     Args:
-        condition: what is the same in all runs of the row; ``all`` for the mean over the conditions.
-        term: the factor, or the two that are multiplied.
+        condition: common settings of the row's runs; ``all`` for the mean over conditions.
+        term: a factor, or two multiplied ones.
         low, high: levels of a factor; empty for an interaction.
-        aliases: what the design cannot tell from it, main effects and interactions of two factors.
-        n: repeats, of which each gives a value.
-        n_missing: runs that did not reach the event of a censored metric, and count with the whole duration.
-        mean: of all runs.
-        effect: mean at the high level less mean at the low level.
+        aliases: main effects and interactions that the design confounds with it.
+        n: number of repeats.
+        n_missing: censored runs, counted with the whole duration.
+        mean: over all runs.
     """
 
     condition: str
@@ -61,12 +59,9 @@ class MainEffect:
 
 @dataclass(frozen=True)
 class Response:
-    """Values of a metric under one condition.
+    """Values of a metric under one condition, by repeat in design order.
 
-    Args:
-        values: of each repeat, run by run of the design.
-        n_missing: runs that count with the whole duration.
-        constant: nothing was drawn in any of them, so repeats are one.
+    ``n_missing`` counts censored runs; ``constant`` is True for deterministic replicates.
     """
 
     values: Mapping[int, Sequence[float]]
@@ -75,17 +70,12 @@ class Response:
 
 
 def effects_of(results: SweepResults, metrics: Sequence[str] = ()) -> list[MainEffect]:
-    """Effects of the factors of a study whose sampling is ``factorial``.
+    """Estimate the effects of a study with ``factorial`` sampling, main effects first.
 
-    Args:
-        results: of the sweep, finished or not; conditions of which a run of the design is missing are left out.
-        metrics: fields of the summary; those of the study if empty.
-
-    Returns:
-        Metric by metric and condition by condition, main effects first.
+    Conditions without all runs of the design are omitted. Empty ``metrics`` means those of the study.
 
     Raises:
-        OutputError: the study is of another design, no condition has all runs of it, or a metric is not known.
+        OutputError: another design, no complete condition, or an unknown metric.
     """
     if not results.file.factors:
         raise OutputError(f'{results.folder}: effects need a study with sampling = "factorial"; see its [study]')
@@ -104,7 +94,7 @@ def effects_of(results: SweepResults, metrics: Sequence[str] = ()) -> list[MainE
 
 
 def _responses(results: SweepResults, design: FactorialDesign, metric: MetricRecord) -> dict[str, Response]:
-    """Values of a metric by condition; of several conditions, their mean too."""
+    """Values of a metric by condition, and their mean over several conditions."""
     levels = results.file.factors
     place = {
         tuple((key, str(levels[key][level == HIGH])) for key, level in run.items()): number
@@ -125,7 +115,7 @@ def _responses(results: SweepResults, design: FactorialDesign, metric: MetricRec
 
 
 def _condition(treatment: Treatment, factors: Sequence[str]) -> str:
-    """What is the same in all runs of a design, in words."""
+    """Describe the common settings of a design's runs."""
     parts = [treatment.scenario]
     parts += [getattr(treatment, own) for key, own in OWN_NAMES.items() if key not in factors]
     parts += [f"{treatment.channel} per {treatment.per:g}"]
@@ -134,7 +124,7 @@ def _condition(treatment: Treatment, factors: Sequence[str]) -> str:
 
 
 def _response(samples: Sequence[Measured]) -> Response:
-    """The values of the repeats that all runs of the design have; a run in which nothing was drawn has all."""
+    """Values of the repeats that all runs of the design have; deterministic runs have all."""
     constant = all(sample.constant for sample in samples)
     drawn = [set(sample.values) for sample in samples if not sample.constant]
     repeats = sorted(set.intersection(*drawn)) if drawn else sorted(samples[0].values)
@@ -145,7 +135,7 @@ def _response(samples: Sequence[Measured]) -> Response:
 
 
 def _mean_of(responses: Sequence[Response]) -> Response:
-    """The mean over conditions, repeat by repeat."""
+    """Mean over conditions, per repeat."""
     drawn = [set(response.values) for response in responses if not response.constant]
     repeats = sorted(set.intersection(*drawn)) if drawn else sorted(responses[0].values)
     of = [
@@ -167,7 +157,6 @@ def _row(
     response: Response,
     term: Term,
 ) -> MainEffect:
-    """One effect on one metric under one condition."""
     column = design.column(term)
     of_repeats = [
         math.fsum(sign * value for sign, value in zip(column, values, strict=True)) / (len(column) / 2)

@@ -1,14 +1,13 @@
-"""Tests of all pairs of treatments, and the ranking that rests on them.
+"""Tests of all pairs of treatments, and the ranking based on them.
 
-For a metric, all pairs of treatments under the same conditions form one family, over all conditions of the study, in
-the metric and in success (``family_of``). Their p values are ``missions.statistics.step_down_p``: step-down sign flips
-of paired differences (Romano and Wolf 2005). So of equal treatments one is told from another in at most 5 % of studies,
-whatever the spreads and however far others are behind (measured in ``benchmarks/intervals.py``). ``compare`` prints the
-p of a treatment and its baseline, a ranking that of a treatment and the best: both read the same family.
+For a metric, all pairs of treatments with equal conditions form one family, over all conditions of the study and over
+the metric and success (``family_of``). Their p values are ``missions.statistics.step_down_p``: step-down sign flips of
+paired differences (Romano and Wolf 2005). Equal treatments therefore differ significantly in at most 5 % of studies,
+for any spreads and any distance of the others (measured in ``benchmarks/intervals.py``). ``compare`` shows the p value
+against the baseline, a ranking that against the best, both from this family.
 
-Success comes first: a treatment whose success rate is told from the highest did other work, and its mean time or
-distance cannot be set against that of the others. It stands behind them; the metric decides among those of like
-success. The direction comes from the declaration of the metric, which the folder of the sweep holds.
+Success comes first. A treatment with a significantly lower success rate did other work, so its mean is not comparable
+and it ranks last. The metric decides among the rest, in its declared direction, stored with the sweep.
 """
 
 from __future__ import annotations
@@ -38,9 +37,9 @@ from missions.statistics import FEW, Array, least_p, step_down_p
 from missions.sweeps.folder import SweepResults
 
 ROUNDING = 1e-9
-"""Part of the values up to which a difference is of rounding."""
+"""Relative size up to which a difference is rounding."""
 Conditions = tuple[str, str, float, tuple[tuple[str, str], ...], str]
-"""Scenario, channel, loss rate, settings and what is unforeseen, which those that are ranked with each other share."""
+"""Scenario, channel, loss rate, settings and unforeseen case, common to a ranking."""
 
 
 @dataclass(frozen=True)
@@ -49,8 +48,8 @@ class Contender:
 
     Args:
         values: of the metric, by repeat.
-        success: 1 if its run of a repeat completed, else 0; failed runs have not.
-        constant: True if nothing was drawn: it is the same in all repeats.
+        success: 1 for a completed run, else 0 (failed included), by repeat.
+        constant: True for deterministic replicates.
     """
 
     values: Mapping[int, float]
@@ -59,23 +58,23 @@ class Contender:
 
     @property
     def success_rate(self) -> float:
-        """Share of the runs that completed."""
+        """Share of completed runs."""
         return plain.fmean(self.success.values())
 
 
 Column = Mapping[Treatment, Contender]
-"""What was run under the same conditions."""
+"""Treatments with equal conditions."""
 
 
 @dataclass(frozen=True)
 class Family:
-    """Corrected p values of pairs, in the metric and in success; none of a pair in which nothing was drawn."""
+    """Corrected p values of pairs, in the metric and in success; none for deterministic pairs."""
 
     of_metric: Mapping[frozenset[Treatment], float]
     of_success: Mapping[frozenset[Treatment], float]
 
     def p(self, one: Treatment, other: Treatment) -> float | None:
-        """That two treatments are alike in the metric."""
+        """p value of equality in the metric."""
         return self.of_metric.get(frozenset((one, other)))
 
 
@@ -100,26 +99,22 @@ def family_of(columns: Sequence[Column]) -> Family:
 
 
 def _across(values: Mapping[int, float], constant: bool, repeats: Sequence[int]) -> Array:
-    """Values by repeat, NaN where there is none; a constant one holds for all."""
+    """Values by repeat, NaN if missing; a constant value holds for all."""
     return np.array([*values.values()] * len(repeats) if constant else [values.get(at, np.nan) for at in repeats])
 
 
 def _differences(ours: Array, theirs: Array) -> Array:
-    """Differences by repeat, 0 where a side has no value."""
+    """Differences by repeat, 0 if a side has no value."""
     differences: Array = np.nan_to_num(ours - theirs)
     noise = ROUNDING * float(np.nanmax(np.abs([ours, theirs]), initial=0.0))
     return np.where(np.abs(differences) > noise, differences, 0.0)
 
 
 def ranks(results: SweepResults, metric: str) -> list[Rank]:
-    """Rank strategies and policies under each of the conditions (scenario, channel, loss rate, settings).
-
-    Args:
-        results: see ``SweepResults.read``.
-        metric: field of the summary, of which one value is better than another.
+    """Rank strategies and policies under each of the conditions.
 
     Raises:
-        OutputError: nothing has finished, the metric is unknown, or its direction is.
+        OutputError: nothing has finished, or the metric is unknown or without direction.
     """
     check_name("--metric", metric, results.metrics)
     declared = results.metrics[metric]
@@ -140,13 +135,7 @@ def ranks(results: SweepResults, metric: str) -> list[Rank]:
 def columns_of(
     treatments: Mapping[Treatment, Outcomes], metric: MetricRecord, success: MetricRecord
 ) -> list[dict[Treatment, Contender]]:
-    """Treatments that share their conditions.
-
-    Args:
-        treatments: with their runs.
-        metric: of whose values they have some.
-        success: the metric of success.
-    """
+    """Group treatments with values of the metric by their conditions."""
     columns: dict[Treatment, dict[Treatment, Contender]] = defaultdict(dict)
     for treatment, runs in treatments.items():
         if (own := measured(runs, metric)).values:
@@ -156,19 +145,12 @@ def columns_of(
 
 
 def without(column: Column, bounds: Collection[str]) -> Column:
-    """Contenders of a column: a bound is none, since no strategy can be as good."""
+    """Return a column without upper bounds, which no strategy can reach."""
     return {treatment: own for treatment, own in column.items() if treatment.strategy not in bounds}
 
 
 def column_ranks(column: Column, family: Family, metric: str, better: Better) -> list[Rank]:
-    """Ranks of one column of a table.
-
-    Args:
-        column: what was run under the same conditions.
-        family: with the tests of its pairs.
-        metric: its name.
-        better: HIGHER or LOWER.
-    """
+    """Ranks of one column; ``better`` is HIGHER or LOWER."""
     sign = -1.0 if better is Better.HIGHER else 1.0
     means = {treatment: plain.fmean(own.values.values()) for treatment, own in column.items()}
     behind = of_less_success(column, family)
@@ -199,7 +181,7 @@ def column_ranks(column: Column, family: Family, metric: str, better: Better) ->
 
 
 def of_less_success(column: Column, family: Family) -> frozenset[Treatment]:
-    """Those of a column whose success rate is told from the highest."""
+    """Treatments significantly below the highest success rate of a column."""
     highest = max(own.success_rate for own in column.values())
     best = [treatment for treatment, own in column.items() if own.success_rate == highest]
     return frozenset(
@@ -211,7 +193,7 @@ def of_less_success(column: Column, family: Family) -> frozenset[Treatment]:
 
 
 def too_few(repeats: int) -> str:
-    """Warning for a study with too few repeats to tell two treatments apart; empty if they are enough.
+    """Warning for a study with too few repeats for any significance, or empty.
 
     >>> too_few(5)
     '5 repeats: no interval (8 needed), smallest p 0.062; 8 give 0.0078'
@@ -225,7 +207,7 @@ def too_few(repeats: int) -> str:
 
 
 def mean_ranks(ranked: Sequence[Rank]) -> dict[tuple[str, str], float | None]:
-    """Mean rank of each (strategy, policy) over all conditions; None if it lacks a value under one of them."""
+    """Mean rank of each (strategy, policy) over all conditions; None if one is missing."""
     conditions = {_conditions(rank) for rank in ranked}
     ranks_of: dict[tuple[str, str], list[float]] = defaultdict(list)
     for rank in ranked:
@@ -234,7 +216,7 @@ def mean_ranks(ranked: Sequence[Rank]) -> dict[tuple[str, str], float | None]:
 
 
 def are_too_few(ranked: Sequence[Rank]) -> bool:
-    """True if no strategy could be told from the best of its column, because there are so few runs."""
+    """True if the number of runs permits no significant difference from the best."""
     drawn = [rank.n for rank in ranked if not rank.deterministic]
     return len(drawn) > 1 and least_p(max(drawn)) >= SIGNIFICANT
 

@@ -1,4 +1,4 @@
-"""Rows of a comparison and of a ranking, and the CSV files that hold them."""
+"""Rows of comparisons and rankings, and their CSV files."""
 
 from __future__ import annotations
 
@@ -17,24 +17,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """A row of ``compare``; the names are those of the contract. None where too few runs can say.
+    """A row of ``compare``; None for too few runs.
 
     Args:
-        n: runs that the mean is over; where failed runs count (success, censored metrics), they are among them.
-        n_completed: runs whose mission completed.
-        n_failed: runs that raised or killed their process.
-        n_reached: runs that reached the event of a censored metric, whose mean is restricted; None for other metrics.
-        least, largest: of the values.
-        p_holm: that a treatment is like its baseline, corrected for all pairs of the metric by step-down sign flips,
-            see ``missions/comparison/ranking.py``.
-        ci95_low: of a censored metric it holds whatever runs that were not made would have done, see
-            ``missions/statistics.py``.
-        deterministic: nothing was drawn, so repeats are one run: no interval, no probability.
-        ci95_note: why there is no interval; empty where there is one. ``diff_note`` is of the difference.
-        reached_mean: mean of the runs that got there (censored metrics), with an interval that says nothing of others.
-        n_pairs: runs of a repeat that were compared; ``n_pairs_reached`` those in which both got there.
-        diff_reached: mean difference of these, with an interval that says nothing of others.
-        unequal_success: told from the highest success rate under the same conditions, see ``Rank``.
+        n: runs of the mean; failed runs included for success and censored metrics.
+        n_completed: runs with a completed mission; ``n_failed`` raised or killed their process.
+        n_reached: runs with the event of a censored metric; None for other metrics.
+        p_holm: p value of equality with the baseline, step-down corrected, see ``missions/comparison/ranking.py``.
+        ci95_low: for a censored metric valid whatever unseen runs do, see ``missions/statistics.py``.
+        deterministic: repeats are one run: no interval, no p value.
+        ci95_note: reason for a missing interval, or empty; ``diff_note`` is for the difference.
+        reached_mean: mean of the uncensored runs; its interval does not cover the others.
+        n_pairs: compared pairs; ``n_pairs_reached`` are uncensored on both sides.
+        diff_reached: mean difference of the latter; its interval does not cover the others.
+        unequal_success: significantly below the highest success rate, see ``Rank``.
     """
 
     scenario: str
@@ -81,18 +77,15 @@ class Comparison:
 
 @dataclass(frozen=True)
 class Rank:
-    """How a strategy with its policy stands among those run under the same conditions.
+    """Rank of a strategy with its policy among those with equal conditions.
 
     Args:
-        rank: by the mean among those of like success, 1 is best; equal ones share the mean of their ranks (Friedman
-            1937).
-        p_to_best: that it is like the best, the same value as ``Comparison.p_holm`` of the two; None for the best
-            itself, and where nothing was drawn in either.
-        among_best: the best, or told from it neither in the metric nor in success. Where nothing was drawn, those with
-            the best value.
-        unequal_success: its success rate is told from the highest; it stands behind those of like success, since a mean
-            of other work says nothing about theirs.
-        deterministic: nothing was drawn, so there is one run and nothing was tested.
+        rank: by the mean among treatments of similar success, 1 is best; ties share the mean rank (Friedman 1937).
+        p_to_best: p value of equality with the best, as in ``Comparison.p_holm``; None for the best and if both are
+            deterministic.
+        among_best: not significantly different from the best in metric and success; if deterministic, equal to it.
+        unequal_success: significantly below the highest success rate, hence ranked last: its mean is of other work.
+        deterministic: a single run, not tested.
     """
 
     scenario: str
@@ -114,7 +107,7 @@ class Rank:
 
 
 def write_csv(rows: Sequence[Comparison] | Sequence[Rank] | Sequence[MainEffect], path: Path) -> None:
-    """Write rows of one kind as a table, settings as JSON; no rows make a table of comparisons without rows."""
+    """Write rows of one kind as CSV, settings as JSON; without rows the header of a comparison."""
     columns = [field.name for field in fields(rows[0] if rows else Comparison)]
     with drafted(path) as draft, draft.open("w", encoding="utf-8", newline="") as file:
         writer = csv.DictWriter(file, columns, lineterminator="\n")

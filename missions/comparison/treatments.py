@@ -1,4 +1,4 @@
-"""Treatments of a study: rows of remoras compare, with paired differences.
+"""Treatments of a study, and their paired differences.
 
 A treatment, as in the design of experiments, is a configuration without its repeat.
 """
@@ -29,18 +29,17 @@ from missions.sweeps.study_file import flattened
 from worldmodel import suggestion
 
 SIGNIFICANT = 0.05
-"""Corrected probability below which a difference counts."""
+"""Significance level of corrected p values."""
 
 
 @dataclass(frozen=True)
 class Paired:
-    """Differences between two treatments in one metric; None where too few pairs can say.
+    """Differences between two treatments in one metric; None for too few pairs.
 
     Args:
         n: pairs.
-        n_reached: pairs of a censored metric in which both got there; None for other metrics.
-        reached: mean difference of these.
-        reached_interval: of that mean.
+        n_reached: pairs uncensored on both sides; None for uncensored metrics.
+        reached: mean difference of these; ``reached_interval`` is its interval.
     """
 
     difference: float
@@ -54,16 +53,9 @@ class Paired:
 
 
 def paired_with(ours: Measured, theirs: Measured) -> Paired | None:
-    """The difference to a baseline over the repeats that both have.
+    """Difference to a baseline over common repeats; None without any.
 
-    A treatment in which nothing was drawn is the same in all repeats, so it is paired with each of the other's.
-
-    Args:
-        ours: values of a treatment.
-        theirs: of the one that it is compared with.
-
-    Returns:
-        None if they share no repeat.
+    A deterministic treatment is paired with each repeat of the other.
     """
     if ours.constant and theirs.constant:
         (own,), (other,) = ours.values.values(), theirs.values.values()
@@ -97,20 +89,20 @@ def paired_with(ours: Measured, theirs: Measured) -> Paired | None:
 
 FIELDS = ("scenario", "strategy", "policy", "channel", "per")
 SUCCESS, MISSION_TIME = "completed", "mission_time_s"
-"""Metrics of which a failed run has a value, too: it has not completed."""
+"""Metrics that failed runs have too: they have not completed."""
 OWN_COLUMNS = ("strategy.name", "communication.policy", "channel.name", "channel.per")
-"""Settings that have a column of their own."""
+"""Settings with a separate column."""
 
 Summary = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
 class Treatment:
-    """What was run.
+    """A configuration.
 
     Args:
-        settings: other keys of the scenario that the study varies, with their values as text.
-        unforeseen: name of what is unforeseen in its runs; empty in a study without that axis.
+        settings: other varied keys, with their values as text.
+        unforeseen: name of the unforeseen case; empty without this axis.
     """
 
     scenario: str
@@ -122,19 +114,19 @@ class Treatment:
     unforeseen: str = ""
 
     def columns(self) -> dict[str, Any]:
-        """The columns of a row that say which treatment it is about."""
+        """Columns of a row that identify the treatment."""
         return {**vars(self), "settings": dict(self.settings)}
 
 
 @dataclass(frozen=True)
 class RunOutcome:
-    """How one run ended.
+    """Outcome of a run.
 
     Args:
-        summary: of a run that failed it has no metrics.
+        summary: without metrics for a failed run.
         failed: True if the run raised or killed its process.
-        duration_s: its longest mission time.
-        constant: True if nothing was drawn in it, so that it stands for all repeats.
+        duration_s: greatest mission time.
+        constant: True if it represents all repeats.
     """
 
     summary: Summary
@@ -144,18 +136,18 @@ class RunOutcome:
 
     @property
     def completed(self) -> bool:
-        """True if its mission completed."""
+        """True if the mission completed."""
         return not self.failed and bool(self.summary["completed"])
 
 
 Outcomes = Mapping[int, RunOutcome]
-"""Outcomes of the runs of a treatment by repeat."""
+"""Outcomes of a treatment by repeat."""
 
 
 def treatments_of(results: SweepResults) -> dict[Treatment, dict[int, RunOutcome]]:
-    """Outcomes of the runs by treatment and repeat, in a fixed order; failed runs are among them.
+    """Outcomes by treatment and repeat in a fixed order, failed runs included.
 
-    Repeats of a run in which nothing was drawn are treatment run: of these there is the first alone.
+    Of deterministic replicates only the first is kept.
 
     Raises:
         OutputError: no run has finished.
@@ -175,7 +167,7 @@ def treatments_of(results: SweepResults) -> dict[Treatment, dict[int, RunOutcome
 
 
 def _distinct(runs: dict[int, RunOutcome], of_sample: Collection[str]) -> dict[int, RunOutcome]:
-    """The runs, or the first of them if they are one run; fields ``of_sample`` do not tell runs apart."""
+    """Return the runs, or the first of deterministic replicates; ignores ``of_sample`` fields."""
     if not is_one_run(runs, of_sample):
         return runs
     first = next(iter(runs))
@@ -183,10 +175,10 @@ def _distinct(runs: dict[int, RunOutcome], of_sample: Collection[str]) -> dict[i
 
 
 def is_one_run(runs: Outcomes, of_sample: Collection[str] = ()) -> bool:
-    """True if repeats of a treatment are one run, made again: n counts what was drawn.
+    """Return True if the repeats of a treatment are deterministic replicates.
 
-    A run says whether anything was drawn in it. If nothing was, no seed can change it. Where the run cannot say it,
-    since parts of a user's own may draw, two repeats or more have to agree in all that the summary has.
+    A run records whether it used random draws; without any, the seed has no effect. If custom code leaves this unknown,
+    at least two repeats must agree in the whole summary.
     """
     drawn_in = [run.summary.get(DRAWN) for run in runs.values()]
     if any(run.failed for run in runs.values()) or any(drawn is True for drawn in drawn_in):
@@ -198,7 +190,7 @@ def is_one_run(runs: Outcomes, of_sample: Collection[str] = ()) -> bool:
 
 
 def _grouped(lines: Iterable[Line], left_out: Collection[str]) -> dict[Treatment, dict[int, RunOutcome]]:
-    """Outcomes by treatment and repeat; ``left_out`` are keys of settings that do not tell treatments apart."""
+    """Outcomes by treatment and repeat; settings ``left_out`` do not distinguish treatments."""
     outcomes: dict[Treatment, dict[int, RunOutcome]] = {}
     for line in lines:
         summary = line["summary"]
@@ -212,7 +204,7 @@ def _grouped(lines: Iterable[Line], left_out: Collection[str]) -> dict[Treatment
 
 
 def _in_order(treatment: Treatment) -> tuple[Any, ...]:
-    """Key to sort by; settings that are numbers go by their value: 4 vehicles come before 16."""
+    """Sort key with numeric settings by value: 4 vehicles before 16."""
     settings = tuple((key, _number(value), value) for key, value in treatment.settings)
     return (
         treatment.scenario,
@@ -234,10 +226,9 @@ def _number(text: str) -> float:
 def values_of(runs: Outcomes, metric: MetricRecord) -> dict[int, float]:
     """Values of a metric by repeat.
 
-    A run that failed has not completed. Of a censored metric, a run that did not reach the event, or failed before,
-    counts with its duration: all are watched as long, so the mean is the integral of the Kaplan-Meier curve up to
-    there. Of other metrics, runs without a value (a latency without a packet) are left out, and so are those in which a
-    metric makes no sense.
+    Failed runs have not completed. Censored runs count with their duration, which is the same for all, so the mean is
+    the integral of the Kaplan-Meier curve. For other metrics, runs without a value (a latency without a packet) or
+    without meaning are omitted.
     """
     if metric.name == SUCCESS:
         return {repeat: float(run.completed) for repeat, run in runs.items()}
@@ -257,10 +248,9 @@ class Measured:
     """Values of a metric of one treatment.
 
     Args:
-        values: by repeat.
-        reached: repeats that reached the event of a censored metric; None for other metrics.
-        horizon: with which all others of a censored metric count.
-        constant: True if nothing was drawn: the value holds for all repeats.
+        reached: uncensored repeats; None for an uncensored metric.
+        horizon: value of censored runs.
+        constant: True if the value holds for all repeats.
     """
 
     values: Mapping[int, float]
@@ -269,7 +259,7 @@ class Measured:
     constant: bool = False
 
     def over(self, repeats: Collection[int]) -> Measured:
-        """The same in those repeats if it is constant, else itself."""
+        """Return a constant value repeated over ``repeats``, else itself."""
         if not self.constant:
             return self
         (value,) = self.values.values()
@@ -278,7 +268,7 @@ class Measured:
 
 
 def measured(runs: Outcomes, metric: MetricRecord) -> Measured:
-    """Values of a metric, see ``values_of``, with what is known of them."""
+    """Values of a metric, see ``values_of``, with censoring."""
     values = values_of(runs, metric)
     constant = any(run.constant for run in runs.values())
     if not metric.censored:
@@ -293,22 +283,13 @@ def _has_reached(run: RunOutcome, metric: MetricRecord) -> bool:
 
 
 def n_reached(runs: Outcomes, metric: MetricRecord) -> int | None:
-    """Runs that reached the event of a censored metric; None for other metrics."""
+    """Number of runs with the event of a censored metric; None for other metrics."""
     if not metric.censored:
         return None
     return sum(_has_reached(run, metric) for run in runs.values())
 
 
 def check_name(option: str, name: str, known: Collection[str]) -> None:
-    """Refuse a name that is none of those allowed.
-
-    Args:
-        option: by which a user gives the name, for the message.
-        name: as it was given.
-        known: names that are allowed.
-
-    Raises:
-        OutputError: with the option, the name, what is allowed and the nearest of it.
-    """
+    """Raise OutputError for an unknown name, with the option and the nearest name."""
     if name not in known:
         raise OutputError(f"{option} {name!r}: allowed are {', '.join(known)}{suggestion(name, known)}")
