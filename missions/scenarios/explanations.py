@@ -90,7 +90,7 @@ def _in_words(annotation: Any) -> str:
 def _each(annotation: Any) -> str:
     """Limits of every entry of a list.
 
-    >>> from missions.scenarios.tables import Positive
+    >>> from remoras.table import Positive
     >>> _in_words(tuple[Positive, Positive])
     'list of 2 numbers, each above 0'
     """
