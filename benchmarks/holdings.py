@@ -23,10 +23,10 @@ from exchange.planning import END_BITS, PacketPlan
 from exchange.policies import ADAPTIVE, HOLDINGS, AckPolicy
 from exchange.study import stating
 from exchange.study.parameters import ExchangeStudy, LoadKind, StudyLoad
-from exchange.study.selection import select
 from exchange.study.stating import Statements, count_owed, gather, look_through, note_brought, note_told, state_holdings
 from exchange.study.study import StudyRow, run
-from exchange.study.trial import WORD_BITS, Load, NodeStates, PolicyRules
+from exchange.study.trial import Load, PolicyRules, n_columns_of
+from exchange.study.trials import Fleet, choose
 
 CELLS = ((4, 0.4), (4, 0.8), (8, 0.8))
 """Nodes and loss rates."""
@@ -38,41 +38,42 @@ SEED = 11
 
 
 def compose_in_order(
-    rules: PolicyRules, load: Load, nodes: NodeStates, statements: Statements, plan: PacketPlan, owner: int, slot: int
+    rules: PolicyRules, load: Load, fleet: Fleet, statements: Statements, plan: PacketPlan, slot: int, n_bits: int
 ) -> tuple[int, int]:
     """`exchange.study.stating.compose_packet` without a plan: statements that are owed, and items that wait longest.
 
-    Items go by the rule of the six policies, `exchange.study.selection`; there are no symbols, which the plan counts.
+    Items go by the rule of the six policies, `exchange.study.trials.choose`; there are no symbols.
     """
     n_nodes = rules.n_nodes
-    look_through(rules, nodes, statements, owner)
-    count_owed(rules, load, nodes, statements, plan, owner)
-    n_candidates = gather(rules, load, nodes, statements, plan, owner)
-    left = load.capacity_bits - END_BITS - nodes.header_bits[slot % len(nodes.header_bits)]
+    owner, place = slot % n_nodes, slot % (2 * n_nodes)
+    look_through(load, fleet, statements, owner)
+    count_owed(load, fleet, statements, plan, owner, slot)
+    n_candidates = gather(rules, load, fleet, statements, plan, owner)
+    left = load.capacity_bits - END_BITS - n_bits
     for step in range(n_nodes):
         origin = (slot // n_nodes + step) % n_nodes
         plan.states[origin] = int(plan.owed[origin] > 0 and plan.statement_bits[origin] <= left)
         left -= plan.states[origin] * plan.statement_bits[origin]
-    nodes.eligible[:] = 0
+    fleet.loaded[place, :] = 0
     for c in range(n_candidates):
-        nodes.eligible[statements.columns[c]] = 1
-    n_sent = select(nodes.weights[owner], nodes.priorities, nodes.sizes_bits, nodes.eligible, left, nodes.chosen)
-    nodes.packet[:] = 0
-    for position in range(n_sent):
-        column = nodes.chosen[position]
-        nodes.packet[column // WORD_BITS] |= 1 << column % WORD_BITS
-        statements.brought[owner, position] = column
-        left -= nodes.sizes_bits[column]
+        fleet.loaded[place, statements.columns[c]] = 1
+    choose(fleet.weights[0, owner], fleet.loaded[place], 0, left // load.item_bits)
+    n_sent = 0
+    for column in range(n_columns_of(load)):
+        if fleet.loaded[place, column] != 0:
+            statements.brought[owner, n_sent] = column
+            left -= load.item_bits
+            n_sent += 1
     statements.n_plain[owner] = n_sent
-    state_holdings(rules, load, nodes, statements, plan, owner, 0)
-    stating.show_holders(rules, load, nodes, statements, owner, slot, left)
-    note_told(rules, nodes, statements, owner)
-    note_brought(rules, nodes, statements, owner, owner, 0)
+    state_holdings(load, fleet, statements, plan, owner, place, 0)
+    stating.show_holders(rules, load, fleet, statements, owner, slot, left)
+    note_told(load, fleet, statements, owner, slot)
+    note_brought(rules, fleet, statements, owner, owner, 0)
     return n_sent, 0
 
 
 def show_none(
-    rules: PolicyRules, load: Load, nodes: NodeStates, statements: Statements, owner: int, slot: int, room_bits: int
+    rules: PolicyRules, load: Load, fleet: Fleet, statements: Statements, owner: int, slot: int, room_bits: int
 ) -> None:
     """Tell of no item who holds it."""
     statements.shown[:] = 0

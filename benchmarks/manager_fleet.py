@@ -4,11 +4,11 @@ from collections.abc import Callable, Sequence
 from functools import cache
 
 from exchange.errors import ConfigurationError
-from exchange.manager import ExchangeManager, Options
+from exchange.manager import OPTIONAL_PARTS, ExchangeManager, Options
 from exchange.packets import Fragment, ItemUid, Reception, Transmission
 from exchange.policies import POLICIES, AckPolicy, header_bits
 from exchange.schedule import TdmaSchedule
-from exchange.study import montecarlo, stating, trial
+from exchange.study import stating, trials
 from exchange.study.trial import Load, PolicyRules
 from exchange.wire.codec import Codec
 from exchange.wire.fragmentcodec import Packing
@@ -199,40 +199,45 @@ NUMBER_BITS = (N_BLOCKS - 1).bit_length()
 
 
 class ReferenceStudy:
-    """The slot loop of the study, uncompiled, one slot at a time."""
+    """The slot loop of the study, uncompiled, one slot at a time, on its first lane."""
 
     def __init__(
         self, policy: AckPolicy, n_nodes: int, items: int, evidence: bool, item_bits: int, room: int, of_symbol: int = 0
     ) -> None:
         self.kind = policy.acknowledgement
-        n_words = -(-n_nodes * items // trial.WORD_BITS)
-        self.rules = PolicyRules(policy.repeat, evidence, n_nodes, n_words, codes=self.kind.codes)
+        self.rules = PolicyRules(policy.repeat, evidence, n_nodes, codes=self.kind.codes)
         capacity_bits = room + header_bits(policy, n_nodes)
         self.load = Load(n_nodes, items, 0.0, item_bits, capacity_bits, 0, 0, 90, 1.0, NUMBER_BITS, of_symbol)
-        self.nodes = trial.new_nodes(self.rules, self.load, self.kind.period_frames)
-        montecarlo.header_sizes(self.kind, n_nodes, self.nodes.header_bits)
-        trial.clear(self.nodes)
-        for column in range(n_nodes * items):
-            trial.add_item(self.rules, self.nodes, column // items, column, 0)
-        self.statements = stating.new_statements(self.rules, n_nodes * items)
-        self.plan = stating.new_plan(n_nodes, n_nodes * items)
+        self.layouts, n_columns = trials.layouts_of(self.kind, n_nodes), n_nodes * items
+        self.fleet = trials.new_fleet(n_nodes, n_columns, self.layouts.node.shape[1])
+        self.lanes = trials.new_lanes(n_columns)
+        trials.begin(self.load, self.fleet, self.lanes, 0, 0, 0, 1, 1)
+        self.statements, self.plan = stating.new_statements(n_nodes, n_columns), stating.new_plan(n_nodes, n_columns)
         stating.forget_all(self.statements)
-        for column in range(n_nodes * items):
-            stating.number_item(self.rules, self.statements, column // items, column)
+        for column in range(n_columns):
+            stating.number_item(self.statements, column // items, column)
 
     def pass_slot(self, slot: int, heard_by: int) -> int:
         """Play a slot; returns how many items were sent."""
+        rules, load, fleet, layouts = self.rules, self.load, self.fleet, self.layouts
+        owner, place, at = slot % rules.n_nodes, slot % (2 * rules.n_nodes), slot % len(layouts.n_bits)
+        heard = [heard_by >> node & 1 for node in range(rules.n_nodes)]
         if self.kind.states:
-            state = self.nodes, self.statements, self.plan
-            stating.play_stating_slot(self.kind, self.rules, self.load, *state, slot, heard_by)
+            first = owner % trials.slots_of_word(rules.n_nodes) * rules.n_nodes
+            self.lanes.drawn[first : first + rules.n_nodes] = heard
+            state = fleet, self.lanes, self.statements, self.plan
+            stating.play_slot(self.kind.header, layouts, rules, load, *state, slot)
         else:
-            montecarlo.play_slot(self.kind, self.rules, self.load, self.nodes, slot, heard_by)
-        return sum(int(word).bit_count() for word in self.nodes.packet)
+            trials.acknowledge(self.kind.header, layouts, fleet, at, owner, place)
+            trials.fill(rules, load, fleet, owner, place, load.capacity_bits - int(layouts.n_bits[at]), 1)
+            for node, is_heard in enumerate(heard):
+                if is_heard:
+                    trials.hear(layouts, rules, load, fleet, at, owner, place, node, 1)
+        return sum(int(word) & 1 for word in fleet.loaded[place])
 
     def believes(self, node: int, peer: int, column: int) -> bool:
         """True if the node believes that the peer holds the item."""
-        word = self.nodes.believes[node, peer * self.rules.n_words + column // trial.WORD_BITS]
-        return bool(word >> column % trial.WORD_BITS & 1)
+        return bool(self.fleet.holders[node, column, peer] & 1)
 
 
 def one_size_fleet(
@@ -242,8 +247,8 @@ def one_size_fleet(
     codec = one_size_codec(n_nodes, policy)
     fleet = ManagerFleet(n_nodes, policy, payload_bytes, evidence, lost=lost, codec=codec)
     for manager in fleet.managers:
-        for part in (manager.summaries, manager.parking, manager.relaying):
-            part.clear()  # what the policy says, and no more
+        for part in OPTIONAL_PARTS:
+            manager.leave_out(part)  # what the policy says, and no more
     return fleet
 
 
@@ -255,7 +260,7 @@ def item_bits(fleet: ManagerFleet) -> int:
 def symbol_bits(fleet: ManagerFleet) -> int:
     """Bits of such an observation in a symbol, where the policy codes repairs."""
     block = Block(0, 0, 0.0, (PropertyValue(fleet.n_nodes, MAPPED_CELL, 0.0),))
-    return sum(8 * len(accounts.block_bytes(block)) for accounts in fleet.codec.accounts)
+    return 0 if fleet.codec.accounts is None else 8 * len(fleet.codec.accounts.block_bytes(block))
 
 
 def assert_study_is_managers(

@@ -21,8 +21,7 @@ from functools import cache
 from typing import Any
 from unittest import mock
 
-from exchange.ack import AckState, Words
-from exchange.policies import ACK, AckPolicy
+from exchange.ack import PacketLog
 from missions.runs.run import run
 from missions.runs.summary import summary
 from missions.scenarios import load
@@ -38,12 +37,11 @@ RUNS = 20
 TIME, CLASSIFIED = "mission_time_s", "mean_classified_s"
 
 
-def nothing(state: AckState, n_nodes: int, frame: int, sender: int, rows: Words) -> None:
-    """Learn nothing from a header."""
-
-
-UNHEEDED = AckPolicy(ACK._replace(name="unheeded", learn=nothing, bit_sliced=False), repeat=False)
-"""Vehicles acknowledge, and nobody heeds it: all say for good what they have to say."""
+@contextmanager
+def unheeded() -> Iterator[None]:
+    """Vehicles acknowledge, and nobody heeds it: all say for good what they have to say."""
+    with mock.patch.object(PacketLog, "learn", return_value=None):
+        yield
 
 
 @contextmanager
@@ -166,7 +164,7 @@ def _fault(kind: str, vehicle: str, at_s: int) -> str:
 
 
 MECHANISMS: Mapping[str, Mechanism] = {
-    "acknowledgements": Mechanism(HUNT, ('communication.policy="benchmarks.mechanisms:UNHEEDED"',), measure=CLASSIFIED),
+    "acknowledgements": Mechanism(HUNT, patch=unheeded, measure=CLASSIFIED),
     "policies": Mechanism(HUNT, ('communication.policy="m-ack"',), measure=CLASSIFIED),
     "priorities": Mechanism(
         HUNT,

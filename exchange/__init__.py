@@ -1,9 +1,9 @@
 """TDMA exchange of world knowledge between vehicles, over acoustic links that lose packets.
 
-The kernels stand here: `ack` (who holds what), `policies`, `packets`, `blocks`, `ledger`, `interests` (who needs what),
-`values` (what it is worth to say it), `schedule`, and `manager`, which a vehicle runs. `exchange.wire` makes bits of
-packets, `exchange.queueing` has what waits to be said, `exchange.peering` what is known of peers. `exchange.acoustics`
-has the sea; `exchange.study` compares policies.
+The kernels stand here: `ack` (which packets were received), `policies`, `packets`, `blocks`, `interests` (who needs
+what), `values` (what it is worth to say it), `schedule`, and `manager`, which a vehicle runs. `exchange.wire` makes
+bits of packets, `exchange.queueing` has what waits to be said, `exchange.peering` what is known of peers.
+`exchange.acoustics` has the sea; `exchange.study` compares policies.
 
 The names below are promised to stay. Each is loaded when it is first used; none of them needs NumPy or Numba.
 """

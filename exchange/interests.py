@@ -13,9 +13,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
-from exchange.ack import Words
-from exchange.ledger import ADDRESSED_SHARE, Ledger, LedgerEntry, columns_of
+from exchange.ack import members
 from exchange.packets import Fragment, ItemUid
+from exchange.peering.beliefs import ADDRESSED_SHARE, Beliefs, Sendable
 from exchange.queueing.limits import Expired, Expiry
 from exchange.queueing.queue import Queue
 from exchange.values import Waiting
@@ -43,10 +43,9 @@ class Interests:
     """The needs of all nodes, applied to the items of one.
 
     Args:
-        me: own node index.
         model: own world model, which knows the classes of instances.
         needs: of all nodes, this one among them.
-        ledger: of this node, where it is noted who has no need of an item.
+        beliefs: of this node, where it is noted which nodes have no need of an item.
         queue: takes what this node has to say.
         size_bits: about the size of a fragment on the wire.
         selective: True if this node neither keeps nor passes on what it has no need of.
@@ -54,18 +53,18 @@ class Interests:
 
     def __init__(
         self,
-        me: int,
         model: WorldModel,
         needs: Needs,
-        ledger: Ledger,
+        beliefs: Beliefs,
         queue: Queue,
         size_bits: Callable[[Fragment], int],
         selective: bool,
     ) -> None:
-        self._me = me
+        self._me = beliefs.me
         self._model = model
         self._needs = needs
-        self._ledger = ledger
+        self._beliefs = beliefs
+        self._others = (1 << beliefs.n_nodes) - 1 & ~(1 << beliefs.me)
         self._queue = queue
         self._size_bits = size_bits
         self._selective = selective
@@ -137,7 +136,7 @@ class Interests:
 
     def priority_here(self, column: int) -> int:
         """Priority of an item that this node needs; 0 if it holds it for others alone."""
-        nodes, priority = self.of(self._ledger.about(column))
+        nodes, priority = self.of(self._beliefs.about(column))
         return priority if nodes >> self._me & 1 else 0
 
     # What is sent --------------------------------------------------------------------------------
@@ -159,57 +158,50 @@ class Interests:
         else:
             self._queue.drop_status((facts[0].subject, facts[0].attribute), block.time_s)
 
-    def decide(self, believes: Words, now_s: float) -> None:
-        """Judge again the items about instances that were not known when they came in, and may be now.
-
-        Args:
-            believes: item set that each node is believed to hold.
-            now_s: the time (s).
-        """
+    def decide(self, now_s: float) -> None:
+        """Judge again the items about instances that were not known when they came in, and may be now."""
         undecided, self.undecided = self.undecided, {}
         for column in undecided:
-            if self._judge(column) and self._is_lacked(column, believes):
+            if self._judge(column) and self._beliefs.is_lacked(column):
                 self._send(column, now_s)
 
-    def adopt(self, columns: Iterable[int], believes: Words, now_s: float) -> None:
+    def adopt(self, columns: Iterable[int], now_s: float) -> None:
         """Send items, from now on, that this node was not to send, where anybody lacks them.
 
         Args:
             columns: of the items.
-            believes: item set that each node is believed to hold.
             now_s: the time (s).
         """
         for column in columns:
             if not self._sendable >> column & 1:
                 self._may_send.append(column)
                 self._sendable |= 1 << column
-                if self._judge(column) and self._is_lacked(column, believes):
+                if self._judge(column) and self._beliefs.is_lacked(column):
                     self._send(column, now_s)
 
-    def settle(self, done: int, believes: Words) -> tuple[ItemUid, ...]:
-        """Close the open items among those ``done``, which all who need them are believed to hold; by UID.
+    def settle(self, of_all: bool) -> tuple[ItemUid, ...]:
+        """Close the open items that all who need them, and are there, are believed to hold; return their names.
 
         Args:
-            believes: item set that each node is believed to hold.
+            of_all: of all of them; else of those of which more is believed than at the last call.
         """
-        closed = self._queue.open & done
-        if not closed and not self._addressed:
-            return ()
-        settled = columns_of(closed)
+        beliefs, is_open = self._beliefs, self._queue.open
+        columns = members(is_open) if of_all or beliefs.peers.away else beliefs.unsettled
+        settled = [column for column in columns if is_open >> column & 1 and not beliefs.is_lacked(column)]
+        beliefs.unsettled.clear()
         for column in settled:
             self._queue.drop(column)
             self._addressed.discard(column)
-        for column in [addressed for addressed in self._addressed if self._ledger.ease(addressed, believes)]:
+        for column in [addressed for addressed in self._addressed if beliefs.ease(addressed)]:
             self._addressed.discard(column)
-            entry = self._ledger.entry(column)
+            entry = beliefs.entry(column)
             self._queue.revalue(column, entry.priority, self.terms_of(entry.about))
-        return tuple(sorted(self._ledger.uids[column] for column in settled))
+        return tuple(sorted([beliefs.uids[column] for column in settled]))
 
-    def renew(self, believes: Words, now_s: float) -> Renewal:
+    def renew(self, now_s: float) -> Renewal:
         """Judge all items anew: who needs what has changed.
 
         Args:
-            believes: item set that each node is believed to hold.
             now_s: the time (s).
         """
         self._wanted.clear()
@@ -218,13 +210,13 @@ class Interests:
         settled: list[ItemUid] = []
         unneeded: list[Expiry] = []
         for column in self._may_send:
-            entry, was_open = self._ledger.entry(column), bool(before >> column & 1)
-            needed_before = self._needed_by(column)
+            entry, was_open = self._beliefs.entry(column), bool(before >> column & 1)
+            spared = self._beliefs.spared[column]
             is_needed = self._judge(column)
-            if is_needed and self._is_lacked(column, believes):
+            if is_needed and self._beliefs.is_lacked(column):
                 if not was_open:
                     entry.is_eased = False
-                    self._send(column, now_s, bool(self._needed_by(column) & ~needed_before))
+                    self._send(column, now_s, bool(spared & ~self._beliefs.spared[column]))
                     continue
                 if entry.is_eased:
                     entry.priority = max(1, entry.priority // ADDRESSED_SHARE)
@@ -233,39 +225,28 @@ class Interests:
                 self._queue.drop(column)
                 self._addressed.discard(column)
                 if is_needed:
-                    settled.append(self._ledger.uids[column])
+                    settled.append(self._beliefs.uids[column])
                 else:
                     unneeded.append(Expiry(entry.fragment.uid, Expired.NOT_NEEDED, now_s - entry.fragment.time_s))
         blocks, items = self._taken_up()
         return Renewal(tuple(blocks), tuple(items), tuple(settled), tuple(unneeded))
 
-    def reopen(self, done: int, now_s: float) -> None:
-        """Send again what is lacked now and was settled before: a peer has lost it, or is there again.
+    def reopen(self, now_s: float) -> None:
+        """Send again what is lacked now and was settled before: a peer has lost it, or is there again."""
+        for column in members(self._sendable & ~self._queue.open):
+            if self._beliefs.is_lacked(column):
+                self._send(column, now_s)
 
-        Args:
-            done: item set that all who need them are believed to hold.
-            now_s: the time (s).
-        """
-        for column in columns_of(self._sendable & ~(done | self._queue.open)):
-            self._send(column, now_s)
-
-    def postponed(self, believes: Words) -> Iterator[tuple[int, ItemUid]]:
-        """Peers that are away, and the items that each is told once it is there again.
-
-        Args:
-            believes: item set that each node is believed to hold.
-        """
-        for node, unneeded in enumerate(self._ledger.unneeded):
-            if self._ledger.away >> node & 1:
-                for column in columns_of(self._sendable & ~(believes[node] | unneeded)):
-                    yield node, self._ledger.uids[column]
-
-    def _needed_by(self, column: int) -> int:
-        """Nodes (bit word) that need an item, by the last judgement."""
-        return sum(1 << node for node, items in enumerate(self._ledger.unneeded) if not items >> column & 1)
+    def postponed(self) -> Iterator[tuple[int, ItemUid]]:
+        """Peers that are away, and the items that each is told once it is there again."""
+        beliefs = self._beliefs
+        for node in members(beliefs.peers.away):
+            for column in members(self._sendable):
+                if not (beliefs.holders[column] | beliefs.spared[column]) >> node & 1:
+                    yield node, beliefs.uids[column]
 
     def _send(self, column: int, now_s: float, is_new_need: bool = False) -> None:
-        entry = self._ledger.entry(column)
+        entry = self._beliefs.entry(column)
         fragment = entry.fragment
         if entry.waiting is None:
             entry.waiting = Waiting(entry.priority, fragment.time_s, now_s)
@@ -277,17 +258,15 @@ class Interests:
 
     def _judge(self, column: int) -> bool:
         """Note who needs an item; True if anybody else does."""
-        entry, item = self._ledger.entry(column), 1 << column
+        entry = self._beliefs.entry(column)
         nodes, entry.priority = self._judged(entry)
         if not nodes and any(self._class_of(fact, entry.about) == 0 for fact in entry.about):
             self.undecided[column] = None
-        for peer in range(len(self._ledger.unneeded)):
-            is_unneeded = not nodes >> peer & 1 and peer != self._me
-            if is_unneeded != bool(self._ledger.unneeded[peer] & item):
-                self._ledger.unneeded[peer] ^= item
+        self._beliefs.spared[column] = self._others & ~nodes
+        self._beliefs.unsettled.add(column)
         return bool(nodes)
 
-    def _judged(self, entry: LedgerEntry) -> tuple[int, int]:
+    def _judged(self, entry: Sendable) -> tuple[int, int]:
         """Nodes beside this one that are to have an item, and how urgent it is."""
         nodes, of_block = self.of(entry.about)
         priority = self.of(entry.fragment.facts)[1] or of_block
@@ -295,11 +274,6 @@ class Interests:
         if priority == 0 or (self._selective and not mine):
             return 0, priority
         return (nodes | entry.addressed) & ~(1 << self._me), priority
-
-    def _is_lacked(self, column: int, believes: Words) -> bool:
-        """True if a node that needs an item is not believed to hold it."""
-        unneeded = self._ledger.spared
-        return any(not (believes[node] | unneeded[node]) >> column & 1 for node in range(len(unneeded)))
 
     # What is kept --------------------------------------------------------------------------------
 

@@ -20,13 +20,11 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from itertools import chain
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
 
-from exchange import ack
 from exchange.blocks import fragments_of
 from exchange.errors import ConfigurationError, DefinitionFault, PeerFault, SlotConflict
 from exchange.interests import Interests, Renewal
-from exchange.ledger import Holdings, Ledger, LedgerEntry
 from exchange.packets import (
     Fragment,
     Head,
@@ -39,10 +37,10 @@ from exchange.packets import (
     Transmission,
     name_of_item,
 )
-from exchange.peering.holders import Holders
+from exchange.peering.beliefs import Beliefs, Sendable
 from exchange.peering.listening import Listener
 from exchange.peering.parking import Parking
-from exchange.peering.peers import Ageing, PeerLinks, PeerStates
+from exchange.peering.peers import PeerLinks
 from exchange.peering.relaying import Relaying
 from exchange.peering.summaries import Summaries
 from exchange.policies import AckPolicy
@@ -58,6 +56,9 @@ from worldmodel.facts import Guid
 if TYPE_CHECKING:
     from exchange.peering.stating import Stating
 
+OptionalPart = Literal["parking", "relaying", "summaries"]
+OPTIONAL_PARTS: tuple[OptionalPart, ...] = get_args(OptionalPart)
+"""Parts that a manager can do without."""
 SUMMARY_SHARE = 4
 """Summaries that are due take one part in this many of a packet at most."""
 SIGNAL_SHARE = 4
@@ -137,41 +138,25 @@ class ExchangeManager:
         self.n_nodes = schedule.n_nodes
         """Size of the fleet."""
         kind = policy.acknowledgement
-        self._state = ack.new_state(self.n_nodes)
-        self._ledger = Ledger(self.n_nodes)
+        self._beliefs = beliefs = Beliefs(me, self.n_nodes, kind, self._epoch)
+        beliefs.summaries = Summaries(beliefs, codec.summary_bits)
+        self._peers = beliefs.peers
         self.queue = Queue(options.value, options.queue_limit)
         """What waits to be said, why it was not said, and what is said no more."""
-        self._interests = Interests(me, model, needs, self._ledger, self.queue, codec.fragment_bits, options.selective)
+        self._interests = Interests(model, needs, beliefs, self.queue, codec.fragment_bits, options.selective)
         self.is_of_use = self._interests.is_of_use
         """``is_of_use(facts)``: True if these have an attribute that is exchanged, whoever needs it now."""
-        self.parking: list[Parking] = []
-        """What it does without peers that are silent for too long: one of them, or none if it is taken out."""
-        self.relaying: list[Relaying] = []
-        """What it sends for others whom somebody hardly hears: one of them, or none where all repeat or if it is taken
-        out."""
-        self._peers = PeerStates(me, self.n_nodes, self._state, kind, self.parking, self.relaying)
-        self._ageing = Ageing(me, schedule, self._state, kind)
-        own = Holdings()
-        self.summaries = [Summaries(self._state, self._ledger, own, codec.summary_bits)]
-        """What it tells and hears of what is held: one of them, or none if it is taken out."""
-        self._holders = Holders(me, self._state, self._ledger, self._peers, own, self.summaries)
-        if self._epoch:
-            self._holders.begin(me, self._epoch)
-        self._listener = Listener(
-            me, model, self._state, self._ledger, self._interests, self._holders, self._peers, self._ageing, policy,
-            options.carrier_evidence, self.summaries, schedule.frame_s,
-        )  # fmt: skip
-        self.parking.append(Parking(me, self.n_nodes, self._peers, self._ledger, self._listener))
+        evidence, frame_s = options.carrier_evidence, schedule.frame_s
+        self._listener = Listener(model, beliefs, self._interests, policy.repeat, evidence, frame_s)
+        self.parking: Parking | None = Parking(beliefs, self._listener)
+        """Suspension for peers that are silent for too long; None if it is taken out."""
         if not policy.repeat:
-            self.relaying.append(Relaying(me, self._state, self._ledger, self._peers, self._listener))
-        self._stating: list[Stating] = []
-        if codec.accounts:
+            self._listener.relaying = Relaying(beliefs, self._listener)
+        if codec.accounts is not None:
             from exchange.peering.stating import Stating
 
-            known, codes = (me, self._state, self._ledger, self._peers, self._holders), policy.acknowledgement.codes
-            asked = codec.fragment_bits, self._interests.priority_here
-            self._stating = [Stating(*known, accounts, *asked, codes) for accounts in codec.accounts]
-        self._listener.stating = self._stating
+            sizes = codec.accounts, codec.fragment_bits
+            self._listener.stating = Stating(beliefs, *sizes, self._interests.priority_here, kind.codes)
         self.half_blocks = self._listener.assembly.lacking
         """``half_blocks() -> list``: names of blocks of which it has parts, and lacks others."""
         self._signals: tuple[InfluenceSignal, ...] = ()
@@ -196,18 +181,18 @@ class ExchangeManager:
                 continue
             room_bits = self._room_bits - self._signal_room_bits
             for fragment in fragments_of(block, room_bits, self._codec.fragment_bits):
-                entry = LedgerEntry(fragment, block.facts, addressed=sum([1 << peer for peer in addressed]))
+                entry = Sendable(fragment, block.facts, addressed=sum([1 << peer for peer in addressed]))
                 self._listener.register(name_of_item(fragment), block.time_s, entry)
                 items.append(fragment)
-            self._holders.complete(block.guid)
+            self._beliefs.complete(block.guid)
         return tuple(items)
 
     def resume(self, now_s: float) -> None:
         """Take up what the world model holds, after a restart with its memory; who holds it is to be learned anew."""
         self._listener.resume(self._room_bits - self._signal_room_bits, self._codec.fragment_bits, now_s)
-        self._interests.adopt(self._holders.orphans(), self._state.believes, now_s)
-        for summaries in self.summaries:
-            summaries.telling.urge()
+        self._interests.adopt(self._beliefs.orphans(), now_s)
+        if self.summaries is not None:
+            self.summaries.telling.urge()
 
     def fits(self, facts: Iterable[Stated]) -> bool:
         """True if a block of these facts would go into one packet, beside influence signals."""
@@ -246,7 +231,7 @@ class ExchangeManager:
                 raise PeerFault(f"a packet of node {sender} of slot {slot} arrives in slot {schedule.slot_at(now_s)}")
             if sender == self._me:
                 raise SlotConflict("another speaks as this vehicle")
-            self._ageing.refuse(slot, sender, now_s)
+            self._refuse_untimely(slot, sender, now_s)
             if sender not in self._definitions.trusted:
                 self._definitions.agree(sender, frame)
             if judged.latest_s > now_s:
@@ -259,17 +244,26 @@ class ExchangeManager:
             differs = isinstance(fault, DefinitionFault) and self._definitions.differ(sender, frame)
             is_twin = isinstance(fault, SlotConflict) and self._listener.doubt(sender, frame, now_s)
             return Reception(slot, sender, fault=str(fault), is_stranger=differs, conflict=sender if is_twin else None)
-        self._ageing.open(slot)
+        self._beliefs.log.open(slot)
         is_second = self._peers.conflicts(sender, slot, data)
         heard = self._listener.listen(judged, slot, met, is_second, now_s)
-        for stating in self._stating:
+        if (stating := self._listener.stating) is not None:
             self.n_faults, stating.n_refused = self.n_faults + stating.n_refused, 0
-        for relaying in self.relaying:
+        if (relaying := self.relaying) is not None:
             if judged.relays:
                 relaying.note(packet)
             if frame >= relaying.due_frame:
                 relaying.look(frame, now_s)
         return heard
+
+    def _refuse_untimely(self, slot: int, sender: int, now_s: float) -> None:
+        """Raise PeerFault if a packet of that slot comes when it can no more be heeded, or not yet."""
+        log = self._beliefs.log
+        if slot + self.n_nodes <= log.slot:
+            raise PeerFault(f"a packet of node {sender} of slot {slot} arrives when its next slot is open")
+        own = slot - (slot - self._me) % self.n_nodes  # the last own slot before it
+        if own > log.slot and self._schedule.start_s(own) > now_s:
+            raise PeerFault(f"a packet of slot {slot} arrives before the own slot {own} is open")
 
     def _era_now(self, data: bytes, sender: int, frame: int, known: int) -> int:
         """The era that a peer is in by its packet, if that is to be believed, else the one known."""
@@ -283,9 +277,28 @@ class ExchangeManager:
             raise ConfigurationError(f"slot {slot} at {now_s} s belongs to node {owner}, not to node {self._me}")
         return slot
 
+    @property
+    def summaries(self) -> Summaries | None:
+        """What peers are told and tell of what is held; None if that is taken out."""
+        return self._beliefs.summaries
+
+    @property
+    def relaying(self) -> Relaying | None:
+        """What is sent for others whose links are poor; None where all repeat or if that is taken out."""
+        return self._listener.relaying
+
+    def leave_out(self, part: OptionalPart) -> None:
+        """Do without an optional part from now on."""
+        if part == "parking":
+            self.parking = None
+        elif part == "relaying":
+            self._listener.relaying = None
+        else:
+            self._beliefs.summaries = None
+
     def give_up(self, guids: Iterable[Guid]) -> None:
         """The world model has forgotten these blocks, so that they may come again: peers are told that they lack."""
-        self._holders.give_up(guids)
+        self._beliefs.give_up(guids)
 
     def links(self, peer: int) -> PeerLinks:
         """What the links from and to a peer lose, as far as this vehicle can tell."""
@@ -293,69 +306,66 @@ class ExchangeManager:
 
     def renew(self, now_s: float) -> Renewal:
         """Judge all items anew: who needs what has changed."""
-        return self._interests.renew(self._state.believes, now_s)
+        return self._interests.renew(now_s)
 
     def keep_silent(self, now_s: float) -> int:
         """Let the own slot that opens at ``now_s`` pass without a packet; returns its number."""
         slot = self._own_slot(now_s)
-        self._ageing.open(slot)
+        self._beliefs.log.open(slot)
         self._signals = ()
         return slot
 
     def packet_to_send(self, now_s: float) -> Transmission:
         """The packet for the own slot that opens at ``now_s`` (s)."""
         slot = self._own_slot(now_s)
-        self._ageing.open(slot)
+        self._beliefs.log.open(slot)
         if self._interests.undecided:
-            self._interests.decide(self._state.believes, now_s)
+            self._interests.decide(now_s)
         codec, schedule, signals = self._codec, self._schedule, self._signals
         frame, start_s = schedule.frame_of(slot), schedule.start_s(slot)
         noticed: tuple[tuple[int, str], ...] = ()
-        for parking in self.parking:
-            if self._peers.silences(frame):
-                noticed = parking.look(frame, now_s)
+        if self.parking is not None and self._peers.silences(frame):
+            noticed = self.parking.look(frame, now_s)
         summary: tuple[Summary, ...] = ()
-        for summaries in self.summaries:
+        if (summaries := self.summaries) is not None:
             summary = summaries.telling.urgent(self._room_bits // SUMMARY_SHARE)
-        for relaying in self.relaying:
-            if relaying.left or self.queue.resting:
-                self.queue.rest(relaying.resting(self.queue.open, frame, now_s))
+        if (relaying := self.relaying) is not None and (relaying.left or self.queue.resting):
+            self.queue.rest(relaying.resting(self.queue.open, frame, now_s))
         header = codec.header
         spared_bits = header.largest_bits - header.size_bits(self._me, frame) if header.varies else 0
         signals_bits = len(signals) * codec.signal_bits
         summary_bits = sum(map(codec.summary_bits, summary))
         room_bits = self._room_bits + spared_bits - signals_bits - summary_bits
-        for stating in self._stating:
+        if (stating := self._listener.stating) is not None:
             room_bits -= self._let_plan(stating, room_bits)
         packing = codec.packing(self._me, self._epoch, start_s, room_bits)
         chosen = self.queue.choose(packing, now_s)
         is_spare = not summary
-        for summaries in self.summaries if is_spare else ():
+        if summaries is not None and is_spare:
             summary = summaries.telling.spare(packing.left_bits)
             summary_bits = sum(map(codec.summary_bits, summary))
-        content = 0
+        columns: list[int] = []
         items: list[ItemUid] = []
         status: list[StatusUid] = []
         for candidate in chosen:
             if isinstance(candidate.uid, ItemUid):
                 items.append(candidate.uid)
-                content |= 1 << candidate.column
+                columns.append(candidate.column)
             else:
                 status.append(candidate.uid)
-        rows = [0] * self.n_nodes
         is_doubted = frame < self._peers.trusted_from and self._peers.is_doubted(self._me, frame)
-        self._ageing.compose(slot, 0 if is_doubted else content, rows)
-        for relaying in self.relaying:
+        rows = self._beliefs.log.compose(slot, () if is_doubted else columns, self._beliefs.holders)
+        if relaying is not None:
             relaying.rows[self._me].append(rows[self._me])
         head = Head(self._me, self._epoch, frame)
         acks, wired = header.encode(self._me, rows, frame), packing.wired()
         n_acks = acks[0].bit_count()
-        for stating, accounts in zip(self._stating, codec.accounts, strict=True):
+        if stating is not None and codec.accounts is not None:
             self.queue.rest(self._left_to_relays)
             said_bits = sum([candidate.size_bits for candidate in chosen if candidate.column == STATUS_COLUMN])
             self._due_to_statuses = max(0, self._due_to_statuses - said_bits)
             left_bits = packing.left_bits - (summary_bits if is_spare else 0)
-            acks = behind(acks, accounts.encode(stating.account(content, slot, left_bits), self._me))
+            acks = behind(acks, codec.accounts.encode(stating.account(columns, slot, left_bits), self._me))
         data = codec.assembled(head, start_s, acks, wired, signals, summary)
         self._signals = ()
         return Transmission(
@@ -381,7 +391,7 @@ class ExchangeManager:
         what is planned for what the account leaves.
         """
         queue = self.queue
-        self._left_to_relays = queue.resting if self.relaying else 0
+        self._left_to_relays = queue.resting if self.relaying is not None else 0
         statuses, others_weight = queue.statuses, queue.items_weight
         status_bits = sum([candidate.size_bits for candidate in statuses])
         weight = sum([candidate.waiting.priority * candidate.size_bits for candidate in statuses])
@@ -400,7 +410,7 @@ class ExchangeManager:
 
     def holds(self, uid: ItemUid) -> bool:
         """True if this vehicle holds the item."""
-        return uid in self._ledger.column_of or self._holders.own.has((uid.origin, uid.epoch), uid.sequence)
+        return uid in self._beliefs.column_of or self._beliefs.own.has((uid.origin, uid.epoch), uid.sequence)
 
     def knows_life(self, peer: int, epoch: int) -> bool:
         """True if this vehicle has heard ``peer`` in the life of that epoch; in its first one it need not."""
@@ -408,8 +418,8 @@ class ExchangeManager:
 
     def believes(self, peer: int, uid: ItemUid) -> bool:
         """True if this vehicle believes that ``peer`` holds the item."""
-        column = self._ledger.column_of.get(uid)
-        return column is not None and bool(self._state.believes[peer] >> column & 1)
+        column = self._beliefs.column_of.get(uid)
+        return column is not None and bool(self._beliefs.holders[column] >> peer & 1)
 
     @property
     def n_open(self) -> int:
@@ -418,4 +428,4 @@ class ExchangeManager:
 
     def postponed(self) -> Iterator[tuple[int, ItemUid]]:
         """Nodes, and items that they lack though nothing is open: peers that are away, and this one what it gave up."""
-        return chain(self._interests.postponed(self._state.believes), self._holders.given_up())
+        return chain(self._interests.postponed(), self._beliefs.given_up())

@@ -11,6 +11,7 @@ from enum import Enum
 from functools import cache, lru_cache
 from typing import NamedTuple
 
+from exchange.ack import Acknowledged
 from worldmodel import STATUS, Block, PropertyValue
 from worldmodel.facts import Guid
 
@@ -276,6 +277,7 @@ class Judged(NamedTuple):
         statuses: its statuses, as blocks.
         items: its items and statuses, in their order, with the names of items; none if it tells no item.
         heard: nodes, one bit each, whose packets its sender, or one whose word it passes on, has heard lately.
+        facts: what its acknowledgements state of the slots before it.
     """
 
     packet: Packet
@@ -286,6 +288,7 @@ class Judged(NamedTuple):
     statuses: tuple[Block, ...]
     items: tuple[Named | Block, ...]
     heard: int
+    facts: tuple[Acknowledged, ...]
 
 
 class Transmission(NamedTuple):

@@ -1,33 +1,21 @@
 """The exchange policies: which acknowledgement travels in the header, and who repeats items.
 
-A policy is a value and holds no state. The manager of a vehicle and the policy study call the same functions of it, so
-that each rule is written once: an `Acknowledgement` of its own makes and reads the headers, `may_send` says who sends
-an item, `exchange.ack.settled` until when. A new kind of acknowledgement is a value more in this file, or in a file of
-one's own. Whether a node that sends an item is taken to hold it is a separate option, `carrier_evidence`, of vehicles
-and study: any policy can be had with it or without.
+A policy is a value and holds no state. The manager of a vehicle and the policy study go by the same one: its
+`Acknowledgement` says what headers state, `repeat` which nodes send an item. A new kind of acknowledgement is a value
+more in this file, or in a file of one's own. Whether a node that sends an item is taken to hold it is a separate
+option, `carrier_evidence`, of vehicles and study: any policy can be had with it or without.
 """
 
 from dataclasses import dataclass
 from functools import lru_cache
 from types import FunctionType
 
-from exchange.ack import (
-    Acknowledgement,
-    AckState,
-    MutableWords,
-    Words,
-    add_pseudo_acknowledgements,
-    bits_carried,
-    learn_from_matrix,
-    learn_from_row,
-    remember_matrix,
-    unite_matrices,
-)
+from exchange.ack import Acknowledgement, bits_carried
 from exchange.errors import ConfigurationError
 from exchange.planning import COUNT_BITS, END_BITS
 from worldmodel import suggestion
 
-PARTS = ("carries", "compose", "learn")
+PARTS = ("carries", "header")
 """Functions of an acknowledgement."""
 
 
@@ -41,51 +29,37 @@ def every_row(n_nodes: int, frame: int, sender: int, row: int, column: int) -> b
     return True
 
 
-def state_own_row(state: AckState, n_nodes: int, frame: int, me: int, rows_out: MutableWords) -> None:
-    """State whose last packets this node received."""
-    for w in range(state.set_words):
-        rows_out[me * state.set_words + w] = state.heard[w]
+def own_receptions(said: int, mine: int, received: int, held: int) -> int:
+    """State what this node received. 5.2: "acknowledging any messages received within the last (N-1) TDMA slots"."""
+    return mine & received
 
 
-def state_matrix(state: AckState, n_nodes: int, frame: int, me: int, rows_out: MutableWords) -> None:
-    """State the own row, and what this node was told of the others."""
-    unite_matrices(state, n_nodes, me, rows_out)
-    state_own_row(state, n_nodes, frame, me, rows_out)
+def relayed_receptions(said: int, mine: int, received: int, held: int) -> int:
+    """State what peers stated, too.
+
+    5.3: "performing a boolean OR operation over the (N-1) peer ACK matrices it is holding, then replaces the row i = s
+    with its own ACKs for the packets it received directly".
+    """
+    return mine & received | said & ~mine
 
 
-def state_matrix_and_beliefs(state: AckState, n_nodes: int, frame: int, me: int, rows_out: MutableWords) -> None:
-    """State the matrix, and set bits on behalf of peers believed to hold the whole content of the packet meant."""
-    state_matrix(state, n_nodes, frame, me, rows_out)
-    add_pseudo_acknowledgements(state, n_nodes, me, rows_out)
+def inferred_receptions(said: int, mine: int, received: int, held: int) -> int:
+    """State on behalf of peers, too.
+
+    5.4: "to determine if peer i already has all the information contained in the packet. If this is the case, peer k is
+    permitted to set the acknowledgement bit A_ij - a pseudo ACK".
+    """
+    return mine & received | said & ~mine | held & received
 
 
-def read_row(state: AckState, n_nodes: int, frame: int, sender: int, rows: Words) -> None:
-    """Believe the sender's own row."""
-    learn_from_row(state, n_nodes, sender, rows)
-
-
-def read_matrix(state: AckState, n_nodes: int, frame: int, sender: int, rows: Words) -> None:
-    """Believe every row, and keep the matrix to pass it on."""
-    remember_matrix(state, n_nodes, sender, rows)
-    learn_from_matrix(state, n_nodes, sender, rows)
-
-
-ACK = Acknowledgement("ack", "packet acknowledgements", own_row, state_own_row, read_row, bit_sliced=True)
+ACK = Acknowledgement("ack", "packet acknowledgements", own_row, own_receptions)
 """A vector: which peers' last packets the sender received (Maurelli et al., section 5.2)."""
 
-M_ACK = Acknowledgement(
-    "m-ack", "acknowledgement matrix", every_row, state_matrix, read_matrix, remembers_second_last=True, bit_sliced=True
-)
+M_ACK = Acknowledgement("m-ack", "acknowledgement matrix", every_row, relayed_receptions, relays=True)
 """A matrix: also what the sender was told about who received whose packets (section 5.3)."""
 
 MPS_ACK = Acknowledgement(
-    "mps-ack",
-    "acknowledgement matrix with pseudo-acknowledgements",
-    every_row,
-    state_matrix_and_beliefs,
-    read_matrix,
-    remembers_second_last=True,
-    bit_sliced=True,
+    "mps-ack", "acknowledgement matrix with pseudo-acknowledgements", every_row, inferred_receptions, True, True
 )
 """The same matrix, with pseudo-acknowledgements for peers known to hold a packet's whole content (section 5.4)."""
 
@@ -93,7 +67,7 @@ ACKNOWLEDGEMENTS = (ACK, M_ACK, MPS_ACK)
 """The kinds of the paper, in the order of lists and figures."""
 
 HOLDINGS = Acknowledgement(
-    "holdings", "acknowledgements and statements of holdings", own_row, state_own_row, read_row, states=True
+    "holdings", "acknowledgements and statements of holdings", own_row, own_receptions, states=True
 )
 """The vector, and beside it statements of what the sender holds, where these are owed; see `exchange.planning`."""
 
@@ -193,11 +167,7 @@ def policy_fault(policy: object) -> str | None:
         return f"repeat must be true or false, not {policy.repeat!r}"
     if not (isinstance(kind.name, str) and kind.name and isinstance(kind.title, str) and kind.title):
         return "its acknowledgement needs a name and a title"
-    if not isinstance(kind.remembers_second_last, bool):
-        return f"remembers_second_last must be true or false, not {kind.remembers_second_last!r}"
-    if not isinstance(kind.bit_sliced, bool):
-        return f"bit_sliced must be true or false, not {kind.bit_sliced!r}"
-    for name in ("states", "codes"):
+    for name in ("relays", "infers", "states", "codes"):
         if not isinstance(getattr(kind, name), bool):
             return f"{name} must be true or false, not {getattr(kind, name)!r}"
     if kind.codes and not kind.states:
@@ -218,15 +188,6 @@ def policy_fault(policy: object) -> str | None:
 
 def _kind_of(value: object) -> str:
     return f"the class {value.__name__}" if isinstance(value, type) else f"a {type(value).__name__}"
-
-
-def may_send(repeat: bool, items: int, own: int) -> int:
-    """Those of the items, a word, that a node may send at all: every one if nodes repeat, else its own.
-
-    >>> may_send(True, 0b110, 0b010), may_send(False, 0b110, 0b010)
-    (6, 2)
-    """
-    return items if repeat else items & own
 
 
 def bits_beside(kind: Acknowledgement) -> int:

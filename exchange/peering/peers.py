@@ -1,9 +1,5 @@
 """The peers of one vehicle: what their packets acknowledge, which life each is in, what its links lose.
 
-*Ageing.* Each node has one slot in each frame, in the order of the nodes. A bit A[i][j] is about j's last packet before
-i's last slot, as ``exchange.ack`` has it. What is known of a node ages as its slot opens (`Ageing`): so a node and its
-peers mean the same packet by the same acknowledgement.
-
 *Lives.* A vehicle that begins anew has a higher epoch. What was believed of it is void when that epoch is heard. A
 third vehicle may not have heard of it and state by its matrix what the old life held. So of rows about a peer that
 began anew only those are heeded whose senders are known to have heard the new epoch. They say so by the bit in their
@@ -27,17 +23,14 @@ held the other for it. And of matrices it heeds until then only what senders say
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
-from exchange import ack
-from exchange.ack import Acknowledgement, AckState, MutableWords, Words
+from exchange.ack import Acknowledgement
 from exchange.arithmetic import log
 from exchange.errors import PeerFault
-from exchange.packets import Met, Packet
+from exchange.packets import Met
 from exchange.planning import KEPT, PRIOR_LOSS, PRIOR_WEIGHT
-from exchange.schedule import TdmaSchedule
 
 DOUBT_FRAMES = 16
 """Frames after the last sign of two vehicles in one slot before their name is trusted again."""
@@ -138,124 +131,18 @@ class LossEstimate:
         return max(SHORTEST_SILENCE, self.link.longest_silence(UNLIKELY))
 
 
-class SpokenOf(NamedTuple):
-    """What the acknowledgements in a packet are about.
-
-    Attributes:
-        lasting: nodes, one bit each, of which the packet is still known that is meant.
-        is_asked: the own last packets are.
-    """
-
-    lasting: int
-    is_asked: bool
-
-
-ASKED, NOT_ASKED = SpokenOf(-1, True), SpokenOf(-1, False)
-"""What they are about in a packet after which nobody has had a slot."""
-
-
-class Ageing:
-    """What is known of packets as time goes on: it ages node by node.
-
-    Args:
-        me: own node index.
-        schedule: in which every node has one slot.
-        state: acknowledgement state of this node.
-        kind: acknowledgement of the policy.
-    """
-
-    def __init__(self, me: int, schedule: TdmaSchedule, state: AckState, kind: Acknowledgement) -> None:
-        self._me, self._n_nodes = me, schedule.n_nodes
-        self._schedule, self._state, self._kind = schedule, state, kind
-        self._next_slot = 0  # first slot that has not been opened
-        self._sent_slot: int | None = None
-
-    def open(self, slot: int) -> None:
-        """Time has come to a slot."""
-        for k in range(self._next_slot, slot + 1):
-            ack.open_slot(self._kind, self._state, self._n_nodes, k % self._n_nodes)
-        self._next_slot = max(self._next_slot, slot + 1)
-
-    def refuse(self, slot: int, sender: int, now_s: float) -> None:
-        """Raise PeerFault if a packet of that slot comes when it can no more be heeded, or not yet."""
-        if slot + self._n_nodes < self._next_slot:
-            raise PeerFault(f"a packet of node {sender} of slot {slot} arrives when its next slot is open")
-        own = slot - (slot - self._me) % self._n_nodes  # the last own slot before it
-        if own >= self._next_slot and self._schedule.start_s(own) > now_s:
-            raise PeerFault(f"a packet of slot {slot} arrives before the own slot {own} is open")
-
-    def compose(self, slot: int, content: int, rows_out: MutableWords) -> None:
-        """Remember what the own packet carries, and write its acknowledgement bits."""
-        self._sent_slot = slot
-        ack.compose(self._kind, self._state, self._n_nodes, slot // self._n_nodes, self._me, (content,), rows_out)
-
-    def spoken_of(self, slot: int) -> SpokenOf:
-        """What the acknowledgements in a packet of that slot are about.
-
-        Of who has had a slot since a packet that comes late, the last packet is another than it speaks of.
-        """
-        is_asked = self._sent_slot is not None and 0 < slot - self._sent_slot < self._n_nodes
-        if slot + 1 == self._next_slot:  # mostly it does not come late
-            return ASKED if is_asked else NOT_ASKED
-        lasting = -1
-        for slot_since in range(slot + 1, self._next_slot):
-            lasting &= ~(1 << slot_since % self._n_nodes)
-        return SpokenOf(lasting, is_asked)
-
-    def absorb(
-        self, packet: Packet, slot: int, heeded: Words, content: int, carrier_evidence: bool, origins: Words
-    ) -> None:
-        """Learn from a packet that was heard.
-
-        Args:
-            packet: heard; slot: in which it was sent.
-            heeded: its acknowledgement bits that may be believed.
-            content: its items.
-            carrier_evidence, origins: as ``ack.absorb`` has them.
-        """
-        n_nodes, sender, known = self._n_nodes, packet.sender, ((content,), origins)
-        frame = slot // n_nodes
-        ack.absorb(self._kind, carrier_evidence, self._state, n_nodes, frame, self._me, sender, heeded, *known)
-
-
-class Absence(Protocol):
-    """What comes of it that a peer is away."""
-
-    def end(self, node: int) -> None:
-        """A peer is heard again."""
-
-
-class Witness(Protocol):
-    """Who looks at the links between peers."""
-
-    rows: list[list[int]]
-    """By peer, what its packets have said of whose packets it has received, one bit each."""
-
-
 class PeerStates:
-    """What one node knows of the others beside what they hold.
+    """Lives, links and presence of the other nodes, as one node knows them.
 
     Args:
         me: own node index.
         n_nodes: size of the fleet.
-        state: acknowledgement state of this node, of which is taken back what has become void.
         kind: acknowledgement of the policy, which says when a peer answers.
-        absence: of its peers; none of them, or one.
-        witnesses: of the links between peers; none of them, or one.
     """
 
-    def __init__(
-        self,
-        me: int,
-        n_nodes: int,
-        state: AckState,
-        kind: Acknowledgement,
-        absence: Sequence[Absence] = (),
-        witnesses: Sequence[Witness] = (),
-    ) -> None:
+    def __init__(self, me: int, n_nodes: int, kind: Acknowledgement) -> None:
         self._me = me
         self._n_nodes = n_nodes
-        self._state = state
         frames, nodes = range(kind.period_frames), range(n_nodes)
         self._answering = [[kind.carries(n_nodes, frame, node, node, me) for node in nodes] for frame in frames]
         self.epochs = [0] * n_nodes
@@ -264,7 +151,8 @@ class PeerStates:
         """Nodes that are not waited for, one bit each."""
         self.awaited = 0
         """Nodes that catch up once they are heard, one bit each."""
-        self._absence, self._witnesses = absence, witnesses
+        self.is_alone = False
+        """Nobody is heard: the next node that is catches up, and none is away."""
         self._all = (1 << n_nodes) - 1
         self._informed_of = [self._all] * n_nodes  # by peer: nodes whose epoch it is known to have heard
         self._older = [(0, 0)] * n_nodes  # an older epoch heard since, and how often in a row
@@ -328,8 +216,10 @@ class PeerStates:
                 self._note_missed(sender, frame - last - 1)
             self._incoming[sender].samples.append(HEARD)
         was_away = self.awaited >> sender & 1
-        for absence in self._absence if was_away else ():
-            absence.end(sender)
+        if was_away:
+            self.is_alone = False
+            self.away &= ~(1 << sender)
+            self.awaited = self.away
         if epoch != known:
             return Met.NEW_LIFE
         return Met.BACK if was_away else Met.USUAL
@@ -340,7 +230,6 @@ class PeerStates:
         for peer, known in enumerate(self._informed_of):
             self._informed_of[peer] = known | 1 << node if peer == self._me else known & ~(1 << node)
         self._informed_of[node] = 1 << node
-        self.forget(node)
 
     def is_over(self, origin: int, epoch: int) -> bool:
         """True if an origin is in another life, or away."""
@@ -352,27 +241,19 @@ class PeerStates:
         if n_missed <= 2 * SHORTEST_SILENCE or n_missed <= 2 * incoming.longest_silence:
             incoming.samples += bytes([LOST]) * n_missed
 
-    def heed(self, packet: Packet, frame: int, lasting: int, is_asked: bool) -> tuple[int, ...]:
-        """The acknowledgement bits of a packet that may be believed; the others are taken out.
+    def heed(self, sender: int, own: int, frame: int, is_asked: bool) -> int:
+        """Nodes, one bit each, of which the acknowledgements in a packet are to be believed.
 
         Args:
-            packet: received.
+            sender: of the packet.
+            own: nodes whose last packets it received.
             frame: TDMA frame of its slot.
-            lasting: nodes of which the packet is known that the bits are about.
-            is_asked: the packet speaks of the own last packets.
+            is_asked: it speaks of the last packet of this node.
         """
-        sender, rows = packet.sender, packet.rows
-        own = rows[sender]
         self._informed_of[sender] |= own
-        if self._answering[frame % len(self._answering)][sender]:
-            if is_asked and lasting >> self._me & 1:
-                self._outgoing[sender].samples.append(HEARD if own >> self._me & 1 else LOST)
-            for witness in self._witnesses if lasting == -1 else ():
-                witness.rows[sender].append(own)
-        heeded = self.vouched(sender, frame)
-        if heeded == self._all and lasting == -1:
-            return rows
-        return tuple([row & lasting if heeded >> node & 1 else 0 for node, row in enumerate(rows)])
+        if is_asked and self.answers(sender, frame):
+            self._outgoing[sender].samples.append(HEARD if own >> self._me & 1 else LOST)
+        return self.vouched(sender, frame)
 
     def answers(self, sender: int, frame: int) -> bool:
         """True if a packet of a peer in that frame has the bit that says whether it received this vehicle's last."""
@@ -398,24 +279,4 @@ class PeerStates:
         is_new = not self.is_doubted(node, frame)
         self._doubted_until[node] = frame + DOUBT_FRAMES
         self.trusted_from = max(self._doubted_until) + 1
-        for peer in range(self._n_nodes) if is_new or node == self._me else (node,):
-            if peer != self._me:
-                self.forget(peer)
-        if node == self._me:
-            self._forget_content(self._me)
         return is_new
-
-    # Taking back ---------------------------------------------------------------------------------
-
-    def forget(self, node: int) -> None:
-        """Believe nothing of what a node holds or has heard."""
-        n_nodes, state = self._n_nodes, self._state
-        state.believes[node] = 0
-        for row in range(n_nodes):
-            state.held[node * n_nodes + row] = 0
-            state.held[row * n_nodes + node] = 0
-        state.heard[0] &= ~(1 << node)
-        self._forget_content(node)
-
-    def _forget_content(self, node: int) -> None:
-        self._state.content[node] = self._state.content[self._n_nodes + node] = 0

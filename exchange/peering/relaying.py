@@ -21,11 +21,11 @@ from __future__ import annotations
 
 from array import array
 
-from exchange.ack import AckState
-from exchange.ledger import Ledger, columns_of
+from exchange.ack import members
 from exchange.packets import Packet
+from exchange.peering.beliefs import Beliefs
 from exchange.peering.listening import Listener
-from exchange.peering.peers import HEARD, LOST, PeerStates
+from exchange.peering.peers import HEARD, LOST
 from exchange.planning import KEPT, PRIOR_LOSS, PRIOR_WEIGHT
 
 LOOK_FRAMES = 4
@@ -76,16 +76,14 @@ class Relaying:
     """Whose items one vehicle relays beside its own, and which it leaves to others to relay.
 
     Args:
-        me: own node index.
-        state, ledger, peers, listener: of this node.
+        beliefs, listener: of this node.
     """
 
-    def __init__(self, me: int, state: AckState, ledger: Ledger, peers: PeerStates, listener: Listener) -> None:
-        self._me = me
-        self._nodes = range(len(ledger.origins))
-        self._state = state
-        self._ledger = ledger
-        self._peers = peers
+    def __init__(self, beliefs: Beliefs, listener: Listener) -> None:
+        self._me = beliefs.me
+        self._nodes = range(beliefs.n_nodes)
+        self._beliefs = beliefs
+        self._peers = beliefs.peers
         self._listener = listener
         self.rows: list[list[int]] = [[] for _ in self._nodes]
         """By peer, what its packets have said since the last look of whose packets it has received."""
@@ -126,9 +124,9 @@ class Relaying:
     def note(self, packet: Packet) -> None:
         """Note that the sender of a packet that was heard passes on these items, and earlier ones of their origins."""
         for fragment in packet.fragments:
-            column = self._ledger.column_of.get(fragment.uid)
+            column = self._beliefs.column_of.get(fragment.uid)
             if fragment.origin != packet.sender and column is not None:
-                self._passed_on[packet.sender] |= self._ledger.origins[fragment.origin] & (2 << column) - 1
+                self._passed_on[packet.sender] |= self._beliefs.origins[fragment.origin] & (2 << column) - 1
 
     def resting(self, items: int, frame: int, now_s: float) -> int:
         """Those of the open items that only those lack who are left to another.
@@ -138,16 +136,20 @@ class Relaying:
             frame: TDMA frame of the own slot that opens.
             now_s: the time (s).
         """
-        peers, ledger, reached = self._peers, self._ledger, [*self._state.believes]
+        peers, beliefs, left = self._peers, self._beliefs, list[tuple[int, int]]()
         for peer, by in self.left:
             heard = peers.heard_frame[by]
             if heard is not None and frame - heard <= peers.longest_silence(by):
-                reached[peer] |= self._passed_on[by] & ~ledger.unneeded[by]
-        for held, spared in zip(reached, ledger.spared, strict=True):
-            items &= held | spared
-        for column in columns_of(items):
-            waiting = ledger.entries[column].waiting
-            if waiting is None or now_s - waiting.observed_s > AGED * (waiting.since_s - waiting.observed_s):
+                left.append((peer, by))
+        everybody = (1 << beliefs.n_nodes) - 1
+        for column in members(items):
+            served = beliefs.holders[column] | beliefs.spared[column] | peers.away
+            for peer, by in left:
+                if self._passed_on[by] >> column & 1 and not beliefs.spared[column] >> by & 1:
+                    served |= 1 << peer
+            waiting = beliefs.entry(column).waiting
+            is_due = waiting is None or now_s - waiting.observed_s > AGED * (waiting.since_s - waiting.observed_s)
+            if served != everybody or is_due:
                 items ^= 1 << column
         return items
 
@@ -160,7 +162,7 @@ class Relaying:
             away: nodes, one bit each, that are not waited for.
         """
         own = worth[self._me]
-        if own < EQUAL * max([worth[node] for node in columns_of(near & ~away)]):
+        if own < EQUAL * max([worth[node] for node in members(near & ~away)]):
             return 0
         hardly = sum([1 << node for node in self._nodes if own > FAVOUR * worth[node]])
         return hardly & (near | away)
@@ -190,7 +192,7 @@ def ways_from(tree: list[int], start: int) -> list[tuple[int, list[int]]]:
     """
     ways: list[tuple[int, list[int]]] = [(start, [])]
     for node, way in ways:
-        ways += [(beyond, [*way, node]) for beyond in columns_of(tree[node]) if beyond not in way]
+        ways += [(beyond, [*way, node]) for beyond in members(tree[node]) if beyond not in way]
     return ways[1:]
 
 
@@ -203,7 +205,7 @@ def joined(tree: list[int], start: int, without: int) -> int:
     found = frontier = 1 << start
     while frontier:
         neighbours = 0
-        for node in columns_of(frontier):
+        for node in members(frontier):
             neighbours |= tree[node]
         frontier = neighbours & ~(found | without)
         found |= frontier

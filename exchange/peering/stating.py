@@ -12,14 +12,11 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from operator import mul
 from typing import Protocol
 
-from exchange import ack
-from exchange.ack import AckState
+from exchange.ack import members
 from exchange.coding import Decoder, added, coefficient, scaled, symbol, symbol_key
 from exchange.errors import PeerFault
-from exchange.ledger import Ledger, Life, columns_of
 from exchange.packets import Account, Fragment, HolderSet, Named, OriginStatement, Packet, name_of_item
-from exchange.peering.holders import Holders
-from exchange.peering.peers import PeerStates
+from exchange.peering.beliefs import Beliefs, Life, item_set
 from exchange.planning import (
     IMPOSSIBLE,
     KEPT,
@@ -59,9 +56,7 @@ class Stating:
     """The statements, holder sets and symbols of one vehicle.
 
     Args:
-        me: own node index.
-        state: acknowledgement state of this node.
-        ledger, peers, holders: of this node.
+        beliefs: of this node.
         accounts: encodes what is said.
         fragment_bits: the most bits that a fragment takes.
         priority_here: called with the column of an item that is held; 0 if it is held for others alone.
@@ -70,18 +65,14 @@ class Stating:
 
     def __init__(
         self,
-        me: int,
-        state: AckState,
-        ledger: Ledger,
-        peers: PeerStates,
-        holders: Holders,
+        beliefs: Beliefs,
         accounts: Accounts,
         fragment_bits: Callable[[Fragment], int],
         priority_here: Callable[[int], int],
         codes_repairs: bool,
     ) -> None:
-        self._me, self._n_nodes = me, ledger.n_nodes
-        self._state, self._ledger, self._peers, self._holders = state, ledger, peers, holders
+        self._me, self._n_nodes = beliefs.me, beliefs.n_nodes
+        self._beliefs, self._peers = beliefs, beliefs.peers
         self._accounts, self._fragment_bits, self._codes_repairs = accounts, fragment_bits, codes_repairs
         self._priority_here = priority_here
         self._confirmed = self._told = 0  # item sets
@@ -112,15 +103,12 @@ class Stating:
             room_bits: for them and the account.
             large_first: see ``plan_packet``.
         """
-        ledger, n_nodes = self._ledger, self._n_nodes
-        settled = ack.settled(self._state, n_nodes, ledger.spared if ledger.away else ledger.unneeded, 0)
-        statements = [self._statement(origin, settled) for origin in range(n_nodes)]
+        n_nodes = self._n_nodes
+        statements = [self._statement(origin) for origin in range(n_nodes)]
         window = sum([self._items(life, numbers) for life, numbers in map(_window_of, statements)])
         candidates = open_items | (window if self._codes_repairs else 0)
-        me, uids = self._me, self._ledger.uids  # own ones first: of equals each node takes others
-        columns = sorted(
-            columns_of(candidates), key=lambda column: ((uids[column].origin - me) % n_nodes, uids[column])
-        )
+        me, uids = self._me, self._beliefs.uids  # own ones first: of equals each node takes others
+        columns = sorted(members(candidates), key=lambda column: ((uids[column].origin - me) % n_nodes, uids[column]))
         plan = self._gathered(columns, window, statements)
         self._n_symbols = plan_packet(plan, n_nodes, len(columns), room_bits, self._codes_repairs, large_first)
         chosen = sum([1 << column for at, column in enumerate(columns) if plan.takes[at]])
@@ -133,20 +121,18 @@ class Stating:
             size_bits += SIZE_BITS + self._symbols_bits
         return chosen, size_bits
 
-    def _statement(self, origin: int, settled: int) -> OriginStatement:
+    def _statement(self, origin: int) -> OriginStatement:
         """What can be stated of an origin, in the life that it is known to be in."""
         life = origin, self._peers.epochs[origin]
-        own = self._holders.own
+        own = self._beliefs.own
         held, first = own.held.get(life, 0), 0 if own.given_up.get(life) else self._first.get(life, 0)
-        while held >> first & 1 and not self._items(life, 1 << first) & ~settled:
+        while held >> first & 1 and not any(map(self._beliefs.is_lacked, self._beliefs.parts((*life, first)))):
             first += 1
         self._first[life] = first
         rest = held >> first
         length = rest.bit_length() if origin != self._me else (~rest & rest + 1).bit_length() - 1
-        length = min(length, MOST_STATED) if life not in self._holders.shared else 0
-        all_hold = -1
-        for items in self._state.believes:
-            all_hold &= items
+        length = min(length, MOST_STATED) if life not in self._beliefs.shared else 0
+        all_hold = self._beliefs.held_by_all
         return OriginStatement(
             *life, first, length, rest & (1 << length) - 1, not self._items_below(life, first) & ~all_hold
         )
@@ -154,8 +140,8 @@ class Stating:
     def _items(self, life: Life, numbers: int) -> int:
         """Item set of blocks of a life, one bit for each number; of those that are known here."""
         items = 0
-        for number in columns_of(numbers):
-            for column in self._ledger.parts((*life, number)):
+        for number in members(numbers):
+            for column in self._beliefs.parts((*life, number)):
                 items |= 1 << column
         return items
 
@@ -176,30 +162,29 @@ class Stating:
             window: item set of those that statements say to be held.
             statements: about all origins.
         """
-        ledger, n_nodes, me, n = self._ledger, self._n_nodes, self._me, len(columns)
-        believes, spared, entries = self._state.believes, ledger.spared, ledger.entries
-        new = ledger.origins[me]
-        for peer in range(n_nodes):
-            new &= ~(0 if peer == me else believes[peer] & ~spared[peer])
+        beliefs, n_nodes, me, n = self._beliefs, self._n_nodes, self._me, len(columns)
+        entries, new = beliefs.sendable, beliefs.origins[me]
         most = max((entries[column].priority for column in columns), default=0) or 1
+        peers = [peer for peer in range(n_nodes) if peer != me]
         lacks: list[float] = []
         for column in columns:
             reckoned = self._lacks.get(column)
-            if reckoned is not None and any(
-                reckoned[peer] < 1.0 for peer in range(n_nodes) if peer != me and not spared[peer] >> column & 1
+            holders, spared = beliefs.holders[column], beliefs.spared[column] | self._peers.away
+            if holders & ~spared & ~(1 << me) or (
+                reckoned is not None and any(reckoned[peer] < 1.0 for peer in peers if not spared >> peer & 1)
             ):
                 new &= ~(1 << column)
             for peer in range(n_nodes):
-                is_known = peer == me or (believes[peer] | spared[peer]) >> column & 1
+                is_known = (holders | spared | 1 << me) >> peer & 1
                 lacks.append(0.0 if is_known else 1.0 if reckoned is None else max(LEAST_LACK, reckoned[peer]))
-        owed = [sum(map(self._priority_here, columns_of(self._owed(one)))) / most for one in statements]
+        owed = [sum(map(self._priority_here, members(self._owed(one)))) / most for one in statements]
         symbol_bits = [self._symbol_bits(column) if self._codes_repairs else IMPOSSIBLE for column in columns]
-        is_lost = [peer == me or bool(ledger.away >> peer & 1) for peer in range(n_nodes)]
+        is_lost = [peer == me or bool(self._peers.away >> peer & 1) for peer in range(n_nodes)]
         return PacketPlan(
             reception=[
                 0.0 if is_lost[peer] else reception_of(self._lost[peer], self._weight[peer]) for peer in range(n_nodes)
             ],
-            origin=[min(ledger.uids[column].origin, n_nodes - 1) for column in columns],
+            origin=[min(beliefs.uids[column].origin, n_nodes - 1) for column in columns],
             size_bits=[self._fragment_bits(entries[column].fragment) for column in columns],
             symbol_bits=symbol_bits,
             is_new=[new >> column & 1 for column in columns],
@@ -228,17 +213,16 @@ class Stating:
         Beside what the vector says; what is beyond the statement waits for a holder set, or a later statement.
         """
         origin = one.origin
-        if origin == self._me or self._ledger.away >> origin & 1:
+        if origin == self._me or self._peers.away >> origin & 1:
             return 0
-        said = self._state.content[origin] if self._state.heard[0] >> origin & 1 else 0
-        unknown = self._ledger.origins[origin] & self._state.believes[self._me] & ~self._confirmed & ~said
+        unknown = self._beliefs.origins[origin] & ~self._confirmed & ~item_set(self._beliefs.log.last(origin))
         return unknown and unknown & (self._items_below((origin, one.epoch), one.first) | self._items(*_window_of(one)))
 
     def _symbol_bits(self, column: int) -> int:
         """Size of a symbol that the block of an item is part of; what is not whole here is part of none."""
-        uid = self._ledger.uids[column]
+        uid = self._beliefs.uids[column]
         guid = uid.origin, uid.epoch, uid.sequence
-        if not self._ledger.is_whole(guid):
+        if not self._beliefs.is_whole(guid):
             return IMPOSSIBLE
         size = len(self._bytes_of(guid))
         return 8 * size if size <= MOST_SYMBOL_BYTES else IMPOSSIBLE
@@ -247,7 +231,7 @@ class Stating:
         """A block that is held, as it is coded."""
         data = self._bytes.get(guid)
         if data is None:
-            data = self._bytes[guid] = self._accounts.block_bytes(self._ledger.block(guid))
+            data = self._bytes[guid] = self._accounts.block_bytes(self._beliefs.block(guid))
         return data
 
     def _coded(self, content: int) -> dict[tuple[int, int], bytes]:
@@ -255,20 +239,21 @@ class Stating:
         coded: dict[tuple[int, int], bytes] = {}
         for one in self._statements:
             life, numbers = _window_of(one)
-            for number in columns_of(numbers):
+            for number in members(numbers):
                 if not self._items(life, 1 << number) & content:
                     coded[one.origin, number] = self._bytes_of((*life, number))
         return coded
 
-    def account(self, content: int, slot: int, left_bits: int) -> Account:
+    def account(self, columns: Sequence[int], slot: int, left_bits: int) -> Account:
         """What the packet says of holdings, beside these items.
 
         Args:
-            content: item set of those that go.
+            columns: of those that go.
             slot: the own slot.
             left_bits: room that is left in the packet.
         """
         symbols: tuple[bytes, ...] = ()
+        content = item_set(columns)
         coded = self._coded(content) if self._n_symbols else {}
         if coded:
             size = max(map(len, coded.values()))  # larger than planned if an item did not fit and is coded now
@@ -280,20 +265,21 @@ class Stating:
 
     def _holder_sets(self, slot: int, left_bits: int) -> Iterator[HolderSet]:
         """Who holds what something was learned of last, as far as there is room: news first, the newest of them."""
-        believes, uids, ledger = self._state.believes, self._ledger.uids, self._ledger
+        beliefs, uids = self._beliefs, self._beliefs.uids
         blocks: dict[Guid, int] = {}  # by block, of which all parts are needed, the part that was learned of last
         for column in sorted(self._learned, key=uids.__getitem__):
             uid = uids[column]
             guid = uid.origin, uid.epoch, uid.sequence
-            if guid[:2] not in self._holders.shared and ledger.is_whole(guid):
+            if guid[:2] not in self._beliefs.shared and beliefs.is_whole(guid):
                 before = blocks.get(guid)
                 if before is None or self._learned[column] > self._learned[before]:
                     blocks[guid] = column
         waiting: list[tuple[bool, int, HolderSet, int]] = []
         for guid, column in blocks.items():
             learned, passed, _ = self._learned[column]
-            items = sum([1 << part for part in ledger.parts(guid)])
-            holders = sum([1 << peer for peer, held in enumerate(believes) if not items & ~held])
+            holders = -1
+            for part in beliefs.parts(guid):
+                holders &= beliefs.holders[part]
             if holders & ~(1 << self._me):
                 rank = passed if learned <= passed else -learned
                 waiting.append((learned <= passed, rank, HolderSet(*guid, holders), column))
@@ -304,7 +290,7 @@ class Stating:
                 return
             left_bits -= size_bits
             learned, _, n_passed = self._learned[column]
-            for part in ledger.parts((one.origin, one.epoch, one.sequence)):
+            for part in beliefs.parts((one.origin, one.epoch, one.sequence)):
                 self._learned.pop(part, None)
             if n_passed + 1 < MOST_PASSED:
                 self._learned[column] = learned, slot, n_passed + 1
@@ -314,16 +300,16 @@ class Stating:
         self, content: int, coded: dict[tuple[int, int], bytes], n_symbols: int, holder_sets: Sequence[HolderSet]
     ) -> None:
         """Note what the packet tells of own holdings, and what peers are reckoned to lack after it."""
-        state, ledger, told = self._state, self._ledger, content
-        for origin in columns_of(state.heard[0]):
-            told |= state.content[origin] & ledger.origins[origin]
+        beliefs, told = self._beliefs, content
+        for origin in members(beliefs.log.heard):
+            told |= item_set(beliefs.log.last(origin)) & beliefs.origins[origin]
         for one in self._statements:
             told |= self._items_below((one.origin, one.epoch), one.first) | self._items(*_window_of(one))
         for shown in holder_sets:
             told |= self._items((shown.origin, shown.epoch), 1 << shown.sequence)
-        self._told, self._has_spoken = told & state.believes[self._me], True
+        self._told, self._has_spoken = told, True
         over = [(origin, self._peers.epochs[origin], number) for origin, number in coded]
-        self._note_brought(self._me, columns_of(content), over, n_symbols)
+        self._note_brought(self._me, members(content), over, n_symbols)
 
     def _note_brought(self, sender: int, plain: Iterable[int], over: Sequence[Guid], n_symbols: int) -> None:
         """Reckon with what a packet brings to others, of what this vehicle holds.
@@ -335,7 +321,7 @@ class Stating:
             n_symbols: how many these are.
         """
         others = [peer for peer in range(self._n_nodes) if peer not in (self._me, sender)]
-        others = [peer for peer in others if not self._ledger.away >> peer & 1]
+        others = [peer for peer in others if not self._peers.away >> peer & 1]
         kept, shares = [1.0] * self._n_nodes, [0.0] * self._n_nodes
         reception = [reception_of(lost, weight) for lost, weight in zip(self._lost, self._weight, strict=True)]
         for peer in others:
@@ -358,15 +344,18 @@ class Stating:
     def _columns_held(self, guids: Iterable[Guid]) -> Iterator[int]:
         """Columns of the blocks that are held here, of those named."""
         return itertools.chain.from_iterable(
-            [self._ledger.parts(guid) for guid in guids if self._ledger.is_whole(guid)]
+            [self._beliefs.parts(guid) for guid in guids if self._beliefs.is_whole(guid)]
         )
 
     def _lacked_of_code(self, over: Sequence[Guid], peer: int) -> float:
         """How many blocks of those that symbols are over a peer is reckoned to lack."""
-        known, lacked = self._state.believes[peer] | self._ledger.spared[peer], 0.0
+        beliefs, lacked = self._beliefs, 0.0
         for guid in over:
-            parts = self._ledger.parts(guid) if self._ledger.is_whole(guid) else ()
-            of_parts = [0.0 if known >> part & 1 else self._lacks_of(part)[peer] for part in parts]
+            parts = beliefs.parts(guid) if beliefs.is_whole(guid) else ()
+            known = [(beliefs.holders[part] | beliefs.spared[part] | self._peers.away) >> peer & 1 for part in parts]
+            of_parts = [
+                0.0 if is_known else self._lacks_of(part)[peer] for part, is_known in zip(parts, known, strict=True)
+            ]
             lacked += max(of_parts, default=1.0)
         return lacked
 
@@ -410,30 +399,31 @@ class Stating:
             self._note_fates_of_others(sender, packet.rows[sender])
         for one in account.statements:
             life = one.origin, one.epoch
-            if life in self._holders.shared or one.epoch != self._peers.epochs[one.origin]:
+            if life in self._beliefs.shared or one.epoch != self._peers.epochs[one.origin]:
                 continue
             lacked += self._deny(sender, one)
             self._believe(sender, life, one.held)
             if one.is_known_to_all:
-                for peer in columns_of(vouched):
+                for peer in members(vouched):
                     self._believe(peer, life, (1 << one.first) - 1)
         for shown in account.holder_sets:
-            if (shown.origin, shown.epoch) not in self._holders.shared:
-                for peer in columns_of(shown.holders & (vouched | 1 << sender)):
+            if (shown.origin, shown.epoch) not in self._beliefs.shared:
+                for peer in members(shown.holders & (vouched | 1 << sender)):
                     self._believe(peer, (shown.origin, shown.epoch), 1 << shown.sequence)
         return self._decoded(packet, slot, now_s), lacked
 
-    def note_news(self, packet: Packet, before: Sequence[int], slot: int) -> None:
-        """Note what was learned by a packet; ``before`` is what each node was believed to hold before it."""
-        believes, uids = self._state.believes, self._ledger.uids
-        for column in columns_of(believes[self._me] & ~before[self._me]):
-            uid = uids[column]
-            for peer in range(self._n_nodes):
-                if self._stated.get((peer, (uid.origin, uid.epoch)), 0) >> uid.sequence & 1:
-                    believes[peer] |= 1 << column
+    def note_news(self, packet: Packet, slot: int) -> None:
+        """Note what was learned by a packet."""
+        beliefs = self._beliefs
+        for column, before in [*beliefs.before.items()]:
+            if not before >> self._me & 1:
+                uid = beliefs.uids[column]
+                for peer in range(self._n_nodes):
+                    if self._stated.get((peer, (uid.origin, uid.epoch)), 0) >> uid.sequence & 1:
+                        beliefs.believe(column, 1 << peer)
         self._note_heard(packet)  # behind: who is known to hold an item does not lack it
-        for items, earlier in zip(believes, before, strict=True):
-            for column in columns_of(items & ~earlier):
+        for column, before in beliefs.before.items():
+            if beliefs.holders[column] & ~before:
                 self._learned[column] = slot, -1, 0
 
     def _note_fate(self, peer: int, received: int) -> None:
@@ -442,13 +432,13 @@ class Stating:
         self._lost[peer] = KEPT * self._lost[peer] + (1 - received)
         self._weight[peer] = KEPT * self._weight[peer] + 1.0
         if received:
-            self._confirmed |= self._told & self._ledger.origins[peer]
+            self._confirmed |= self._told & self._beliefs.origins[peer]
         self._reckon_fate(peer, self._me, bool(received), reception)
 
     def _reckon_fate(self, peer: int, sender: int, is_received: bool, reception: float) -> None:
         """A peer says whether it has received the last packet of a sender, which this vehicle has: no longer guess."""
         over, shares = self._coded_last.get(sender, ((), ()))
-        of_plain = [(column, 1.0) for column in columns_of(0 if is_received else self._state.content[sender])]
+        of_plain = [(column, 1.0) for column in (() if is_received else self._beliefs.log.last(sender))]
         for column, share in (*of_plain, *[(column, shares[peer]) for column in self._columns_held(over)]):
             lacks = self._lacks_of(column)
             lacks[peer] = lack_after(lacks[peer], reception, share, is_received)
@@ -456,13 +446,13 @@ class Stating:
     def _note_fates_of_others(self, peer: int, received: int) -> None:
         """Learn what became at a peer of the last packets of others, as far as this vehicle has received them."""
         reception = reception_of(self._lost[peer], self._weight[peer])
-        for sender in columns_of(self._state.heard[0] & ~(1 << peer | 1 << self._me)):
+        for sender in members(self._beliefs.log.heard & ~(1 << peer)):
             self._reckon_fate(peer, sender, bool(received >> sender & 1), reception)
 
     def _note_heard(self, packet: Packet) -> None:
         """Reckon with what a packet that was heard brings to others, of what this vehicle holds."""
-        ledger, over = self._ledger, self._over(packet) if packet.account.symbols else []
-        plain = [ledger.column_of.get(fragment.uid) for fragment in packet.fragments]
+        beliefs, over = self._beliefs, self._over(packet) if packet.account.symbols else []
+        plain = [beliefs.column_of.get(fragment.uid) for fragment in packet.fragments]
         held = [column for column in plain if column is not None]
         self._note_brought(packet.sender, held, over, len(packet.account.symbols))
 
@@ -473,46 +463,49 @@ class Stating:
         known = self._stated.get((peer, life), 0)
         if new := numbers & ~known:
             self._stated[peer, life] = known | numbers
-            self._state.believes[peer] |= self._items(life, new)
+            for column in members(self._items(life, new)):
+                self._beliefs.believe(column, 1 << peer)
 
     def _deny(self, sender: int, one: OriginStatement) -> list[int]:
         """Believe that a peer lacks what its statement covers and leaves out; returns columns that it was to hold."""
-        life, ledger, lacked = (one.origin, one.epoch), self._ledger, list[int]()
-        end = ledger.ends.get(life, 0)
+        life, beliefs, lacked = (one.origin, one.epoch), self._beliefs, list[int]()
+        end = beliefs.ends.get(life, 0)
         if one.length == MOST_STATED:
             end = min(end, one.first + one.length)
         for number in range(one.first, end):
             if one.held >> number & 1:
                 continue
             items = self._items(life, 1 << number)
-            for column in columns_of(items):
+            for column in members(items):
                 self._lacks_of(column)[sender] = 1.0
-            if items and self._state.believes[sender] & items == items and ledger.is_whole((*life, number)):
-                self._state.believes[sender] &= ~items
+            columns = members(items)
+            if items and self._beliefs.is_held(columns, sender) and self._beliefs.is_whole((*life, number)):
+                for column in columns:
+                    self._beliefs.deny(column, sender)
                 self._stated[sender, life] = self._stated.get((sender, life), 0) & ~(1 << number)
-                lacked += columns_of(items)
+                lacked += members(items)
         return lacked
 
     def _decoded(self, packet: Packet, slot: int, now_s: float) -> tuple[Named, ...]:
         """The items that are known by the symbols of a packet, and by earlier ones."""
-        ledger = self._ledger
+        beliefs = self._beliefs
         found: dict[Guid, bytes] = {}
         for guid in self._decoder.unknown:
-            if ledger.is_whole(guid):
+            if beliefs.is_whole(guid):
                 found |= self._decoder.learn(guid, self._bytes_of(guid))
         over = self._over(packet) if packet.account.symbols else []
         for place, data in enumerate(packet.account.symbols):
             key, unknown, rest = symbol_key(slot, place), dict[Guid, int](), data
             for guid in over:
                 factor = coefficient(key, guid[0], guid[2])
-                if ledger.is_whole(guid) or guid in found:
+                if beliefs.is_whole(guid) or guid in found:
                     rest = added(rest, scaled(found.get(guid) or self._bytes_of(guid), factor))
                 else:
                     unknown[guid] = factor
             found |= self._decoder.add(unknown, rest)
         items: list[Named] = []
         try:
-            for guid in sorted(guid for guid in found if not ledger.is_whole(guid)):
+            for guid in sorted(guid for guid in found if not beliefs.is_whole(guid)):
                 origin, epoch, sequence = guid
                 block = self._accounts.block_of(found[guid], guid)
                 if origin == self._me or block.time_s > now_s:
@@ -530,9 +523,9 @@ class Stating:
         plain = {fragment.guid for fragment in packet.fragments}
         for one in packet.account.statements:
             life, numbers = _window_of(one)
-            if one.epoch != self._peers.epochs[one.origin] or life in self._holders.shared:
+            if one.epoch != self._peers.epochs[one.origin] or life in self._beliefs.shared:
                 return []
-            over += [(*life, number) for number in columns_of(numbers) if (*life, number) not in plain]
+            over += [(*life, number) for number in members(numbers) if (*life, number) not in plain]
         return over
 
 

@@ -18,9 +18,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-from exchange.ack import AckState
-from exchange.ledger import Holdings, Ledger, Life
 from exchange.packets import MASK_BITS, ItemUid, Summary
+from exchange.peering.beliefs import Beliefs, Holdings, Life
 from worldmodel.facts import MOST_ITEMS
 
 TIMES_TOLD = 2
@@ -128,28 +127,25 @@ class Summaries:
     """The summaries that one vehicle tells and hears; a vehicle without them does not have it.
 
     Args:
-        state: acknowledgement state of this node.
-        ledger: of this node.
-        holdings: of this node.
+        beliefs: of this node.
         size_bits: of a summary on the wire.
     """
 
-    def __init__(
-        self, state: AckState, ledger: Ledger, holdings: Holdings, size_bits: Callable[[Summary], int]
-    ) -> None:
-        self._state = state
-        self._ledger = ledger
-        self.telling = Telling(holdings, size_bits)
+    def __init__(self, beliefs: Beliefs, size_bits: Callable[[Summary], int]) -> None:
+        self._beliefs = beliefs
+        self.telling = Telling(beliefs.own, size_bits)
         """Which of them it tells."""
         self._noted: dict[int, dict[Life, Summary]] = {}  # by peer
         self._lives: dict[Life, Life] = {}
 
-    def take(self, uid: ItemUid, column: int) -> None:
-        """An item is new to this vehicle: a peer that told that it holds it need not be told."""
+    def holders(self, uid: ItemUid) -> int:
+        """Peers, one bit each, that told that they hold an item, which is new here: they need not be told."""
+        nodes, life = 0, (uid.origin, uid.epoch)
         for peer, noted in self._noted.items():
-            summary = noted.get((uid.origin, uid.epoch))
+            summary = noted.get(life)
             if summary is not None and summary.holds(uid.sequence):
-                self._state.believes[peer] |= 1 << column
+                nodes |= 1 << peer
+        return nodes
 
     def forget(self, *peers: int) -> None:
         """What these have told, or all if none is named, counts no longer."""
@@ -170,14 +166,16 @@ class Summaries:
         noted[life] = summary
         first = known.highest + 1 if known is not None and known.highest <= highest else 0
         lacked: list[int] = []
-        ledger, believes = self._ledger, self._state.believes
-        end = min(highest + 2 + MASK_BITS, ledger.ends.get(life, 0))  # beyond it says nothing
+        beliefs = self._beliefs
+        end = min(highest + 2 + MASK_BITS, beliefs.ends.get(life, 0))  # beyond it says nothing
         held = summary.held_from(first) if first < end else 0
-        for sequence, columns in ledger.known(life, first, end).items() if first < end else ():
-            items = sum([1 << column for column in columns])
+        for sequence, columns in beliefs.known(life, first, end) if first < end else ():
             if held >> sequence - first & 1:
-                believes[sender] |= items
-            elif believes[sender] & items == items and ledger.is_whole((*life, sequence)):
-                believes[sender] &= ~items
+                for column in columns:
+                    if not beliefs.holders[column] >> sender & 1:
+                        beliefs.believe(column, 1 << sender)
+            elif beliefs.is_held(columns, sender) and beliefs.is_whole((*life, sequence)):
+                for column in columns:
+                    beliefs.deny(column, sender)
                 lacked += columns
         return lacked

@@ -21,7 +21,7 @@ from collections.abc import Hashable
 from heapq import heapify, heappop, heappush
 from typing import Protocol
 
-from exchange.ledger import columns_of
+from exchange.ack import members
 from exchange.packets import Fragment, StatusUid
 from exchange.queueing.limits import Expired, Expiry, LinesOnTerms, QueueLimits, Unsaid
 from exchange.values import ADDITIVE, STATUS_COLUMN, Candidate, Moment, ValueRule, Waiting
@@ -76,13 +76,13 @@ class Lines:
         rule: says what is worth most.
 
     Attributes:
-        on_terms: says where else than usual a candidate stands, and what is in a blackout; none of them, or one.
+        on_terms: says where else than usual a candidate stands, and what is in a blackout; None until asked for.
     """
 
     def __init__(self, rule: ValueRule) -> None:
         self._rule = rule
         self._lines: dict[Hashable, Line] = {}
-        self.on_terms: list[LinesOnTerms] = []
+        self.on_terms: LinesOnTerms | None = None
 
     @property
     def n_waiting(self) -> int:
@@ -93,9 +93,7 @@ class Lines:
         """Why nothing of a line may go; None if it may."""
         if line.key == RESTING:
             return Unsaid.RELAYED
-        for on_terms in self.on_terms:
-            return on_terms.bar(line.key, now_s)
-        return None
+        return None if self.on_terms is None else self.on_terms.bar(line.key, now_s)
 
     def choose(self, room: Room, moment: Moment) -> tuple[list[Candidate], Counter[Unsaid]]:
         """Fill a packet; returns what goes, the most valuable first, and how many do not go, by the reason.
@@ -129,8 +127,8 @@ class Lines:
         for of_line in passed.values():
             for line, entry in of_line:
                 heappush(line.entries, entry)
-        for on_terms in self.on_terms:
-            on_terms.note_said(chosen, moment.now_s)
+        if self.on_terms is not None:
+            self.on_terms.note_said(chosen, moment.now_s)
         n_unsaid = n_waiting - len(chosen) - n_too_large
         n_repeated = min(n_unsaid, n_repeated - sum([candidate.waiting.n_said > 0 for candidate in chosen]))
         counts = (
@@ -194,8 +192,8 @@ class Lines:
             key, rank = (waiting.priority, "alone", candidate.tie), 0.0
         else:
             key, rank = (waiting.priority, candidate.size_bits, place.group), place.rank
-        for on_terms in self.on_terms:
-            key, rank, shared = on_terms.place(candidate, key, rank, n_slots)
+        if self.on_terms is not None:
+            key, rank, shared = self.on_terms.place(candidate, key, rank, n_slots)
         if candidate.rests:
             key, shared = RESTING, None
         line = self._lines.get(key)
@@ -226,7 +224,7 @@ class Queue:
         self._lines = Lines(rule)
         self._items: dict[int, Candidate] = {}  # by column, in the order of taking
         self._limit = math.inf if limit is None else limit
-        self._limits: list[QueueLimits] = []  # one of them, once there is something to limit
+        self._limits: QueueLimits | None = None  # made once there is something to limit
         self._status: dict[tuple[int, int], Candidate] = {}  # by subject and attribute
         self._n_status = 0
         self._n_slots = 0
@@ -276,9 +274,9 @@ class Queue:
             is_new_need: True if somebody needs it now who did not before.
         """
         self._heed(terms)
-        for limits in self._limits:
-            if limits.bars(column, waiting, terms, now_s, is_new_need):
-                return
+        limits = self._limits
+        if limits is not None and limits.bars(column, waiting, terms, now_s, is_new_need):
+            return
         uid = fragment.uid
         candidate = Candidate(uid, fragment, column, waiting, terms, (0, *uid), size_bits)
         waiting.resume(self._n_slots)
@@ -304,7 +302,7 @@ class Queue:
         waiting = candidate.waiting
         waiting.priority, waiting.observed_s, waiting.n_said = priority, fragment.time_s, 0
         waiting.since_slot = self._n_slots
-        for limits in self._limits:
+        if (limits := self._limits) is not None:
             limits.set_deadline(candidate)
         self._lines.place(candidate, self._n_slots)
 
@@ -325,7 +323,7 @@ class Queue:
         """Another priority, or other terms, hold for an item that waits, inside or outside of the queue."""
         self._heed(terms)
         candidate = self._items.get(column)
-        for limits in self._limits:
+        if (limits := self._limits) is not None:
             candidate = candidate or limits.outside(column)
         if candidate is None or (priority, terms) == (candidate.waiting.priority, candidate.terms):
             return
@@ -335,7 +333,7 @@ class Queue:
 
     def rest(self, items: int) -> None:
         """Let these items rest and all others wake: what rests stays open, is not said, and gains nothing."""
-        for column in columns_of((items ^ self.resting) & self.open):
+        for column in members((items ^ self.resting) & self.open):
             candidate = self._items.get(column)
             if candidate is not None:  # else it waits outside
                 self._leave(candidate)
@@ -345,9 +343,9 @@ class Queue:
 
     def _heed(self, terms: Terms) -> None:
         """Have limits from now on, if the queue is full or these terms ask for more than plain ones do."""
-        if not self._limits and (len(self._items) >= self._limit or (terms is not PLAIN and terms != PLAIN)):
-            self._limits.append(QueueLimits(self._limit, self._items.values()))
-            self._lines.on_terms.append(LinesOnTerms())
+        if self._limits is None and (len(self._items) >= self._limit or (terms is not PLAIN and terms != PLAIN)):
+            self._limits = QueueLimits(self._limit, self._items.values())
+            self._lines.on_terms = LinesOnTerms()
 
     # What goes out -------------------------------------------------------------------------------
 
@@ -358,7 +356,7 @@ class Queue:
             room: the packet.
             now_s: when the own slot opens.
         """
-        if self._limits:
+        if self._limits is not None:
             self._update(now_s)
         self._n_slots += 1
         moment = Moment(now_s, self._n_slots)
@@ -375,14 +373,14 @@ class Queue:
                 self._forget(candidate)
                 self._end(candidate)
                 self._tell(candidate, Expired.SAID_ONCE, now_s)
-        if self._limits:
+        if self._limits is not None:
             self._said = [candidate for candidate in chosen if candidate.column in self._items]
         return chosen
 
     def _note_unsaid(self, reasons: Counter[Unsaid], is_empty: bool) -> None:
         """Keep why what waits was not said; ``is_empty`` if nothing was."""
         self.unsaid = reasons
-        n_outside = sum(limits.n_outside for limits in self._limits)
+        n_outside = 0 if self._limits is None else self._limits.n_outside
         if n_outside:
             reasons[Unsaid.OVERFLOW] = n_outside
         elif is_empty and not reasons:
@@ -390,7 +388,7 @@ class Queue:
 
     def _update(self, now_s: float) -> None:
         """Let in what waits outside, for what was said and is lacking still, too; let go of what is too old."""
-        for limits in self._limits:
+        if (limits := self._limits) is not None:
             for candidate in limits.from_outside():
                 self._enter(candidate)
             for said in self._said:
@@ -411,7 +409,7 @@ class Queue:
 
     def _let_in(self, candidate: Candidate, now_s: float) -> None:
         """Let an item in, or one out for it."""
-        for limits in self._limits:
+        if (limits := self._limits) is not None:
             victim = limits.rival(candidate)
             if victim is not candidate:
                 self._enter(candidate)
@@ -433,7 +431,7 @@ class Queue:
     def _enter(self, candidate: Candidate) -> None:
         """Put an item among those that wait."""
         self._items[candidate.column] = candidate
-        for limits in self._limits:
+        if (limits := self._limits) is not None:
             limits.add(candidate)
             limits.set_deadline(candidate)
         candidate.waiting.resume(self._n_slots)
@@ -444,7 +442,7 @@ class Queue:
         if (candidate := self._items.get(column)) is not None:
             self._let_go(candidate)
             return
-        for limits in self._limits:
+        if (limits := self._limits) is not None:
             limits.forget_outside(column)
 
     def _let_go(self, candidate: Candidate) -> None:
@@ -455,7 +453,7 @@ class Queue:
     def _forget(self, candidate: Candidate) -> None:
         """An item is none of those that wait inside."""
         del self._items[candidate.column]
-        for limits in self._limits:
+        if (limits := self._limits) is not None:
             limits.remove(candidate)
 
     def _leave(self, candidate: Candidate) -> None:
@@ -470,7 +468,7 @@ class Queue:
     def _end(self, candidate: Candidate) -> None:
         """An item is said no more for good."""
         self.open &= ~(1 << candidate.column)
-        for limits in self._limits:
+        if (limits := self._limits) is not None:
             limits.end(candidate)
 
     # Reasons -------------------------------------------------------------------------------------

@@ -1,6 +1,6 @@
 """The one place that knows Numba: turns the slot loop of the policy study into machine code.
 
-A vehicle never comes here. Code is made for each kind of acknowledgement by itself, with the kind's own functions built
+A vehicle never comes here. Code is made for each kind of acknowledgement by itself, with the kind's own rule built
 in; a study makes only what it needs. Which functions there are to compile follows from the sources: all that the loop
 reaches, be they ours or those of somebody's own kind. The code is kept on disk for the next study, in a folder whose
 name is a digest of all that it was made from: Numba by itself looks at one file only. Where nothing can be written, the
@@ -16,45 +16,41 @@ import os
 import re
 import sys
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from enum import StrEnum
 from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from types import FunctionType, ModuleType
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from exchange import planning, policies
-from exchange.ack import Acknowledgement, AckRules
+from exchange.ack import Acknowledgement
 from exchange.errors import ConfigurationError
-from exchange.study import bound, montecarlo, selection, sliced, stating, trial
+from exchange.study import stating, trial, trials
 from exchange.study.trial import Floats, Ints, Load, PolicyRules
+from exchange.study.trials import Header, Layouts, layouts_of
 
-MachineCode = Callable[..., None]
-"""Takes what `montecarlo.run_trials` takes, but for the kind, which is built in."""
+SlotLoop = Callable[..., None]
+"""Takes what `trials.run_trials` takes, but for the header, which is built in."""
 
 Say = Callable[[str], None]
 """Takes a line of text for the user."""
 
 CALLED: tuple[Callable[..., Any], ...] = (
-    selection.select,
-    trial.add_item,
-    trial.free_column,
+    trial.generate,
     trial.note_item,
-    trial.slots_in_window,
-    trial.close_batch,
-    trial.close_window,
-    montecarlo.poisson_number,
-    montecarlo.generate,
-    montecarlo.header_sizes,
-    bound.pass_freely,
-    sliced.draw,
-    sliced.transpose,
-    sliced.keep_lanes,
-    sliced.at_bound,
+    trial.close,
+    trials.draw,
+    trials.transpose,
+    trials.forget_lanes,
+    trials.begin,
+    trials.arrive,
+    trials.ended,
+    trials.choose,
+    trials.pass_freely,
     planning.plan_packet,
     stating.compose_packet,
     stating.hear,
@@ -64,10 +60,10 @@ CALLED: tuple[Callable[..., Any], ...] = (
 """What is run now and then; the rest is built into the loop, since every slot runs through it."""
 
 ALLOCATING: tuple[Callable[..., Any], ...] = (
-    trial.new_nodes,
-    montecarlo.run_trials,
-    sliced.thresholds_of,
-    sliced.run_sliced,
+    trials.new_fleet,
+    trials.new_lanes,
+    trials.thresholds_of,
+    trials.run_trials,
     stating.new_statements,
     stating.new_plan,
     stating.run_stating_trials,
@@ -82,69 +78,24 @@ SETTINGS = {"CPU_NAME": "generic", "CPU_FEATURES": "", "LOOP_VECTORIZE": 0}
 them a slot of five nodes takes a fifth longer. Without, code that is kept on disk serves every machine of its kind."""
 
 
-class CompiledKind(NamedTuple):
-    """An acknowledgement as compiled code sees it: `exchange.ack.AckRules`, its functions Numba's."""
-
-    carries: Any
-    compose: Any
-    learn: Any
-    remembers_second_last: bool
-    period_frames: int
+HEADER: Header = policies.ACK.header
+"""Stands for the header rule that an entry is compiled for: `_compile` puts that one into a copy of the entry."""
 
 
-class Form(StrEnum):
-    """What the slot loop is compiled for."""
-
-    WIDE = "wide"
-    """Any number of items."""
-    NARROW = "narrow"
-    """Items that fit into one word: with that constant the compiler drops every loop over words."""
-    SLICED = "sliced"
-    """A single item that fits into every packet, and 64 trials to a word."""
-    STATING = "stating"
-    """Any number of items, where packets state holdings."""
+def run_trials(
+    layouts: Layouts, rules: PolicyRules, load: Load, p_loss: Floats, seed: int, first_trial: int, received: Ints,
+    outcomes: Ints,
+) -> None:  # fmt: skip
+    """Entry of compiled code: `trials.run_trials` with the header rule built in."""
+    trials.run_trials(HEADER, layouts, rules, load, p_loss, seed, first_trial, received, outcomes)
 
 
-KIND: AckRules = policies.ACK
-"""Stands for the kind that an entry is compiled for: `_compile` puts that one into a copy of the entry."""
-
-
-def run_wide(
-    rules: PolicyRules, load: Load, p_loss: Floats, seed: int, first_trial: int, received: Ints, outcomes: Ints
-) -> None:
-    """Entry of compiled code: `montecarlo.run_trials` with the kind built in."""
-    montecarlo.run_trials(KIND, rules, load, p_loss, seed, first_trial, received, outcomes)
-
-
-def run_narrow(
-    rules: PolicyRules, load: Load, p_loss: Floats, seed: int, first_trial: int, received: Ints, outcomes: Ints
-) -> None:
-    """Entry where all items fit into one word."""
-    narrow = PolicyRules(rules.repeat, rules.carrier_evidence, rules.n_nodes, 1, 1, rules.knows_all)
-    montecarlo.run_trials(KIND, narrow, load, p_loss, seed, first_trial, received, outcomes)
-
-
-def run_sliced(
-    rules: PolicyRules, load: Load, p_loss: Floats, seed: int, first_trial: int, received: Ints, outcomes: Ints
-) -> None:
-    """Entry for 64 trials to a word; that there are two nodes or more, tells the compiler that bits are sliced."""
-    of_words = PolicyRules(rules.repeat, rules.carrier_evidence, rules.n_nodes, 1, max(2, rules.n_nodes))
-    sliced.run_sliced(KIND, of_words, load, p_loss, seed, first_trial, received, outcomes)
-
-
-def run_stating(
-    rules: PolicyRules, load: Load, p_loss: Floats, seed: int, first_trial: int, received: Ints, outcomes: Ints
-) -> None:
+def run_stating_trials(
+    layouts: Layouts, rules: PolicyRules, load: Load, p_loss: Floats, seed: int, first_trial: int, received: Ints,
+    outcomes: Ints,
+) -> None:  # fmt: skip
     """Entry where packets state holdings."""
-    stating.run_stating_trials(KIND, rules, load, p_loss, seed, first_trial, received, outcomes)
-
-
-ENTRIES: dict[Form, MachineCode] = {
-    Form.WIDE: run_wide,
-    Form.NARROW: run_narrow,
-    Form.SLICED: run_sliced,
-    Form.STATING: run_stating,
-}
+    stating.run_stating_trials(HEADER, layouts, rules, load, p_loss, seed, first_trial, received, outcomes)
 
 
 def reached(*functions: FunctionType) -> dict[FunctionType, None]:
@@ -179,11 +130,9 @@ def _globals_named(function: FunctionType) -> list[Any]:
 
 
 def functions_of(kind: Acknowledgement) -> dict[FunctionType, None]:
-    """All functions that the slot loops of a kind run through, callees first."""
-    loops = (stating.run_stating_trials,) if kind.states else (montecarlo.run_trials, sliced.run_sliced)
-    return reached(
-        *[part for part in (kind.carries, kind.compose, kind.learn, *loops) if isinstance(part, FunctionType)]
-    )
+    """All functions that the slot loop of a kind runs through, callees first."""
+    loop = stating.run_stating_trials if kind.states else trials.run_trials
+    return reached(*[part for part in (kind.header, loop) if isinstance(part, FunctionType)])
 
 
 def cache_folder(kind: Acknowledgement, numba_version: str) -> Path | None:
@@ -191,15 +140,8 @@ def cache_folder(kind: Acknowledgement, numba_version: str) -> Path | None:
 
     The digest covers the sources of all functions reached, and the numbers that they have from elsewhere.
     """
-    parts = [f"{part.__module__}.{part.__qualname__}" for part in (kind.carries, kind.compose, kind.learn)]
-    known = (
-        sys.implementation.cache_tag,
-        numba_version,
-        parts,
-        kind.remembers_second_last,
-        kind.period_frames,
-        kind.codes,
-    )
+    header = f"{kind.header.__module__}.{kind.header.__qualname__}"
+    known = sys.implementation.cache_tag, numba_version, header, kind.states
     digest = hashlib.sha256(repr(known).encode())
     functions = functions_of(kind)
     sources = {__file__, *(inspect.getsourcefile(function) or "" for function in functions)}
@@ -222,8 +164,8 @@ WITHOUT_MEMORY: dict[str, Any] = {"_nrt": False}
 """Option of functions that take no memory: Numba then counts no references in them."""
 
 _compilable: set[FunctionType] = set()
-_ready: dict[tuple[Acknowledgement, Form], MachineCode] = {}
-"""By kind, whatever its name is: those that differ in no function share it."""
+_ready: dict[tuple[Header, bool], SlotLoop] = {}
+"""By header rule, and whether packets state holdings."""
 
 
 def make_compilable(kind: Acknowledgement) -> None:
@@ -255,45 +197,37 @@ def why_uncompiled() -> str:
     return "" if NUMBA_FROM <= release < NUMBA_BELOW else f"numba {installed} is none that is known to work: {remedy}"
 
 
-class SlotLoop(NamedTuple):
-    """The slot loop of a kind, ready to run, and whether it takes what `sliced.run_sliced` takes."""
-
-    run: MachineCode
-    is_sliced: bool
-
-
 def as_python(kind: Acknowledgement) -> SlotLoop:
     """The slot loop of a kind as the Python that it is."""
-    return SlotLoop(partial(stating.run_stating_trials if kind.states else montecarlo.run_trials, kind), False)
+    return partial(stating.run_stating_trials if kind.states else trials.run_trials, kind.header)
 
 
-def slot_loops(kinds: Mapping[Acknowledgement, Form], say: Say) -> dict[Acknowledgement, SlotLoop]:
+def slot_loops(kinds: Iterable[Acknowledgement], say: Say) -> dict[Acknowledgement, SlotLoop]:
     """The slot loop of each kind: as machine code where Numba serves, else as Python, after a hint.
 
     Args:
-        kinds: acknowledgements of the policies, each with what its loop has to do.
+        kinds: acknowledgements of the policies.
         say: is told why nothing is compiled, or before work that takes some seconds.
     """
     if hint := why_uncompiled():
         say(hint)
         return {kind: as_python(kind) for kind in kinds}
-    return {kind: SlotLoop(compiled(kind, form, say), form is Form.SLICED) for kind, form in kinds.items()}
+    return {kind: compiled(kind, say) for kind in kinds}
 
 
-def compiled(kind: Acknowledgement, form: Form, say: Say) -> MachineCode:
+def compiled(kind: Acknowledgement, say: Say) -> SlotLoop:
     """The slot loop of a kind as machine code, ready to run, from the disk if it was made before.
 
     Args:
         kind: acknowledgement of the policy.
-        form: what the loop has to do.
         say: is told before work that takes some seconds.
 
     Raises:
-        ConfigurationError: the functions of somebody's own kind cannot be compiled.
+        ConfigurationError: the header rule of somebody's own kind cannot be compiled.
     """
-    key = kind._replace(name="", title="", codes=False), form
+    key = kind.header, kind.states
     if key not in _ready:
-        entry = ENTRIES[form]
+        entry = run_stating_trials if kind.states else run_trials
         folder = cache_folder(kind, version("numba"))
         what = f"compiling the policy study for {kind.name}"
         if folder is None:
@@ -304,29 +238,26 @@ def compiled(kind: Acknowledgement, form: Form, say: Say) -> MachineCode:
     return _ready[key]
 
 
-def _compile(kind: Acknowledgement, entry: MachineCode, folder: Path | None) -> MachineCode:
+def _compile(kind: Acknowledgement, entry: SlotLoop, folder: Path | None) -> SlotLoop:
     import numba
     from numba.core.errors import NumbaError
 
     make_compilable(kind)
     with _settings(numba.config, CACHE_DIR=str(folder or ""), **SETTINGS):
-        inlined: Any = partial(numba.njit, forceinline=True, error_model="numpy", **WITHOUT_MEMORY)
-        carries, compose, learn = (inlined()(part) for part in (kind.carries, kind.compose, kind.learn))
-        built_in = CompiledKind(carries, compose, learn, kind.remembers_second_last, kind.period_frames)
+        header: Any = numba.njit(forceinline=True, error_model="numpy", **WITHOUT_MEMORY)(kind.header)
         assert isinstance(entry, FunctionType)
-        of_kind = FunctionType(entry.__code__, {**entry.__globals__, "KIND": built_in}, entry.__name__)
+        of_kind = FunctionType(entry.__code__, {**entry.__globals__, "HEADER": header}, entry.__name__)
         of_kind.__module__, of_kind.__qualname__ = entry.__module__, entry.__qualname__
-        machine_code: MachineCode = numba.njit(nogil=True, error_model="numpy", cache=folder is not None)(of_kind)
+        machine_code: SlotLoop = numba.njit(nogil=True, error_model="numpy", cache=folder is not None)(of_kind)
         # No trials: only the types of the arguments matter here.
-        rules = PolicyRules(False, False, 2, 1, 1)
-        load = Load(1, 1, 0.0, 1, 1, 0, 0, 0)
+        layouts, rules, load = layouts_of(kind, 2), PolicyRules(False, False, 2), Load(1, 1, 0.0, 1, 1, 0, 0, 0)
         received, outcomes = np.zeros((0, 1), np.int64), np.zeros((0, trial.N_QUANTITIES, 3), np.int64)
         try:
-            machine_code(rules, load, np.ones((2, 2)), 0, 0, received, outcomes)
+            machine_code(layouts, rules, load, np.ones((2, 2)), 0, 0, received, outcomes)
         except NumbaError as error:
             raise ConfigurationError(
-                f"acknowledgement {kind.name!r} cannot be compiled for the policy study; its functions may use loops, "
-                f"integers, their arguments, and functions of that kind only. Numba says: {str(error).strip()}"
+                f"acknowledgement {kind.name!r} cannot be compiled for the policy study; its header may use its "
+                f"arguments, ``&``, ``|``, ``~`` and functions of that kind only. Numba says: {str(error).strip()}"
             ) from error
     return machine_code
 

@@ -4,13 +4,25 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 
-from exchange.ack import MAX_NODES
+from exchange.ack import Acknowledgement
 from exchange.errors import ConfigurationError
-from exchange.policies import PAPER_POLICIES, POLICIES, AckPolicy, checked_policy, header_bits, policy_named
-from exchange.study.bound import BOUND
+from exchange.policies import ACK, PAPER_POLICIES, POLICIES, AckPolicy, checked_policy, header_bits, policy_named
 
+MAX_NODES = 64
+"""Of a fleet that is studied."""
 MAX_SEED = 1 << 62
 """Seeds are below it."""
+
+
+def no_bits(n_nodes: int, frame: int, sender: int, row: int, column: int) -> bool:
+    """A header without bits."""
+    return False
+
+
+BOUND = AckPolicy(
+    Acknowledgement("bound", "each hearer takes what it lacks; knowledge is free", no_bits, ACK.header), repeat=False
+)
+"""Stands among the policies of a study for the bound (`exchange.study.trials.pass_freely`); no vehicle has it."""
 
 
 class LoadKind(StrEnum):
@@ -72,7 +84,7 @@ class ExchangeStudy:
         item_bits: size of an item.
         capacity_bits: size of a packet, header charged; None for no limit.
         carrier_evidence: take a node that sends an item as holding it; the paper does not.
-        bound: add a bound, in which knowledge is free, as a policy named `bound`: see `exchange.study.bound`.
+        bound: add a bound, in which knowledge is free, as a policy named `bound`: see `exchange.study.trials`.
         seed: of all random numbers.
         max_slots: bound of a trial; one that has not ended is reported as censored.
         queue_items: Poisson load: items of its own that a node keeps; more are refused.

@@ -11,21 +11,19 @@ from typing import NamedTuple
 import numpy as np
 
 from exchange.ack import Acknowledgement
-from exchange.policies import AckPolicy, header_bits
+from exchange.policies import AckPolicy
 from exchange.study import trial
-from exchange.study.bound import BOUND
-from exchange.study.compiler import Form, SlotLoop
+from exchange.study.compiler import SlotLoop
 from exchange.study.estimates import Moments, moments
-from exchange.study.montecarlo import NOT_DRAWN
+from exchange.study.parameters import BOUND
 from exchange.study.trial import Floats, Ints, Load, PolicyRules
+from exchange.study.trials import layouts_of
 
 TRIALS_AT_ONCE = 1000
 """Memory does not depend on the number of trials, but on this."""
 
-REMEMBERED_SLOTS = 250
-"""Slots of a trial whose losses are kept for the next policy; later ones are drawn again."""
 REMEMBERED_WORDS = 400
-"""The same where bits are sliced, in words of some slots."""
+"""Words of some slots of a trial whose losses are kept for the next policy; later ones are drawn again."""
 
 
 @dataclass(frozen=True)
@@ -39,24 +37,6 @@ class TrialPlan:
     load: Load
     seed: int
     n_trials: int
-
-    @property
-    def n_words(self) -> int:
-        """Words in a set of items."""
-        return -(-self.load.n_sources * self.load.columns_per_source // trial.WORD_BITS)
-
-    @property
-    def forms(self) -> dict[Acknowledgement, Form]:
-        """What the slot loop of each acknowledgement has to do."""
-        load, forms = self.load, {}
-        for policy in self.policies:
-            kind = policy.acknowledgement
-            is_single = load.rate == 0.0 and load.n_sources * load.columns_per_source == 1
-            fits = header_bits(policy, self.n_nodes) + load.item_bits <= load.capacity_bits
-            narrow_or_wide = Form.NARROW if self.n_words == 1 else Form.WIDE
-            usual = Form.SLICED if is_single and fits and kind.bit_sliced else narrow_or_wide
-            forms[kind] = Form.STATING if kind.states else usual
-        return forms
 
     @property
     def parts(self) -> "Iterator[TrialBatch]":
@@ -141,16 +121,14 @@ def _in_order(plan: TrialPlan, loops: SlotLoops, jobs: int) -> Iterator[tuple[in
 
 def _play(plan: TrialPlan, loops: SlotLoops, part: TrialBatch) -> list[Tally]:
     """Play one part; every policy meets the same losses."""
-    received: dict[bool, Ints] = {}
+    received = np.zeros((REMEMBERED_WORDS, part.n_trials), np.int64)
     baseline = np.empty(0, np.int64)
     n_estimated = trial.IN_FLIGHT if plan.load.rate == 0.0 else trial.FALSE_BELIEFS
     tallies = []
     for policy in plan.policies:
         loop = loops[policy.acknowledgement]
-        if loop.is_sliced not in received:
-            received[loop.is_sliced] = memory_of(plan, loop, part)
         began_s = time.thread_time()
-        outcomes = play(plan, policy, loop, part, received[loop.is_sliced])
+        outcomes = play(plan, policy, loop, part, received)
         cpu_s = time.thread_time() - began_s
         if policy == plan.policies[0]:
             baseline = outcomes
@@ -167,18 +145,10 @@ def _play(plan: TrialPlan, loops: SlotLoops, part: TrialBatch) -> list[Tally]:
     return tallies
 
 
-def memory_of(plan: TrialPlan, loop: SlotLoop, part: TrialBatch) -> Ints:
-    """Memory of who received what in the trials of a part, as the slot loop takes it."""
-    if loop.is_sliced:
-        return np.zeros((REMEMBERED_WORDS, part.n_trials), np.int64)
-    return np.full((part.n_trials, min(REMEMBERED_SLOTS, plan.load.max_slots)), NOT_DRAWN, np.int64)
-
-
 def play(plan: TrialPlan, policy: AckPolicy, loop: SlotLoop, part: TrialBatch, received: Ints) -> Ints:
     """The outcomes of a policy in the trials of a part, shape (n_trials, N_QUANTITIES, 3)."""
-    knows_all = policy == BOUND
-    repeat, codes = policy.repeat or knows_all, policy.acknowledgement.codes
-    rules = PolicyRules(repeat, plan.carrier_evidence, plan.n_nodes, plan.n_words, 1, knows_all, codes)
-    outcomes = np.empty((part.n_trials, trial.N_QUANTITIES, 3), np.int64)
-    loop.run(rules, plan.load, plan.matrices[part.setting], plan.seed, part.first_trial, received, outcomes)
+    kind, knows_all = policy.acknowledgement, policy == BOUND
+    rules = PolicyRules(policy.repeat or knows_all, plan.carrier_evidence, plan.n_nodes, knows_all, kind.codes)
+    layouts, outcomes = layouts_of(kind, plan.n_nodes), np.empty((part.n_trials, trial.N_QUANTITIES, 3), np.int64)
+    loop(layouts, rules, plan.load, plan.matrices[part.setting], plan.seed, part.first_trial, received, outcomes)
     return outcomes

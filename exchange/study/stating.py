@@ -1,9 +1,9 @@
-"""The slot loop of policies that state holdings, in the policy study: `exchange.study.montecarlo` has that of others.
+"""Policies that state holdings, in the policy study: what `exchange.study.trials` lacks for these, on its first lane.
 
 What a node holds of an origin it states as `exchange.planning` has it: all below a number it holds, and knows all to
 hold; of those from it on, a mask says which. An item is a column, and has the number that its origin gave it. What goes
 into a packet is planned by `exchange.planning`, as in a vehicle; symbols are over the field of `exchange.coding`, of
-which only the coefficients matter here: what a node can decode. All else is shared with the other policies.
+which only the coefficients matter here: what a node can decode.
 
 Plain Python that `exchange.study.compiler` compiles.
 """
@@ -13,8 +13,6 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from exchange.ack import AckRules, absorb, compose, open_slot, settled
-from exchange.acoustics.loss import trial_key
 from exchange.coding import LOGS, MOST_ROWS, POWERS, coefficient, inverse, symbol_key
 from exchange.planning import (
     COUNT_BITS,
@@ -34,32 +32,12 @@ from exchange.planning import (
     share_of_symbols,
     statement_bits,
 )
-from exchange.policies import may_send
-from exchange.study.montecarlo import count_false_beliefs, drawn_receivers, generate, header_sizes
-from exchange.study.trial import (
-    COUNT,
-    FALSE_BELIEFS,
-    SENDERS_ACKED,
-    SLOTS,
-    SUM,
-    TRANSMISSIONS,
-    WORD_BITS,
-    Floats,
-    Ints,
-    Load,
-    NodeStates,
-    PolicyRules,
-    add_item,
-    clear,
-    close_batch,
-    close_window,
-    new_nodes,
-    node_state,
-    note_progress,
-)
+from exchange.study import trials
+from exchange.study.trial import Floats, Ints, Load, PolicyRules, n_columns_of
+from exchange.study.trials import Fleet, Header, Lanes, Layouts
 
 UNKNOWN = -1
-"""Slot in which nothing was told."""
+"""Slot in which nothing was told; bit that a header does not carry."""
 
 Bytes: TypeAlias = NDArray[np.uint8]
 
@@ -69,93 +47,82 @@ _PRODUCTS[0] = _PRODUCTS[:, 0] = 0
 _INVERSES = np.array([0, *map(inverse, range(1, 256))], np.uint8)
 
 
-_BIT_OF = np.zeros(67, np.int64)
-"""The bit that is set in a power of two, by its remainder: the powers below 2^63 have 63 different ones."""
-for _bit in range(WORD_BITS):
-    _BIT_OF[(1 << _bit) % 67] = _bit
-
-
 class Statements(NamedTuple):
-    """What nodes reckon with beside `NodeStates`; a row each.
+    """What nodes reckon with beside `Fleet`; sets of items are flags by column."""
 
-    Shapes: [node, word] of sets, [node, column], [node, peer].
-    """
-
-    confirmed: Ints  # items of others that their origin is known to know this node to hold
-    told: Ints  # those that the last own packet told it to hold
+    confirmed: Ints  # [node, column] items of others that their origin is known to know this node to hold
+    told: Ints  # [node, column] those that the last own packet told it to hold
     lacks: Floats  # [node, column, peer] probability that the peer lacks the item
-    lost: Floats  # weighted number of own packets that the peer has lost
-    weight: Floats  # of how many
-    learned_slot: Ints  # in which the node last learned who holds the item
-    passed_slot: Ints  # in which it last told a holder set of it
-    n_passed: Ints  # how often, since it learned
-    telling: Ints  # [node, word] items of which it has learned that, and not told often enough
+    lost: Floats  # [node, peer] weighted number of own packets that the peer has lost
+    weight: Floats  # [node, peer] of how many
+    learned_slot: Ints  # [node, column] in which the node last learned who holds the item
+    passed_slot: Ints  # [node, column] in which it last told a holder set of it
+    n_passed: Ints  # [node, column] how often, since it learned
+    telling: Ints  # [node, column] items of which it has learned that, and not told often enough
     n_rows: Ints  # [node] symbols that wait to be decoded
     rows: Bytes  # [node, row, column] their coefficients
     pivots: Ints  # [node, row] the first column of each that is not 0
-    waiting: Ints  # [node, word] items that they are over, at least
+    waiting: Ints  # [node, column] items that they are over, at least
     brought: Ints  # [node, place] columns of the items of its last packet, and behind them those that are coded
     n_plain: Ints  # [node] the former
     n_coded: Ints  # [node] the latter
     number: Ints  # [column] that the origin gave the item
     n_numbers: Ints  # [node] items that it has had
+    alive: Ints  # [column] columns that have an item
+    share: Floats  # [node, sender, peer] how surely the symbols of its last packet brought the peer what they are over
     # Of the packet that is being sent:
     first: Ints  # [origin] number that its statement begins with
     end: Ints  # [origin] number behind those that it tells of
     is_total: Ints  # [origin] 1 if it tells of all items of the origin
-    stated: Ints  # [word] items that statements say to be held
-    below: Ints  # [word] items that statements say all to hold
-    coded: Ints  # [word] items that symbols are over
-    denied: Ints  # [place] columns that statements cover and leave out
-    n_denied: Ints  # [0] how many
-    shown: Ints  # [word] items of which a holder set is told
+    stated: Ints  # [column] items that statements say to be held
+    below: Ints  # [column] items that statements say all to hold
+    coded: Ints  # [column] items that symbols are over
+    denied: Ints  # [column] items that statements cover and leave out
+    shown: Ints  # [column] items of which a holder set is told
+    received: Ints  # [sender] 1 if it says that its sender received the last packet of that one
     columns: Ints  # [candidate]
-    alive: Ints  # [word] columns that have an item
-    tellable: Ints  # [word] scratch: items of which a holder set can be told
-    share: Floats  # [node, sender, peer] how surely the symbols of its last packet brought the peer what they are over
     kept: Floats  # [peer] scratch: what is left of its lacking an item that was brought
     vector: Bytes  # [column] scratch: a symbol
-    before: Ints  # [word of believes] scratch
+    before: Ints  # [column, peer] scratch
 
 
-def new_statements(rules: PolicyRules, n_columns: int) -> Statements:
+def new_statements(n_nodes: int, n_columns: int) -> Statements:
     """Memory for all trials; `forget_all` clears it before each."""
-    n_nodes, n_words = rules.n_nodes, rules.n_words
+    of_items, of_nodes = (n_nodes, n_columns), (n_nodes, n_nodes)
     return Statements(
-        confirmed=np.zeros((n_nodes, n_words), np.int64),
-        told=np.zeros((n_nodes, n_words), np.int64),
+        confirmed=np.zeros(of_items, np.int64),
+        told=np.zeros(of_items, np.int64),
         lacks=np.ones((n_nodes, n_columns, n_nodes)),
-        lost=np.zeros((n_nodes, n_nodes)),
-        weight=np.zeros((n_nodes, n_nodes)),
-        learned_slot=np.zeros((n_nodes, n_columns), np.int64),
-        passed_slot=np.zeros((n_nodes, n_columns), np.int64),
-        n_passed=np.zeros((n_nodes, n_columns), np.int64),
-        telling=np.zeros((n_nodes, n_words), np.int64),
+        lost=np.zeros(of_nodes),
+        weight=np.zeros(of_nodes),
+        learned_slot=np.zeros(of_items, np.int64),
+        passed_slot=np.zeros(of_items, np.int64),
+        n_passed=np.zeros(of_items, np.int64),
+        telling=np.zeros(of_items, np.int64),
         n_rows=np.zeros(n_nodes, np.int64),
         rows=np.zeros((n_nodes, MOST_ROWS, n_columns), np.uint8),
         pivots=np.zeros((n_nodes, MOST_ROWS), np.int64),
-        waiting=np.zeros((n_nodes, n_words), np.int64),
-        brought=np.zeros((n_nodes, n_columns), np.int64),
+        waiting=np.zeros(of_items, np.int64),
+        brought=np.zeros(of_items, np.int64),
         n_plain=np.zeros(n_nodes, np.int64),
         n_coded=np.zeros(n_nodes, np.int64),
         number=np.zeros(n_columns, np.int64),
         n_numbers=np.zeros(n_nodes, np.int64),
+        alive=np.zeros(n_columns, np.int64),
+        share=np.zeros((n_nodes, n_nodes, n_nodes)),
         first=np.zeros(n_nodes, np.int64),
         end=np.zeros(n_nodes, np.int64),
         is_total=np.zeros(n_nodes, np.int64),
-        stated=np.zeros(n_words, np.int64),
-        below=np.zeros(n_words, np.int64),
-        coded=np.zeros(n_words, np.int64),
+        stated=np.zeros(n_columns, np.int64),
+        below=np.zeros(n_columns, np.int64),
+        coded=np.zeros(n_columns, np.int64),
         denied=np.zeros(n_columns, np.int64),
-        n_denied=np.zeros(1, np.int64),
-        shown=np.zeros(n_words, np.int64),
+        shown=np.zeros(n_columns, np.int64),
+        received=np.zeros(n_nodes, np.int64),
         columns=np.zeros(n_columns, np.int64),
-        alive=np.zeros(n_words, np.int64),
-        tellable=np.zeros(n_words, np.int64),
-        share=np.zeros((n_nodes, n_nodes, n_nodes)),
         kept=np.zeros(n_nodes),
         vector=np.zeros(n_columns, np.uint8),
-        before=np.zeros(n_nodes * n_words, np.int64),
+        before=np.zeros((n_columns, n_nodes), np.int64),
     )
 
 
@@ -186,11 +153,8 @@ def new_plan(n_nodes: int, n_columns: int) -> PacketPlan:
 
 def forget_all(statements: Statements) -> None:
     """Nobody has told or heard anything."""
-    statements.confirmed[:] = 0
-    statements.told[:] = 0
     statements.lost[:] = 0.0
     statements.weight[:] = 0.0
-    statements.telling[:] = 0
     statements.alive[:] = 0
     statements.n_rows[:] = 0
     statements.waiting[:] = 0
@@ -200,103 +164,89 @@ def forget_all(statements: Statements) -> None:
     statements.n_numbers[:] = 0
 
 
-def number_item(rules: PolicyRules, statements: Statements, origin: int, column: int) -> None:
+def number_item(statements: Statements, origin: int, column: int) -> None:
     """The column has a new item of the origin; nothing remains of an older one."""
-    w, bit = column // WORD_BITS, 1 << column % WORD_BITS
-    for node in range(rules.n_nodes):
-        statements.confirmed[node, w] &= ~bit
-        statements.told[node, w] &= ~bit
-        statements.telling[node, w] &= ~bit
+    for node in range(len(statements.confirmed)):
+        statements.confirmed[node, column] = statements.told[node, column] = statements.telling[node, column] = 0
         statements.passed_slot[node, column] = UNKNOWN
-        for peer in range(rules.n_nodes):
+        for peer in range(len(statements.confirmed)):
             statements.lacks[node, column, peer] = 1.0
     statements.number[column] = statements.n_numbers[origin]
     statements.n_numbers[origin] += 1
-    statements.alive[w] |= bit
+    statements.alive[column] = 1
 
 
-def is_in(words: Ints, column: int) -> bool:
-    """True if the set of items has the column."""
-    return bool((words[column // WORD_BITS] >> column % WORD_BITS) & 1)
+def columns_of(load: Load, origin: int) -> range:
+    """Columns of the items of an origin."""
+    first = origin * load.columns_per_source
+    return range(first, first + (load.columns_per_source if origin < load.n_sources else 0))
 
 
-def first_in(items: int, w: int) -> int:
-    """The first column of a set of items of which word w is given, and the others are empty."""
-    return w * WORD_BITS + int(_BIT_OF[(items & -items) % len(_BIT_OF)])
-
-
-def has_item(rules: PolicyRules, nodes: NodeStates, node: int, column: int) -> bool:
+def has_item(fleet: Fleet, node: int, column: int) -> bool:
     """True if the node holds the item."""
-    at = node * rules.n_words + column // WORD_BITS
-    return bool((nodes.believes[node, at] >> column % WORD_BITS) & 1)
+    return bool(fleet.holders[node, column, node] & 1)
+
+
+def place_of_last(n_nodes: int, node: int, slot: int) -> int:
+    """Place in the ring of the last packet of a node, in a slot."""
+    return (slot - (slot - node) % n_nodes) % (2 * n_nodes)
+
+
+def knows_last(n_nodes: int, fleet: Fleet, node: int, sender: int, slot: int) -> bool:
+    """True if a node received the last packet of a sender before a slot."""
+    return bool(fleet.known[node, place_of_last(n_nodes, sender, slot)] & 1)
 
 
 # What goes into a packet --------------------------------------------------------------------------
 
 
-def look_through(rules: PolicyRules, nodes: NodeStates, statements: Statements, owner: int) -> None:
+def look_through(load: Load, fleet: Fleet, statements: Statements, owner: int) -> None:
     """Find what the owner of the slot can state of each origin: from where to where."""
-    n_words = rules.n_words
-    for origin in range(rules.n_nodes):
+    for origin in range(len(statements.first)):
         first = n_numbers = statements.n_numbers[origin]
-        for w in range(n_words):
-            items = statements.alive[w] & nodes.origins[origin * n_words + w] & ~nodes.settled[owner * n_words + w]
-            while items != 0:
-                first = min(first, statements.number[first_in(items, w)])
-                items &= items - 1
+        for column in columns_of(load, origin):
+            if statements.alive[column] and not fleet.settled[owner, column] & 1:
+                first = min(first, statements.number[column])
         end = first
-        for w in range(n_words if first < n_numbers else 0):
-            items = statements.alive[w] & nodes.origins[origin * n_words + w] & nodes.holds[owner * n_words + w]
-            while items != 0:
-                end = max(end, statements.number[first_in(items, w)] + 1)
-                items &= items - 1
+        for column in columns_of(load, origin) if first < n_numbers else columns_of(load, load.n_sources):
+            if statements.alive[column] and has_item(fleet, owner, column):
+                end = max(end, statements.number[column] + 1)
         statements.is_total[origin] = int(end - first < MOST_STATED)
         statements.first[origin], statements.end[origin] = first, min(end, first + MOST_STATED)
 
 
-def count_owed(
-    rules: PolicyRules, load: Load, nodes: NodeStates, statements: Statements, plan: PacketPlan, owner: int
-) -> None:
+def count_owed(load: Load, fleet: Fleet, statements: Statements, plan: PacketPlan, owner: int, slot: int) -> None:
     """Count what the owner has to tell each origin of holding its items, and what a statement takes."""
-    n_nodes, n_words = rules.n_nodes, rules.n_words
+    n_nodes = len(statements.first)
     for origin in range(n_nodes):
         plan.owed[origin], plan.statement_bits[origin] = 0.0, IMPOSSIBLE
-        acknowledged = -(nodes.heard[owner, 0] >> origin & 1)
-        for w in range(n_words if origin != owner else 0):
-            at = origin * n_words + w
-            told = statements.confirmed[owner, w] | nodes.content[owner, at] & acknowledged
-            items = statements.alive[w] & nodes.origins[at] & nodes.holds[owner * n_words + w] & ~told
-            while items != 0:
-                plan.owed[origin] += int(statements.number[first_in(items, w)] < statements.end[origin])
-                items &= items - 1
+        last, is_known = place_of_last(n_nodes, origin, slot), knows_last(n_nodes, fleet, owner, origin, slot)
+        for column in columns_of(load, origin if origin != owner else load.n_sources):
+            is_told = statements.confirmed[owner, column] or (is_known and fleet.loaded[last, column] & 1)
+            if statements.alive[column] and has_item(fleet, owner, column) and not is_told:
+                plan.owed[origin] += int(statements.number[column] < statements.end[origin])
         length = statements.end[origin] - statements.first[origin]
         if length > 0 or plan.owed[origin] > 0:
             length = 0 if origin == owner else length
             plan.statement_bits[origin] = statement_bits(n_nodes, load.number_bits, length)
 
 
-def gather(
-    rules: PolicyRules, load: Load, nodes: NodeStates, statements: Statements, plan: PacketPlan, owner: int
-) -> int:
+def gather(rules: PolicyRules, load: Load, fleet: Fleet, statements: Statements, plan: PacketPlan, owner: int) -> int:
     """Gather what the owner may send and does not know all to hold; returns how many items."""
-    n_nodes, n_words, c = rules.n_nodes, rules.n_words, 0
-    for turn in range(n_nodes * n_words):  # own ones first: of equals each node takes others
-        origin, w = (owner + turn // n_words) % n_nodes, turn % n_words
-        at = owner * n_words + w
-        may_go = may_send(rules.repeat, nodes.holds[at] & ~nodes.settled[at], nodes.origins[at])
-        items = may_go & nodes.origins[origin * n_words + w]
-        while items != 0:
-            column, bit = first_in(items, w), items & -items
-            items &= items - 1
-            number = statements.number[column]
+    n_nodes, c = rules.n_nodes, 0
+    for turn in range(n_nodes):  # own ones first: of equals each node takes others
+        origin = (owner + turn) % n_nodes
+        for column in columns_of(load, origin if rules.repeat or origin == owner else load.n_sources):
+            if not has_item(fleet, owner, column) or fleet.settled[owner, column] & 1:
+                continue
             statements.columns[c] = column
             plan.origin[c] = origin
-            plan.size_bits[c], plan.symbol_bits[c] = nodes.sizes_bits[column], load.symbol_bits
+            plan.size_bits[c], plan.symbol_bits[c] = load.item_bits, load.symbol_bits
             plan.is_new[c] = int(origin == owner)
-            plan.is_stated[c] = int(statements.first[origin] <= number < statements.end[origin])
+            plan.is_stated[c] = int(statements.first[origin] <= statements.number[column] < statements.end[origin])
             for peer in range(n_nodes):
                 lack = 0.0
-                if peer != owner and nodes.believes[owner, peer * n_words + w] & bit == 0:
+                if peer != owner and not fleet.holders[owner, column, peer] & 1:
                     lack = max(LEAST_LACK, statements.lacks[owner, column, peer])
                 if peer != owner and lack < 1.0:
                     plan.is_new[c] = 0
@@ -306,26 +256,37 @@ def gather(
 
 
 def compose_packet(
-    rules: PolicyRules, load: Load, nodes: NodeStates, statements: Statements, plan: PacketPlan, owner: int, slot: int
+    rules: PolicyRules, load: Load, fleet: Fleet, statements: Statements, plan: PacketPlan, slot: int, n_bits: int
 ) -> tuple[int, int]:
-    """Put into the packet what the owner of the slot sends; returns the number of items and symbols."""
+    """Put into the packet what the owner of the slot sends; returns the number of items and symbols.
+
+    Args:
+        rules: of the policy.
+        load: what there is to send.
+        fleet: all nodes.
+        statements: of all nodes.
+        plan: scratch.
+        slot: of the trial.
+        n_bits: of the header.
+    """
     n_nodes = rules.n_nodes
-    look_through(rules, nodes, statements, owner)
-    count_owed(rules, load, nodes, statements, plan, owner)
-    n_candidates = gather(rules, load, nodes, statements, plan, owner)
+    owner, place = slot % n_nodes, slot % (2 * n_nodes)
+    look_through(load, fleet, statements, owner)
+    count_owed(load, fleet, statements, plan, owner, slot)
+    n_candidates = gather(rules, load, fleet, statements, plan, owner)
     for peer in range(n_nodes):
         reception = reception_of(statements.lost[owner, peer], statements.weight[owner, peer])
         plan.reception[peer] = 0.0 if peer == owner else reception
-    left = load.capacity_bits - END_BITS - nodes.header_bits[slot % len(nodes.header_bits)]
+    left = load.capacity_bits - END_BITS - n_bits
     if rules.codes:
         left -= COUNT_BITS
     n_symbols = plan_packet(plan, n_nodes, n_candidates, left, rules.codes, slot // n_nodes % 2 == 1)
-    nodes.packet[:] = 0
+    fleet.loaded[place, :] = 0
     n_sent = 0
     for c in range(n_candidates):
         if plan.takes[c] != 0:
             column = statements.columns[c]
-            nodes.packet[column // WORD_BITS] |= 1 << column % WORD_BITS
+            fleet.loaded[place, column] = 1
             statements.brought[owner, n_sent] = column
             left -= plan.size_bits[c]
             n_sent += 1
@@ -335,78 +296,72 @@ def compose_packet(
             left -= plan.statement_bits[origin]
     if n_symbols > 0:
         left -= SIZE_BITS + n_symbols * load.symbol_bits
-    state_holdings(rules, load, nodes, statements, plan, owner, n_symbols)
-    show_holders(rules, load, nodes, statements, owner, slot, left)
-    note_told(rules, nodes, statements, owner)
-    note_brought(rules, nodes, statements, owner, owner, n_symbols)
+    state_holdings(load, fleet, statements, plan, owner, place, n_symbols)
+    show_holders(rules, load, fleet, statements, owner, slot, left)
+    note_told(load, fleet, statements, owner, slot)
+    note_brought(rules, fleet, statements, owner, owner, n_symbols)
     return n_sent, n_symbols
 
 
 def state_holdings(
-    rules: PolicyRules, load: Load, nodes: NodeStates, statements: Statements, plan: PacketPlan, owner: int,
-    n_symbols: int,
-) -> None:  # fmt: skip
+    load: Load, fleet: Fleet, statements: Statements, plan: PacketPlan, owner: int, place: int, n_symbols: int
+) -> None:
     """Write what the statements say, what they leave out, and what symbols are over."""
-    n_words, per_source = rules.n_words, load.columns_per_source
-    n_plain, n_coded, n_denied = statements.n_plain[owner], 0, 0
+    n_plain, n_coded = statements.n_plain[owner], 0
     statements.stated[:] = 0
     statements.below[:] = 0
     statements.coded[:] = 0
+    statements.denied[:] = 0
     for origin in range(load.n_sources):
-        for column in range(origin * per_source, (origin + 1) * per_source if plan.states[origin] != 0 else 0):
-            w, bit, number = column // WORD_BITS, 1 << column % WORD_BITS, statements.number[column]
-            if statements.alive[w] & bit == 0:
+        for column in columns_of(load, origin if plan.states[origin] != 0 else load.n_sources):
+            number = statements.number[column]
+            if not statements.alive[column]:
                 continue
             if number < statements.first[origin]:
-                statements.below[w] |= bit
-            elif number < statements.end[origin] and nodes.holds[owner * n_words + w] & bit != 0:
-                statements.stated[w] |= bit
-                if n_symbols > 0 and nodes.packet[w] & bit == 0:
-                    statements.coded[w] |= bit
+                statements.below[column] = 1
+            elif number < statements.end[origin] and has_item(fleet, owner, column):
+                statements.stated[column] = 1
+                if n_symbols > 0 and not fleet.loaded[place, column]:
+                    statements.coded[column] = 1
                     statements.brought[owner, n_plain + n_coded] = column
                     n_coded += 1
             elif number < statements.end[origin] or statements.is_total[origin] != 0:
-                statements.denied[n_denied] = column
-                n_denied += 1
-    statements.n_coded[owner], statements.n_denied[0] = n_coded, n_denied
+                statements.denied[column] = 1
+    statements.n_coded[owner] = n_coded
 
 
 def show_holders(
-    rules: PolicyRules, load: Load, nodes: NodeStates, statements: Statements, owner: int, slot: int, room_bits: int
+    rules: PolicyRules, load: Load, fleet: Fleet, statements: Statements, owner: int, slot: int, room_bits: int
 ) -> None:
     """Tell of the items of which something was learned last who holds them, as far as there is room."""
-    n_words, left = rules.n_words, room_bits
-    size_bits = holder_set_bits(rules.n_nodes, load.number_bits)
-    for w in range(n_words):
-        held = held_twice = 0
-        for peer in range(rules.n_nodes):
-            held_twice |= held & nodes.believes[owner, peer * n_words + w]
-            held |= nodes.believes[owner, peer * n_words + w]
-        items = statements.telling[owner, w] & statements.alive[w]
-        statements.tellable[w] = items & held_twice & nodes.holds[owner * n_words + w]
-        statements.shown[w] = 0
+    left, size_bits = room_bits, holder_set_bits(rules.n_nodes, load.number_bits)
+    statements.shown[:] = 0
     while left >= size_bits:
         first = slot
-        for w in range(n_words):
-            items = statements.tellable[w]
-            while items != 0:
-                first = min(first, rank(statements, owner, first_in(items, w)))
-                items &= items - 1
+        for column in range(n_columns_of(load)):
+            if can_show(fleet, statements, owner, column):
+                first = min(first, rank(statements, owner, column))
         if first == slot:
             return
-        for w in range(n_words):
-            items = statements.tellable[w]
-            while items != 0 and left >= size_bits:
-                column, bit = first_in(items, w), items & -items
-                items &= items - 1
-                if rank(statements, owner, column) == first:
-                    statements.tellable[w] &= ~bit
-                    statements.shown[w] |= bit
-                    statements.passed_slot[owner, column] = slot
-                    statements.n_passed[owner, column] += 1
-                    if statements.n_passed[owner, column] == MOST_PASSED:
-                        statements.telling[owner, w] &= ~bit
-                    left -= size_bits
+        for column in range(n_columns_of(load)):
+            is_first = rank(statements, owner, column) == first
+            if is_first and left >= size_bits and can_show(fleet, statements, owner, column):
+                statements.shown[column] = 1
+                statements.passed_slot[owner, column] = slot
+                statements.n_passed[owner, column] += 1
+                if statements.n_passed[owner, column] == MOST_PASSED:
+                    statements.telling[owner, column] = 0
+                left -= size_bits
+
+
+def can_show(fleet: Fleet, statements: Statements, owner: int, column: int) -> bool:
+    """True if the owner can tell who holds an item, beside itself, and has not done so in this packet."""
+    if not statements.telling[owner, column] or not statements.alive[column] or statements.shown[column]:
+        return False
+    n_holders = 0
+    for peer in range(fleet.holders.shape[2]):
+        n_holders += fleet.holders[owner, column, peer] & 1
+    return n_holders > 1 and has_item(fleet, owner, column)
 
 
 def rank(statements: Statements, owner: int, column: int) -> int:
@@ -415,57 +370,57 @@ def rank(statements: Statements, owner: int, column: int) -> int:
     return int(passed if learned <= passed else -1 - learned)
 
 
-def note_told(rules: PolicyRules, nodes: NodeStates, statements: Statements, owner: int) -> None:
+def note_told(load: Load, fleet: Fleet, statements: Statements, owner: int, slot: int) -> None:
     """Note what the packet tells of the owner's holdings."""
-    n_words = rules.n_words
-    for w in range(n_words):
-        said = statements.stated[w] | statements.below[w] | statements.shown[w] | nodes.packet[w]
-        for origin in range(rules.n_nodes):
-            if nodes.heard[owner, 0] >> origin & 1 != 0:
-                said |= nodes.content[owner, origin * n_words + w] & nodes.origins[origin * n_words + w]
-        statements.told[owner, w] = said & nodes.holds[owner * n_words + w]
+    n_nodes = len(statements.first)
+    for origin in range(load.n_sources):
+        last, is_known = place_of_last(n_nodes, origin, slot), knows_last(n_nodes, fleet, owner, origin, slot)
+        is_known = is_known and origin != owner
+        for column in columns_of(load, origin):
+            said = statements.stated[column] | statements.below[column] | statements.shown[column]
+            said |= fleet.loaded[slot % (2 * n_nodes), column] & 1
+            if is_known:
+                said |= fleet.loaded[last, column] & 1
+            statements.told[owner, column] = said if has_item(fleet, owner, column) else 0
 
 
 def note_brought(
-    rules: PolicyRules, nodes: NodeStates, statements: Statements, node: int, owner: int, n_symbols: int
+    rules: PolicyRules, fleet: Fleet, statements: Statements, node: int, owner: int, n_symbols: int
 ) -> None:
     """Reckon with what the owner's packet, which a node has sent or heard, brings to others: of items that it holds."""
     n_nodes, n_plain, n_coded = rules.n_nodes, statements.n_plain[owner], statements.n_coded[owner]
     for peer in range(n_nodes):
         reception = reception_of(statements.lost[node, peer], statements.weight[node, peer])
         statements.kept[peer] = 1.0 if peer in (node, owner) else kept_of_lack(reception, 1.0)
-    reckon_brought(rules, nodes, statements, node, owner, 0, n_plain)
+    reckon_brought(rules, fleet, statements, node, owner, 0, n_plain)
     for peer in range(n_nodes):
         share = 0.0
         if peer not in (node, owner):
-            share = share_of_symbols(n_symbols, lacked_of_code(rules, nodes, statements, node, owner, peer))
+            share = share_of_symbols(n_symbols, lacked_of_code(fleet, statements, node, owner, peer))
         reception = reception_of(statements.lost[node, peer], statements.weight[node, peer])
         statements.share[node, owner, peer], statements.kept[peer] = share, kept_of_lack(reception, share)
-    reckon_brought(rules, nodes, statements, node, owner, n_plain, n_plain + n_coded)
+    reckon_brought(rules, fleet, statements, node, owner, n_plain, n_plain + n_coded)
 
 
-def lacked_of_code(
-    rules: PolicyRules, nodes: NodeStates, statements: Statements, node: int, owner: int, peer: int
-) -> float:
+def lacked_of_code(fleet: Fleet, statements: Statements, node: int, owner: int, peer: int) -> float:
     """How many items of those that the owner's symbols are over a node reckons a peer to lack."""
     lacked, n_plain = 0.0, statements.n_plain[owner]
     for place in range(n_plain, n_plain + statements.n_coded[owner]):
         column = statements.brought[owner, place]
-        at = peer * rules.n_words + column // WORD_BITS
-        if not has_item(rules, nodes, node, column):
+        if not has_item(fleet, node, column):
             lacked += 1.0
-        elif (nodes.believes[node, at] >> column % WORD_BITS) & 1 == 0:
+        elif not fleet.holders[node, column, peer] & 1:
             lacked += statements.lacks[node, column, peer]
     return lacked
 
 
 def reckon_brought(
-    rules: PolicyRules, nodes: NodeStates, statements: Statements, node: int, owner: int, begin: int, end: int
+    rules: PolicyRules, fleet: Fleet, statements: Statements, node: int, owner: int, begin: int, end: int
 ) -> None:
     """Reckon with some of what it brings: ``kept`` is left of what each peer lacked."""
     for place in range(begin, end):
         column = statements.brought[owner, place]
-        if has_item(rules, nodes, node, column):
+        if has_item(fleet, node, column):
             for peer in range(rules.n_nodes):
                 statements.lacks[node, column, peer] *= statements.kept[peer]
 
@@ -473,55 +428,56 @@ def reckon_brought(
 # What is made of one ------------------------------------------------------------------------------
 
 
-def note_fate(rules: PolicyRules, nodes: NodeStates, statements: Statements, node: int, owner: int) -> None:
+def note_answers(n_nodes: int, layouts: Layouts, fleet: Fleet, statements: Statements, at: int, slot: int) -> None:
+    """Note which last packets of others the header of the owner says that it received."""
+    statements.received[:] = UNKNOWN
+    for bit in range(layouts.n_bits[at]):
+        if layouts.node[at, bit] == slot % n_nodes:
+            statements.received[layouts.place[at, bit] % n_nodes] = fleet.acks[bit] & 1
+
+
+def note_fate(fleet: Fleet, statements: Statements, load: Load, node: int, owner: int) -> None:
     """Learn from the owner's bit about a node's own last packet what became of that."""
-    n_words = rules.n_words
-    received = nodes.rows[owner] >> node & 1
+    received = statements.received[node]
     lost, weight = statements.lost[node, owner], statements.weight[node, owner]
-    reception = reception_of(lost, weight)
     statements.lost[node, owner] = KEPT * lost + (1 - received)
     statements.weight[node, owner] = KEPT * weight + 1.0
-    for w in range(n_words):
-        if received != 0:
-            statements.confirmed[node, w] |= statements.told[node, w] & nodes.origins[owner * n_words + w]
-    reckon_fate(rules, nodes, statements, node, owner, node, reception)
+    for column in columns_of(load, owner if received else load.n_sources):
+        statements.confirmed[node, column] |= statements.told[node, column]
+    reckon_fate(fleet, statements, node, owner, node, reception_of(lost, weight))
 
 
-def reckon_fate(
-    rules: PolicyRules, nodes: NodeStates, statements: Statements, node: int, owner: int, sender: int, reception: float
-) -> None:
+def reckon_fate(fleet: Fleet, statements: Statements, node: int, owner: int, sender: int, reception: float) -> None:
     """The owner says whether it has received the last packet of a sender, which the node has: no longer guess."""
-    is_received = bool((nodes.rows[owner] >> sender) & 1)
+    is_received = statements.received[sender] == 1
     n_plain, share = statements.n_plain[sender], statements.share[node, sender, owner]
     for place in range(n_plain + statements.n_coded[sender]):
         column, of_place = statements.brought[sender, place], 1.0 if place < n_plain else share
-        if has_item(rules, nodes, node, column) and not (place < n_plain and is_received):
+        if has_item(fleet, node, column) and not (place < n_plain and is_received):
             lack = statements.lacks[node, column, owner]
             statements.lacks[node, column, owner] = lack_after(lack, reception, of_place, is_received)
 
 
-def note_fates_of_others(rules: PolicyRules, nodes: NodeStates, statements: Statements, node: int, owner: int) -> None:
+def note_fates_of_others(n_nodes: int, fleet: Fleet, statements: Statements, node: int, owner: int, slot: int) -> None:
     """Learn from the owner's bits about the last packets of others, as far as the node has received them."""
     reception = reception_of(statements.lost[node, owner], statements.weight[node, owner])
-    for sender in range(rules.n_nodes):
-        is_known = nodes.heard[node, 0] >> sender & 1 != 0
-        if sender not in (node, owner) and is_known:
-            reckon_fate(rules, nodes, statements, node, owner, sender, reception)
+    for sender in range(n_nodes):
+        if sender not in (node, owner) and knows_last(n_nodes, fleet, node, sender, slot):
+            reckon_fate(fleet, statements, node, owner, sender, reception)
 
 
-def believe_statements(rules: PolicyRules, nodes: NodeStates, statements: Statements, node: int, owner: int) -> None:
+def believe_statements(load: Load, fleet: Fleet, statements: Statements, node: int, owner: int) -> None:
     """Believe what statements and holder sets of the owner say."""
-    n_nodes, n_words = rules.n_nodes, rules.n_words
-    for w in range(n_words):
-        below, shown = statements.below[w], statements.shown[w]
-        nodes.believes[node, owner * n_words + w] |= statements.stated[w] | below
-        for peer in range(n_nodes):
-            nodes.believes[node, peer * n_words + w] |= below | shown & nodes.believes[owner, peer * n_words + w]
-    for place in range(statements.n_denied[0]):
-        statements.lacks[node, statements.denied[place], owner] = 1.0
+    for column in range(n_columns_of(load)):
+        below, shown = statements.below[column], statements.shown[column]
+        fleet.holders[node, column, owner] |= statements.stated[column] | below
+        for peer in range(fleet.holders.shape[2]):
+            fleet.holders[node, column, peer] |= below | shown & fleet.holders[owner, column, peer]
+        if statements.denied[column]:
+            statements.lacks[node, column, owner] = 1.0
 
 
-def add_symbol(nodes: NodeStates, statements: Statements, rules: PolicyRules, node: int) -> None:
+def add_symbol(load: Load, fleet: Fleet, statements: Statements, node: int) -> None:
     """Take in the symbol that stands in `vector`: `exchange.coding.Decoder.add`, of which only coefficients count."""
     rows, pivots, vector = statements.rows[node], statements.pivots[node], statements.vector
     n_rows = int(statements.n_rows[node])
@@ -533,13 +489,13 @@ def add_symbol(nodes: NodeStates, statements: Statements, rules: PolicyRules, no
     by = _INVERSES[vector[pivot]]
     for column in range(pivot, len(vector)):
         vector[column] = _PRODUCTS[by, vector[column]]
-        statements.waiting[node, column // WORD_BITS] |= int(vector[column] != 0) << column % WORD_BITS
+        statements.waiting[node, column] |= int(vector[column] != 0)
     for row in range(n_rows):
         take_off(rows[row], int(rows[row, pivot]), vector, pivot)
     overwrite(vector, rows[n_rows])
     pivots[n_rows] = pivot
     statements.n_rows[node] = n_rows + 1
-    take_solved(nodes, statements, rules, node)
+    take_solved(load, fleet, statements, node)
 
 
 def take_off(one: Bytes, factor: int, row: Bytes, pivot: int) -> None:
@@ -563,18 +519,15 @@ def pivot_of(row: Bytes, begin: int = 0) -> int:
     return -1
 
 
-def take_solved(nodes: NodeStates, statements: Statements, rules: PolicyRules, node: int) -> None:
+def take_solved(load: Load, fleet: Fleet, statements: Statements, node: int) -> None:
     """Take out the symbols of a single item, which the node holds from now on."""
     rows, pivots, kept = statements.rows[node], statements.pivots[node], 0
     for row in range(statements.n_rows[node]):
         pivot = pivots[row]
         if pivot_of(rows[row], pivot + 1) < 0:
-            w, bit = pivot // WORD_BITS, 1 << pivot % WORD_BITS
-            statements.waiting[node, w] &= ~bit
-            nodes.believes[node, node * rules.n_words + w] |= bit
-            for origin in range(rules.n_nodes):
-                at = origin * rules.n_words + w
-                nodes.believes[node, at] |= bit & nodes.origins[at]
+            statements.waiting[node, pivot] = 0
+            fleet.holders[node, pivot, node] |= 1
+            fleet.holders[node, pivot, pivot // load.columns_per_source] |= 1
         else:
             if kept < row:
                 overwrite(rows[row], rows[kept])
@@ -583,137 +536,122 @@ def take_solved(nodes: NodeStates, statements: Statements, rules: PolicyRules, n
     statements.n_rows[node] = kept
 
 
-def drop_known(nodes: NodeStates, statements: Statements, rules: PolicyRules, node: int) -> None:
+def drop_known(load: Load, fleet: Fleet, statements: Statements, node: int) -> None:
     """Take what the node holds out of the symbols that wait, each solved anew: `exchange.coding.Decoder.learn`."""
-    known = 0
-    for w in range(rules.n_words):
-        known |= statements.waiting[node, w] & nodes.believes[node, node * rules.n_words + w]
-    if known != 0:
+    n_known = 0
+    for column in range(n_columns_of(load)):
+        n_known += int(statements.waiting[node, column] and has_item(fleet, node, column))
+    if n_known > 0:
         n_rows, statements.n_rows[node] = int(statements.n_rows[node]), 0
         statements.waiting[node, :] = 0
         for row in range(n_rows):
-            for column in range(len(statements.vector)):
-                is_known = has_item(rules, nodes, node, column)
+            for column in range(n_columns_of(load)):
+                is_known = has_item(fleet, node, column)
                 statements.vector[column] = 0 if is_known else statements.rows[node, row, column]
-            add_symbol(nodes, statements, rules, node)
+            add_symbol(load, fleet, statements, node)
 
 
-def hear_symbols(
-    rules: PolicyRules, load: Load, nodes: NodeStates, statements: Statements, node: int, slot: int, n_symbols: int
-) -> None:
+def hear_symbols(load: Load, fleet: Fleet, statements: Statements, node: int, slot: int, n_symbols: int) -> None:
     """Take in the symbols of a packet."""
-    drop_known(nodes, statements, rules, node)
+    drop_known(load, fleet, statements, node)
     for place in range(n_symbols):
-        lacked = 0
-        for w in range(rules.n_words):
-            lacked |= statements.coded[w] & ~nodes.believes[node, node * rules.n_words + w]
-        if lacked == 0:
-            return
-        key = symbol_key(slot, place)
-        for column in range(len(statements.vector)):
+        key, n_lacked = symbol_key(slot, place), 0
+        for column in range(n_columns_of(load)):
             statements.vector[column] = 0
-            if is_in(statements.coded, column) and not has_item(rules, nodes, node, column):
+            if statements.coded[column] and not has_item(fleet, node, column):
                 origin = column // load.columns_per_source
                 statements.vector[column] = coefficient(key, origin, statements.number[column])
-        add_symbol(nodes, statements, rules, node)
+                n_lacked += 1
+        if n_lacked == 0:
+            return
+        add_symbol(load, fleet, statements, node)
 
 
 def hear(
-    kind: AckRules, rules: PolicyRules, load: Load, nodes: NodeStates, statements: Statements, owner: int,
-    node: int, slot: int, n_symbols: int,
+    layouts: Layouts, rules: PolicyRules, load: Load, fleet: Fleet, statements: Statements, at: int, slot: int,
+    node: int, n_symbols: int,
 ) -> None:  # fmt: skip
-    """A node receives the packet of the owner of the slot."""
-    n_nodes, n_words, frame = rules.n_nodes, rules.n_words, slot // rules.n_nodes
-    state = node_state(rules, nodes, node, -1)
-    overwrite(nodes.believes[node], statements.before)
-    if kind.carries(n_nodes, frame % kind.period_frames, owner, owner, node):
+    """Let a node receive the packet of a slot."""
+    n_nodes = rules.n_nodes
+    owner = slot % n_nodes
+    for column in range(n_columns_of(load)):
+        for peer in range(n_nodes):
+            statements.before[column, peer] = fleet.holders[node, column, peer]
+    if statements.received[node] != UNKNOWN:
         if slot > node:
-            note_fate(rules, nodes, statements, node, owner)
-        note_fates_of_others(rules, nodes, statements, node, owner)
-    evidence = rules.carrier_evidence
-    absorb(kind, evidence, state, n_nodes, frame, node, owner, nodes.rows, nodes.packet, nodes.origins)
-    believe_statements(rules, nodes, statements, node, owner)
-    hear_symbols(rules, load, nodes, statements, node, slot, n_symbols)
-    note_brought(rules, nodes, statements, node, owner, n_symbols)
-    for w in range(n_words):
-        at, news = node * n_words + w, 0
-        nodes.holds[at] = nodes.believes[node, at]
-        nodes.settled[at] = settled(state, n_nodes, None, w)
-        for of_peer in range(w, n_nodes * n_words, n_words):
-            news |= nodes.believes[node, of_peer] & ~statements.before[of_peer]
-        statements.telling[node, w] |= news
-        while news != 0:
-            column = first_in(news, w)
-            statements.learned_slot[node, column] = slot
-            statements.n_passed[node, column] = 0
-            news &= news - 1
+            note_fate(fleet, statements, load, node, owner)
+        note_fates_of_others(n_nodes, fleet, statements, node, owner, slot)
+    trials.hear(layouts, rules, load, fleet, at, owner, slot % (2 * n_nodes), node, 1)
+    believe_statements(load, fleet, statements, node, owner)
+    hear_symbols(load, fleet, statements, node, slot, n_symbols)
+    note_brought(rules, fleet, statements, node, owner, n_symbols)
+    trials.settle(fleet, node)
+    for column in range(n_columns_of(load)):
+        for peer in range(n_nodes):
+            if fleet.holders[node, column, peer] & ~statements.before[column, peer] & 1:
+                statements.telling[node, column] = 1
+                statements.learned_slot[node, column] = slot
+                statements.n_passed[node, column] = 0
 
 
 # The loop -----------------------------------------------------------------------------------------
 
 
-def play_stating_slot(
-    kind: AckRules, rules: PolicyRules, load: Load, nodes: NodeStates, statements: Statements, plan: PacketPlan,
-    slot: int,
-    heard_by: int,
+def play_slot(
+    header: Header, layouts: Layouts, rules: PolicyRules, load: Load, fleet: Fleet, lanes: Lanes,
+    statements: Statements, plan: PacketPlan, slot: int,
 ) -> int:  # fmt: skip
-    """One slot of all nodes; bit i of `heard_by` says that node i receives the packet. Returns the items sent."""
-    n_nodes = rules.n_nodes
-    frame, owner = slot // n_nodes, slot % n_nodes
-    for node in range(n_nodes):
-        open_slot(kind, node_state(rules, nodes, node, -1), n_nodes, owner)
-    n_sent, n_symbols = compose_packet(rules, load, nodes, statements, plan, owner, slot)
-    compose(kind, node_state(rules, nodes, owner, -1), n_nodes, frame, owner, nodes.packet, nodes.rows)
-    for node in range(n_nodes):
-        if heard_by >> node & 1 != 0:
-            hear(kind, rules, load, nodes, statements, owner, node, slot, n_symbols)
+    """Play one slot of all nodes, of which `lanes.drawn` says who receive it; return the items and symbols sent."""
+    at, place = slot % len(layouts.n_bits), slot % (2 * rules.n_nodes)
+    trials.acknowledge(header, layouts, fleet, at, slot % rules.n_nodes, place)
+    n_sent, n_symbols = compose_packet(rules, load, fleet, statements, plan, slot, layouts.n_bits[at])
+    trials.note_load(fleet, place)
+    note_answers(rules.n_nodes, layouts, fleet, statements, at, slot)
+    first = slot % rules.n_nodes % trials.slots_of_word(rules.n_nodes) * rules.n_nodes
+    for node in range(rules.n_nodes):
+        if lanes.drawn[first + node] & 1:
+            hear(layouts, rules, load, fleet, statements, at, slot, node, n_symbols)
     return n_sent + n_symbols
 
 
 def run_stating_trials(
-    kind: AckRules,
-    rules: PolicyRules,
-    load: Load,
-    p_loss: Floats,
-    seed: int,
-    first_trial: int,
-    received: Ints,
-    outcomes: Ints,
-) -> None:
-    """Play the trials `first_trial`, `first_trial` + 1, ... of one policy, as `montecarlo.run_trials` does."""
-    n_columns, is_batch = load.n_sources * load.columns_per_source, load.rate == 0.0
-    nodes = new_nodes(rules, load, kind.period_frames)
-    header_sizes(kind, rules.n_nodes, nodes.header_bits)
-    statements, plan = new_statements(rules, n_columns), new_plan(rules.n_nodes, n_columns)
+    header: Header, layouts: Layouts, rules: PolicyRules, load: Load, p_loss: Floats, seed: int, first_trial: int,
+    received: Ints, outcomes: Ints,
+) -> None:  # fmt: skip
+    """Play the trials `first_trial`, `first_trial` + 1, ... of one policy one by one, as `trials.run_trials` does."""
+    n_nodes, word_slots = rules.n_nodes, trials.slots_of_word(rules.n_nodes)
+    fleet, lanes = (
+        trials.new_fleet(n_nodes, n_columns_of(load), layouts.node.shape[1]),
+        trials.new_lanes(n_columns_of(load)),
+    )
+    statements, plan = new_statements(n_nodes, n_columns_of(load)), new_plan(n_nodes, n_columns_of(load))
+    thresholds = trials.thresholds_of(p_loss)
+    outcomes[:] = 0
     for index in range(len(outcomes)):
-        trial_state, outcome = trial_key(seed, first_trial + index), outcomes[index]
-        clear(nodes)
+        trials.begin(load, fleet, lanes, 0, first_trial, index, index + 1, 1)
         forget_all(statements)
-        outcome[:] = 0
-        n_followed = slot = 0
-        if is_batch:
-            n_followed = n_columns
-            for column in range(n_columns):
-                add_item(rules, nodes, column // load.columns_per_source, column, 0)
-                number_item(rules, statements, column // load.columns_per_source, column)
-        while slot < load.max_slots and (slot < load.window_end or outcome[SENDERS_ACKED, COUNT] < n_followed):
-            if not is_batch:
-                n_followed += generate(rules, load, nodes, trial_state, slot, outcome)
-                for column in range(n_columns):
-                    if nodes.free_slot[column] <= slot:
-                        statements.alive[column // WORD_BITS] &= ~(1 << column % WORD_BITS)
-                    elif nodes.born_slot[column] == slot:
-                        number_item(rules, statements, column // load.columns_per_source, column)
-            heard_by = drawn_receivers(received[index], trial_state, slot, rules.n_nodes, p_loss)
-            n_sent = play_stating_slot(kind, rules, load, nodes, statements, plan, slot, heard_by)
-            if is_batch or load.window_start <= slot < load.window_end:
-                outcome[TRANSMISSIONS, SUM] += n_sent
-            if heard_by != 0:
-                outcome[FALSE_BELIEFS, SUM] += count_false_beliefs(rules, nodes, heard_by)
-                note_progress(rules, load, nodes, slot, outcome)
+        for column in range(n_columns_of(load) if load.rate == 0.0 else 0):
+            number_item(statements, column // load.columns_per_source, column)
+        slot, playing = 0, 1
+        while playing != 0:
+            frame, owner = slot // n_nodes, slot % n_nodes
+            if owner % word_slots == 0:
+                n_slots = min(word_slots, n_nodes - owner)
+                trials.draw(n_nodes, lanes, seed, frame, owner, n_slots, thresholds, playing, received)
+            noted = playing
+            if load.rate != 0.0:
+                noted = trials.arrive(rules, load, fleet, lanes, seed, frame, owner, playing, outcomes)
+                for column in range(n_columns_of(load)):
+                    if lanes.free_slot[0, column] <= slot:
+                        statements.alive[column] = 0
+                    elif lanes.born_slot[0, column] == slot:
+                        number_item(statements, column // load.columns_per_source, column)
+            n_sent = play_slot(header, layouts, rules, load, fleet, lanes, statements, plan, slot)
+            for _ in range(n_sent):
+                trials.count(lanes.digits, noted)
+            first = owner % word_slots * n_nodes
+            heard = lanes.drawn[first : first + n_nodes]
+            trials.note_false_beliefs(n_nodes, fleet, lanes, heard, playing, outcomes)
+            trials.note_progress(rules, load, fleet, lanes, frame, owner, playing, outcomes)
+            playing &= ~trials.ended(rules, load, fleet, lanes, frame, owner, playing, outcomes)
             slot += 1
-        outcome[SLOTS, SUM] = slot
-        if is_batch:
-            close_batch(n_followed, outcome)
-        else:
-            close_window(load, nodes, n_followed, outcome)

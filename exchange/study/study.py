@@ -19,9 +19,8 @@ from exchange.errors import ConfigurationError
 from exchange.planning import names_bits
 from exchange.policies import ACKNOWLEDGEMENTS, POLICIES, AckPolicy, header_bits
 from exchange.study import estimates, trial
-from exchange.study.bound import BOUND
 from exchange.study.estimates import TrialMean
-from exchange.study.parameters import ExchangeStudy, LoadKind, StudyLoad, workload_named
+from exchange.study.parameters import BOUND, ExchangeStudy, LoadKind, StudyLoad, workload_named
 from exchange.study.parts import Tally, TrialPlan, play_all
 from exchange.study.trial import Floats
 
@@ -185,7 +184,12 @@ def run(
         study.seed,
         study.trials,
     )
-    tallies = play_all(plan, slot_loops(plan.forms, say), 1 if why_uncompiled() else jobs, progress)
+    tallies = play_all(
+        plan,
+        slot_loops([policy.acknowledgement for policy in plan.policies], say),
+        1 if why_uncompiled() else jobs,
+        progress,
+    )
     return [
         row_of(study, per, policy, tallies_of_per[plan.policies.index(policy)])
         for per, tallies_of_per in zip(study.per or (_mean_link(plan.matrices[0]),), tallies, strict=True)

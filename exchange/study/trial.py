@@ -1,10 +1,10 @@
-"""The state of one trial of the policy study: all nodes, all items, and how far each item has got.
+"""Load, quantities and items of the trials of the policy study.
 
-An item is a column: bit `column % WORD_BITS` of word `column // WORD_BITS`. Under Poisson load a node has a fixed
-number of columns, its queue, and an item that finds it full is refused. A column is given to a new item only when every
-sender has dropped the old one and no node remembers a packet that carried it: two items never mix.
+An item is a column. Under Poisson load a node has a fixed number of columns, its queue, and an item that finds it full
+is refused. A column is given to a new item only when every sender has dropped the old one and no node remembers a
+packet that carried it: two items never mix.
 
-Plain Python that `exchange.study.compiler` compiles, like all that `exchange.study.montecarlo` calls.
+Plain Python that `exchange.study.compiler` compiles, like all that the slot loops call.
 """
 
 from typing import NamedTuple, TypeAlias
@@ -12,14 +12,10 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from exchange.ack import AckState
-from exchange.policies import may_send
+from exchange.acoustics.loss import link_uniform, slot_key
 
 Ints: TypeAlias = NDArray[np.int64]
 Floats: TypeAlias = NDArray[np.float64]
-
-WORD_BITS = 63
-"""Items per word: one less than the word has bits, so that all words are positive."""
 
 # What a trial reports, each as a sum and a count to divide it by: `outcomes[trial, quantity]`.
 DELIVERED = 0  # slots until all nodes hold the item(s)
@@ -41,17 +37,11 @@ NEVER = 1 << 62
 
 
 class PolicyRules(NamedTuple):
-    """What a policy says beside its acknowledgement, and the size of the fleet.
-
-    `n_words` is the number of words in a set of items, `set_words` that in a set of nodes: `n_nodes` where bits are
-    sliced, else 1.
-    """
+    """What a policy says beside its acknowledgement, and the size of the fleet."""
 
     repeat: bool
     carrier_evidence: bool
     n_nodes: int
-    n_words: int
-    set_words: int = 1
     knows_all: bool = False
     codes: bool = False
 
@@ -78,144 +68,75 @@ class Load(NamedTuple):
     symbol_bits: int = 0
 
 
-class NodeStates(NamedTuple):
-    """State of all nodes, a row each, and of all columns."""
-
-    heard: Ints
-    content: Ints
-    believes: Ints
-    held: Ints
-    holds: Ints  # [node * n_words + word] items that the node holds: its belief about itself
-    settled: Ints  # [node * n_words + word] items that the node believes all to hold
-    origins: Ints  # [node * n_words + word] columns of the node's own items
-    weights: Ints  # [node, column]
-    reached: Ints  # [stage, word] items that have reached the stage
-    born_slot: Ints  # [column]
-    free_slot: Ints  # [column] from this slot on the column may be given to a new item
-    packet: Ints  # [word] items being sent
-    rows: Ints  # [node * set_words + word] acknowledgement bits being sent
-    header_bits: Ints  # [slot] size of the header of each slot, until the layouts repeat
-    eligible: Ints  # [column]
-    chosen: Ints  # [column]
-    priorities: Ints  # [column]
-    sizes_bits: Ints  # [column]
+def n_columns_of(load: Load) -> int:
+    """Columns of all sources."""
+    return load.n_sources * load.columns_per_source
 
 
-def new_nodes(rules: PolicyRules, load: Load, period_frames: int) -> NodeStates:
-    """Memory for all trials of one load; `clear` it before each.
+class Items(NamedTuple):
+    """The items of one trial, by column."""
 
-    `header_bits` is the acknowledgement's to fill in.
+    born_slot: Ints
+    free_slot: Ints  # from this slot on the column may be given to a new item
+
+
+def poisson_number(uniform: float, mean: float, p_none: float) -> int:
+    """The Poisson number at that quantile, for small means; ``p_none`` is exp(-mean).
+
+    >>> [poisson_number(u, 0.5, 0.6065306597126334) for u in (0.0, 0.60, 0.61, 0.95)]
+    [0, 0, 1, 2]
     """
-    n_nodes, n_words, set_words = rules.n_nodes, rules.n_words, rules.set_words
-    n_columns = load.n_sources * load.columns_per_source
-    n_holders = n_nodes if set_words == 1 else 1
-    origins = np.zeros(n_nodes * n_words, np.int64)
-    for column in range(n_columns):
-        origin = column // load.columns_per_source
-        origins[origin * n_words + column // WORD_BITS] |= 1 << column % WORD_BITS
-    return NodeStates(
-        heard=np.empty((n_nodes, set_words), np.int64),
-        content=np.empty((n_nodes, 2 * n_nodes * n_words), np.int64),
-        believes=np.empty((n_nodes, n_nodes * n_words), np.int64),
-        held=np.zeros((n_holders, n_nodes * n_nodes * set_words), np.int64),
-        holds=np.empty(n_nodes * n_words, np.int64),
-        settled=np.empty(n_nodes * n_words, np.int64),
-        origins=origins,
-        weights=np.empty((n_nodes, n_columns), np.int64),
-        reached=np.empty((N_STAGES, n_words), np.int64),
-        born_slot=np.empty(n_columns, np.int64),
-        free_slot=np.empty(n_columns, np.int64),
-        packet=np.empty(n_words, np.int64),
-        rows=np.empty(n_nodes, np.int64),
-        header_bits=np.empty(n_nodes * period_frames, np.int64),
-        eligible=np.empty(n_columns, np.int64),
-        chosen=np.empty(n_columns, np.int64),
-        priorities=np.ones(n_columns, np.int64),
-        sizes_bits=np.full(n_columns, load.item_bits, np.int64),
-    )
+    number = 0
+    probability = p_none
+    cumulated = probability
+    while uniform >= cumulated and probability > 0.0:
+        number += 1
+        probability *= mean / number
+        cumulated += probability
+    return number
 
 
-def clear(nodes: NodeStates) -> None:
-    """Nobody has heard anything, and there are no items."""
-    nodes.heard[:] = 0
-    nodes.content[:] = 0
-    nodes.believes[:] = 0
-    nodes.holds[:] = 0
-    nodes.settled[:] = 0
-    nodes.weights[:] = 0
-    nodes.reached[:] = 0
-    nodes.free_slot[:] = 0
+def generate(load: Load, items: Items, key: int, slot: int, born: Ints, outcome: Ints) -> int:
+    """Draw the Poisson arrivals of a slot, from the link of each node to itself; return how many are followed.
+
+    Args:
+        load: what there is to send.
+        items: of the trial.
+        key: of the trial.
+        slot: of the trial.
+        born: takes the columns of new items, and -1 behind them.
+        outcome: of the trial.
+    """
+    key = slot_key(key, slot)
+    in_window = load.window_start <= slot < load.window_end
+    n_followed = n_born = 0
+    for origin in range(load.n_sources):
+        first = origin * load.columns_per_source
+        for _ in range(poisson_number(link_uniform(key, origin, origin), load.rate, load.p_none)):
+            column = first
+            while column < first + load.columns_per_source and items.free_slot[column] > slot:
+                column += 1
+            is_free = column < first + load.columns_per_source
+            if is_free:
+                items.born_slot[column], items.free_slot[column] = slot, NEVER
+                born[n_born] = column
+                n_born += 1
+            if in_window:
+                outcome[OFFERED, SUM] += 1
+                outcome[REFUSED, SUM] += int(not is_free)
+                n_followed += int(is_free)
+    if n_born < len(born):
+        born[n_born] = -1
+    return n_followed
 
 
-def node_state(rules: PolicyRules, nodes: NodeStates, node: int, received: int) -> AckState:
-    """The acknowledgement state of one node, which receives a packet in some trials."""
-    n_words, set_words, heard, content = rules.n_words, rules.set_words, nodes.heard[node], nodes.content[node]
-    held = nodes.held[node if set_words == 1 else 0]
-    return AckState(n_words, heard, content, nodes.believes[node], held, set_words, received)
-
-
-def add_item(rules: PolicyRules, nodes: NodeStates, origin: int, column: int, slot: int) -> None:
-    """Give the column to a new item of `origin`; nothing remains of an older one."""
-    w = column // WORD_BITS
-    bit = 1 << column % WORD_BITS
-    for node in range(rules.n_nodes):
-        for i in range(rules.n_nodes):
-            nodes.believes[node, i * rules.n_words + w] &= ~bit
-        nodes.holds[node * rules.n_words + w] &= ~bit
-        nodes.settled[node * rules.n_words + w] &= ~bit
-        nodes.weights[node, column] = 0
-    for stage in range(N_STAGES):
-        nodes.reached[stage, w] &= ~bit
-    nodes.believes[origin, origin * rules.n_words + w] |= bit
-    nodes.holds[origin * rules.n_words + w] |= bit
-    nodes.born_slot[column] = slot
-    nodes.free_slot[column] = NEVER
-
-
-def free_column(load: Load, nodes: NodeStates, origin: int, slot: int) -> int:
-    """A column of `origin` without an item, or -1."""
-    for column in range(origin * load.columns_per_source, (origin + 1) * load.columns_per_source):
-        if nodes.free_slot[column] <= slot:
-            return column
-    return -1
-
-
-def progress(rules: PolicyRules, nodes: NodeStates, w: int) -> tuple[int, int, int]:
-    """Word w of the items of each stage: held by all, acknowledged to their origin, acknowledged to all who send."""
-    held_by_all = -1
-    source_acked = 0
-    senders_acked = -1
-    for node in range(rules.n_nodes):
-        at = node * rules.n_words + w
-        held_by_all &= nodes.holds[at]
-        source_acked |= nodes.settled[at] & nodes.origins[at]
-        senders_acked &= nodes.settled[at] | ~may_send(rules.repeat, -1, nodes.origins[at])
-    return held_by_all, source_acked, senders_acked & source_acked
-
-
-def note_progress(rules: PolicyRules, load: Load, nodes: NodeStates, slot: int, outcome: Ints) -> None:
-    """Note the items that reach a stage in this slot."""
-    for w in range(rules.n_words):
-        held_by_all, source_acked, senders_acked = progress(rules, nodes, w)
-        for stage in range(N_STAGES):
-            now = held_by_all if stage == DELIVERED else source_acked if stage == SOURCE_ACKED else senders_acked
-            new = now & ~nodes.reached[stage, w]
-            if new != 0:
-                nodes.reached[stage, w] = now
-                for b in range(WORD_BITS):
-                    if (new >> b) & 1:
-                        note_item(rules, load, nodes, stage, w * WORD_BITS + b, slot, outcome)
-
-
-def note_item(
-    rules: PolicyRules, load: Load, nodes: NodeStates, stage: int, column: int, slot: int, outcome: Ints
-) -> None:
+def note_item(rules: PolicyRules, load: Load, items: Items, stage: int, column: int, slot: int, outcome: Ints) -> None:
     """Note that an item reaches a stage in this slot."""
     if load.rate == 0.0:
         outcome[stage, SUM] = slot + 1
         outcome[stage, COUNT] += 1
         return
-    born = nodes.born_slot[column]
+    born = items.born_slot[column]
     if load.window_start <= born < load.window_end:
         outcome[stage, SUM] += slot + 1 - born
         outcome[stage, COUNT] += 1
@@ -225,7 +146,7 @@ def note_item(
         outcome[IN_FLIGHT, SUM] += slots_in_window(load, born, slot + 1)
     if stage == SENDERS_ACKED:
         # Two frames later no node remembers a packet that carried the item.
-        nodes.free_slot[column] = slot + 1 + 2 * rules.n_nodes
+        items.free_slot[column] = slot + 1 + 2 * rules.n_nodes
 
 
 def slots_in_window(load: Load, start: int, stop: int) -> int:
@@ -233,25 +154,44 @@ def slots_in_window(load: Load, start: int, stop: int) -> int:
     return max(0, min(stop, load.window_end) - max(start, load.window_start))
 
 
-def close_batch(n_followed: int, outcome: Ints) -> None:
-    """Complete the sums and counts of a trial of a batch: it counts once, or as censored."""
-    for stage in range(N_STAGES):
-        ended = int(outcome[stage, COUNT] == n_followed)
-        outcome[stage, SUM] *= ended
-        outcome[stage, COUNT] = ended
-        outcome[stage, CENSORED] = 1 - ended
-    outcome[TRANSMISSIONS, COUNT] = outcome[SENDERS_ACKED, COUNT]
-    outcome[TRANSMISSIONS, SUM] *= outcome[SENDERS_ACKED, COUNT]
+def is_over(load: Load, slot: int, n_followed: int, outcome: Ints) -> bool:
+    """True if a trial ends before this slot."""
+    if slot >= load.max_slots:
+        return True
+    return bool(slot >= load.window_end and outcome[SENDERS_ACKED, COUNT] >= n_followed)
 
 
-def close_window(load: Load, nodes: NodeStates, n_followed: int, outcome: Ints) -> None:
-    """Complete the sums and counts of a trial of Poisson load: each item followed counts, or is censored."""
+def close(
+    load: Load, items: Items, acknowledged: Ints, lane: int, n_slots: int, n_followed: int, outcome: Ints
+) -> None:
+    """Complete the sums and counts of a trial.
+
+    A batch counts once, or as censored; of Poisson load each item that is followed does.
+
+    Args:
+        load: what there was to send.
+        items: of the trial.
+        acknowledged: by column, a word of which the bit `lane` says that its item is source-acknowledged.
+        lane: of the trial.
+        n_slots: slots played.
+        n_followed: items that were to be followed.
+        outcome: of the trial.
+    """
+    outcome[SLOTS, SUM] = n_slots
+    if load.rate == 0.0:
+        for stage in range(N_STAGES):
+            ended = int(outcome[stage, COUNT] == n_followed)
+            outcome[stage, SUM] *= ended
+            outcome[stage, COUNT] = ended
+            outcome[stage, CENSORED] = 1 - ended
+        outcome[TRANSMISSIONS, COUNT] = outcome[SENDERS_ACKED, COUNT]
+        outcome[TRANSMISSIONS, SUM] *= outcome[SENDERS_ACKED, COUNT]
+        return
     for stage in range(N_STAGES):
         outcome[stage, CENSORED] = n_followed - outcome[stage, COUNT]
-    for column in range(len(nodes.free_slot)):
-        acknowledged = (nodes.reached[SOURCE_ACKED, column // WORD_BITS] >> column % WORD_BITS) & 1
-        if nodes.free_slot[column] == NEVER and not acknowledged:
-            outcome[IN_FLIGHT, SUM] += slots_in_window(load, nodes.born_slot[column], load.window_end)
+    for column in range(len(items.free_slot)):
+        if items.free_slot[column] == NEVER and not acknowledged[column] >> lane & 1:
+            outcome[IN_FLIGHT, SUM] += slots_in_window(load, items.born_slot[column], load.window_end)
     outcome[TRANSMISSIONS, COUNT] = outcome[GOODPUT, SUM]
     outcome[REFUSED, COUNT] = outcome[OFFERED, SUM]
     for quantity in (IN_FLIGHT, GOODPUT, OFFERED):

@@ -40,7 +40,7 @@ from functools import lru_cache
 from itertools import product
 from typing import NamedTuple
 
-from exchange.ack import Acknowledgement
+from exchange.ack import Acknowledgement, acknowledged
 from exchange.errors import ConfigurationError, DefinitionFault, PeerFault
 from exchange.packets import (
     MASK_BITS,
@@ -120,13 +120,15 @@ USUAL_WIDTHS = Widths()
 USUAL_FRAMING = Framing()
 
 
-def _guard_listing(seals: Sequence[Seal], head_padding_bits: int, checksums: Sequence[Checksum]) -> list[FieldSize]:
+def _guard_listing(seal: Seal | None, head_padding_bits: int, checksum: Checksum | None) -> list[FieldSize]:
     """Fields of the packet that protect it, if there are any."""
     sizes = []
-    for seal in seals:
+    if seal is not None:
         sizes.append(FieldSize("packet", "head to a byte", head_padding_bits, "the head stays in clear"))
         sizes.append(FieldSize("packet", "tag", seal.size_bits, "of the encrypted rest; it covers head and slot too"))
-    return sizes + [FieldSize("packet", "checksum", checksum.size_bits, "of all before it") for checksum in checksums]
+    if checksum is not None:
+        sizes.append(FieldSize("packet", "checksum", checksum.size_bits, "of all before it"))
+    return sizes
 
 
 class AckHeader:
@@ -293,17 +295,17 @@ class Codec:
         self.header = AckHeader(policy.acknowledgement, n_nodes)
         """Layout of the acknowledgements."""
         kind = policy.acknowledgement
-        self.accounts = [AccountCodec(self.fragments, n_nodes, kind.codes)] if kind.states else []
-        """Encodes and decodes what packets say of holdings: one of them, where the policy states them."""
+        self.accounts = AccountCodec(self.fragments, n_nodes, kind.codes) if kind.states else None
+        """Encodes and decodes what packets say of holdings; None where the policy does not state them."""
         fleet = tbox.hash, n_instances, n_nodes, n_items, self.header.largest_bits
         times = duration_s, resolution_s, self._facts.names.exchanged, self.fragments.near_bits
         shape = GRAMMAR, *fleet, *times, crc_bits, key is not None
         shape = *shape, *(((kind.name, kind.codes),) if kind.states else ())
-        self._checksums = [] if crc_bits == 0 else [Checksum(crc_bits, DAMAGED if key is None else UNOPENED)]
-        self._seals = [] if key is None else [Seal(key)]
-        self.head_bits = 8 * self._clear_bytes if self._seals else self._clear_bits
+        self._checksum = None if crc_bits == 0 else Checksum(crc_bits, DAMAGED if key is None else UNOPENED)
+        self._seal = None if key is None else Seal(key)
+        self.head_bits = 8 * self._clear_bytes if self._seal is not None else self._clear_bits
         """Bits of a packet before the acknowledgements; whole bytes if what follows is encrypted."""
-        guard_bits = sum(guard.size_bits for guard in self._checksums) + sum(guard.size_bits for guard in self._seals)
+        guard_bits = sum(guard.size_bits for guard in (self._checksum, self._seal) if guard is not None)
         self.overhead_bits = self.head_bits + self.header.largest_bits + END_BITS[1] + guard_bits
         """Bits of a packet without sections, with the largest header of acknowledgements."""
         self._hash = zlib.crc32(repr(shape).encode()).to_bytes(HASH_BYTES, "big")
@@ -332,7 +334,7 @@ class Codec:
     @property
     def is_sealed(self) -> bool:
         """True under a key."""
-        return bool(self._seals)
+        return self._seal is not None
 
     # Sizes ---------------------------------------------------------------------------------------
 
@@ -355,7 +357,7 @@ class Codec:
             FieldSize("packet", "frame", FRAME_BITS, f"TDMA frame modulo {FRAMES}: with the sender it names the slot"),
             FieldSize("packet", "acknowledgements", self.header.largest_bits, policy),
             FieldSize("packet", "end", END_BITS[1], "behind all that follows"),
-            *_guard_listing(self._seals, self.head_bits - self._clear_bits, self._checksums),
+            *_guard_listing(self._seal, self.head_bits - self._clear_bits, self._checksum),
             *self.fragments.listing(),
             *self._facts.listing(),
             *self._side.listing(),
@@ -421,8 +423,8 @@ class Codec:
         bodies = [(fragment, *self.fragments.encode(fragment, sender, epoch, base)) for fragment in fragments]
         wired = self.fragments.in_sequence(bodies, sender, epoch)
         head, acks = Head(sender, epoch, frame), self.header.encode(sender, rows, frame)
-        for accounts in self.accounts:
-            acks = behind(acks, accounts.encode(account, sender))
+        if self.accounts is not None:
+            acks = behind(acks, self.accounts.encode(account, sender))
         return self.assembled(head, slot_start_s, acks, wired, signals, summary)
 
     def assembled(
@@ -458,12 +460,12 @@ class Codec:
             bits, size = bits << part_bits | part, size + part_bits
         padding = -size % 8
         data = (bits << padding).to_bytes((size + padding) // 8, "big")
-        for seal in self._seals:
+        if self._seal is not None:
             nonce = nonce_of(sender, head.epoch, frame, slot_start_s, self._hash)
             clear = data[: self._clear_bytes]
-            data = clear + seal.sealed(sender, clear, data[self._clear_bytes :], nonce)
-        for checksum in self._checksums:
-            data = checksum.added(data, frame)
+            data = clear + self._seal.sealed(sender, clear, data[self._clear_bytes :], nonce)
+        if self._checksum is not None:
+            data = self._checksum.added(data, frame)
         return data
 
     # From bits -----------------------------------------------------------------------------------
@@ -496,7 +498,8 @@ class Codec:
         heard = 0
         for row in packet.rows:
             heard |= row
-        return Judged(packet, wrong, latest_s, concerns, relays, tuple(statuses), items, heard)
+        facts = acknowledged(packet.rows, self._n_nodes, frame * self._n_nodes + packet.sender)
+        return Judged(packet, wrong, latest_s, concerns, relays, tuple(statuses), items, heard, facts)
 
     def _out_of_range(self, fragments: Iterable[Fragment]) -> str | None:
         """What value nobody can have recorded, if there is one; what is in its range is on its grid, too."""
@@ -523,22 +526,20 @@ class Codec:
             DefinitionFault: its sender uses another definition or is in another era, or it is of another frame.
             PeerFault: it cannot be a packet of this fleet.
         """
-        for checksum in self._checksums:  # first: damage makes nobody a stranger
-            data = checksum.stripped(data, frame)
+        if self._checksum is not None:  # first: damage makes nobody a stranger
+            data = self._checksum.stripped(data, frame)
         if data and data[0] != self._hash_byte(frame, era):
             raise DefinitionFault("definition hash differs: sender uses another TBox or other field widths")
         head, clear_bits = self.head(data), self._clear_bits
         epoch = era << EPOCH_BITS | head.epoch
-        for seal in self._seals:
+        if self._seal is not None:
             nonce, clear_bits = nonce_of(head.sender, epoch, frame, slot_start_s, self._hash), 0
-            data = seal.opened(head.sender, data[: self._clear_bytes], data[self._clear_bytes :], nonce)
+            data = self._seal.opened(head.sender, data[: self._clear_bytes], data[self._clear_bytes :], nonce)
         reader = Reader(data, clear_bits)
         if head.frame != frame % FRAMES:
             raise PeerFault(f"a packet of frame {head.frame} modulo {FRAMES} in frame {frame}")
         rows = self.header.decode(head.sender, frame, reader.take)
-        account = NO_ACCOUNT
-        for accounts in self.accounts:
-            account = accounts.read(reader, head.sender)
+        account = NO_ACCOUNT if self.accounts is None else self.accounts.read(reader, head.sender)
         base, own = self.fragments.base_of(slot_start_s), (head.sender, epoch)
         before: Before = {}
         fragments: list[Fragment] = []
@@ -572,7 +573,7 @@ def renewed(codec: Codec, salt_of: Callable[[int], bytes | None] | None = None) 
         salt_of: the salt of each sender, None for one that is not known yet; without it a fresh one for all.
     """
     copied = copy(codec)
-    copied._seals = [seal.renewed(salt_of) for seal in codec._seals]
+    copied._seal = None if codec._seal is None else codec._seal.renewed(salt_of)
     copied.judged = lru_cache(maxsize=32)(copied._judged)
     copied.decode = lru_cache(maxsize=32)(copied._decode)
     return copied

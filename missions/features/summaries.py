@@ -13,7 +13,7 @@ class Without(Observer):
 
     def on_vehicle(self, vehicle: Vehicle) -> None:
         """Take it out of the exchange manager."""
-        vehicle.radio.manager.summaries.clear()
+        vehicle.radio.manager.leave_out("summaries")
 
 
 FEATURE = on_unless_off(

@@ -13,8 +13,7 @@ from worldmodel import Block, PropertyValue
 
 
 def accounts_of(n_nodes: int) -> AccountCodec:
-    (accounts,) = codec_of(n_nodes, "adaptive").accounts
-    return accounts
+    return codec_of(n_nodes, "adaptive").accounts
 
 
 @st.composite
@@ -46,7 +45,7 @@ def test_an_account_arrives_as_it_was_said(made: tuple[int, int, Account]) -> No
     data = codec.encode(sender, [0] * n_nodes, account=account)
     assert codec.decode(data).account == account
     overhead = len(codec.encode(sender, [0] * n_nodes))
-    assert len(data) - overhead <= -(-codec.accounts[0].encode(account, sender)[1] // 8)
+    assert len(data) - overhead <= -(-codec.accounts.encode(account, sender)[1] // 8)
 
 
 @pytest.mark.parametrize("n_nodes", [2, 3, 5, 8, 16])
@@ -66,7 +65,7 @@ def test_what_is_decoded_is_a_block_like_any_other() -> None:
     while fleet.slot % 3 != 1:
         fleet.pass_slot()
     block = Block(1, 0, 2.0, (PropertyValue(3, MAPPED_CELL, 7),))
-    content = fleet.codec.accounts[0].block_bytes(block)
+    content = fleet.codec.accounts.block_bytes(block)
     key = symbol_key(fleet.slot, 0)
     account = Account((OriginStatement(1, 0, 0, 1, 1, False),), (), (symbol({(1, 0): content}, key, len(content)),))
     data = fleet.codec.encode(1, [0] * 3, frame=fleet.slot // 3, slot_start_s=fleet.now_s, account=account)

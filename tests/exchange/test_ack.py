@@ -16,10 +16,6 @@ Items = frozenset[int]
 Bits = frozenset[tuple[int, int]]
 
 
-def items_of(word: int) -> Items:
-    return frozenset(bit for bit in range(word.bit_length()) if word >> bit & 1)
-
-
 class PaperNode:
     """Section 5 of the paper as printed, with slot numbers and sets, plus the clearing of the opening node's row."""
 
@@ -140,17 +136,18 @@ def random_exchange(seed: int, n_nodes: int = 5, n_slots: int = 80) -> list[tupl
 @example((3, random_exchange(2, 3)))
 def test_contents_and_beliefs_are_those_of_the_paper_and_never_false(policy, carrier_evidence, exchange):
     n_nodes, slots = exchange
-    vehicles, paper = Nodes(policy, n_nodes, carrier_evidence, 0), PaperFleet(policy, n_nodes, carrier_evidence)
+    vehicles, paper = Nodes(policy, n_nodes, carrier_evidence), PaperFleet(policy, n_nodes, carrier_evidence)
     for slot, (receivers, births) in enumerate(slots):
         for node in births:
             paper.add_item(node, vehicles.n_items)
             vehicles.add_item(node)
-        content = items_of(vehicles.wanted(slot % n_nodes))
+        content = frozenset(vehicles.wanted(slot % n_nodes))
         vehicles.play(slot, sum(1 << node for node in receivers))
         paper.play(slot, receivers)
         assert content == paper.content
-        for node, states in enumerate(vehicles.beliefs()):
-            assert [items_of(held) for held in states] == paper.nodes[node].believes
+        for node, holders in enumerate(vehicles.beliefs()):
+            believed = [{item for item, nodes in enumerate(holders) if nodes >> peer & 1} for peer in range(n_nodes)]
+            assert believed == paper.nodes[node].believes
         assert vehicles.false_belief() is None
 
 

@@ -113,7 +113,7 @@ def test_what_waits_too_long_is_given_up_and_comes_again():
     told: a frame lasts 6 s, and a block waits for 120 s. Vehicle 1 believed that 2 held it."""
     storm = storm_of(3, "ack")
     for life in storm.lives.values():
-        life.manager.relaying.clear()
+        life.manager.leave_out("relaying")
     uid = storm.lives[0].model.new_instance_uid()
     storm.record(0, (uid, TYPE_UID, AREA))
     storm.run_frames(1, [HEARD, LOST])

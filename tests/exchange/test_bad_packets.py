@@ -155,7 +155,9 @@ def busy(of: Codec, n_nodes: int = N_NODES, frame: int = 0) -> bytes:
     ]  # fmt: skip
     signals = [InfluenceSignal(2, -100), InfluenceSignal(3, 5)]
     coded = symbol({(1, 0): b"123456789"}, symbol_key(1, 0), 9)
-    stating = {"account": Account((OVER_A_GAP,), (HolderSet(0, 0, 4, 0b11),), (coded,))} if of.accounts else {}
+    stating = (
+        {"account": Account((OVER_A_GAP,), (HolderSet(0, 0, 4, 0b11),), (coded,))} if of.accounts is not None else {}
+    )
     return of.encode(1, [3] * n_nodes, said, signals, frame, summary=[Summary(0, 0, 699, 1)], **stating)
 
 

@@ -79,7 +79,7 @@ def test_nobody_waits_for_what_is_away_and_it_catches_up(parking: bool):
     """With the cause taken out, all that is observed meanwhile stays open."""
     fleet = ManagerFleet(4, "ack-repeat")
     for manager in fleet.managers if not parking else ():
-        manager.parking.clear()
+        manager.leave_out("parking")
     fleet.pass_frames(5)
     fleet.lost = lambda slot, sender, receiver: 3 in (sender, receiver)
     fleet.pass_frames(20)
@@ -118,7 +118,7 @@ def test_a_summary_ends_what_is_settled_when_acknowledgements_are_lost(summaries
 
     fleet = ManagerFleet(2, lost=lost)
     for manager in fleet.managers if not summaries else ():
-        manager.summaries.clear()
+        manager.leave_out("summaries")
     uid = fleet.maps(0, 1)
     fleet.pass_slot()
     fleet.pass_slot()

@@ -14,7 +14,7 @@ from benchmarks.manager_fleet import assert_study_is_managers
 from exchange.policies import POLICIES, STATING, AckPolicy
 
 MAX_SLOTS = 40
-STATING_KIND = nonconforming_policies.SPARSE.acknowledgement._replace(name="stating", states=True, bit_sliced=False)
+STATING_KIND = nonconforming_policies.SPARSE.acknowledgement._replace(name="stating", states=True)
 FROM_OUTSIDE = {
     "sparse": nonconforming_policies.SPARSE,
     "stating": AckPolicy(STATING_KIND, repeat=True),

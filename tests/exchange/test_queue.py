@@ -1,4 +1,4 @@
-"""The queue of a vehicle: it chooses as `selection.select` does, is bounded, and says why something is not said."""
+"""The queue of a vehicle: it chooses greedily from all that waits, is bounded, and says why something is not said."""
 
 import pytest
 from hypothesis import given
@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 from exchange.packets import Fragment
 from exchange.queueing.limits import Expired, Unsaid
 from exchange.queueing.queue import Queue
-from exchange.study.selection import select
 from exchange.values import Waiting
 from missions.scenarios.communication import VALUE_RULES
 from worldmodel import STATUS, PropertyValue, Terms
@@ -70,7 +69,7 @@ EVENTS = st.lists(
 
 
 class Selected:
-    """The queue as it would be if `select` looked at all candidates in every own slot: items by UID, then statuses."""
+    """The queue as it would be if it looked at all candidates in every own slot: items by UID, then statuses."""
 
     def __init__(self) -> None:
         self.items: dict[int, list[int]] = {}  # by column: weight, priority, size
@@ -84,11 +83,15 @@ class Selected:
         priorities = [row[1] for _, row in rows] + [row[1] for row in self.status.values()]
         sizes = [row[2] for _, row in rows] + [SIZE_BITS] * len(self.status)
         eligible = [1] * len(rows) + [row[2] for row in self.status.values()]
-        chosen = [0] * len(weights)
-        n_chosen = select(weights, priorities, sizes, eligible, capacity_bits, chosen)
+        weights = [w + p * e for w, p, e in zip(weights, priorities, eligible, strict=True)]
+        found, left_bits = list[tuple[int, int]](), capacity_bits
+        for position in sorted(range(len(weights)), key=lambda at: (-weights[at], at)):
+            if eligible[position] and sizes[position] <= left_bits:
+                found.append(names[position])
+                left_bits -= sizes[position]
+                weights[position] = 0
         for (kind, which), weight in zip(names, weights, strict=True):
             (self.status if kind else self.items)[which][0] = weight
-        found = [names[position] for position in chosen[:n_chosen]]
         for kind, which in found:
             if kind:
                 self.status[which][2] = 0
@@ -96,7 +99,7 @@ class Selected:
 
 
 @given(EVENTS)
-def test_it_chooses_what_select_chooses(events: list[tuple[str, int, int]]) -> None:
+def test_it_chooses_the_heaviest_that_fit(events: list[tuple[str, int, int]]) -> None:
     """Items and statuses come, go, come back and change their priority between own slots of any room."""
     queue, expected, waiting = Queue(), Selected(), dict[int, Waiting]()
     for event, what, more in events:

@@ -41,14 +41,14 @@ def relayed(fleet: ManagerFleet) -> int:
 def that_relays(fleet: ManagerFleet, relay: bool) -> ManagerFleet:
     """The same fleet, or without relaying."""
     for manager in fleet.managers if not relay else ():
-        manager.relaying.clear()
+        manager.leave_out("relaying")
     return fleet
 
 
 def waiting_for_all(fleet: ManagerFleet) -> ManagerFleet:
     """The same fleet, whose nodes wait for those whom they do not hear, too."""
     for manager in fleet.managers:
-        manager.parking.clear()
+        manager.leave_out("parking")
     return fleet
 
 
@@ -165,11 +165,11 @@ def test_nothing_rests_that_nobody_was_heard_to_pass_on(has_relayed: bool) -> No
         fleet.maps(0, cell=1)
         cut |= {(1, 2), (2, 1)}  # it passes that on from now on
         fleet.pass_frames(3)
-    fleet.managers[1].relaying.clear()
+    fleet.managers[1].leave_out("relaying")
     fleet.managers[1]._listener.relay(0, fleet.now_s)
     uid = fleet.maps(0, cell=7)
     assert times_said(fleet, 12, uid) == 12
-    assert fleet.managers[0].relaying[0].left == [(2, 0), (2, 1)]
+    assert fleet.managers[0].relaying.left == [(2, 0), (2, 1)]
 
 
 @pytest.mark.parametrize("policy", ["ack", "m-ack", "mps-ack"])

@@ -1,7 +1,5 @@
 """Policies that state holdings, in the study: against the bound, against the six, and with each part taken out."""
 
-import math
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -9,34 +7,7 @@ import pytest
 
 from exchange import planning
 from exchange.policies import PAPER_POLICIES, STATING, AckPolicy
-from exchange.study import compiler, montecarlo, stating, trial
-from exchange.study.compiler import Form
 from exchange.study.study import ExchangeStudy, LoadKind, StudyLoad, StudyRow, run
-from exchange.study.trial import N_QUANTITIES, Ints, Load, PolicyRules
-
-BATCH = Load(4, 5, 0.0, 60, 256, 0, 0, 5000, 1.0, 3, 70)
-WIDE = Load(5, 15, 0.0, 60, 200, 0, 0, 5000, 1.0, 4, 70)
-POISSON = Load(4, 8, 0.08, 60, 200, 25, 125, 5000, math.exp(-0.08), 6, 70)
-
-
-def play(loop: Any, policy: AckPolicy, load: Load, per: float, n_nodes: int, n_trials: int) -> Ints:
-    n_words = -(-load.n_sources * load.columns_per_source // trial.WORD_BITS)
-    rules = PolicyRules(policy.repeat, True, n_nodes, n_words, codes=policy.acknowledgement.codes)
-    outcomes = np.zeros((n_trials, N_QUANTITIES, 3), np.int64)
-    p_loss = np.full((n_nodes, n_nodes), per)
-    np.fill_diagonal(p_loss, 1.0)
-    loop(rules, load, p_loss, 5, 0, np.full((n_trials, 40), montecarlo.NOT_DRAWN, np.int64), outcomes)
-    return outcomes
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("policy", STATING.values(), ids=list(STATING))
-def test_compiled_is_interpreted(policy: AckPolicy) -> None:
-    kind = policy.acknowledgement
-    for load, n_nodes in ((BATCH, 4), (WIDE, 5), (POISSON, 4)):
-        loops = partial(stating.run_stating_trials, kind), compiler.compiled(kind, Form.STATING, print)
-        expected, found = (play(loop, policy, load, 0.5, n_nodes, 1) for loop in loops)
-        assert np.array_equal(expected, found)
 
 
 def rows_of(n_nodes: int, per: float, policies: tuple[str | AckPolicy, ...], **settings: Any) -> dict[str, StudyRow]:

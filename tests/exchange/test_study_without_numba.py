@@ -18,9 +18,9 @@ def test_uncompiled_trials_run_in_the_thread_that_can_be_interrupted(monkeypatch
 
         def noting(*given: Any) -> None:
             threads.add(threading.current_thread())
-            loop.run(*given)
+            loop(*given)
 
-        return compiler.SlotLoop(noting, loop.is_sliced)
+        return noting
 
     monkeypatch.setattr(compiler, "why_uncompiled", lambda: "no Numba here")
     monkeypatch.setattr(compiler, "as_python", watched)

@@ -1,7 +1,7 @@
 """Summaries: what is told of holdings, and how often."""
 
-from exchange.ledger import Holdings
 from exchange.packets import Summary
+from exchange.peering.beliefs import Holdings
 from exchange.peering.summaries import TIMES_TOLD, Telling
 
 LIFE = (2, 0)

@@ -7,16 +7,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from functools import reduce
-from operator import or_
 from typing import Any, NamedTuple
 
 import pytest
 
 from exchange import manager
 from exchange.peering import listening
-from exchange.peering.holders import Holders
-from exchange.peering.listening import Listener
+from exchange.peering.beliefs import Beliefs
 from exchange.peering.parking import Parking
 from exchange.wire.definitions import N_AT_ONCE, ComparedDefinitions, Introductions
 from exchange.wire.sealing import Checksum
@@ -69,11 +66,14 @@ def raise_at_a_jump(patch: Patch) -> None:
 
 
 def believe_that_all_hold_what_is_new_here(patch: Patch) -> None:
-    def take(self: Holders, column: int) -> None:
-        for node in range(len(self._state.believes)):
-            self._state.believes[node] |= 1 << column
+    add = Beliefs.add
 
-    patch.setattr(Holders, "take", take)
+    def added(self: Beliefs, *item: Any) -> int:
+        column = add(self, *item)
+        self.believe(column, (1 << self.n_nodes) - 1)
+        return column
+
+    patch.setattr(Beliefs, "add", added)
 
 
 def shift_what_is_merged(patch: Patch) -> None:
@@ -112,10 +112,10 @@ def check_no_checksum(patch: Patch) -> None:
 
 
 def close_what_one_peer_holds(patch: Patch) -> None:
-    def done(self: Listener) -> int:
-        return reduce(or_, [items for peer, items in enumerate(self._state.believes) if peer != self._me])
+    def is_lacked(self: Beliefs, column: int) -> bool:
+        return not self.holders[column] & ~(1 << self.me)
 
-    patch.setattr(Listener, "_done", property(done))
+    patch.setattr(Beliefs, "is_lacked", is_lacked)
 
 
 def never_park(patch: Patch) -> None:
