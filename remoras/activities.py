@@ -1,4 +1,4 @@
-"""Activities: what a vehicle can do at one time, and what may be done together (REMORAS, section V.B)."""
+"""Activities of a vehicle and their compatibility (REMORAS, section V.B)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 
 class ActivityType(IntEnum):
-    """The eight types; a decision holds at most one activity of each."""
+    """Types of activities; a decision holds at most one of each."""
 
     ORGANISATIONAL = 0
     PLANNING = 1
@@ -22,13 +22,13 @@ class ActivityType(IntEnum):
 
 
 EFFECTIVE = frozenset({ActivityType.GUIDANCE, ActivityType.PLANNING, ActivityType.COMMUNICATION})
-"""Types of which every activity has an effect; one of another type has an effect if it switches on a sensor."""
+"""Types with an effect by themselves; other activities need a sensor."""
 
 
 class ActivityKind(Enum):
-    """Where an activity's motivation comes from: own aims, aims shared in the group, own integrity.
+    """Source of an activity's motivation: own aims, group aims, own integrity.
 
-    What is vital comes before the others, see ``remoras.executive.decision``.
+    Vital activities take precedence, see ``remoras.executive.decision``.
     """
 
     INDIVIDUAL = "individual"
@@ -38,12 +38,12 @@ class ActivityKind(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Activity:
-    """One activity of one objective.
+    """One activity of an objective.
 
     Attributes:
-        name: as Table II of the paper writes it, for example ``ZigzagExploring``.
-        parameters: what the functional layer needs, for example the grid of points.
-        sensors: names of the sensors of the vehicle that it switches on.
+        name: as in Table II of the paper, for example ``ZigzagExploring``.
+        parameters: for the functional layer, for example a grid of points.
+        sensors: names of sensors switched on.
     """
 
     name: str
@@ -53,16 +53,16 @@ class Activity:
 
     @property
     def has_effect(self) -> bool:
-        """True if performing it changes what the vehicle does: it guides, plans, sends, or switches on a sensor.
+        """True if it guides, plans, sends, or switches on a sensor.
 
-        What has no effect takes no part in the decision; it neither takes a place in it nor dilutes its mean.
+        Other activities are ignored by the decision, also in its mean.
         """
         return bool(self.sensors) or self.type in EFFECTIVE
 
 
 @dataclass(frozen=True, slots=True)
 class Objective:
-    """An abstract task given to a role: ``Exploring`` somewhere, ``RendezVous`` at a rally point."""
+    """Abstract task of a role: ``Exploring`` somewhere, ``RendezVous`` at a rally point."""
 
     group: str
     role: str
@@ -75,14 +75,14 @@ class Objective:
 
 @dataclass(frozen=True)
 class ActivitySet:
-    """Activities of one objective that must be performed simultaneously.
+    """Activities of one objective to be performed simultaneously.
 
     Attributes:
-        objective: what they are for; None for vital needs and for what the vehicle does in any case.
-        kind: whether influence signals move it.
-        activities: one or more, of different types; the first one names the set.
-        needs: name of an activity of some other set without which this one is pointless, or None.
+        objective: None for vital and background activities.
+        kind: decides whether influence signals apply.
+        activities: of distinct types; the first one names the set.
         importance: weight of the objective, from the scenario.
+        needs: name of an activity of another set that this one requires, or None.
     """
 
     objective: Objective | None
@@ -93,12 +93,12 @@ class ActivitySet:
 
     @cached_property
     def effective(self) -> tuple[Activity, ...]:
-        """Those of its activities that have an effect."""
+        """Activities with an effect."""
         return tuple(activity for activity in self.activities if activity.has_effect)
 
     @cached_property
     def types(self) -> int:
-        """Types of its activities that have an effect, as a bit word over ``ActivityType``."""
+        """Types of the effective activities, as bits over ``ActivityType``."""
         word = 0
         for activity in self.effective:
             word |= 1 << activity.type
@@ -111,7 +111,7 @@ class ActivitySet:
 
 
 class Wait(NamedTuple):
-    """What a vehicle waits for, in words: another vehicle or a condition; and until when (s)."""
+    """Awaited vehicle or condition, as text, and end of the wait (s)."""
 
     what: str
     until_s: float
@@ -121,17 +121,16 @@ class Wait(NamedTuple):
 
 
 class WeighedSet(NamedTuple):
-    """An activity set as the decision weighed it.
+    """Activity set as evaluated by a decision.
 
     Attributes:
         of: the set.
-        stimulus: 0..1, as perceived.
+        stimulus: 0..1.
         motivation: of each of its activities.
-        external: the part of it that an influence signal makes.
-        source, slot: vehicle that sent that signal, and the slot in which it did; empty and None without one.
-        chosen: it is performed.
-        best_mean: mean motivation of the best combination with it, of which the highest is performed; None for what is
-            vital, and for what no combination holds.
+        external: part of the motivation due to an influence signal.
+        source, slot: sender and slot of that signal; empty and None without one.
+        best_mean: mean motivation of the best combination with this set; the highest one is performed. None for vital
+            sets, and for sets in no combination.
     """
 
     of: ActivitySet
@@ -145,5 +144,5 @@ class WeighedSet(NamedTuple):
 
     @property
     def own(self) -> float:
-        """The part of the motivation that own aims make."""
+        """Part of the motivation due to own aims."""
         return self.motivation - self.external

@@ -1,38 +1,30 @@
-"""Attraction and repulsion: how influence signals add to where guidance goes (REMORAS, section V.B).
+"""Attraction and repulsion: effect of influence signals on guidance (REMORAS, section V.B).
 
-The paper selects the goal of the strongest motivation and combines it with other vectors: "a goal vector is selected
-and a vector combination is performed to avoid obstacles and repulsive signals sent by others". At most one activity of
-a decision guides; what is compatible with it are the vectors of signals. Obstacles are the part of
-``remoras.avoidance``.
-
-A signal is dissatisfaction. From the holder of another role it means: come and help. From an equal it means: let me
-pass. Equals play the same role, which addresses itself, or roles that address each other and of which one has a job.
-With u_j the direction to vehicle j::
+The paper: "a goal vector is selected and a vector combination is performed to avoid obstacles and repulsive signals
+sent by others". At most one activity of a decision guides; signal vectors add to it. Obstacles are handled by
+``remoras.avoidance``. A signal expresses dissatisfaction. From the holder of another role it requests help, from a
+vehicle of equal rank passage. Roles of equal rank are equal and address themselves, or address each other and one of
+them has a job. With u_j the direction to vehicle j::
 
     v = v_goal + attraction |v_goal| a_j u_j
-    v = - min(1, repulsion) v_greatest (u_k turned left by a quarter of pi)     while it gives way to k
+    v = - min(1, repulsion) v_greatest (u_k turned left by a quarter of pi)     while yielding to k
 
-* a_j, 0..1, is what the call of j moves this vehicle to, if the activity that guides answers it and j calls loudest of
-  those that call on its role: it goes to the one that calls.
-* k is the nearest vehicle ahead. In a passage whoever gives way goes back by that; where there is room it goes aside to
-  its right as well. How loud the call is decides whether it gives way, not how fast.
+* a_j, 0..1, is the motivation by the call of j, if the guiding activity answers it and j has the strongest call.
+* k is the nearest vehicle ahead. The vehicle backs away from it, and to its right if there is space. The strength of
+  the call decides whether it yields, not its speed.
 
-Interactive satisfaction, after Simonin and Ferber (SAB 2000): a vehicle takes another one for hindrance or for
-indifferent by what the two do to each other. Whoever is ahead and goes the same way hinders nobody: one that queues
-behind it gets on with nothing and complains of nothing. Whoever is ahead and does not hinders, and is hindered. Of
-these two the one that is more satisfied gives way, of equally satisfied ones the one whose name comes later, so that
-there is always one; it does until the other one is content, or out of its way. What counts as own is the strongest
-call of its own that a vehicle has sent lately, for what it hears may be an answer to that. A call counts in full while
-it is remembered: were it weaker with age, the own would seem stronger to both.
+Interactive satisfaction, after Simonin and Ferber (SAB 2000): a vehicle ahead on the same course does not obstruct, and
+one queued behind it neither progresses nor complains. A vehicle ahead on another course obstructs and is obstructed.
+The more satisfied one yields, on a tie the later name, until the other one is content or out of its way. The own value
+is the strongest own call sent lately, since received calls may be answers to it. A remembered call has full weight: if
+it decayed, both would consider their own call stronger.
 
-A vehicle that gives way and has somebody behind it *passes the call on*: its signal is then the one to which it gives
-way, one degree weaker. Whoever is behind, goes the same way and has no stronger call gives way to that, and passes it
-on in turn. So a row of vehicles clears a passage, and whoever calls never gives way to its own call, come back. The
-lowest bit of a signal tells the two apart: a call of one's own is even, one that is passed on odd, see ``own_signal``.
+A yielding vehicle with another one behind it *relays the call*, one step weaker. A follower on the same course without
+a stronger call yields to that and relays it in turn, so a row clears a passage, and no vehicle yields to its own call.
+The lowest bit of a signal distinguishes them: own calls are even, relayed ones odd, see ``own_signal``.
 
-Signals act on those who are near, as far as the obstacle sonar reaches, and only while it sees somebody. While it
-withdraws or queues, a vehicle perceives no advance: else it would be dismayed by it, call louder than the other and
-turn round.
+Signals act within sonar range and only on a sonar contact. A vehicle that withdraws or queues perceives no progress;
+else its dissatisfaction would exceed that of the other vehicle and it would turn back.
 """
 
 from __future__ import annotations
@@ -51,29 +43,29 @@ from remoras.work import Point
 ASIDE = 0.7071067811865476
 """Sine and cosine of a quarter of pi."""
 HINDERED_S = 30.0
-"""For so long a vehicle that was hindered goes on to call: the other one may be on its way out."""
+"""Time (s) for which a vehicle still calls after an obstruction: the other one may be leaving."""
 KNOWN_M = 20.0
-"""Whom the sonar sees is the vehicle that was heard last no farther from there: what was heard is some seconds old."""
+"""Maximum distance between a sonar contact and the last received position of its vehicle."""
 LEG_M = 10.0
-"""A leg of this length shows where a vehicle is bound for."""
+"""Length of a leg that determines the course."""
 LANES = 2.0
-"""Who is no farther from the course than so many separations is ahead."""
+"""Half-width of the lane ahead, in separations."""
 PRESSED = 1.2
-"""Equals keep the separation with this factor more: in a row that goes back, the next one may have no half to give."""
+"""Factor on the separation among equals: a withdrawing row may leave no space behind."""
 REACH_M = 60.0
-"""Signals attract and repel up to this distance, as far as the obstacle sonar reaches."""
+"""Range of attraction and repulsion, that of the obstacle sonar."""
 
 
 @dataclass(frozen=True, slots=True)
 class Pulls:
-    """How signals of others pull at a vehicle, as its last decision weighed them.
+    """Attraction and repulsion inputs from the last decision.
 
     Attributes:
-        own: strongest call that the vehicle has sent of its own lately in roles in which it has equals, 0..1.
-        answered: by vehicle, what its call moves this one to by the activity that guides, 0..1.
-        equals: by vehicle that is its equal, the strength of its call, 0..1, whatever its age.
-        passed: the same of calls that equals pass on.
-        is_among_equals: True if the role by which the vehicle is guided has equals.
+        own: strongest own call sent lately in roles with equals, 0..1.
+        answered: motivation by the call of each vehicle, by the guiding activity, 0..1.
+        equals: call of each vehicle of equal rank, 0..1, regardless of age.
+        passed: likewise for calls that they relay.
+        is_among_equals: True if the guiding role has roles of equal rank.
     """
 
     own: float = 0.0
@@ -85,11 +77,11 @@ class Pulls:
 
 NO_PULLS = Pulls()
 UNMOVED = Pulls(is_among_equals=True)
-"""Of a vehicle among equals that no signal moves."""
+"""Inputs of a vehicle with equals but without signals."""
 
 
 class GuidanceTable(Sparse):
-    """The table ``[guidance]``; a signal without weight neither attracts nor repels."""
+    """Table ``[guidance]``; weight 0 disables attraction or repulsion."""
 
     UNSAID = frozenset({"keeps_calls"})
 
@@ -110,14 +102,9 @@ class GuidanceTable(Sparse):
 def attracted_velocity(
     goal: Velocity, position_m: Point, pulls: Pulls, positions_m: Mapping[str, Point], weight: float
 ) -> Velocity:
-    """The velocity of a goal and of the attraction of those whose calls are answered (m/s), no faster than the goal's.
+    """Return the goal velocity plus attraction to callers (m/s), at most as fast as the goal.
 
-    Args:
-        goal: velocity that guidance asks for (m/s).
-        position_m: of the vehicle.
-        pulls: of others.
-        positions_m: where others were heard last.
-        weight: of attraction.
+    ``positions_m`` holds the last received positions.
 
     >>> attracted_velocity((3.0, 0.0), (0.0, 0.0), Pulls(answered={"AUV01": 1.0}), {"AUV01": (-30.0, 0.0)}, 0.5)
     (1.5, 0.0)
@@ -128,11 +115,7 @@ def attracted_velocity(
 
 
 def repelled(position_m: Point, at_m: Point, weight_mps: float) -> Velocity:
-    """The velocity by which a vehicle gives way to another one (m/s): away from it, and aside to its right.
-
-    Args:
-        position_m: of the vehicle; at_m: of the other one.
-        weight_mps: how fast.
+    """Return the yielding velocity (m/s): away from the other vehicle and to the right.
 
     >>> [round(one, 9) for one in repelled((0.0, 0.0), (30.0, 0.0), 2.0**0.5)]
     [-1.0, -1.0]
@@ -143,11 +126,7 @@ def repelled(position_m: Point, at_m: Point, weight_mps: float) -> Velocity:
 
 
 def ahead(goal: Velocity, position_m: Point, neighbours: Sequence[Neighbour], lane_m: float) -> Neighbour | None:
-    """The nearest of those whom the sonar sees ahead of a vehicle, no farther than ``lane_m`` from its course.
-
-    Args:
-        goal: velocity that guidance asks for (m/s).
-        position_m: of the vehicle; neighbours: as the obstacle sonar sees them.
+    """Return the nearest sonar contact ahead, within ``lane_m`` of the course; None without one.
 
     >>> near, far = Neighbour(9.0, 1.0, 0.0, 0.0), Neighbour(20.0, 0.0, 0.0, 0.0)
     >>> ahead((2.0, 0.0), (0.0, 0.0), [far, near, Neighbour(-5.0, 0.0, 0.0, 0.0)], 10.0) == near
@@ -164,9 +143,9 @@ def ahead(goal: Velocity, position_m: Point, neighbours: Sequence[Neighbour], la
 
 
 class Courses:
-    """Where others are bound for, by the last legs of some length that they were heard to make.
+    """Courses of other vehicles, from their last legs of at least ``LEG_M``.
 
-    A vehicle that is pushed back a little, or lets another one by, is bound for where it was bound for.
+    A vehicle pushed back a little, or letting another one pass, keeps its course.
     """
 
     def __init__(self) -> None:
@@ -174,7 +153,7 @@ class Courses:
         self._bound: dict[str, Point] = {}
 
     def note(self, peers: Peers) -> None:
-        """Note where others were heard last; whoever is new is bound for where it was going then."""
+        """Update from received positions; a new vehicle has its current heading as course."""
         headings = peers.headings
         for name, at_m in peers.positions_m.items():
             from_m = self._from_m.get(name)
@@ -187,13 +166,13 @@ class Courses:
                 self._bound[name] = (at_m[0] - from_m[0]) / leg_m, (at_m[1] - from_m[1]) / leg_m
 
     def is_against(self, name: str, goal: Velocity) -> bool:
-        """True unless a vehicle is known to go the way of a velocity, rather than against it or across."""
+        """True unless a vehicle is known to move along with a velocity."""
         east, north = self._bound.get(name, (-goal[0], -goal[1]))
         return east * goal[0] + north * goal[1] <= 0.0
 
 
 def vehicle_at(at_m: Point, positions_m: Mapping[str, Point]) -> str | None:
-    """The vehicle that was heard last next to a place where the sonar sees somebody; None if none was near.
+    """Return the vehicle last received nearest to a sonar contact, within ``KNOWN_M``; else None.
 
     >>> vehicle_at((30.0, 0.0), {"AUV01": (33.0, 0.0), "AUV02": (28.0, 0.0)})
     'AUV02'
@@ -203,12 +182,11 @@ def vehicle_at(at_m: Point, positions_m: Mapping[str, Point]) -> str | None:
 
 
 def yields(pulls: Pulls, name: str, other: str, is_against: bool, yielded: bool) -> float:
-    """The call of another vehicle to which one gives way, 0..1; 0 if to none.
+    """Return the call to which a vehicle yields, 0..1; 0 if none.
 
     Args:
-        pulls: of signals; name: of the vehicle.
-        other: the one ahead of it; is_against: that one goes another way.
-        yielded: the vehicle has given way to it just before: then its own call counts no more.
+        other: the vehicle ahead; is_against: on another course.
+        yielded: already yielding to it: the own call no longer counts.
 
     >>> alike = Pulls(0.5, {}, {"AUV01": 0.5, "AUV03": 0.5})
     >>> yields(alike, "AUV02", "AUV01", True, False), yields(alike, "AUV02", "AUV03", True, False)
@@ -226,7 +204,7 @@ def yields(pulls: Pulls, name: str, other: str, is_against: bool, yielded: bool)
 
 
 def own_signal(value: int) -> int:
-    """The signal by which a vehicle tells an equal its own satisfaction: the next even number below.
+    """Encode an own signal: the next even number at or below.
 
     >>> own_signal(-77), own_signal(-128), own_signal(127)
     (-78, -128, 126)
@@ -235,7 +213,7 @@ def own_signal(value: int) -> int:
 
 
 def passed_signal(strength: float) -> int:
-    """The signal by which a vehicle passes a call on: the odd number next weaker than its own.
+    """Encode a relayed call: the next weaker odd number.
 
     >>> [passed_signal(value / 128.0) for value in (78, 77, 1)]
     [-77, -75, 1]
@@ -247,7 +225,7 @@ def passed_signal(strength: float) -> int:
 def _added(
     goal: Velocity, position_m: Point, strengths: Mapping[str, float], positions_m: Mapping[str, Point], scale: float
 ) -> Velocity:
-    """A velocity and the directions to those that are near, each by its strength and a scale."""
+    """Velocity plus scaled directions to vehicles in range, weighted by strength."""
     x_mps, y_mps = goal
     for name, strength in strengths.items():
         if (at_m := positions_m.get(name)) is None:
@@ -261,7 +239,6 @@ def _added(
 
 
 def _limited(velocity: Velocity, most_mps: float) -> Velocity:
-    """A velocity, slowed down to a speed if it is faster."""
     speed_mps = length(*velocity)
     share = most_mps / speed_mps if speed_mps > most_mps else 1.0
     return share * velocity[0], share * velocity[1]

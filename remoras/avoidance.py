@@ -1,29 +1,28 @@
-"""How vehicles in one depth layer keep clear of each other: optimal reciprocal collision avoidance (ORCA).
+"""Collision avoidance of vehicles in one depth layer: optimal reciprocal collision avoidance (ORCA).
 
-After van den Berg, Guy, Lin and Manocha, Reciprocal n-body collision avoidance, Robotics Research (ISRR 2009),
-Springer 2011, 3-19. To be no nearer than r to a neighbour for the next tau seconds, a vehicle must not choose a
-velocity that, relative to the neighbour's, lies in the velocity obstacle: the cone from the origin that touches the
-disc of radius r at p, the position of the neighbour from here, cut off by the disc of radius r / tau at p / tau. Let u
-be the least change that brings the relative velocity out of it. If each of the two takes half of it, they keep clear.
-So a neighbour allows the half-plane of velocities v with
+After van den Berg, Guy, Lin and Manocha, Reciprocal n-body collision avoidance, Robotics Research (ISRR 2009), Springer
+2011, 3-19. To stay at least r from a neighbour for tau seconds, the relative velocity must lie outside the velocity
+obstacle. This is the cone from the origin tangent to the disc of radius r at p, the relative position, truncated by the
+disc of radius r / tau at p / tau. Let u be the least change of the relative velocity that leaves it. If each of the two
+takes half of u, they stay clear, so a neighbour allows the half-plane of velocities v with
 
     (v - (v_own + u / 2)) . n >= 0,   n the outward normal where the obstacle is left.
 
-Of the velocities that all neighbours allow, and that are not faster than the vehicle, the nearest to the preferred one
-is taken: a linear program in two dimensions, solved one half-plane after the other (section 5.1 of the paper). If none
-is allowed by all, the one that goes the least distance beyond any of them is taken (section 5.2).
+The result is the allowed velocity nearest to the preferred one within the speed limit, by incremental linear
+programming in two dimensions (section 5.1). If the half-planes are infeasible, it minimises the greatest violation
+(section 5.2).
 
-Four things are added for vehicles that turn like AUVs:
+Four additions suit vehicles that turn like AUVs:
 
-* a margin for turning, in the manner of Alonso-Mora et al., DARS 2010: r is the separation, a tenth of it, and the
-  radius of the own turning circle at the present speed. So vehicles that stand still may stand close together;
-* a right-hand bias, after rules 14 and 15 of the COLREGs: while somebody is in the way, the preferred velocity is first
-  turned to the right, and slowed down if one that it would run into is on the right-hand side. Without the turn,
-  symmetric encounters come to a standstill; without the slowing, two that want to change sides go on side by side;
-* the borders of the area of operations are walls: nobody keeps clear of others by leaving it;
-* the velocity is carried out as far as a tick allows, see ``remoras.motion.follow``.
+* a turning margin, as in Alonso-Mora et al., DARS 2010: r is 1.1 times the separation plus the turning radius at the
+  current speed, so stationary vehicles may be close together;
+* a right-hand bias, after COLREG rules 14 and 15: with a vehicle in the way, the preferred velocity turns to the right,
+  and slows for one on the right-hand side. Without the turn, symmetric encounters deadlock; without slowing, two
+  vehicles that change sides run on side by side;
+* the borders of the area of operations are walls: vehicles do not leave it to avoid others;
+* the velocity is executed as far as a tick allows, see ``remoras.motion.follow``.
 
-A neighbour that does not avoid, or cannot, is avoided too: every tick takes half of what is left.
+A neighbour that does not avoid is avoided too: every tick takes half of the rest.
 """
 
 from __future__ import annotations
@@ -38,33 +37,33 @@ Velocity = tuple[float, float]
 Bounds = tuple[float, float, float, float]
 """Borders of the area of operations: x_min, y_min, x_max, y_max (m)."""
 SEPARATION_M = 5.0
-"""Distance that vehicles in one depth layer keep unless a scenario sets another."""
+"""Default separation within one depth layer."""
 INSIDE_M = 10.0
-"""A vehicle whose target lies outside stays this far inside, so that a current does not take it out in a turn."""
+"""Distance inside the border for targets outside, a margin for current during a turn."""
 HORIZON_S = 10.0
-"""tau: vehicles keep clear for so long ahead."""
+"""tau: time horizon of avoidance."""
 MARGIN = 1.1
-"""The separation is kept with this factor, since a course is kept for a tick at a time."""
+"""Factor on the separation, since a course is constant for one tick."""
 RECOVERY_S = 2.0
-"""Time in which vehicles that are too near for the margin part again."""
+"""Time for vehicles inside the margin to separate."""
 BERTHS = 4.0
-"""Whoever would pass within this many separations is in the way: one turns to the right in time."""
+"""Passing distance, in separations, below which a vehicle is in the way."""
 LOOKOUT_S = 30.0
-"""An encounter farther ahead than this is not yet a concern."""
+"""Maximum time to an encounter of concern."""
 RIGHT_RAD = 0.3
-"""Angle by which a preferred velocity is turned to the right while somebody is in the way."""
+"""Turn of the preferred velocity to the right."""
 GIVE_WAY = 0.6
-"""Share of the preferred speed that a vehicle keeps while it gives way to one on its right-hand side."""
+"""Share of the preferred speed while yielding to a vehicle on the right-hand side."""
 RIGHT_HAND_SIDE_RAD = 0.1, math.radians(112.5)
-"""Bearings to the right of the preferred course, from nearly ahead to two points abaft the beam (COLREG 13 and 15)."""
+"""Bearings to the right of the course, up to two points abaft the beam (COLREG 13 and 15)."""
 FASTEST_MPS = 20.0
-"""No vehicle is faster."""
+"""Upper limit of all vehicle speeds."""
 PARALLEL = 1e-9
-"""Half-planes whose borders enclose an angle with a smaller sine are parallel."""
+"""Sine below which two half-plane borders are parallel."""
 
 
 class Neighbour(NamedTuple):
-    """Another vehicle close by, as the obstacle sonar sees it: its position from here, and its velocity."""
+    """Vehicle detected by the obstacle sonar: relative position and velocity."""
 
     dx_m: float
     dy_m: float
@@ -73,7 +72,7 @@ class Neighbour(NamedTuple):
 
 
 class HalfPlane(NamedTuple):
-    """Velocities (m/s) that are allowed: those to the left of a line through (x, y) with unit direction (dx, dy)."""
+    """Allowed velocities (m/s): left of a line through (x, y) with unit direction (dx, dy)."""
 
     x: float
     y: float
@@ -81,19 +80,14 @@ class HalfPlane(NamedTuple):
     dy: float
 
     def excess_mps(self, velocity: Velocity) -> float:
-        """How far a velocity is beyond the line; 0 or less if it is allowed."""
+        """Return the violation by a velocity; 0 or less if allowed."""
         return self.dx * (self.y - velocity[1]) - self.dy * (self.x - velocity[0])
 
 
 def time_to_pass_s(neighbour: Neighbour, own: Velocity, within_m: float, horizon_s: float) -> float | None:
-    """Time (s) until a neighbour is closest; None unless it then passes within a distance and a time.
+    """Return the time (s) to the closest approach, t = -d.v / v.v at constant relative velocity.
 
-    Velocities are taken as constant: t = -d.v / v.v with d the relative position and v the relative velocity.
-
-    Args:
-        neighbour: as the obstacle sonar sees it.
-        own: velocity of this vehicle (m/s).
-        within_m: the distance; horizon_s: how far ahead to look.
+    None if it lies beyond ``horizon_s`` or at a distance of at least ``within_m``.
 
     >>> time_to_pass_s(Neighbour(20.0, 1.0, -1.0, 0.0), (1.0, 0.0), within_m=5.0, horizon_s=30.0)
     10.0
@@ -113,15 +107,10 @@ def time_to_pass_s(neighbour: Neighbour, own: Velocity, within_m: float, horizon
 
 
 def allowed_by(neighbour: Neighbour, own: Velocity, radius_m: float, horizon_s: float = HORIZON_S) -> HalfPlane:
-    """Velocities that keep a vehicle clear of a neighbour, if the neighbour does its half.
+    """Return the velocities that keep clear of a neighbour that does its half.
 
-    Args:
-        neighbour: as the obstacle sonar sees it.
-        own: velocity of this vehicle (m/s).
-        radius_m: distance to be kept, margin included; horizon_s: for how long ahead.
-
-    A neighbour 25 m ahead stands still, and so does the vehicle. It may come nearer by (25 - 5) / 10 = 2 m/s, and takes
-    half of that for itself, for the neighbour may come as well:
+    ``radius_m`` includes the margin. Example: a neighbour 25 m ahead and the vehicle stand still. It may approach by
+    (25 - 5) / 10 = 2 m/s and takes half of that, since the neighbour may approach too:
 
     >>> plane = allowed_by(Neighbour(25.0, 0.0, 0.0, 0.0), (0.0, 0.0), 5.0, 10.0)
     >>> plane.excess_mps((1.0, 0.0)), plane.excess_mps((1.5, 0.0))
@@ -133,14 +122,14 @@ def allowed_by(neighbour: Neighbour, own: Velocity, radius_m: float, horizon_s: 
     distance_m = math.sqrt(distance_squared)
     if distance_m <= radius_m:
         horizon_s = RECOVERY_S
-    wx, wy = vx - px / horizon_s, vy - py / horizon_s  # from the centre of the disc that cuts the cone off
+    wx, wy = vx - px / horizon_s, vy - py / horizon_s  # from the centre of the truncating disc
     w_squared = wx * wx + wy * wy
     along = wx * px + wy * py
     if distance_m <= radius_m or (along < 0.0 and along * along > radius_m * radius_m * w_squared):
         w = math.sqrt(w_squared)
         if w > 0.0:
             nx, ny = wx / w, wy / w
-        else:  # on the very centre of the disc: away from the neighbour; on one spot, to the right of the own course
+        else:  # at the disc centre: away from the neighbour; at equal positions: in -y direction
             nx, ny = (-px / distance_m, -py / distance_m) if distance_m > 0.0 else (0.0, -1.0)
         out = radius_m / horizon_s - w
         return HalfPlane(own[0] + 0.5 * out * nx, own[1] + 0.5 * out * ny, ny, -nx)
@@ -156,12 +145,9 @@ def allowed_by(neighbour: Neighbour, own: Velocity, radius_m: float, horizon_s: 
 def _nearest_on_line(
     planes: Sequence[HalfPlane], number: int, most_mps: float, wanted: Velocity, is_direction: bool
 ) -> Velocity | None:
-    """The best velocity on the border of one half-plane, within the disc and all half-planes before it.
+    """Optimal velocity on the border of half-plane ``number``, within earlier ones and the disc.
 
-    Args:
-        planes: half-planes; ``number``: of the one whose border is meant.
-        most_mps: greatest speed.
-        wanted: the velocity to be near to or, if ``is_direction``, the direction in which to go as far as possible.
+    ``wanted`` is the target velocity or, with ``is_direction``, the direction to maximise.
     """
     x, y, dx, dy = planes[number]
     middle = x * dx + y * dy
@@ -194,7 +180,7 @@ def _nearest_on_line(
 def _nearest(
     planes: Sequence[HalfPlane], most_mps: float, wanted: Velocity, is_direction: bool = False
 ) -> tuple[Velocity, int]:
-    """The best velocity that all half-planes allow, and how many do; fewer than all where there is none."""
+    """Optimal velocity, and the number of half-planes satisfied; fewer than all if infeasible."""
     vx, vy = wanted
     speed = length(vx, vy)
     if is_direction or speed > most_mps:
@@ -211,19 +197,18 @@ def _nearest(
 def _least_excess(
     planes: Sequence[HalfPlane], first: int, most_mps: float, best: Velocity, n_walls: int = 0
 ) -> Velocity:
-    """The velocity whose greatest excess over any half-plane is least: a linear program in three dimensions.
+    """Velocity with the least maximum violation: a linear program in three dimensions.
 
     Args:
-        planes: half-planes; ``first``: the first that the best one so far, ``best``, cannot satisfy.
-        most_mps: greatest speed.
-        n_walls: of how many half-planes, the first ones, nothing is given up.
+        first: first half-plane violated by ``best``.
+        n_walls: number of leading half-planes that are hard constraints.
     """
     excess = 0.0
     for number in range(max(first, n_walls), len(planes)):
         x, y, dx, dy = plane = planes[number]
         if plane.excess_mps(best) <= excess:
             continue
-        equal = [*planes[:n_walls]]  # and where the excess over an earlier half-plane is no more than over this one
+        equal = [*planes[:n_walls]]  # plus: excess over each earlier half-plane at most that over this one
         for ox, oy, odx, ody in planes[n_walls:number]:
             sine = dx * ody - dy * odx
             if -PARALLEL <= sine <= PARALLEL:
@@ -237,14 +222,16 @@ def _least_excess(
             long = length(ex, ey)
             equal.append(HalfPlane(px, py, ex / long, ey / long))
         found, n_met = _nearest(equal, most_mps, (-dy, dx), is_direction=True)
-        if n_met == len(equal):  # else a rounding error: keep what there was
+        if n_met == len(equal):  # else a rounding error: keep the last optimum
             best = found
         excess = plane.excess_mps(best)
     return best
 
 
 def nearest_within(bounds_m: Bounds, place_m: tuple[float, float]) -> tuple[float, float]:
-    """The same object if a place lies within bounds, else the nearest place ``INSIDE_M`` from the borders.
+    """Return a place inside bounds, else the nearest place ``INSIDE_M`` from the borders.
+
+    A place inside is returned as the same object.
 
     >>> nearest_within((0.0, 0.0, 500.0, 500.0), (520.0, 30.0))
     (490.0, 30.0)
@@ -258,13 +245,9 @@ def nearest_within(bounds_m: Bounds, place_m: tuple[float, float]) -> tuple[floa
 
 
 def walls_of(bounds_m: Bounds, x_m: float, y_m: float) -> list[HalfPlane]:
-    """Velocities that do not take a vehicle out of the area of operations within ``RECOVERY_S``, border by border.
+    """Return the half-planes that keep a vehicle inside the area of operations for ``RECOVERY_S``.
 
-    A border that it cannot reach so soon at ``FASTEST_MPS`` is left out; beyond one, it goes no farther.
-
-    Args:
-        bounds_m: of the area of operations.
-        x_m, y_m: of the vehicle.
+    Borders out of reach at ``FASTEST_MPS`` are omitted; beyond a border, it goes no farther out.
 
     >>> walls_of((0.0, 0.0, 500.0, 500.0), 100.0, 3.0)
     [HalfPlane(x=0.0, y=-1.5, dx=1.0, dy=0.0)]
@@ -279,12 +262,12 @@ def walls_of(bounds_m: Bounds, x_m: float, y_m: float) -> list[HalfPlane]:
 
 
 def within_walls(walls: Sequence[HalfPlane], velocity: Velocity, most_mps: float) -> Velocity:
-    """The velocity nearest to one (m/s) that is no faster than ``most_mps`` and goes beyond no wall."""
+    """Return the velocity (m/s) nearest to the given one within walls and speed limit."""
     return _nearest(walls, most_mps, velocity)[0]
 
 
 def clearance_m(separation_m: float, speed_mps: float, turn_rate_radps: float) -> float:
-    """Distance (m) that a vehicle at a speed keeps from others: the separation, a margin, and room to turn.
+    """Return the distance (m) kept at a speed: separation with margin, plus turning radius.
 
     >>> round(clearance_m(5.0, 2.57, 0.5), 2)
     10.64
@@ -301,17 +284,13 @@ def clear_velocity(
     most_mps: float,
     walls: Sequence[HalfPlane] = (),
 ) -> Velocity | None:
-    """The velocity (m/s) nearest to the preferred one that keeps clear of all neighbours; the least bad without one.
+    """Return the clear velocity (m/s) nearest to the preferred one, or the least bad one.
+
+    None if no neighbour is in the way, so that guidance stays unchanged.
 
     Args:
-        preferred: velocity that guidance asks for; own: that of the vehicle now.
-        neighbours: as the obstacle sonar sees them.
-        separation_m: distance to be kept.
-        turn_rate_radps, most_mps: greatest rate of turn and speed of the vehicle.
-        walls: what it does not go beyond while it keeps clear.
-
-    Returns:
-        None if nobody is in the way, so that guidance is carried out as it is.
+        preferred: from guidance; own: current.
+        walls: hard constraints while avoiding.
     """
     radius_m = clearance_m(separation_m, length(*own), turn_rate_radps)
     berth_m = BERTHS * separation_m
@@ -336,7 +315,6 @@ def clear_velocity(
 
 
 def _is_on_right(neighbour: Neighbour, course: Velocity) -> bool:
-    """True if a neighbour is on the right-hand side of a course."""
     ahead = course[0] * neighbour.dx_m + course[1] * neighbour.dy_m
     right = course[1] * neighbour.dx_m - course[0] * neighbour.dy_m
     return RIGHT_HAND_SIDE_RAD[0] < atan2(right, ahead) < RIGHT_HAND_SIDE_RAD[1]

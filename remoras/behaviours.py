@@ -1,15 +1,14 @@
-"""The seam of behaviours: how an activity is carried out, and how it perceives its own stimulus and advance.
+"""Protocol of behaviours: execution of an activity, perception of its stimulus and progress.
 
-A behaviour belongs to one activity set of one vehicle in one run, so it may remember what it has seen. It sees the
-motion of its vehicle and a ``Picture`` of what the vehicle has heard or worked out, never the truth. Who calls what:
+A behaviour belongs to one activity set of one vehicle in one run, so it may keep state. It sees the motion of its
+vehicle and a ``Picture`` of received and derived data, never the truth. Calls:
 
-* ``Mission.behaviour_for`` makes a behaviour when the vehicle takes on an activity set, which its first activity names;
-* ``perceive`` is called at every decision for every set, whether the vehicle performs it or not;
-* ``reference`` is called in every motion tick for the set that guides the vehicle, and for no other, unless its last
-  answer says that it still holds.
+* ``Mission.behaviour_for`` creates it when the vehicle takes on an activity set, by the first activity;
+* ``perceive`` is called at every decision for every set, performed or not;
+* ``reference`` is called in every motion tick for the guiding set, unless its last answer still holds.
 
-A behaviour decides nothing: it never says when the vehicle turns to it. That follows from motivations alone. A runnable
-example, a behaviour that circles a point::
+A behaviour does not decide when it is performed: that follows from motivations alone. Example, a behaviour that circles
+a point::
 
     class Circling(Behaviour):
         def __init__(self, centre_m: Point, radius_m: float, data: VehicleData) -> None:
@@ -24,7 +23,7 @@ example, a behaviour that circles a point::
             target_m = x_m + self._radius_m * math.cos(ahead_rad), y_m + self._radius_m * math.sin(ahead_rad)
             return Reference(target_m, self._speed_mps)
 
-``remoras.testing.check_behaviour`` checks a behaviour against this text.
+``remoras.testing.check_behaviour`` checks conformance.
 """
 
 from __future__ import annotations
@@ -44,37 +43,35 @@ from remoras.sensor import Observation
 from remoras.work import Point
 
 CAPTURE_M = 1.0
-"""A waypoint counts as reached within this distance."""
+"""Distance within which a waypoint is reached."""
 STEADY_M = 0.05
-"""A vehicle that comes nearer by less than this between two decisions stands still."""
+"""Approach between two decisions below which a vehicle stands still."""
 
 FAR_M = 10_000.0
-"""The stimulus of a place where nothing has been begun falls with distance as if it were half as much there."""
+"""Scale of the stimulus of an unbegun place: 1 / (1 + distance / FAR_M)."""
 FARTHER_M = 5_000.0
-"""From here on it falls more slowly."""
+"""Distance from which the stimulus falls more slowly."""
 LEAST_ATTRACTED = 0.55
-"""It stays above this: with the usual importances nobody goes home since its work is far away."""
+"""Lower limit of that stimulus: with usual importances, distant work outweighs going home."""
 
 
 class Perception(NamedTuple):
-    """What an activity perceives of itself.
+    """Perception of an activity by itself.
 
     Attributes:
-        stimulus: 0..1; 0 means that there is nothing to do now.
-        advance: how fast the objective gets on, -1..1: 1 as fast as planned, 0 not at all, -1 back as fast. None where
-            there is nothing to get on with, or nothing to be perceived of it unless it is performed. It counts for the
-            satisfaction of the role, whether the activity is performed or not.
-        done: True once all there was to do has been done; it will not come back.
-        failed: True once it is clear that this vehicle cannot do it: a sensor gives nothing, say.
-        makes_no_way: True if that is since the vehicle does not get there, and no sensor is to blame.
-        answers: 0..1, how much of a call for help would be settled if the vehicle turned to this activity; or what
-            works that out, which is asked only while somebody calls.
-        concludes: what it has found out by comparing what it expected with what it perceives; recorded and told like
-            what a sensor observes, once for each time that it is said.
-        ends: how much of the wait of a holder of a job, 0..1, the activity ends, by the name of the vehicle and its
-            role; None if it ends no such wait. Calls of holders of jobs move nothing else.
-        is_beyond_it: True if it has failed since this job is beyond the vehicle, which takes others, with its sensors.
-        waits: what the vehicle waits for while this activity guides it; None if it gets on by itself.
+        stimulus: 0..1; 0: nothing to do now.
+        advance: progress rate, -1..1: 1 as planned, 0 none, -1 backwards. None if not applicable, or not observable
+            while not performed. It enters the satisfaction of the role even if the activity is not performed.
+        done: True once complete, irrevocably.
+        failed: True if this vehicle cannot do it, for example by a failed sensor.
+        makes_no_way: True if it failed since the vehicle does not reach the place, not by a sensor.
+        answers: share of a call for help settled by turning to this activity, 0..1; or its function, evaluated only on
+            a call.
+        concludes: inferred observations, recorded and sent like those of sensors, once per occurrence.
+        ends: share of a job holder's wait that the activity ends, 0..1, by vehicle and role; None if it ends none. Only
+            this makes calls of job holders effective.
+        is_beyond_it: True if it failed since this job exceeds the vehicle, which still takes others, with its sensors.
+        waits: condition awaited while this activity guides; None if it progresses.
     """
 
     stimulus: float
@@ -90,18 +87,18 @@ class Perception(NamedTuple):
 
     @property
     def settled(self) -> float:
-        """How much of a call would be settled, 0..1."""
+        """Share of a call that would be settled, 0..1."""
         return self.answers() if callable(self.answers) else self.answers
 
 
 class Reference(NamedTuple):
-    """What guidance asks of the control: where to go (m) and how fast (m/s, 0 to stay).
+    """Guidance output: target (m) and speed (m/s, 0 to stay).
 
     Attributes:
-        holds_m: until the next decision the answer stays the same while the vehicle is farther than this from the
-            target; infinite by default, then the behaviour is asked in every motion tick.
-        is_over_ground: True if the speed is one over ground, as sensors have limits of: where water moves the vehicle
-            holds it as far as its greatest speed allows. Else it is through the water.
+        holds_m: until the next decision, the answer is constant while the target is farther than this; infinite: ask in
+            every motion tick.
+        is_over_ground: True for a speed over ground, as limited by sensors: held in a current up to the greatest speed.
+            Else through the water.
     """
 
     target_m: Point
@@ -111,37 +108,33 @@ class Reference(NamedTuple):
 
 
 class Behaviour(Protocol):
-    """What carries an activity set out; see the text of this module."""
+    """Execution of an activity set; see the module docstring."""
 
     @abstractmethod
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Stimulus and advance of the activity now.
+        """Return stimulus and progress of the activity now.
 
-        Called by the functional layer at every decision, for sets that are not performed too. It may remember what it
-        sees, since advance is a comparison with the last call. It must not change ``motion`` or ``picture``, draw
-        random numbers or read a clock; the time is ``picture.body.now_s``.
-
-        Args:
-            performed: True if the vehicle performed the activity since the last decision.
+        Called by the functional layer at every decision, also for sets not performed. It may keep state, since progress
+        compares with the last call. It must not change ``motion`` or ``picture``, draw random numbers or read a clock;
+        the time is ``picture.body.now_s``. ``performed``: True if performed since the last decision.
         """
         ...
 
     @abstractmethod
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """Target and speed; None for an activity that does not guide, or has nowhere to go.
+        """Return target and speed; None if the activity does not guide: the vehicle stops.
 
-        Called by the functional layer once a motion tick, while the decision holds this set and one of its activities
-        guides, unless the last answer holds, see ``Reference``. On None the vehicle slows down to a stop. It must not
-        change ``motion`` or ``picture``: the control moves the vehicle within its limits, and to the nearest place in
-        the area of operations if the target lies outside.
+        Called by the functional layer in every motion tick while one of the set's activities guides, unless the last
+        answer holds, see ``Reference``. It must not change ``motion`` or ``picture``. The control respects the limits
+        of the vehicle, and moves a target outside the area of operations inside.
         """
         ...
 
     def accuracy_m(self, motion: Motion, picture: Picture) -> float:
-        """Error of the vehicle's place with which the activity is of no use now; infinite by default.
+        """Return the position error (m) above which the activity is useless now; infinite by default.
 
-        Called by the functional layer at every decision for the set that guides, and only where navigation errs. A
-        vehicle that may be farther off learns first where it is, see ``missions.features.navigation``.
+        Called at every decision for the guiding set, if navigation has errors. A vehicle with a greater bound gets a
+        fix first, see ``missions.features.navigation``.
         """
         return math.inf
 
@@ -157,13 +150,13 @@ STANDING = Perception(1.0, 0.0)
 
 
 def distance_m(motion: Motion, point: Point) -> float:
-    """Distance from the vehicle to a point (m)."""
+    """Return the distance (m) from the vehicle to a point."""
     dx_m, dy_m = point[0] - motion.x_m, point[1] - motion.y_m
     return math.sqrt(dx_m * dx_m + dy_m * dy_m)
 
 
 def attracted(to_go_m: float) -> Perception:
-    """Due, but the less the farther away (m): so a vehicle that may go to several places begins with the nearest.
+    """Return a pending perception that falls with distance (m), so the nearest place wins.
 
     >>> attracted(0.0).stimulus, attracted(2_500.0).stimulus, round(attracted(100_000.0).stimulus, 3)
     (1.0, 0.8, 0.556)
@@ -175,13 +168,9 @@ def attracted(to_go_m: float) -> Perception:
 
 
 class Approach:
-    """Perceives how fast a vehicle gets nearer to where it wants to be, as a share of the speed that it means to go.
+    """Progress of an approach, as a share of the intended speed.
 
-    Args:
-        speed_mps: at which it means to go.
-
-    Attributes:
-        is_on: True if the last call was told that the activity is performed; else one that is not changes nothing.
+    ``is_on``: True if the last call had ``performed``; otherwise a call without it changes nothing.
 
     >>> approach = Approach(1.0)
     >>> [approach.advance(to_go_m, now_s, performed=True) for now_s, to_go_m in enumerate((9.0, 8.0, 7.5, 7.5, 9.5))]
@@ -194,12 +183,9 @@ class Approach:
         self.is_on = False
 
     def advance(self, to_go_m: float, now_s: float, performed: bool) -> float | None:
-        """The advance since the last call, -1..1; None unless it was performed then and since.
+        """Return the progress since the last call, -1..1; None unless performed then and since.
 
-        Args:
-            to_go_m: distance that is left.
-            now_s: time of the decision.
-            performed: True if the vehicle performed the activity since the last decision.
+        ``to_go_m`` is the remaining distance.
         """
         self.is_on = performed
         last, self._last = self._last, (to_go_m, now_s) if performed else None
@@ -212,37 +198,33 @@ class Approach:
 
 
 class Standing(Behaviour):
-    """Something that is always worth doing and guides nobody, such as listening or sending signals."""
+    """Background activity without guidance, such as listening or sending signals."""
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Always due."""
+        """Return full stimulus."""
         return DUE
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """It guides nobody."""
+        """Return None."""
         return None
 
 
 class Planning(Standing):
-    """Organising and planning, which are due while the social layer has something to plan."""
+    """Organising and planning, pending while the social layer has something to plan."""
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due while the picture says that planning is."""
+        """Return full stimulus while planning is pending."""
         return DUE if picture.groups.planning_due else IDLE
 
 
 class Supervision(Standing):
-    """Gathering information as a leader, who is content while news of the mission keep coming in.
-
-    Args:
-        patience_s: how long it waits for the next news.
-    """
+    """Information gathering by a leader, satisfied by news within ``patience_s``."""
 
     def __init__(self, patience_s: float) -> None:
         self._patience_s = patience_s
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due; it advances while the last news are fresh, and the less the older they are then."""
+        """Return full progress while the last news are fresh, then decreasing with their age."""
         late_s = picture.body.now_s - picture.peers.last_news_s - self._patience_s
         if late_s <= 0.0:
             return ADVANCING
@@ -250,39 +232,33 @@ class Supervision(Standing):
 
 
 class Working(Standing):
-    """Productive work, which advances while the sensors of the vehicle yield something now and then.
-
-    Args:
-        patience_s: how long it waits for the next yield.
-    """
+    """Productive work, progressing by sensor yields within ``patience_s``."""
 
     def __init__(self, patience_s: float) -> None:
         self._patience_s = patience_s
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due; once something was found, it advances while the last yield is fresh."""
-        if not performed or picture.body.last_yield_s == -math.inf:  # on the way to where there is work
+        """Return progress while the last yield is fresh; none before the first one."""
+        if not performed or picture.body.last_yield_s == -math.inf:  # still on the way to its work
             return DUE
         return ADVANCING if picture.body.now_s - picture.body.last_yield_s <= self._patience_s else STANDING
 
 
 def awaited(group: str, picture: Picture) -> float:
-    """How much of a call to a meeting is settled by coming, 0..1: as far as the group waits for this vehicle alone."""
+    """Return the share of a group's wait due to this vehicle, 0..1, which its arrival settles."""
     return picture.groups.awaited.get(group, 1.0)
 
 
 class Homing(Behaviour):
-    """Goes to a rally point and waits there until the group is together.
+    """Go to a rally point and wait there until the group is gathered.
 
-    Who has arrived makes room: while the obstacle sonar sees somebody who has not, it goes on towards the point. Else
-    those who come first would stand at the rim, in the way of all others.
+    An arrived vehicle goes on towards the point while the sonar detects one that has not arrived; else first arrivals
+    would block the rim.
 
     Args:
-        point_m: the rally point; radius_m: a vehicle this near has arrived.
-        group: name of the group that meets.
-        data: of the vehicle.
-        answers: how much of a call is settled by coming, 0..1, by the group and the picture.
-        after: groups of the vehicle that meet before.
+        radius_m: radius of arrival.
+        answers: share of a call settled by coming, 0..1, by group and picture.
+        after: groups of the vehicle that gather before.
     """
 
     def __init__(
@@ -295,8 +271,8 @@ class Homing(Behaviour):
         after: Collection[str] = (),
     ) -> None:
         self._answers, self._after = answers, after
-        self._picture: Picture | None = None  # when it was due last
-        self._due = IDLE  # what was perceived then
+        self._picture: Picture | None = None  # of the last pending perception
+        self._due = IDLE  # that perception
         self._point_m = point_m
         self._radius_m = radius_m
         self._group = group
@@ -307,10 +283,9 @@ class Homing(Behaviour):
         self._has_met = False
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due until the group is together and the vehicle has surely come; it advances while the vehicle comes nearer.
+        """Return a stimulus until the group is gathered and the vehicle has surely arrived.
 
-        Before the groups that meet first are together there is nothing to come for.
-        Who was there before, and was away when the group met, comes once more: others may have met without it.
+        It starts once the preceding groups are gathered. A vehicle that was away at the gathering comes again.
         """
         to_go_m = distance_m(motion, self._point_m)
         is_gathered = self._group in picture.groups.gathered
@@ -328,7 +303,7 @@ class Homing(Behaviour):
         return self._due
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """To the rally point in transit; on arrival stay there, or make room for those who come."""
+        """Return the rally point in transit; after arrival stay, or make room for arrivals."""
         to_go_m = distance_m(motion, self._point_m)
         if to_go_m > max(self._radius_m - picture.body.uncertainty_m, min(CAPTURE_M, self._radius_m)):
             return self._way
@@ -338,32 +313,31 @@ class Homing(Behaviour):
         return self._room if makes_room else self._stay
 
     def accuracy_m(self, motion: Motion, picture: Picture) -> float:
-        """Half the radius, once the vehicle may have arrived: so there is room for others where it surely is there."""
+        """Return half the radius once the vehicle may have arrived, so that others have room."""
         may_be_there = distance_m(motion, self._point_m) <= self._radius_m + picture.body.uncertainty_m
         return self._radius_m / 2.0 if may_be_there else math.inf
 
 
 class Gap:
-    """Whether another vehicle is too far away. That shows each time that it is heard anew, and not in between.
+    """Hysteresis on the distance to another vehicle, evaluated only on a new position of it.
 
-    Who comes nearer to where another one was heard does not come nearer to that one, which has gone on meanwhile. So
-    one that moves in steps of what is heard, as a leader and its followers do, does not take turns at each step.
+    Approaching its last received position is no approach to the vehicle, which has moved on. So a leader and its
+    followers, which move in steps of received positions, do not alternate at each step.
 
     Args:
-        open_m: one farther away is too far away.
-        closed_m: until it is this near.
-        speed_mps: of the vehicle, where the other one follows it: that one goes to where it heard the vehicle last, so
-            it is behind by the way of a TDMA frame besides.
+        open_m: distance above which the gap opens.
+        closed_m: distance below which it closes.
+        speed_mps: own speed if the other vehicle follows: its lag by one TDMA frame is deducted.
     """
 
     def __init__(self, open_m: float, closed_m: float, speed_mps: float = 0.0) -> None:
         self._speed_mps = speed_mps
         self._open_m, self._closed_m = open_m, closed_m
-        self._n_positions = -1  # that had been heard when it was judged
+        self._n_positions = -1  # number of positions at the last evaluation
         self._is_open = False
 
     def is_open(self, name: str, to_go_m: float, picture: Picture) -> bool:
-        """True while the vehicle of that name, which is so far from where it was heard last, is too far away."""
+        """True while the gap to a vehicle at a distance of ``to_go_m`` is open."""
         if (n_positions := picture.peers.n_positions.get(name, 0)) != self._n_positions:
             self._n_positions = n_positions
             behind_m = self._speed_mps * picture.frame_s if self._speed_mps else 0.0
@@ -372,13 +346,12 @@ class Gap:
 
 
 class FollowingLeader(Behaviour):
-    """Follows the first leader that has been heard, at a distance.
+    """Follow the first leader received, at a distance.
 
     Args:
-        leaders: names, in order of preference.
-        distance_m: it lets the leader get this far ahead, and then catches up by half.
-        data: of the vehicle.
-        after: groups of the vehicle that meet before that of the leader.
+        leaders: in order of preference.
+        distance_m: lag that starts an approach, to half of it.
+        after: groups of the vehicle that gather before the leader's.
     """
 
     def __init__(
@@ -391,7 +364,7 @@ class FollowingLeader(Behaviour):
         self._approach = Approach(data.transit_speed_mps)
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due while it has fallen behind, see ``Gap``, once the groups that meet first are together."""
+        """Return a stimulus while lagging, see ``Gap``, once the preceding groups are gathered."""
         leader = self._leader(picture)
         if leader is None or not picture.groups.gathered.issuperset(self._after):
             return IDLE
@@ -401,10 +374,10 @@ class FollowingLeader(Behaviour):
         if not performed and not self._approach.is_on:
             return DUE
         advance = self._approach.advance(to_go_m, picture.body.now_s, performed)
-        return Perception(1.0, None if advance is None else max(0.0, advance))  # a leader that leads on is no setback
+        return Perception(1.0, None if advance is None else max(0.0, advance))  # a leader moving on is no setback
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """To where the leader was last heard, and wait near it; None if none was."""
+        """Return the last received position of the leader, staying near it; None without one."""
         name = self._leader(picture)
         if name is None:
             return None
@@ -417,13 +390,9 @@ class FollowingLeader(Behaviour):
 
 
 class LeadingFollowers(Behaviour):
-    """Waits for followers that fall behind while the group moves together.
+    """Wait for lagging followers while the group moves.
 
-    Args:
-        followers: names.
-        group: name of the group.
-        distance_m: a follower farther away than this has fallen behind, until a quarter of that is made up for.
-        data: of the vehicle.
+    ``distance_m``: lag that starts a wait, until a quarter of it is recovered.
     """
 
     def __init__(self, followers: Sequence[str], group: str, distance_m: float, data: VehicleData) -> None:
@@ -432,7 +401,7 @@ class LeadingFollowers(Behaviour):
         self._came: set[str] = set()
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due while a follower of the gathered group has fallen behind; one that never came does not follow."""
+        """Return a stimulus while a follower of the gathered group lags, if it ever came."""
         if self._group not in picture.groups.gathered:
             return IDLE
         positions_m = picture.peers.positions_m
@@ -444,18 +413,16 @@ class LeadingFollowers(Behaviour):
         return DUE if behind & self._came else IDLE
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """Stay."""
+        """Return the own position."""
         return Reference(motion.position_m, 0.0)
 
 
 class Positioning(Behaviour):
-    """Takes a place in the formation once the group is together.
+    """Take a position in the formation of the gathered group.
 
     Args:
-        leaders: names, in order of preference; the first whose course is known counts.
-        group: name of the group.
-        offset_m: of the place from the leader, ahead of it and to its left.
-        data: of the vehicle.
+        leaders: in order of preference; the first with a known course is used.
+        offset_m: ahead of the leader, and to its left.
     """
 
     def __init__(self, leaders: Sequence[str], group: str, offset_m: Point, data: VehicleData) -> None:
@@ -466,7 +433,7 @@ class Positioning(Behaviour):
         self._approach = Approach(data.transit_speed_mps)
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due while the place is known; it advances while the vehicle comes nearer."""
+        """Return a stimulus while the position is known, with the progress of the approach."""
         place = self._place(picture)
         if place is None:
             return IDLE
@@ -474,7 +441,7 @@ class Positioning(Behaviour):
         return Perception(1.0, None if advance is None else max(0.0, advance))
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """To the place in transit; stay there on arrival, and None while it is not known."""
+        """Return the position in transit; stay on arrival; None while unknown."""
         place = self._place(picture)
         if place is None:
             return None

@@ -1,17 +1,13 @@
-"""Current: how the water moves, the same everywhere at one depth and time.
-
-The current at the surface, less with depth, and to and fro with the tide::
+"""Current: velocity of the water, uniform at one depth and time, with shear, tide and surges::
 
     c(z, t) = c_0 max(0, 1 - z / shear_depth) cos(2 pi (t / period + phase)) + sum of surges
 
-A surge is added evenly over all depths while it lasts.
-
-A vehicle measures the current where it is, as a Doppler log does, and heads into it: to make good a course along the
-unit vector d at speed s through the water it goes at velocity g d - c through the water, with the speed over ground::
+A vehicle measures the current, as by a Doppler log, and heads into it. To make good a course along the unit vector d at
+speed s through the water, its velocity through the water is g d - c, with the speed over ground::
 
     g = c . d + sqrt(s^2 - (c x d)^2)
 
-Vehicles in one depth layer drift alike, so they keep clear of each other in the frame of the water.
+Vehicles in one depth layer drift alike, so avoidance works in the frame of the water.
 """
 
 from __future__ import annotations
@@ -26,7 +22,7 @@ Velocity = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class Surge:
-    """A velocity that is added to the current from ``from_s`` to before ``until_s``, at all depths."""
+    """Additional velocity from ``from_s`` until before ``until_s``, at all depths."""
 
     from_s: float
     until_s: float
@@ -39,11 +35,10 @@ class Current:
     """Velocity of the water.
 
     Attributes:
-        east_mps, north_mps: at the surface, at the height of the tide.
-        shear_depth_m: at this depth it has fallen to nothing, evenly; infinite where it does not fall.
-        tide_period_s: time in which it turns and returns; infinite where it does not.
-        tide_phase: share of the period by which it is ahead at the start of the mission, 0..1.
-        surges: what is added for a time.
+        east_mps, north_mps: at the surface, at the maximum of the tide.
+        shear_depth_m: depth of linear decay to zero; infinite for none.
+        tide_period_s: infinite for none.
+        tide_phase: share of the period at mission start, 0..1.
     """
 
     east_mps: float
@@ -54,7 +49,7 @@ class Current:
     surges: tuple[Surge, ...] = ()
 
     def at(self, depth_m: float, now_s: float) -> Velocity:
-        """Velocity (m/s) at a depth and time.
+        """Return the velocity (m/s) at a depth and time.
 
         >>> Current(0.5, 0.0, shear_depth_m=40.0).at(10.0, 0.0)
         (0.375, 0.0)
@@ -71,7 +66,7 @@ class Current:
         return east_mps, north_mps
 
     def greatest_mps(self, depth_m: float) -> float:
-        """The greatest speed (m/s) that it may have at a depth, whatever the tide and wherever its surges point."""
+        """Return an upper bound of the speed (m/s) at a depth, over tide and surge directions."""
         steady_mps = length(self.east_mps, self.north_mps) * max(0.0, 1.0 - depth_m / self.shear_depth_m)
         added_mps = [
             math.fsum(length(s.east_mps, s.north_mps) for s in self.surges if s.from_s <= begins.from_s < s.until_s)
@@ -81,17 +76,11 @@ class Current:
 
 
 def through_water(course: Velocity, speed_mps: float, current: Velocity) -> Velocity:
-    """Velocity through the water (m/s) that makes good a course over ground.
+    """Return the velocity through the water (m/s) for a course (unit vector) over ground.
 
-    Args:
-        course: unit vector.
-        speed_mps: through the water.
-        current: velocity of the water (m/s).
+    If the course cannot be made good, head into the current at up to ``speed_mps``.
 
-    Returns:
-        Into the current as fast as it goes where the course cannot be made good.
-
-    3 m/s across a current, at 5 m/s through the water, leave 4 m/s over ground:
+    Across a current of 3 m/s, a speed of 5 m/s through the water leaves 4 m/s over ground:
 
     >>> through_water((1.0, 0.0), 5.0, (0.0, 3.0))
     (4.0, -3.0)

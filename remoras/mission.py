@@ -1,10 +1,8 @@
-"""The seam of missions: everything that a mission brings, in one class.
+"""Protocol of missions: all parts of a mission in one class.
 
-A scenario names the class as ``package.module:Class``. ``missions/mapping`` is one; a how-to writes another. The class
-says what its scenarios and results may hold; ``from_scenario`` makes the mission of one scenario. The object then
-serves all vehicles of the fleet, so it keeps no state of a run.
-
-Who calls what, and when:
+A scenario names the class as ``package.module:Class``. The class declares the content of its scenarios and results;
+``from_scenario`` creates the mission of one scenario. That object serves all vehicles of the fleet, so it has no state
+of a run. Calls:
 
 ========================  ===========================================================================================
 loading a scenario        ``Scenario``, ``completed``, ``check``, ``sensors``, ``vocabulary``, ``group_missions``,
@@ -12,17 +10,17 @@ loading a scenario        ``Scenario``, ``completed``, ``check``, ``sensors``, `
 setting a run up          ``from_scenario``, ``jobs``, ``world``, ``nature``, ``founding_objectives``, ``truth``,
                           ``tables``, ``instances``, ``instances_found_per_vehicle``, ``most_observations``,
                           ``vocabulary_used``, ``groups_of``
-social layer, at sea      ``social_domain``, ``is_individual``, ``activity_domain``, ``activities``,
+social layer, in a run    ``social_domain``, ``is_individual``, ``activity_domain``, ``activities``,
                           ``activity_sets``, ``findings``, ``conclusions``, ``completion``
-functional layer, at sea  ``behaviour_for``
+functional layer, in run  ``behaviour_for``
 after a run               ``metrics``, ``figures``, ``places``
 ========================  ===========================================================================================
 
-When a scenario is loaded, what sets a run up is asked once too, so that a fault is said before the run. A mission whose
-groups do jobs and then meet is written soonest as a ``missions.meeting.JobMission``, which has an example.
+Loading a scenario also makes one trial of the run setup, to report faults early. Missions of jobs with rendezvous use
+``missions.meeting.JobMission``, which has an example.
 
-Subclass ``Mission``: what is abstract is compulsory, the rest has a default. Collision avoidance, care for energy and
-staying within the borders are the vehicle's own; a mission need not and cannot care for them.
+Subclass ``Mission``: abstract members are required, others have defaults. Vehicles themselves handle collision
+avoidance, energy and borders.
 """
 
 from __future__ import annotations
@@ -49,7 +47,7 @@ from remoras.work import Job, Point
 from worldmodel import ontology_path
 
 ABILITIES = ontology_path("abilities")
-"""Words by which vehicles say what they are not able to do; a mission lists the file in its ``vocabulary``."""
+"""Vocabulary for inability of vehicles; a mission lists the file in ``vocabulary``."""
 __all__ = [
     "ALLOCATE_ROLES", "ASSIGN_OBJECTIVE", "DISSOLVE_GROUP", "ELEMENTARY_TASKS", "FORM_GROUP", "GIVE_MISSION", "PURSUE",
     "Finding", "FleetView", "FunctionalPart", "Milestone", "Mission", "Nothing", "SocialPart", "Truth", "VehicleView",
@@ -58,15 +56,14 @@ __all__ = [
 ALLOCATE_ROLES, GIVE_MISSION, ASSIGN_OBJECTIVE = "AllocateRoles", "GiveMission", "AssignObjective"
 FORM_GROUP, DISSOLVE_GROUP = "FormGroup", "DissolveGroup"
 ELEMENTARY_TASKS = (ALLOCATE_ROLES, GIVE_MISSION, ASSIGN_OBJECTIVE, FORM_GROUP, DISSOLVE_GROUP)
-"""What carries out the elementary tasks of a group's mission; see ``SocialPart.social_domain``."""
+"""Handlers of elementary tasks; see ``SocialPart.social_domain``."""
 PURSUE = "Pursue"
-"""The task by which an objective is pursued is called so, with the name of the objective behind; see
-``SocialPart.activity_domain``."""
+"""Prefix of the task name for an objective; see ``SocialPart.activity_domain``."""
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """A conclusion of a vehicle: a fact to be recorded, by names."""
+    """Inferred fact of a vehicle, by names."""
 
     subject: str
     attribute: str
@@ -74,16 +71,10 @@ class Finding:
 
 
 class Nothing(Sequence[Finding]):
-    """No finding, and none before a time as long as there is no news: until then a vehicle need not be asked.
+    """Empty findings, valid without new information until ``until_s``: no call before.
 
-    News is any fact that is told or found out but where vehicles are and what energy they have left, another
-    organisation, and other sensors of the vehicle that answer.
-
-    Args:
-        until_s: by the vehicle's clock (s); infinite if time alone changes nothing.
-
-    Raises:
-        ValueError: that is not a number.
+    New information is any received or inferred fact except positions and energy, a changed organisation, or changed
+    sensor responses. ``until_s`` is by the vehicle's clock, infinite if time is irrelevant; NaN raises ValueError.
     """
 
     __slots__ = ("until_s",)
@@ -101,58 +92,58 @@ class Nothing(Sequence[Finding]):
 
 
 class SocialPart(Protocol):
-    """What the social layer of a vehicle needs of its mission."""
+    """Part of a mission used by the social layer."""
 
     @property
     @abstractmethod
     def social_domain(self) -> Domain:
-        """HTN that turns missions of groups into elementary tasks, each carried out by the handler that it names.
+        """HTN of group missions; elementary tasks are executed by the handler that they name.
 
-        Handlers are ``AllocateRoles(group, ...)``, ``GiveMission(group, mission)`` and ``AssignObjective(group, role,
-        objective, argument)``, ``FormGroup(group)`` and ``DissolveGroup(group)``; a task that names none is carried out
-        by the one of its own name. Beside what the head of the group believes, tests and effects may be of these facts:
+        Handlers are ``AllocateRoles(group, ...)``, ``GiveMission(group, mission)``, ``AssignObjective(group, role,
+        objective, argument)``, ``FormGroup(group)`` and ``DissolveGroup(group)``; the default is the task name.
+        Preconditions and effects may use the leader's beliefs and these facts:
 
-        * ``("members", "Group.Role")``: who plays the role and is there; ``("isA", "Instance.Class")``: it is inferred;
-        * ``("lost", "Group.Role")``: who has left the role or fallen silent in it, as often as that happened;
-        * ``("allocated", group)``: the strategy has allocated the roles, and nobody has left since;
-        * ``("objective", "Group.Role.Objective")``: its argument, once it counts;
-        * ``("formed", group)``: the group is there; ``("formation", group)``: how often it has been formed at sea;
-        * ``("given", "Group.Mission")``: it has it; ``("hasMission", group)``: the newest; ``("data", vehicle)``: data;
-        * ``("instances", class)``: names of all that is seen to be of a class, told or concluded.
+        * ``("members", "Group.Role")``: present holders; ``("isA", "Instance.Class")``: inferred class;
+        * ``("lost", "Group.Role")``: vehicles that left the role or fell silent in it, once per event;
+        * ``("allocated", group)``: roles are allocated, and no member has left since;
+        * ``("objective", "Group.Role.Objective")``: its argument, once valid;
+        * ``("formed", group)``: the group exists; ``("formation", group)``: number of formations at run time;
+        * ``("given", "Group.Mission")``: assigned; ``("hasMission", group)``: the newest; ``("data", vehicle)``: data;
+        * ``("instances", class)``: names of known instances, asserted or inferred.
 
-        A step ``AssignObjective`` runs until its effects hold. If its role falls vacant meanwhile, it has failed.
+        A step ``AssignObjective`` runs until its effects hold, and fails if its role becomes vacant.
         """
         ...
 
     @property
     @abstractmethod
     def jobs(self) -> Mapping[str, Job]:
-        """The jobs of the mission by name; roles name them."""
+        """Jobs of the mission by name; roles refer to them."""
         ...
 
     @abstractmethod
     def activity_sets(
         self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point
     ) -> tuple[tuple[ActivitySet, ...], frozenset[Key]]:
-        """Activities by which a vehicle pursues ``objective``, and the facts that this choice rests on.
+        """Return the activities for ``objective`` and the facts that this choice depends on.
 
-        Called when the vehicle gets the objective, and again when one of those facts has changed; for an objective that
-        ``activity_domain`` plans, ``activities`` is asked in its place.
+        Called when the vehicle gets the objective and after changes of these facts; objectives in ``activity_domain``
+        use ``activities`` instead.
 
         Args:
-            data: of the vehicle that plans.
-            facts: answers keys of beliefs, and ``("members", "Group.Role")``.
-            position_m: where the vehicle is.
+            data: of the planning vehicle.
+            facts: keys of beliefs, and ``("members", "Group.Role")``.
+            position_m: current position.
         """
         ...
 
     @property
     def activity_domain(self) -> Domain | None:
-        """HTN that turns objectives into activities; None by default: ``activity_sets`` alone says what to do.
+        """HTN that decomposes objectives into activities; by default None, for ``activity_sets`` only.
 
-        The task for an objective is called ``Pursue`` with its name behind, and has the objective and the
-        ``VehicleData`` as arguments. A vehicle carries the plan out as a tree: all steps that may start do, and stand
-        to choice as activities. A step ends when its effects hold; it has failed when its behaviour says so.
+        The task of an objective is ``Pursue`` plus its name, with the objective and the ``VehicleData`` as arguments.
+        The plan is executed as a tree: all ready steps compete as activities. A step ends when its effects hold and
+        fails when its behaviour fails.
         """
         return None
 
@@ -164,159 +155,149 @@ class SocialPart(Protocol):
         facts: FactsLike,
         position_m: Point,
     ) -> tuple[tuple[ActivitySet, ...], frozenset[Key]]:
-        """Activities for the running steps of the plan for ``objective``, and the facts that they rest on.
+        """Return the activities of running steps for ``objective``, and the facts they depend on.
 
         Args:
-            steps: each with those that stand beside it under one task: they are performed simultaneously.
-            data, facts, position_m: as of ``activity_sets``.
+            steps: each with its siblings under one task, performed simultaneously.
+            data, facts, position_m: as for ``activity_sets``.
         """
         raise NotImplementedError(f"{type(self).__name__} has an activity_domain, so it must have activities too")
 
     def founding_objectives(self) -> Sequence[Objective]:
-        """Objectives that roles have from the start; none by default."""
+        """Return the initial objectives of roles; none by default."""
         return ()
 
     def is_individual(self, objective: Objective) -> bool:
-        """True if the objective is pursued without interacting with others; so all are by default."""
+        """True if the objective needs no interaction; the default."""
         return True
 
     def is_enough(self, facts: Known) -> bool:
-        """True if the goal asks for no more than what is known to be done; by default it asks for all jobs."""
+        """True if the known finished work satisfies the goal; by default the goal needs all jobs."""
         return False
 
     def groups_of(self, subject: str) -> Collection[str] | None:
-        """Groups that facts about an instance of the mission's own concern, where needs follow from groups.
+        """Return the groups concerned by facts about an instance of the mission, for needs by group.
 
-        None by default: those with a role for the job that the instance, or the fact of its being done, is about; and
-        everybody if there is none.
+        None by default: groups with a role for the related job; all groups if there is none.
         """
         return None
 
     def completion(self, objective: Objective, vehicle: str) -> Finding | None:
-        """What ``vehicle`` makes known when it has done all there was to do for ``objective``; nothing by default."""
+        """Return the fact published when ``vehicle`` has completed ``objective``; None by default."""
         return None
 
     def findings(
         self, group: Group, organisation: Organisation, beliefs: Beliefs, picture: Picture, motion: Motion
     ) -> Sequence[Finding]:
-        """What the head of ``group`` concludes at each decision from what it has heard; nothing by default."""
+        """Return the inferences of the leader of ``group`` at each decision; none by default."""
         return ()
 
     def conclusions(
         self, data: VehicleData, organisation: Organisation, beliefs: Beliefs, picture: Picture, motion: Motion
     ) -> Sequence[Finding]:
-        """What a vehicle concludes for itself at each decision, whomever it leads; nothing by default.
+        """Return the inferences of any vehicle at each decision; none by default.
 
-        It is told to whoever needs it. What is concluded once should not be concluded again from what follows. Who
-        returns `Nothing` is not asked again before there is news, or the time that it names.
+        They are sent to interested peers. Do not infer again from own inferences. `Nothing` suppresses calls until new
+        information or its time.
         """
         return ()
 
 
 class FunctionalPart(Protocol):
-    """What the functional layer of a vehicle needs of its mission."""
+    """Part of a mission used by the functional layer."""
 
     @abstractmethod
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
-        """A new behaviour that carries out the activity set which ``activity`` leads."""
+        """Return a new behaviour for the activity set led by ``activity``."""
         ...
 
     def world(self, seed: int) -> Any:
-        """What sensors perceive in the run with that seed: a pure function of it, since metrics ask for it again.
+        """Return the world perceived by sensors: a pure function of the seed.
 
-        All vehicles and the truth of a run share the object: nothing may change in it, but by ``Mission.nature``.
+        Metrics call it again. All vehicles and the truth of a run share it: only ``Mission.nature`` may change it.
         """
         return None
 
 
 class Mission(SocialPart, FunctionalPart, Protocol):
-    """One mission; see the text of this module."""
+    """One mission; see the module docstring."""
 
     Scenario: ClassVar[type[Any]]
-    """Tables that a scenario of this mission has: ``missions.scenarios.Scenario`` or a subclass of it."""
+    """Scenario model of this mission: ``missions.scenarios.Scenario`` or a subclass."""
     group_missions: ClassVar[tuple[str, ...]]
-    """Names of the missions that a group may have: tasks of the social domain."""
+    """Names of possible group missions: tasks of the social domain."""
     delegating_mission: ClassVar[str | None] = None
-    """Of these, the one whose group gives the others theirs."""
+    """Group mission whose group assigns missions to the other groups."""
     needs: ClassVar[tuple[str, ...]] = ()
-    """Attributes without which nothing would come of the mission; ``[communication.needs]`` has to list them."""
+    """Attributes required for any success; ``[communication.needs]`` has to list them."""
     vocabulary: ClassVar[tuple[Path, ...]] = ()
-    """Turtle files with classes and attributes of the mission's own; they are read beside the core ontology."""
+    """Turtle files with own classes and attributes, added to the core ontology."""
     sensors: ClassVar[Mapping[str, type[SensorSettings]]] = {}
-    """Kinds of sensors that ``type`` in ``[[vehicle.sensor]]`` names; the first is meant where it is absent."""
+    """Kinds of sensors for ``type`` in ``[[vehicle.sensor]]``; the first is the default."""
     tables: ClassVar[tuple[Table, ...]] = ()
-    """Tables that its truth writes; those of sensors are declared by them."""
+    """Tables written by its truth; sensors declare their own."""
     metrics: ClassVar[tuple[Any, ...]] = ()
-    """Metrics of its runs, ``missions.metric.Metric`` values: fields of the summary behind those of every run."""
+    """Metrics, ``missions.metric.Metric`` values, appended to the common summary fields."""
     figures: ClassVar[tuple[Any, ...]] = ()
-    """Figures of its runs, ``missions.figure.Figure`` values."""
+    """Figures, ``missions.figure.Figure`` values."""
 
     @classmethod
     @abstractmethod
     def from_scenario(cls, scenario: Any) -> Self:
-        """The mission of a scenario that has passed every check."""
+        """Return the mission of a valid scenario."""
         ...
 
     @abstractmethod
     def truth(self, recorder: Recorder, world: Any) -> Truth:
-        """A new truth, to watch one run.
-
-        Args:
-            recorder: takes the rows of the mission's own tables.
-            world: of the run, the object that sensors perceive.
-        """
+        """Return a new truth for one run: ``recorder`` takes its rows, ``world`` is that of the run."""
         ...
 
     def nature(self, world: Any) -> Callable[[FleetView, float], None] | None:
-        """What changes the world of a run: called with the fleet and the true time (s) whenever truth looks, before it.
+        """Return a function of fleet and true time (s) that changes the world; None by default.
 
-        It happens between vehicles, whether truth looks or not, so that a sensor perceives it in the next motion tick.
-        None by default: nothing changes. A vehicle by itself, see ``remoras.solo``, is refused a mission that has it.
+        It is called between vehicles before each observation by the truth, so sensors perceive changes in the next
+        motion tick. A vehicle run separately, see ``remoras.solo``, refuses such missions.
         """
         return None
 
     @classmethod
     def check(cls, scenario: Any) -> Iterable[Any]:
-        """``missions.errors.ConfigurationFault`` values for what is wrong between the tables; none by default.
+        """Return ``missions.errors.ConfigurationFault`` values for conflicts between tables.
 
-        Args:
-            scenario: a ``Scenario`` of this mission. A malformed table is no attribute of it; a check ends at it.
+        ``scenario`` lacks malformed tables; access to one ends the check.
         """
         return ()
 
     @classmethod
     def completed(cls, scenario: Any) -> Any:
-        """The scenario with what follows from its tables, such as roles for possible work; unchanged by default.
+        """Return the scenario with derived content, such as roles for possible work.
 
-        Called before any check between tables. The resolved scenario lists what it added, so it must leave tables alone
-        that are complete.
-
-        Args:
-            scenario: a ``Scenario`` of this mission, frozen.
+        Called before checks between tables; unchanged by default. The resolved scenario lists its additions, so it must
+        leave complete tables unchanged. ``scenario`` is frozen.
         """
         return scenario
 
     @property
     def vocabulary_used(self) -> tuple[Path, ...]:
-        """Of ``vocabulary``, the files that this scenario needs, all by default: items are numbered by their words."""
+        """Files of ``vocabulary`` needed by this scenario, which determine item numbering."""
         return self.vocabulary
 
     @property
     def instances(self) -> Sequence[tuple[str, str]]:
-        """(class, name) of what the whole fleet has names for from the start, beside vehicles, groups and the like."""
+        """(class, name) of additional instances known to the whole fleet from the start."""
         return ()
 
     @property
     def instances_found_per_vehicle(self) -> int:
-        """Most instances that the sensors of one vehicle create in a run; none by default."""
+        """Maximum number of instances created by one vehicle's sensors in a run."""
         return 0
 
     @property
     def most_observations(self) -> int:
-        """Most observations that the sensors of one vehicle make in a run; numbers on the wire are as wide as this."""
+        """Limit of sensor observations per vehicle and run; sets number widths on the wire."""
         return 10_000
 
     @property
     def places(self) -> Sequence[Any]:
-        """``missions.figure.Place`` values that pictures of its runs show; none by default."""
+        """``missions.figure.Place`` values for figures of its runs."""
         return ()

@@ -1,4 +1,4 @@
-"""Kinematics and energy of one vehicle: scalars in, scalars out.
+"""Kinematics and energy of one vehicle.
 
 Heading is mathematical: 0 along x (east), counter-clockwise, radians in (-pi, pi].
 """
@@ -13,17 +13,14 @@ from remoras.database import VehicleData
 
 Vector = tuple[float, float]
 NEAREST_M = 1e-100
-"""Whoever is nearer has no bearing: squares of less underflow."""
+"""Distance below which there is no bearing, since squares underflow."""
 
 
 class Motion:
-    """State of motion: place, heading, speed, what energy has been consumed, and what distance travelled.
+    """State of motion: position, heading, speed, energy consumed, distance travelled.
 
-    The heading is kept as a unit vector: what is asked for again and again in a tick are its sine and cosine, and they
-    follow from places by + - * / and square roots, which give the same bits everywhere.
-
-    Attributes:
-        ahead: the heading as a unit vector, (x east, y north).
+    The heading is stored as a unit vector ``ahead`` (x east, y north). Its components follow from positions by + - * /
+    and square roots, so they are bit-identical on all platforms.
     """
 
     __slots__ = ("_heading_rad", "_told", "ahead", "distance_m", "energy_j", "speed_mps", "x_m", "y_m")
@@ -47,7 +44,7 @@ class Motion:
 
     @property
     def heading_rad(self) -> float:
-        """The heading as an angle, in (-pi, pi]."""
+        """Heading, in (-pi, pi]."""
         if self._told is not self.ahead:
             self._told, angle = self.ahead, atan2(self.ahead[1], self.ahead[0])
             self._heading_rad = angle if angle > -PI else PI
@@ -61,12 +58,12 @@ class Motion:
 
     @property
     def position_m(self) -> Vector:
-        """Where the vehicle is: (x east, y north)."""
+        """Position (x east, y north)."""
         return self.x_m, self.y_m
 
     @property
     def velocity_mps(self) -> Vector:
-        """How it moves: (x east, y north)."""
+        """Velocity (x east, y north)."""
         return self.speed_mps * self.ahead[0], self.speed_mps * self.ahead[1]
 
     def __eq__(self, other: object) -> bool:
@@ -82,7 +79,7 @@ class Motion:
 
 
 def wrapped(angle_rad: float) -> float:
-    """The same angle in (-pi, pi].
+    """Normalise an angle to (-pi, pi].
 
     >>> wrapped(1.5 * math.pi) == -0.5 * math.pi
     True
@@ -90,12 +87,12 @@ def wrapped(angle_rad: float) -> float:
     if -PI < angle_rad <= PI:
         return angle_rad
     inside = PI - (PI - angle_rad) % TAU
-    return inside if inside > -PI else PI  # a rounding error beyond pi comes out as -pi
+    return inside if inside > -PI else PI  # -pi results from a rounding error beyond pi
 
 
 @lru_cache(maxsize=256)
 def _turn(most_rad: float) -> Vector:
-    """Cosine and sine of the greatest turn of a tick; the cosine is below all others where it may go all round."""
+    """Cosine and sine of the largest turn of a tick; cosine -2 for a full turn."""
     if most_rad >= PI:
         return -2.0, 0.0
     sine, cosine = sincos(most_rad)
@@ -103,10 +100,9 @@ def _turn(most_rad: float) -> Vector:
 
 
 def _turned(motion: Motion, wanted: Vector, most_rad: float) -> Vector | None:
-    """Turn towards a direction (unit vector) by at most an angle.
+    """Turn towards a unit vector by at most an angle.
 
-    Returns:
-        None if it is reached, else cosine and sine of the angle between it and the heading before the turn.
+    Return None if reached, else cosine and sine of the angle to it before the turn.
     """
     (x, y), (to_x, to_y) = motion.ahead, wanted
     along = x * to_x + y * to_y
@@ -118,7 +114,7 @@ def _turned(motion: Motion, wanted: Vector, most_rad: float) -> Vector | None:
 
 
 def turned(ahead: Vector, wanted: Vector, most_rad: float) -> Vector:
-    """A direction turned towards another one (unit vectors) by at most an angle.
+    """Return a unit vector turned towards another one by at most an angle.
 
     >>> turned((1.0, 0.0), (0.0, 1.0), 2.0), [round(part, 6) for part in turned((1.0, 0.0), (0.0, 1.0), PI / 4.0)]
     ((0.0, 1.0), [0.707107, 0.707107])
@@ -135,16 +131,12 @@ def turned(ahead: Vector, wanted: Vector, most_rad: float) -> Vector:
 
 
 def reaching_speed_mps(range_m: float, along: float, across: float, turn_rate_radps: float) -> float:
-    """Greatest speed (m/s) at which a vehicle can still turn on to its target.
+    """Return the greatest speed (m/s) at which a vehicle can still turn to its target.
 
-    The circle through the target that touches the heading has radius range / (2 sin error), with the error the angle
-    between the heading and the bearing of the target; a vehicle turns on a circle of radius speed / turn rate. A target
-    inside the vehicle's own circle would be orbited for ever. One abeam is as near to it as one astern.
+    The circle through the target, tangent to the heading, has radius range / (2 sin error); the turning radius is speed
+    / turn rate. A target inside the turning circle would be orbited forever; one astern counts as abeam.
 
-    Args:
-        range_m: distance to the target.
-        along, across: cosine and sine of the error; without error any speed does.
-        turn_rate_radps: limit of the control.
+    ``along``, ``across``: cosine and sine of the heading error; without error the speed is unlimited.
 
     >>> reaching_speed_mps(10.0, 0.0, 1.0, 0.5)
     2.5
@@ -154,17 +146,10 @@ def reaching_speed_mps(range_m: float, along: float, across: float, turn_rate_ra
 
 
 def advance(motion: Motion, data: VehicleData, target_m: tuple[float, float], speed_mps: float, dt_s: float) -> None:
-    """Move towards a target, within the limits of a vehicle.
+    """Move towards a target within the limits of the vehicle; changes ``motion``.
 
-    The heading turns by at most ``turn_rate_radps * dt_s``, the speed changes by at most
-    ``acceleration_mps2 * dt_s``, and the vehicle does not run past the target within the step.
-    Energy: (hotel_w + drag_w_per_mps3 * speed^3) * dt_s.
-
-    Args:
-        motion: is changed.
-        data: limits and energy of the vehicle.
-        target_m: where to go; speed_mps: how fast, 0 to slow down to a stop.
-        dt_s: for how long.
+    Heading and speed change by at most ``turn_rate_radps * dt_s`` and ``acceleration_mps2 * dt_s``; the vehicle does
+    not overshoot the target. Energy: (hotel_w + drag_w_per_mps3 * speed^3) * dt_s. Speed 0 stops the vehicle.
     """
     dx_m = target_m[0] - motion.x_m
     dy_m = target_m[1] - motion.y_m
@@ -177,16 +162,10 @@ def advance(motion: Motion, data: VehicleData, target_m: tuple[float, float], sp
 
 
 def follow(motion: Motion, data: VehicleData, velocity_mps: tuple[float, float], dt_s: float) -> None:
-    """Move with a velocity, as far as the limits of a vehicle allow.
+    """Move with a velocity (x east, y north) within the limits of the vehicle; changes ``motion``.
 
-    The heading turns towards the velocity as in ``advance``; the speed is the part of the velocity along the heading
-    that is reached, 0 if that is none. So a vehicle that is to go back turns on the spot.
-
-    Args:
-        motion: is changed.
-        data: limits and energy of the vehicle.
-        velocity_mps: x east, y north.
-        dt_s: for how long.
+    The heading turns as in ``advance``. The speed is the component along the reached heading, at least 0, so a vehicle
+    that has to reverse turns on the spot.
     """
     speed_mps = length(*velocity_mps)
     if speed_mps > NEAREST_M:
@@ -197,7 +176,7 @@ def follow(motion: Motion, data: VehicleData, velocity_mps: tuple[float, float],
 
 
 def _move(motion: Motion, data: VehicleData, speed_mps: float, most_m: float, dt_s: float) -> None:
-    """Take on a speed as far as possible and go along the heading, up to a distance unless the vehicle is to stop."""
+    """Approach a speed and move along the heading, at most ``most_m`` unless stopping."""
     most = data.acceleration_mps2 * dt_s
     before_mps, (east, north) = motion.speed_mps, motion.ahead
     change = speed_mps - before_mps

@@ -1,21 +1,17 @@
-"""Navigation: how far off a vehicle takes itself to be from where it is.
+"""Navigation error of a vehicle by dead reckoning with fixes.
 
-Under water a vehicle adds up its way by log and compass, and its error grows with that way. At the surface, or where it
-hears a beacon, it has a fix, and the error shrinks::
+Under water the error grows with the distance by log and compass. At the surface or in beacon range a fix reduces it::
 
-    de = drift u_n ds                 under water; u_n is drawn for each way n between two fixes
+    de = drift u_n ds                 under water; direction u_n sampled per interval n between fixes
     e <- e exp(-dt / fix_s)           at the surface, or within range of a beacon
 
-What the vehicle believes of its place is where it is plus e: by that it is guided, and that is what it tells. What it
-meets is where it is: others, the channel, the ground below its sensors.
+The believed position is the true one plus e; guidance and messages use it. Other vehicles, the channel and sensors
+depend on the true position. The vehicle knows only drift and distance, hence a bound::
 
-It does not know e. It knows its drift, from the data sheet, and its way, from the log, so it knows a bound::
+    db = drift ds,    b <- b exp(-dt / fix_s)    so that |e| <= b always, by the triangle inequality
 
-    db = drift ds,    b <- b exp(-dt / fix_s)    so that |e| <= b always, by the inequality of triangles
-
-All directions are as likely, so the variance of e on each axis is half the mean of |e|^2, and at most b^2 / 2.
-
-A current adds nothing to either: a Doppler log measures it.
+Directions are uniform, so the variance of e per axis is half the mean of |e|^2, at most b^2 / 2. A current adds
+nothing: a Doppler log measures it.
 """
 
 from __future__ import annotations
@@ -28,20 +24,19 @@ from exchange.arithmetic import distance, exp, log, sincos
 from remoras.work import Point
 
 STEPS = 50
-"""Steps by which the length of a stay is found."""
+"""Iterations for the duration of a fix."""
 HALF_ROOT = math.sqrt(0.5)
 SURFACE_M = 1.0
-"""A vehicle that is not deeper than this has a fix."""
+"""Depth down to which a vehicle has a fix."""
 
 
 @dataclass(frozen=True, slots=True)
 class Beacon:
-    """Something whose place is known: who is within ``range_m`` of it has a fix.
+    """Known position that gives fixes within ``range_m``.
 
     Attributes:
-        position_m: where it stands, or a function that says where it is now, None while it is silent: so a vehicle
-            that knows its place is a beacon to others.
-        carrier: name of that vehicle; empty if it stands.
+        position_m: fixed, or a function of the current position, None while silent: a vehicle may serve as a beacon.
+        carrier: name of that vehicle; empty if fixed.
     """
 
     position_m: Point | Callable[[], Point | None]
@@ -49,16 +44,16 @@ class Beacon:
     carrier: str = ""
 
     def reaches(self, position_m: Point) -> bool:
-        """True if it is heard at a place."""
+        """True if the beacon is in range of a position."""
         at_m = self.position_m() if callable(self.position_m) else self.position_m
         return at_m is not None and distance(position_m, at_m) <= self.range_m
 
 
 @dataclass(frozen=True, slots=True)
 class NavigationConstants:
-    """The constants of the equations above; ``drift`` is a share of the way.
+    """Constants of the equations above; ``drift`` is a share of distance.
 
-    ``vertical_speed_mps`` is the speed at which vehicles change their depth to have a fix.
+    ``vertical_speed_mps``: rate of depth change for a fix.
     """
 
     drift: float
@@ -68,10 +63,10 @@ class NavigationConstants:
 
 
 def takes_s(constants: NavigationConstants, depth_m: float) -> float:
-    """Time of a fix at the surface, from the decision to go up until the vehicle is down again.
+    """Return the duration (s) of a fix at the surface, ascent and descent included.
 
-    The stay is that of ``missions.features.navigation``: x times ``fix_s``, where exp(x) = 1 + s + x and s is the way
-    there and back in ``fix_s``. Found by x <- log(1 + s + x), which comes nearer by 1 / (1 + s + x) each time.
+    The dwell follows ``missions.features.navigation``: x times ``fix_s``, with exp(x) = 1 + s + x, s being the travel
+    time in ``fix_s``. Fixed-point iteration x <- log(1 + s + x) contracts by 1 / (1 + s + x).
 
     >>> round(takes_s(NavigationConstants(0.01), 20.0), 1)
     104.4
@@ -84,19 +79,16 @@ def takes_s(constants: NavigationConstants, depth_m: float) -> float:
 
 
 class Navigation:
-    """The error of one vehicle.
+    """Navigation error of one vehicle.
 
     Args:
-        constants: of all vehicles.
-        depth_m: of this one.
-        direction_rad: draws the direction in which it drifts on its n-th way between two fixes, from 0.
+        depth_m: initial depth.
+        direction_rad: samples the drift direction of interval n between fixes, from 0.
 
     Attributes:
-        error_m: where it takes itself to be, from where it is; the vehicle does not know it.
-        uncertainty_m: the greatest error that it may have, as it knows.
-        depth_m: at which it is now.
-        has_fix: True if it had one in the last tick.
-        constants: of all vehicles.
+        error_m: believed minus true position; unknown to the vehicle.
+        uncertainty_m: bound of the error; known to the vehicle.
+        has_fix: True if the last tick had a fix.
 
     >>> adrift = Navigation(NavigationConstants(0.01, beacons=(Beacon((0.0, 0.0), 50.0),)), 20.0, lambda n: 0.0)
     >>> adrift.go((500.0, 0.0), 500.0, 1.0)
@@ -118,12 +110,7 @@ class Navigation:
         self._course: Point | None = None
 
     def go(self, position_m: Point, way_m: float, dt_s: float) -> None:
-        """Account for a tick.
-
-        Args:
-            position_m: where the vehicle really is now.
-            way_m: that it has gone in the tick; dt_s: its length.
-        """
+        """Update for a tick of ``dt_s`` that ended at the true ``position_m`` after ``way_m``."""
         constants, (x_m, y_m) = self.constants, self.error_m
         self.has_fix = self.depth_m <= SURFACE_M or any(beacon.reaches(position_m) for beacon in constants.beacons)
         if self.has_fix:
@@ -142,7 +129,7 @@ class Navigation:
 
     @property
     def sigma_m(self) -> float:
-        """Standard deviation of its error on each axis, as it knows.
+        """Standard deviation (m) of the error per axis, as known to the vehicle.
 
         >>> adrift = Navigation(NavigationConstants(0.01), 20.0, lambda n: 0.0)
         >>> adrift.go((500.0, 0.0), 500.0, 1.0)
@@ -152,6 +139,6 @@ class Navigation:
         return self.uncertainty_m * HALF_ROOT
 
     def go_to_depth(self, depth_m: float, dt_s: float) -> None:
-        """Come nearer to a depth, for ``dt_s``."""
+        """Approach a depth for ``dt_s``."""
         most_m = self.constants.vertical_speed_mps * dt_s
         self.depth_m += min(max(depth_m - self.depth_m, -most_m), most_m)

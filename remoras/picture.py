@@ -1,4 +1,4 @@
-"""What a vehicle knows at this moment that its behaviours look at; each part has one owner that alone writes it."""
+"""State of a vehicle as seen by its behaviours; each part has one owner, its only writer."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from remoras.work import Point, Work
 
 @dataclass(slots=True)
 class Body:
-    """The vehicle itself; owned by its functional layer.
+    """State of the vehicle itself; owned by its functional layer.
 
     Attributes:
-        now_s: time of the last motion tick.
-        battery: share of the energy left; reserve: share that the way home takes, with margin.
-        outside_m: how far the vehicle is outside the area of operations.
-        last_yield_s: when its own sensors last found something.
-        contacts_m: where the obstacle sonar sees vehicles; it does not tell which.
-        settled_s: since when the vehicle has stayed near one place.
-        sensors_on: names of the sensors that are switched on, whether they work or not.
-        answering: names of the sensors that tell their state, on or off, and tell that they work.
-        uncertainty_m: greatest distance between where the vehicle takes itself to be and where it is, as it knows.
-        n_fixes: how often it has interrupted its work to learn where it is.
+        now_s: last motion tick.
+        battery: share of energy left; reserve: share for the way home, margin included.
+        outside_m: distance outside the area of operations.
+        last_yield_s: last detection by own sensors.
+        contacts_m: sonar contacts, without identity.
+        settled_s: start of the stay near one place.
+        sensors_on: names of sensors switched on, working or not.
+        answering: names of sensors that report to work, whether on or off.
+        uncertainty_m: bound of the position error.
+        n_fixes: number of interruptions for a fix.
     """
 
     now_s: float = 0.0
@@ -43,11 +43,7 @@ class Body:
 
 
 class Headings(Mapping[str, Point]):
-    """Unit vectors along which vehicles have moved last, by name: (x east, y north).
-
-    Args:
-        positions_m, before_m: as ``Peers`` has them.
-    """
+    """Unit vectors of the last observed motion of vehicles (x east, y north)."""
 
     def __init__(self, positions_m: Mapping[str, Point], before_m: Mapping[str, Point]) -> None:
         self._positions_m = positions_m
@@ -68,19 +64,19 @@ class Headings(Mapping[str, Point]):
 
 @dataclass(slots=True)
 class Peers:
-    """The other vehicles, as far as heard; owned by the radio.
+    """Other vehicles, as received; owned by the radio.
 
     Attributes:
-        positions_m: last position known of each vehicle, by name.
-        n_positions: how many positions of each have been heard: so a behaviour knows that one is new.
-        before_m: another one where it was before that; who was never seen to move is missing.
-        headings: unit vectors, from the one to the other.
-        heard_s: when a packet of each was last heard; who was never heard is missing.
-        told_s: when, at the earliest, each last spoke whose packet was missed, as others have told.
-        reported_s: of when the newest report of each is that others have passed on.
-        last_news_s: when a contribution to the mission was last heard of.
-        links: what the links from and to each peer lose, as far as it can be told.
-        unheard: peers that are not known to have heard of roles which this vehicle gave out, and these roles.
+        positions_m: last known positions.
+        n_positions: number of positions received, so that behaviours recognise a new one.
+        before_m: previous distinct position; missing without observed motion.
+        headings: unit vectors from previous to last position.
+        heard_s: last packet received; missing if never.
+        told_s: earliest possible time of the last transmission that was missed, reported by others.
+        reported_s: time of the newest relayed report.
+        last_news_s: last received contribution to the mission.
+        links: estimated losses of the links from and to each peer.
+        unheard: roles assigned by this vehicle and not acknowledged, by peer.
     """
 
     positions_m: dict[str, Point] = field(default_factory=dict)
@@ -98,23 +94,23 @@ class Peers:
         self.headings = Headings(self.positions_m, self.before_m)
 
     def note_word(self, name: str, spoke_s: float) -> None:
-        """Note when, at the earliest, a vehicle spoke that was not heard, as others tell."""
+        """Record the earliest time of a missed transmission, reported by others."""
         self.told_s[name] = max(spoke_s, self.told_s.get(name, -math.inf))
 
     def note_report(self, name: str, time_s: float) -> None:
-        """Note that a report of a vehicle of that time was passed on."""
+        """Record the time of a relayed report."""
         self.reported_s[name] = max(time_s, self.reported_s.get(name, -math.inf))
 
     @property
     def known_s(self) -> Mapping[str, float]:
-        """Of when each is known how it is: when its packet was heard last, or its newest report that was passed on."""
+        """Time of the latest information on each: last packet, or newest relayed report."""
         heard_s = self.heard_s
         newer_s = {name: time_s for name, time_s in self.reported_s.items() if time_s > heard_s.get(name, -math.inf)}
         return heard_s | newer_s if newer_s else heard_s
 
     @property
     def word_s(self) -> Mapping[str, float]:
-        """When, at the earliest, each last spoke, by its own packets and by what others tell."""
+        """Earliest time of each peer's last transmission, received or reported."""
         return self.heard_s | {
             name: max(told_s, self.heard_s.get(name, told_s)) for name, told_s in self.told_s.items()
         }
@@ -122,17 +118,17 @@ class Peers:
 
 @dataclass(slots=True)
 class Groups:
-    """The vehicle's groups; owned by its social layer.
+    """Groups of the vehicle; owned by its social layer.
 
     Attributes:
-        gathered: groups believed to be together at their rally point.
-        planning_due: True while the social layer has something to plan.
-        awaited: by group, how much of the wait for its meeting is for this vehicle, 0..1: 0 if another one is
-            expected to be at work as long, 1 if all others are free.
-        idle_since_s: by group that this vehicle leads, since when there is nothing left that anybody present is to do.
-        works: the work of each group, as this vehicle knew it at the end of the last frame; none where nobody signals.
-        returned_s: when a peer that was absent was heard again last, by its name.
-        meets_unheard: True while the vehicle, which is cut off, meets with whoever has come, heard or not.
+        gathered: groups believed gathered at their rally point.
+        planning_due: True while planning is pending.
+        awaited: share of a group's wait for its rendezvous due to this vehicle, 0..1: 0 if another one is expected to
+            work as long, 1 if all others are free.
+        idle_since_s: start of the time without work for present members, by group led.
+        works: jobs of each group as known at the end of the last frame; empty without signals.
+        returned_s: last return of an absent peer.
+        meets_unheard: True while an isolated vehicle meets with those present, received or not.
     """
 
     gathered: set[str] = field(default_factory=set)
@@ -144,7 +140,7 @@ class Groups:
     meets_unheard: bool = False
 
     def note_work(self, group: str, is_left: bool, now_s: float) -> None:
-        """Note whether there is something left in a group that somebody present is to do."""
+        """Record whether a group has work left for present members."""
         if is_left:
             self.idle_since_s.pop(group, None)
         else:
@@ -153,11 +149,11 @@ class Groups:
 
 @dataclass(slots=True)
 class Picture:
-    """The parts together.
+    """All parts together.
 
     Attributes:
-        frame_s: length of a TDMA frame, in which everybody may speak once; infinite where nobody speaks.
-        facts: what the vehicle knows, to be looked up.
+        frame_s: duration of a TDMA frame; infinite without communication.
+        facts: lookup of known facts.
     """
 
     body: Body = field(default_factory=Body)

@@ -1,8 +1,8 @@
-"""The seam of sensors: what a vehicle perceives of the world of its mission.
+"""Protocol of sensors: perception of the world of a mission.
 
 A vehicle has any number of sensors, one ``[[vehicle.sensor]]`` table each. A sensor is one file: its settings (a
 ``SensorSettings`` with the keys of the table) and the sensor itself. An activity names the sensors that it switches on;
-those that are on are asked once a motion tick. The world is whatever object the mission makes of it.
+these are called once per motion tick. The world is any object of the mission.
 
 ::
 
@@ -39,24 +39,26 @@ if TYPE_CHECKING:
     from remoras.database import VehicleData
 
 Reading = str | float | bool | tuple[float, float]
-"""A value by name: that of a link is the name of the instance it points to, that of a point (x, y)."""
+"""Value by name: instance name for a link, (x, y) for a point."""
 Fact = tuple[str, str, Reading] | tuple[str, str, Reading, float]
-"""(subject, attribute, value), by names; behind it the uncertainty, if the sensor knows one: the standard deviation of
-numbers and points, in their unit and of each axis alike; the probability that the value is right for all others."""
+"""(subject, attribute, value), by names, optionally with uncertainty.
+
+For numbers and points it is the standard deviation, in their unit, per axis; for other values the probability of being
+correct.
+"""
 
 MOST_SIGMA_M = 32.0
-"""The greatest standard deviation of a place that can be told, by ``rm:location`` of the ontology."""
+"""Greatest standard deviation of a position in ``rm:location`` of the ontology."""
 SELF = ""
-"""Subject of a fact about the instance that the observation has found."""
+"""Subject of facts about the detected instance."""
 
 
 class Pose(NamedTuple):
-    """Where a sensor is and how it moves: metres, radians, metres per second; depth below the surface.
+    """Position and motion of a sensor: m, rad, m/s; depth below the surface.
 
-    What it perceives is where it is. What it reports is where the vehicle takes itself to be, ``error_m`` from there.
-    ``speed_mps`` is through the water, and ``flow_mps`` the velocity of the water there: (x east, y north). The vehicle
-    does not know its error, but that it is not greater than ``uncertainty_m``, and its standard deviation on each axis,
-    ``sigma_m``.
+    Perception uses the true position, reports the believed one, ``error_m`` from it. ``speed_mps`` is through the
+    water, ``flow_mps`` the velocity of the water (x east, y north). The vehicle does not know its error, only the bound
+    ``uncertainty_m`` and the standard deviation per axis ``sigma_m``.
     """
 
     x_m: float
@@ -83,23 +85,20 @@ class Pose(NamedTuple):
 
     @property
     def believed_m(self) -> tuple[float, float]:
-        """Where the vehicle takes itself to be: (x east, y north)."""
+        """Believed position (x east, y north)."""
         return self.x_m + self.error_m[0], self.y_m + self.error_m[1]
 
     def located(self, seen_m: tuple[float, float], sigma_m: float, n_look: int = 1) -> Fact:
-        """Where something is that was seen, and how sure that is by the sensor and by the vehicle's own place.
+        """Return the position fact of a detection, with the uncertainty of sensor and vehicle.
 
-        The errors of looks are their own, but that of the vehicle is the same for all looks of a dive. So the mean of n
-        looks has the variance ``sigma_m**2 / n + self.sigma_m**2``, and the n-th states what it adds to those before:
-        fused as if independent they come to just that. The first states the root of the sum of squares.
+        Sensor errors of observations are independent, the vehicle's error is common to a dive. So the mean of n has
+        variance ``sigma_m**2 / n + self.sigma_m**2``, and the n-th states its own contribution: fused as independent,
+        they yield that variance. Above ``MOST_SIGMA_M`` the fact has no uncertainty.
 
         Args:
-            seen_m: where, as the vehicle takes it.
-            sigma_m: standard deviation of the sensor's error on each axis.
-            n_look: which look at the same thing it is in this dive, from 1.
-
-        Returns:
-            The fact, without uncertainty where the look adds next to nothing: with more than ``MOST_SIGMA_M``.
+            seen_m: in the vehicle's frame of belief.
+            sigma_m: standard deviation of the sensor per axis.
+            n_look: number of the observation of this object in the dive, from 1.
 
         >>> pose = Pose(0.0, 0.0, 5.0, 0.0, 1.0, sigma_m=1.5)
         >>> pose.located((3.0, 4.0), 2.0)
@@ -116,14 +115,14 @@ class Pose(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """What a sensor has found out in one tick.
+    """Result of a sensor in one tick.
 
     Attributes:
-        facts: recorded together in the vehicle's world model, and told to whoever needs them.
-        row: values for the sensor's table, behind time and vehicle; empty for none.
-        found: class of an instance that is created for what was found; facts with subject ``SELF`` are about it.
-        within_m: so far from where it was found the nearest instance of the class that the vehicle knows of is taken
-            for what was found, and none is created; the first fact about it with a point says where. 0: always create.
+        facts: recorded together and sent to interested peers.
+        row: values for the sensor's table after time and vehicle; empty for none.
+        found: class of the instance created for a detection; facts with subject ``SELF`` describe it.
+        within_m: an instance of the class known within this distance of the first point fact is reused; 0: always
+            create.
     """
 
     facts: tuple[Fact, ...] = ()
@@ -137,23 +136,23 @@ class Sensor(Protocol):
 
     @property
     def table(self) -> Table | None:
-        """Table that its rows go to: time, vehicle, then the columns of ``Observation.row``; None if it writes none."""
+        """Table of its rows: time, vehicle, then columns of ``Observation.row``; None without rows."""
         ...
 
     def sense(self, pose: Pose, world: Any, now_s: float) -> Sequence[Observation]:
-        """What it perceives now; called once a motion tick while an activity has it switched on.
+        """Return the observations of a motion tick; called while switched on.
 
-        It must be a function of its own past, pose, world and time alone: a draw is keyed by these, never streamed.
+        It must depend only on its past, pose, world and time: random draws are keyed by these, never streamed.
         """
         ...
 
 
 class SensorSettings(BaseModel):
-    """The table ``[[vehicle.sensor]]`` of one sensor; a kind of sensor adds its keys."""
+    """Table ``[[vehicle.sensor]]``; kinds of sensors add keys."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
     EQUIPMENT: ClassVar[str] = "Sensor"
-    """Class of the ontology that such sensors are of; a kind of sensor says its own."""
+    """Ontology class of such sensors, overridden per kind."""
 
     type: str = Field("", description="sensor: a name that the mission knows, or package.module:object")
     name: str = Field("", description="name by which activities switch it on; its type if absent")
@@ -161,9 +160,9 @@ class SensorSettings(BaseModel):
 
     @property
     def tells_state(self) -> bool:
-        """True if the vehicle can ask it, on or off, whether it works; most sensors just fall silent when they fail."""
+        """True if the sensor reports its health, on or off; most just stop observing on failure."""
         return False
 
     def make(self, data: VehicleData) -> Sensor:
-        """The sensor of a vehicle, made anew for every run; ``data`` are what the vehicle really is in that run."""
+        """Return a new sensor for a run; ``data`` are the true properties of the vehicle."""
         raise NotImplementedError(f"{type(self).__name__} does not say how its sensor is made: define make(data)")

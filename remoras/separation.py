@@ -1,9 +1,8 @@
-"""Separation: which vehicles are near each other, as the obstacle sonars see them and as it really is.
+"""Separation: sonar contacts and true conflicts between vehicles.
 
-Vehicles whose depths differ by more than ``SAME_DEPTH_M`` pass freely. Depths do not change in a run, so the fleet
-falls into layers once; a feature by which they do puts something else in the place of ``Separation``. In every tick
-those of a layer that are near each other are found: few by comparing all, more by squares as wide as the sonar reaches,
-since only vehicles in one square or in adjacent ones can be near.
+Vehicles with a depth difference above ``SAME_DEPTH_M`` do not interact. Depths are constant in a run, so the fleet has
+fixed layers; a feature with variable depths replaces ``Separation``. In each tick, close pairs of a layer are found
+directly, or for many vehicles by a grid with cells of sonar range.
 """
 
 from __future__ import annotations
@@ -20,19 +19,19 @@ from remoras.motion import Motion
 from remoras.recorder import Row
 
 NEAR_M = 30.0
-"""A vehicle that stays within this distance of a place has settled there; it gives way to others meanwhile."""
+"""Distance within which a vehicle has settled at a place; it yields to others meanwhile."""
 SONAR_M = 60.0
 """Range of the obstacle sonar."""
 SAME_DEPTH_M = 3.0
-"""Vehicles that differ more than this in depth pass freely."""
+"""Depth difference above which vehicles do not interact."""
 TOLERANCE_M = 0.001
-"""Distances are compared to the millimetre: a start that is written as far off as it has to be is no conflict."""
+"""Tolerance of distances: starts at exactly the separation are no conflict."""
 CONFLICT = "conflict"
-"""Kind of the rows in ``faults`` which say that two vehicles are nearer to each other than they are to be."""
+"""Kind of rows in ``faults`` for violated separation."""
 FEW = 8
-"""So many vehicles are compared with each other all: to sort them into squares takes longer."""
+"""Number of vehicles up to which comparing all pairs is faster than a grid."""
 _HALF = ((1, -1), (1, 0), (1, 1), (0, 1))
-"""Squares adjacent to one, of each opposite pair only one."""
+"""Adjacent cells, one of each opposite pair."""
 
 
 class _Layer(Protocol):
@@ -43,28 +42,28 @@ class _Layer(Protocol):
 
     @property
     def depth_m(self) -> float:
-        """At which it is now."""
+        """Current depth."""
         ...
 
 
 class Moving(Protocol):
-    """What has a name, a depth and a motion: a vehicle."""
+    """Vehicle with name, depth and motion."""
 
     data: VehicleData
 
     @property
     def functional(self) -> _Layer:
-        """What moves it."""
+        """Functional layer, which holds the motion."""
         ...
 
     @property
     def is_alive(self) -> bool:
-        """True unless it floats up out of the way."""
+        """False once it floats to the surface without power."""
         ...
 
 
 def in_layers(depths_m: Sequence[float]) -> list[list[int]]:
-    """Indices of the depths in groups between which nobody meets anybody; a depth that meets no other is left out.
+    """Group indices of depths into layers without mutual interaction; singletons are omitted.
 
     >>> in_layers([20.0, 0.0, 22.0, 24.5])
     [[0, 2, 3]]
@@ -80,7 +79,7 @@ def in_layers(depths_m: Sequence[float]) -> list[list[int]]:
 
 
 def _in_adjacent_squares(motions: Mapping[int, Motion]) -> list[tuple[int, int]]:
-    """Pairs of vehicles, by index, in one square as wide as the sonar reaches, or in two that touch, in order."""
+    """Sorted pairs of indices in one grid cell or in adjacent ones."""
     squares: dict[tuple[int, int], list[int]] = {}
     for index, motion in motions.items():
         squares.setdefault((int(motion.x_m // SONAR_M), int(motion.y_m // SONAR_M)), []).append(index)
@@ -94,16 +93,14 @@ def _in_adjacent_squares(motions: Mapping[int, Motion]) -> list[tuple[int, int]]
 
 
 class Separation:
-    """Watches the distances between the vehicles of a fleet.
+    """Monitor of the distances in a fleet.
 
     Args:
-        vehicles: of the fleet, in the order of the nodes.
-        separation_m: distance that two vehicles in one layer are to keep.
+        vehicles: in node order.
 
     Attributes:
-        vehicles: the same, to be replaced where one begins anew.
-        separation_m: the same.
-        layers: indices of the vehicles that may meet.
+        vehicles: replaced by the caller when a vehicle restarts.
+        layers: indices of vehicles that may interact.
     """
 
     def __init__(self, vehicles: Sequence[Moving], separation_m: float) -> None:
@@ -114,9 +111,9 @@ class Separation:
         self._conflicts: frozenset[tuple[int, int]] = frozenset()
 
     def look(self) -> dict[int, list[Neighbour]]:
-        """What the obstacle sonar of every vehicle sees of the others, by its index; who sees nobody is missing.
+        """Return the sonar contacts of each vehicle, by index; vehicles without contacts are missing.
 
-        One without power floats up, out of the way.
+        A vehicle without power floats to the surface, out of the way.
         """
         self._pairs = []
         seen: dict[int, list[Neighbour]] = {}
@@ -125,7 +122,6 @@ class Separation:
         return seen
 
     def _look_in(self, layer: Sequence[int], seen: dict[int, list[Neighbour]]) -> None:
-        """Add what the vehicles of a layer see of each other, in the order of the nodes."""
         vehicles = self.vehicles
         motions = {index: vehicles[index].functional.motion for index in layer}
         for one, other in combinations(layer, 2) if len(layer) <= FEW else _in_adjacent_squares(motions):
@@ -141,13 +137,13 @@ class Separation:
             seen.setdefault(other, []).append(Neighbour(-dx_m, -dy_m, *a.velocity_mps))
 
     def may_meet(self, one: int, other: int) -> bool:
-        """True if two vehicles of a layer, by index, keep clear of each other: a layer may be thicker than that."""
+        """True if two vehicles of a layer interact: a layer may be thicker than ``SAME_DEPTH_M``."""
         return abs(self.vehicles[one].data.depth_m - self.vehicles[other].data.depth_m) <= SAME_DEPTH_M
 
     def conflicts(self, now_s: float) -> list[Row]:
-        """Rows for ``faults`` of pairs that have come too near since the last call.
+        """Return rows for ``faults`` of new violations since the last call.
 
-        Only pairs that saw each other are looked at: the sonar reaches farther than two vehicles move in a tick.
+        Only pairs with contact are checked: sonar range exceeds the motion of a tick.
         """
         if not self._pairs:
             self._conflicts = frozenset()
@@ -159,6 +155,6 @@ class Separation:
         ]
 
     def are_too_near(self, one: int, other: int) -> bool:
-        """True if two vehicles that see each other, by index, are nearer than they are to be."""
+        """True if two vehicles violate the separation."""
         a, b = self.vehicles[one].functional.motion, self.vehicles[other].functional.motion
         return length(b.x_m - a.x_m, b.y_m - a.y_m) < self.separation_m - TOLERANCE_M

@@ -1,21 +1,19 @@
-"""The seam of organisational strategies: how groups form and re-form, and who does which job.
+"""Protocol of organisational strategies: group formation, reorganisation, job assignment.
 
-A strategy runs inside a vehicle's social layer. It sees data that the whole fleet shares and what this vehicle
-believes, never the truth. A Python caller passes the object; a scenario names it as ``package.module:object``. Who asks
-it what, and when:
+A strategy runs in a vehicle's social layer, on fleet-wide static data and the vehicle's beliefs, never on the truth. A
+Python caller passes the object; a scenario names it as ``package.module:object``. Calls:
 
 ==============  ======================  ====================================================================
-``form``        before the mission      who founds the groups; asked once for the whole fleet
-``adapt``       mission of a group is   who gets which role; asked of the head of the group, before the
-                planned                 mission if ``planned_before``
-``negotiator``  before the mission      an object for one vehicle in one group that has jobs
-``negotiate``   end of every TDMA       what this vehicle states next; asked of each of its negotiators
+``form``        before the mission      initial roles; once for the whole fleet
+``adapt``       planning of a group's   role assignments; by the leader of the group, before the mission if
+                mission                 ``planned_before``
+``negotiator``  before the mission      an object per vehicle and group with jobs
+``negotiate``   end of every TDMA       next statements of the vehicle; for each of its negotiators
                 frame
 ==============  ======================  ====================================================================
 
-What a negotiator states are facts: they travel in the same packets and slots as everything else. ``form_groups``,
-``adapt_roles`` and ``ask`` put these questions and hold the answers against the seam: a strategy that raises or answers
-with something else is named in a ``PluginError``.
+Statements are facts, sent in common packets and slots. ``form_groups``, ``adapt_roles`` and ``ask`` validate the
+answers: an exception or invalid answer becomes a ``PluginError`` with the strategy's name.
 """
 
 from __future__ import annotations
@@ -36,31 +34,29 @@ Statable = tuple[str, str, str | float | bool]
 """(subject, attribute, value) of a fact, by names."""
 
 JOB_DONE = DONE
-"""Key of a declaration's messages: a vehicle has done a job; the attributes of the mission's jobs take its place."""
+"""Message key for finished jobs, replaced by the attributes of the mission's jobs."""
 OBJECTIVE = OBJECTIVES
-"""Key of a declaration's messages: a role is given an objective; the mission has an attribute for each kind."""
+"""Message key for objectives of roles, replaced by the mission's attributes."""
 INFLUENCE_SIGNAL = "influence signal"
-"""Key of a declaration's messages: one signed byte for every role that the sender plays, in every slot."""
+"""Message key for one signed byte per own role and slot."""
 
 
 @dataclass(frozen=True, slots=True)
 class Declaration:
-    """What a strategy is and what it takes from the vehicles.
+    """Properties of a strategy and its demands on vehicles.
 
     Attributes:
-        source: the publication it follows.
-        messages: what its vehicles tell each other to organise themselves: attributes of the core ontology,
-            ``JOB_DONE``, ``OBJECTIVE`` or ``INFLUENCE_SIGNAL``, and what each says.
-        planned_before: missions are planned, and objectives known to all, before the mission; else heads plan them
-            and tell the others.
-        communicates: vehicles send packets at all.
-        influences: vehicles send influence signals.
-        meets: vehicles speak at meetings only; who has no part in them takes nobody's silence for absence.
-        blocks_per_round: most blocks that a vehicle states in a round of consultation, for each job.
-        sharing: of no strategy that is ranked: the class, ``remoras.bound.InstantSharing``, by which the vehicles of an
-            upper bound know what no packet told them.
-        authorities: what members may change that do not lead their group; without any the head alone gives out roles.
-        private_jobs: whoever takes a job notes it for itself alone; what others believe of that is nobody's error.
+        source: publication.
+        messages: meaning of each message: attributes of the core ontology, ``JOB_DONE``, ``OBJECTIVE`` or
+            ``INFLUENCE_SIGNAL``.
+        planned_before: True if missions are planned and known before the start; else leaders plan and send them.
+        communicates: True if vehicles send packets.
+        influences: True if vehicles send influence signals.
+        meets: True if vehicles send at rendezvous only; non-participants do not take silence for absence.
+        blocks_per_round: maximum number of blocks per vehicle, consultation round and job.
+        sharing: for upper bounds, the class of instant knowledge, ``remoras.bound.InstantSharing``; excludes ranking.
+        authorities: changes allowed to members other than the leader; by default only the leader assigns roles.
+        private_jobs: True if vehicles record own jobs privately; contrary beliefs of others are no errors.
     """
 
     source: str
@@ -70,22 +66,21 @@ class Declaration:
     influences: bool = False
     meets: bool = False
     blocks_per_round: int = 0
-    sharing: Any = None  # it knows vehicles, and vehicles their strategy
+    sharing: Any = None  # untyped: avoids an import cycle
     authorities: frozenset[Authority] = frozenset()
     private_jobs: bool = False
 
     @property
     def tells(self) -> bool:
-        """True if others come to know what a vehicle tells: by packets, or at once."""
+        """True if others learn a vehicle's statements, by packets or instantly."""
         return self.communicates or self.sharing is not None
 
 
 @dataclass(frozen=True, slots=True)
 class Statement:
-    """Facts that a vehicle states together.
+    """Facts stated together.
 
-    Attributes:
-        told: to the others too; else the vehicle only notes them for itself.
+    ``told``: sent to others; else recorded by the vehicle only.
     """
 
     facts: tuple[Statable, ...]
@@ -94,7 +89,7 @@ class Statement:
 
 @dataclass(frozen=True, slots=True)
 class Heard:
-    """Facts that a peer stated together."""
+    """Facts stated together by a peer."""
 
     issuer: str
     time_s: float
@@ -103,20 +98,18 @@ class Heard:
 
 @dataclass(frozen=True, slots=True)
 class Situation:
-    """What a vehicle knows at the end of a round of consultation.
+    """Knowledge of a vehicle at the end of a consultation round.
 
     Attributes:
-        now_s: time that what is stated now will bear.
-        round: number of the TDMA frame that ends, from 1.
-        work: jobs of the group and who does them, with the vehicle's own position as it is.
-        rally_m: where the group meets, if it does.
-        heard: what peers stated of the strategy's attributes and of roles, since the last round.
-        heard_s: when a packet of each peer was last heard, or of when its newest report is that others have passed on;
-            peers never heard of are missing.
-        unheard: peers that have not acknowledged roles which this vehicle stated they play, and these roles by
-            ``Group.Role``.
-        calls: by peer, how dissatisfied it is by its last influence signal, above 0 to 1; contented ones are missing.
-        links: by peer, what the links from and to it lose, as far as this vehicle can tell.
+        now_s: time stamp of statements.
+        round: number of the ending TDMA frame, from 1.
+        work: jobs of the group, with the true own position.
+        rally_m: rally point of the group, if any.
+        heard: peers' statements on roles and attributes of the strategy, since the last round.
+        heard_s: time of the latest information on each peer: last packet, or newest relayed report; missing if none.
+        unheard: roles ``Group.Role`` assigned by this vehicle and not acknowledged, by peer.
+        calls: dissatisfaction by the last influence signal, in (0, 1]; satisfied peers are missing.
+        links: estimated losses of the links from and to each peer.
     """
 
     now_s: float
@@ -132,15 +125,14 @@ class Situation:
 
 @dataclass(frozen=True, slots=True)
 class Move:
-    """What a vehicle makes of a round.
+    """Result of a round.
 
     Attributes:
-        statements: what it states.
-        holding: the group still has work to hand out, so it does not count as gathered.
-        silent: the vehicle sends nothing; what it has to tell waits.
-        expected: peers whose silence means nothing now: their lease begins when they are expected no longer.
-        until_news: the vehicle has nothing to state, and would answer the same to any situation with the same roles in
-            which nothing is heard and nobody is unheard: it is not asked before.
+        holding: the group has work to assign, so it is not gathered.
+        silent: the vehicle sends nothing; its data stay queued.
+        expected: peers with expected silence: their lease starts afterwards.
+        until_news: nothing to state, and the same answer for equal roles without statements or unacknowledged roles:
+            skip calls until then.
     """
 
     statements: tuple[Statement, ...] = ()
@@ -151,24 +143,23 @@ class Move:
 
 
 class Negotiator(Protocol):
-    """One vehicle's part in dividing the jobs of one group; it keeps what it has heard.
+    """One vehicle's part in assigning the jobs of one group; keeps state.
 
-    Where members keep to themselves who does what (``Declaration.private_jobs``), a negotiator may have a second
-    method, ``division() -> Mapping[str, str]``: names of the vehicles that are to do jobs, by role, as the messages of
-    the strategy have told all. It is asked once the vehicle has heard nobody for a part of a lease; what it leaves out
-    goes by what all knew before the mission.
+    With ``Declaration.private_jobs`` it may have ``division() -> Mapping[str, str]``: vehicle by role, as sent to all
+    by the strategy's messages. It is called after a silence of all peers for part of a lease; missing roles follow the
+    common prior knowledge.
     """
 
     def negotiate(self, situation: Situation) -> Move:
-        """What to state now."""
+        """Return the next statements."""
         ...
 
 
 class Strategy(Protocol):
-    """An organisational strategy; its parameters are the fields of a frozen dataclass.
+    """Organisational strategy; its parameters are the fields of a frozen dataclass.
 
-    All five members are compulsory. Strategies that differ only in how jobs are divided take ``form`` from
-    ``remoras.strategies.founding`` and often ``adapt`` too::
+    All five members are required. Strategies that differ in job assignment only reuse ``form`` of
+    ``remoras.strategies.founding`` and often its ``adapt``::
 
         @dataclass(frozen=True, slots=True)
         class Mine:
@@ -183,29 +174,29 @@ class Strategy(Protocol):
 
     @property
     def name(self) -> str:
-        """Name by which results and figures show it."""
+        """Name in results and figures."""
         ...
 
     @property
     def declaration(self) -> Declaration:
-        """What it is and what it takes from the vehicles."""
+        """Properties and demands."""
         ...
 
     def form(self, database: AUVDatabase, groups: Sequence[Group]) -> Organisation:
-        """The organisation that is agreed before the mission: groups and their founding roles."""
+        """Return the initial organisation: groups with founding roles."""
         ...
 
     def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
-        """Roles that are allocated when the group's mission is planned, to members of the group only."""
+        """Return the role assignments of members when the group's mission is planned."""
         ...
 
     def negotiator(self, me: str, group: Group) -> Negotiator | None:
-        """What ``me`` divides the jobs of ``group`` with during the mission; None if nothing is left to divide."""
+        """Return the negotiator of ``me`` for the jobs of ``group``; None if not needed."""
         ...
 
 
 def faults_of_strategy(found: Any) -> Iterator[str]:
-    """What an object lacks to be a strategy, in words: parts, signatures, a name, a declaration."""
+    """Yield the deficiencies of an object as a strategy, as text."""
     yield from faults_of(found, Strategy, ("name", "declaration", "form", "adapt", "negotiator"))
     for part, expected in (("name", str), ("declaration", Declaration)):
         given = getattr(found, part, None)
@@ -220,7 +211,7 @@ def faults_of_strategy(found: Any) -> Iterator[str]:
 
 
 def form_groups(strategy: Strategy, database: AUVDatabase, groups: Sequence[Group]) -> Organisation:
-    """What ``strategy.form`` answers; raises PluginError if it raises or answers with something else."""
+    """Call ``strategy.form``; raise PluginError if it raises or returns another type."""
     return answer(
         f"strategy {strategy.name}",
         "form",
@@ -231,10 +222,10 @@ def form_groups(strategy: Strategy, database: AUVDatabase, groups: Sequence[Grou
 
 
 def adapt_roles(strategy: Strategy, work: Work) -> tuple[RoleAssignment, ...]:
-    """What ``strategy.adapt`` answers, without roles that exclude what the vehicle plays or is given before.
+    """Call ``strategy.adapt`` and drop assignments of incompatible roles.
 
     Raises:
-        PluginError: it raises, or answers with something else.
+        PluginError: it raises or returns another type.
     """
     found: tuple[RoleAssignment, ...] = answer(
         f"strategy {strategy.name}",
@@ -255,7 +246,7 @@ def adapt_roles(strategy: Strategy, work: Work) -> tuple[RoleAssignment, ...]:
 
 
 def negotiator_of(strategy: Strategy, me: str, group: Group) -> Negotiator | None:
-    """What ``strategy.negotiator`` answers; raises PluginError if it raises or answers with something else."""
+    """Call ``strategy.negotiator``; raise PluginError if it raises or returns another type."""
     return answer(
         f"strategy {strategy.name}",
         "negotiator",
@@ -266,13 +257,13 @@ def negotiator_of(strategy: Strategy, me: str, group: Group) -> Negotiator | Non
 
 
 def ask(strategy: str, negotiator: Negotiator, situation: Situation) -> Move:
-    """What a negotiator of ``strategy`` answers; raises PluginError if it raises or answers with something else."""
+    """Call ``negotiate``; raise PluginError if it raises or returns another type."""
     expected = "a Move with statements of (subject, attribute, value)"
     return answer(f"strategy {strategy}", "negotiate", expected, _is_move, lambda: negotiator.negotiate(situation))
 
 
 def division_of(strategy: str, negotiator: Negotiator) -> Mapping[str, str]:
-    """What a negotiator's ``division`` answers, nothing if it has none; raises PluginError as ``ask`` does."""
+    """Call ``division``, if any; raise PluginError as ``ask``."""
     division = getattr(negotiator, "division", None)
     if division is None:
         return {}

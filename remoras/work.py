@@ -1,8 +1,7 @@
-"""Work: the jobs of a mission, and what one vehicle knows of who does them.
+"""Jobs of a mission, and one vehicle's knowledge of their assignment.
 
-A mission brings jobs; a strategy divides them among vehicles. Neither knows the other's words: a visit, a docking and a
-search are divided alike. A role names the job that its holder does. A job may need others to be done before it: it
-is open, and offered to vehicles, only once they are.
+A mission declares jobs, a strategy assigns them; neither knows the other's vocabulary. A role names the job of its
+holder. A job with prerequisites is open only once they are done.
 """
 
 from __future__ import annotations
@@ -23,27 +22,27 @@ Point = tuple[float, float]
 
 
 PART = 0.25
-"""Share of a job that is worth the way where others go on with the rest."""
+"""Share of a job worth the travel if others complete it."""
 UNABLE_TO, IS_IMPOSSIBLE = "unableTo", "isImpossible"
-"""By what vehicles say that they, or all who are there, are not able to do a job; some missions have no such words."""
+"""Attributes for inability of a vehicle, or of all present ones; optional in a mission."""
 HOME_MARGIN = 1.25
-"""Energy kept for the way home, as a multiple of what the way takes."""
+"""Factor on the energy of the way home."""
 
 
 class Outlook(NamedTuple):
-    """When (s) and where a vehicle is expected to have done what it holds."""
+    """Expected completion: time (s) and place."""
 
     free_s: float
     position_m: Point
 
     def stayed(self, place_m: Point, stay_s: float, data: VehicleData) -> Outlook:
-        """The outlook of a vehicle that goes to a place next, and stays there."""
+        """Return the outlook after travel to a place and a stay there."""
         way_s = distance(self.position_m, place_m) / data.transit_speed_mps
         return Outlook(self.free_s + way_s + stay_s, place_m)
 
 
 class Job(Protocol):
-    """Something to be done once by one vehicle, at a place.
+    """Work to be done once by one vehicle, at a place.
 
     A runnable example::
 
@@ -72,111 +71,105 @@ class Job(Protocol):
 
     @property
     def place_m(self) -> Point:
-        """Where it is, for messages and pictures."""
+        """Position, for messages and figures."""
         ...
 
     @property
     def needs(self) -> tuple[str, ...]:
-        """Jobs that must be done before it may be begun."""
+        """Jobs that must be done before."""
         ...
 
     @property
     def done(self) -> Key:
-        """The fact (attribute, instance) that says, once it is known, that the job is done."""
+        """Fact (attribute, instance) that marks the job as done once known."""
         ...
 
     def is_able(self, data: VehicleData) -> bool:
-        """True if a vehicle has what the job takes (a sensor, an arm, the depth); roles are asked for apart.
+        """True if a vehicle has the abilities (sensor, arm, depth); roles are checked separately.
 
-        What it has is static; what has failed of that, and what the job has turned out to take, are facts: see
-        ``HinderedJob``.
+        Abilities are static; failures and new requirements are facts: see ``HinderedJob``.
         """
         ...
 
     def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
-        """When and where the vehicle will be free if it does this job next; None if it is not able.
+        """Return time and place at which the vehicle is free after this job; None if unable.
 
-        Asked thousands of times in a run: remember what depends on the job alone.
+        Called thousands of times per run: cache all data of the job alone.
         """
         ...
 
 
 class DivisibleJob(Job, Protocol):
-    """A job done in parts, of which a vehicle may know that some are done, or that comes up during the mission.
+    """Job done in parts, or discovered during the mission.
 
-    Whoever takes it over goes on where the other stopped, unless ``resumed`` is False. Several vehicles may do it
-    together, if its role has room.
+    Unless ``resumed`` is False, a successor resumes where its predecessor stopped. Several vehicles may do it together
+    within the maximum of its role.
     """
 
     @property
     def share_left(self) -> float:
-        """Share of the whole job that is left, 0..1; 0 once it is done."""
+        """Remaining share of the job, 0..1; 0 once done."""
         ...
 
     def left(self, facts: Known) -> DivisibleJob | None:
-        """The job as far as it is left to a vehicle that knows ``facts``; None while it is not known to exist.
+        """Return the remaining job by the known ``facts``; None while it is not known to exist.
 
-        Facts about other instances than the job's own may not matter: the answer is kept until one about it comes. As
-        long as something is left, the same vehicles are able to do it, but for what ``HinderedJob`` says.
+        It may depend only on facts about its own instance: the result is cached until one changes. While something is
+        left, the able vehicles stay the same, except by ``HinderedJob``.
         """
         ...
 
 
 class HinderedJob(Job, Protocol):
-    """A job of which facts say at sea that it takes more than was planned, or that vehicles lack what it takes."""
+    """Job with run-time facts on additional requirements, or on lost abilities of vehicles."""
 
     @property
     def rests_on(self) -> Collection[Key]:
-        """Facts, beside those about its own instance, that ``left`` looks at."""
+        """Facts read by ``left`` besides those about its own instance."""
         ...
 
     @property
     def hindrances(self) -> tuple[str, ...]:
-        """What is in the way, in words; nobody else is able to do the job while they stay the same."""
+        """Blocking conditions as text; while unchanged, the able vehicles stay the same."""
         ...
 
     def left(self, facts: Known) -> HinderedJob:
-        """The job as far as it is left, of which ``is_able`` answers by what is known."""
+        """Return the remaining job, with ``is_able`` by the known facts."""
         ...
 
     def is_ever_able(self, data: VehicleData) -> bool:
-        """True if a vehicle is able to do it under some hindrances: then it may be given the job."""
+        """True if a vehicle is able under some conditions: then it may be assigned the job."""
         ...
 
 
 def share_left(job: Job) -> float:
-    """Share of a job that is left, 0..1; a job that is not divisible is left whole until it is done."""
+    """Return the remaining share of a job, 0..1; 1 for an indivisible one."""
     return getattr(job, "share_left", 1.0)
 
 
 def vehicles_taken(job: Job) -> int:
-    """How many vehicles a job takes at once: one, unless it has an attribute ``n_vehicles``."""
+    """Return the number of vehicles that a job needs at once: ``n_vehicles``, else 1."""
     return getattr(job, "n_vehicles", 1)
 
 
 def hindrances(job: Job) -> tuple[str, ...]:
-    """What is in the way of a job, in words, see ``HinderedJob``; nothing where it says nothing."""
+    """Return the blocking conditions of a job as text; empty by default."""
     return getattr(job, "hindrances", ())
 
 
 def is_ever_able(job: Job, data: VehicleData) -> bool:
-    """True if a vehicle may be given a job, whatever is known of it; see ``HinderedJob``."""
+    """True if a vehicle may be assigned a job under some conditions; see ``HinderedJob``."""
     asked = getattr(job, "is_ever_able", job.is_able)
     return bool(asked(data))
 
 
 def is_resumed(job: Job) -> bool:
-    """True if who takes the job over goes on where another stopped: so with a divisible job that does not deny it."""
+    """True if a successor resumes the job: a divisible job unless ``resumed`` is False."""
     return hasattr(job, "share_left") and getattr(job, "resumed", True)
 
 
 def jobs_left(jobs: Mapping[str, Job], facts: Known) -> tuple[dict[str, Job], frozenset[str]]:
-    """Jobs as a vehicle that knows ``facts`` sees them: those it knows of, as far as they are left, and those done.
-
-    Args:
-        jobs: of the mission, by name.
-        facts: of the vehicle.
-    """
+    """Return the known jobs, reduced by ``facts`` to their remainder, and the finished ones."""
     left: dict[str, Job] = {}
     done = set()
     for name, job in jobs.items():
@@ -191,22 +184,19 @@ def jobs_left(jobs: Mapping[str, Job], facts: Known) -> tuple[dict[str, Job], fr
 
 @dataclass(frozen=True)
 class Work:
-    """The jobs of one group, as one vehicle knows them at one moment.
+    """Jobs of one group, as known to one vehicle at one time.
 
     Attributes:
-        group: the group; its roles name the jobs.
-        organisation: who plays which role.
-        database: static data of all vehicles.
-        jobs: jobs of the mission that are known to exist, by name, as far as they are left.
+        jobs: known jobs by name, reduced to their remainder.
         done: jobs known to be done.
-        positions_m: last positions known, by vehicle; the start counts where none has been heard.
-        unavailable: vehicles that take no jobs, by what they said themselves.
-        is_enough: the goal of the mission asks for no more than is done.
-        energy_j: what vehicles have left at ``now_s``, as far as is known; who has enough for the mission is missing.
-        now_s: time from which outlooks count.
-        barred: (vehicle, role) of jobs that a vehicle is not to be given.
-        given_anew: jobs that were given anew although they were said to be done; who repeats that is not believed.
-        unable: (vehicle, job) where a vehicle says of itself that each of its ways to do the job has failed.
+        positions_m: last known positions; the start position if missing.
+        unavailable: vehicles that declared to take no jobs.
+        is_enough: True if the goal needs no further work.
+        energy_j: known energy left at ``now_s``; vehicles with sufficient energy are missing.
+        now_s: start time of outlooks.
+        barred: (vehicle, role) pairs excluded from assignment.
+        given_anew: jobs reassigned despite a report of completion; further reports are ignored.
+        unable: (vehicle, job) pairs with self-reported failure of all methods.
     """
 
     group: Group
@@ -225,19 +215,19 @@ class Work:
 
     @cached_property
     def roles(self) -> tuple[RoleSpecification, ...]:
-        """Roles of the group with a job that is known to exist, by the name of the job."""
+        """Roles of the group with a known job, in order of job names."""
         return tuple(sorted((role for role in self.group.roles if role.job in self.jobs), key=lambda r: r.job or ""))
 
     @cached_property
     def unfinished(self) -> tuple[RoleSpecification, ...]:
-        """Roles whose job is not known to be done."""
+        """Roles with an unfinished job."""
         return tuple(role for role in self.roles if role.job not in self.done)
 
     @cached_property
     def open(self) -> tuple[RoleSpecification, ...]:
-        """Unfinished roles whose job may be begun: all that it needs is known to be done.
+        """Unfinished roles with all prerequisites done.
 
-        What the goal spares nobody begins: of that only jobs are open that somebody has or that were given anew.
+        If the goal needs no further work, only held and reassigned jobs stay open.
         """
         found = tuple(role for role in self.unfinished if self.done.issuperset(self.job(role).needs))
         if not self.is_enough:
@@ -246,12 +236,12 @@ class Work:
 
     @property
     def vacant(self) -> tuple[RoleSpecification, ...]:
-        """Open roles that nobody plays."""
+        """Open roles without a holder."""
         return tuple(role for role in self.open if not self.holders(role))
 
     @cached_property
     def workers(self) -> tuple[VehicleData, ...]:
-        """Members that take jobs and are able to do some job of the group, in the order of the nodes."""
+        """Members that take jobs and are able to do some job of the group, in node order."""
         members = set(self.members).difference(self.unavailable)
         return tuple(
             data
@@ -261,9 +251,9 @@ class Work:
 
     @cached_property
     def has_something_left(self) -> bool:
-        """True while the goal asks for more, and there is a job that somebody holds or that a worker is able to do.
+        """True while the goal needs work, and some job is held or achievable by a worker.
 
-        What the goal spares may stay undone: its vehicle is free to answer calls.
+        Work beyond the goal does not count: its vehicle is free to answer calls.
         """
         return not self.is_enough and any(
             self.holders(role) or any(self._may_do(worker, role) for worker in self.workers)
@@ -273,7 +263,7 @@ class Work:
 
     @cached_property
     def impossible(self) -> frozenset[str]:
-        """Unfinished jobs that nobody holds and no member which takes jobs is able to do, and ``short_handed`` ones."""
+        """Unfinished jobs without holder and able worker, and ``short_handed`` ones."""
         return self.short_handed | frozenset(
             role.job
             for role in self.unfinished
@@ -282,7 +272,7 @@ class Work:
 
     @cached_property
     def short_handed(self) -> frozenset[str]:
-        """Unfinished jobs that take more vehicles at once than members which take jobs are able to do them."""
+        """Unfinished jobs that need more vehicles at once than members are able."""
         takes = {role: vehicles_taken(self.job(role)) for role in self.unfinished}
         crew = [self.database[name] for name in set(self.members).difference(self.unavailable)]
         return frozenset(
@@ -293,39 +283,38 @@ class Work:
 
     @property
     def members(self) -> tuple[str, ...]:
-        """Vehicles of the group, by name."""
+        """Vehicles of the group."""
         return self.organisation.members(self.group.name)
 
     @property
     def heads(self) -> tuple[str, ...]:
-        """Vehicles that supervise the group."""
+        """Leaders of the group."""
         return self.organisation.heads(self.group.name)
 
     def held_by(self, vehicle: str) -> list[RoleSpecification]:
-        """Unfinished roles that the vehicle plays; whoever gave it a role may have known that it is open."""
+        """Return the unfinished roles of a vehicle, open or not: the assigner may have known more."""
         holders = self._holders
         return [role for role in self.unfinished if vehicle in holders[role.name]]
 
     def holders(self, role: RoleSpecification) -> tuple[str, ...]:
-        """Vehicles that play the role."""
+        """Return the vehicles with the role."""
         return self._holders[role.name]
 
     @cached_property
     def _holders(self) -> dict[str, tuple[str, ...]]:
-        """By role of the group, who plays it."""
         return {role.name: self.organisation.members(self.group.name, role.name) for role in self.group.roles}
 
     def job(self, role: RoleSpecification) -> Job:
-        """The job of a role."""
+        """Return the job of a role."""
         return self.jobs[role.job or ""]
 
     def able(self, data: VehicleData, role: RoleSpecification) -> bool:
-        """True if the vehicle can play the role, beside those that it plays, and has what its job takes."""
+        """True if the vehicle can play the role beside its own ones, and has the abilities of its job."""
         is_unable = bool(self.unable) and (data.name, role.job) in self.unable
         return not is_unable and role.job not in self.short_handed and self._has_what_it_takes(data, role)
 
     def _has_what_it_takes(self, data: VehicleData, role: RoleSpecification) -> bool:
-        """The same of one of several at a job: whoever has waited there in vain may still help."""
+        """Likewise for one of several: a vehicle that has waited there without success may help."""
         if self.barred and (data.name, role.name) in self.barred:
             return False
         if role.incompatible and self.organisation.is_excluded(data.name, role):
@@ -333,15 +322,15 @@ class Work:
         return data.can_play(self.group.name, role.name) and self.job(role).is_able(data)
 
     def position_m(self, vehicle: str) -> Point:
-        """Where the vehicle was last known to be."""
+        """Return the last known position."""
         return self.positions_m.get(vehicle, self.database[vehicle].start_m)
 
     def after(self, outlook: Outlook, data: VehicleData, role: RoleSpecification) -> Outlook | None:
-        """When and where the vehicle will be free if it does the job of ``role`` next; None if it is not able."""
+        """Return time and place after the job of ``role``; None if unable."""
         return self.job(role).after(outlook, data) if self.able(data, role) else None
 
     def after_all(self, outlook: Outlook, data: VehicleData, roles: Iterable[RoleSpecification]) -> Outlook:
-        """When and where the vehicle has done the jobs of ``roles`` that it is able to do, see ``in_order``."""
+        """Return time and place after all feasible jobs of ``roles``, ordered by ``in_order``."""
         left = self._by_job(roles)
         while left:
             outlook = self.job(self._nearest(left, outlook)).after(outlook, data) or outlook
@@ -350,15 +339,10 @@ class Work:
     def affordable(
         self, outlook: Outlook, data: VehicleData, roles: Iterable[RoleSpecification]
     ) -> tuple[RoleSpecification, ...]:
-        """Those of ``roles``, in the order given, that the vehicle's energy lasts for, and for the way home after.
+        """Return the roles within the vehicle's energy, the way home included, in the order given.
 
-        Ways are made in transit, all else at survey speed; up to the outlook the vehicle is taken to work. Of a job on
-        which others go on, a part is worth the way: it is the last then.
-
-        Args:
-            outlook: when and where it is free.
-            data: of the vehicle.
-            roles: in the order in which it would do their jobs.
+        Travel uses transit power, the rest survey power, also until ``outlook``. For a resumable job beyond the energy,
+        ``PART`` of it suffices; it is the last then.
         """
         left_j = self.energy_j.get(data.name)
         if left_j is None:
@@ -383,15 +367,14 @@ class Work:
         return tuple(found)
 
     def affords(self, outlook: Outlook, data: VehicleData, role: RoleSpecification) -> bool:
-        """True if the vehicle's energy lasts for the job of ``role`` once it is free, see ``affordable``."""
+        """True if the energy suffices for the job of ``role`` from ``outlook``, see ``affordable``."""
         return data.name not in self.energy_j or bool(self.affordable(outlook, data, [role]))
 
     def _may_do(self, data: VehicleData, role: RoleSpecification) -> bool:
-        """True if the vehicle is able to do the job of ``role``, and can afford it from where it is."""
         return self.able(data, role) and self.affords(Outlook(self.now_s, self.position_m(data.name)), data, role)
 
     def awaited(self, vehicle: str, now_s: float) -> float:
-        """How much of the wait for the meeting of the group is for a vehicle: 0..1, see ``Groups.awaited``."""
+        """Return the share of the rendezvous wait due to a vehicle, 0..1, see ``Groups.awaited``."""
         held = self._held
         own_s = self._free_at(vehicle, now_s).free_s - now_s if vehicle in held else 0.0
         if own_s <= 0.0:
@@ -402,18 +385,15 @@ class Work:
     def ended(
         self, vehicle: str, caller: str, place_m: Point, waiting: Collection[str], now_s: float, n_helpers: int = 1
     ) -> float:
-        """Share of a caller's wait at a place that a vehicle ends by going there at once, 0..1.
+        """Return the share of a caller's wait at a place that a vehicle ends by going there now, 0..1.
 
-        It is 1 - T / T_else: T is the time of the way, T_else the time after which enough members will have done what
-        they hold and come; the vehicle itself is among them if it holds something. Where enough others are there as
-        soon, nothing is ended.
+        It is 1 - T / T_else. T is the travel time; T_else is the time until enough members have done their jobs and
+        come, the vehicle included if it has jobs. It is 0 if enough others come as soon.
 
         Args:
-            vehicle: that might go; caller: who waits.
-            place_m: where.
-            waiting: members that wait themselves, whose jobs will not be done before; the caller may be missing.
-            now_s: the time now.
-            n_helpers: number of members that the caller waits for.
+            vehicle: that might go; caller: that waits.
+            waiting: waiting members, not available before; the caller may be missing.
+            n_helpers: number of members needed.
         """
         way_s = distance(self.position_m(vehicle), place_m) / self.database[vehicle].transit_speed_mps
         come_s = []
@@ -427,7 +407,6 @@ class Work:
 
     @cached_property
     def _held(self) -> dict[str, list[RoleSpecification]]:
-        """By vehicle, the unfinished roles that it plays."""
         held: dict[str, list[RoleSpecification]] = {}
         for role in self.unfinished:
             for name in self.holders(role):
@@ -435,23 +414,21 @@ class Work:
         return held
 
     def _free_at(self, vehicle: str, now_s: float) -> Outlook:
-        """When and where a vehicle will have done the jobs that it holds."""
         at = Outlook(now_s, self.position_m(vehicle))
         return self.after_all(at, self.database[vehicle], self._held.get(vehicle, ()))
 
     def seen(self, positions_m: Mapping[str, Point], now_s: float) -> Work:
-        """The same work at another moment, where nobody is short of energy: all that is known of it stays known.
+        """Return the work at another time and positions, sharing cached values.
 
-        Args:
-            positions_m: last positions known; now_s: time from which outlooks count.
+        Valid only if no vehicle is short of energy. ``now_s`` is the start time of outlooks.
         """
-        _ = self.workers, self.open  # known once for all moments
+        _ = self.workers, self.open  # cache before copying
         made = object.__new__(Work)
         made.__dict__.update(self.__dict__, positions_m=positions_m, now_s=now_s)
         return made
 
     def with_less(self, jobs: Mapping[str, Job]) -> Work:
-        """The same work where less is left of the same jobs, none of them done since: who may do which stays known."""
+        """Return the work with smaller remainders of the same jobs, sharing cached abilities."""
         made = object.__new__(Work)
         made.__dict__.update(self.__dict__, jobs=jobs)
         return made
@@ -459,7 +436,7 @@ class Work:
     def in_order(
         self, outlook: Outlook, data: VehicleData, roles: Iterable[RoleSpecification]
     ) -> tuple[RoleSpecification, ...]:
-        """The order in which the vehicle turns to the jobs of ``roles``: of several the nearest attracts most."""
+        """Return ``roles`` in order of execution: nearest job first."""
         left, ordered = self._by_job(roles), list[RoleSpecification]()
         while len(left) > 1:
             ordered.append(self._nearest(left, outlook))
@@ -470,27 +447,22 @@ class Work:
         return sorted(roles, key=lambda role: role.job or "")
 
     def _nearest(self, left: list[RoleSpecification], outlook: Outlook) -> RoleSpecification:
-        """Take out the role whose job is nearest, of equals the first."""
+        """Remove and return the role with the nearest job, the first on ties."""
         distances_m = [distance(outlook.position_m, self.job(role).place_m) for role in left]
         return left.pop(distances_m.index(min(distances_m)))
 
     def knowing(self, done: Collection[str]) -> Work:
-        """The same work where jobs ``done`` are known to be done too, but for those given anew."""
+        """Return the work with additional finished jobs, except reassigned ones."""
         more = frozenset(done) - self.done - self.given_anew
         return replace(self, done=self.done | more) if more else self
 
     def assignment(self, role: RoleSpecification, vehicle: str) -> RoleAssignment:
-        """``vehicle`` plays ``role`` of the group."""
+        """Return the assignment of ``role`` to ``vehicle``."""
         return RoleAssignment(self.group.name, role.name, vehicle)
 
 
 class WorksSeen(Mapping[str, Work]):
-    """The same works at another moment, see ``Work.seen``: each is made when it is looked up.
-
-    Args:
-        works: of the groups, by name.
-        positions_m, now_s: as ``Work.seen`` has them.
-    """
+    """Works at another time, see ``Work.seen``, created on lookup."""
 
     def __init__(self, works: Mapping[str, Work], positions_m: Mapping[str, Point], now_s: float) -> None:
         self._works = works
@@ -514,12 +486,7 @@ class WorksSeen(Mapping[str, Work]):
 
 
 class Awaited(Mapping[str, float]):
-    """By group, how much of the wait for its meeting is for a vehicle, see ``Work.awaited``: worked out when asked for.
-
-    Args:
-        works: of the groups, by name, at one moment.
-        vehicle: its name; now_s: the moment.
-    """
+    """Share of each group's wait due to a vehicle, see ``Work.awaited``, computed on lookup."""
 
     def __init__(self, works: Mapping[str, Work], vehicle: str, now_s: float) -> None:
         self._works = works
@@ -540,7 +507,7 @@ class Awaited(Mapping[str, float]):
 
 
 ALL_HAVE_ENOUGH: Mapping[str, float] = MappingProxyType({})
-"""``Work.energy_j`` where energy need not be looked at."""
+"""``Work.energy_j`` without energy limits."""
 
 
 def works(
@@ -556,7 +523,7 @@ def works(
     given_anew: frozenset[str] = frozenset(),
     unable: frozenset[tuple[str, str]] = frozenset(),
 ) -> dict[str, Work]:
-    """The work of every group, by its name; see ``Work`` for the arguments."""
+    """Return the work of every group by name; arguments as ``Work``."""
     known = positions_m, unavailable, is_enough, energy_j, now_s
     return {
         name: Work(group, organisation, database, jobs, done, *known, given_anew=given_anew, unable=unable)
@@ -565,6 +532,6 @@ def works(
 
 
 def precedence(group: Group, jobs: Mapping[str, Job]) -> frozenset[Key]:
-    """Facts that open jobs of the group: an allocation of its roles rests on them."""
+    """Return the facts that open jobs of the group: its allocation depends on them."""
     needed = {need for role in group.roles if role.job and role.job in jobs for need in jobs[role.job].needs}
     return frozenset(jobs[need].done for need in needed if need in jobs)
