@@ -47,13 +47,7 @@ KEY = re.compile(rf"^\s*({PART}(?:\s*\.\s*{PART})*)\s*=")
 
 @dataclass(frozen=True)
 class Document:
-    """A TOML file.
-
-    Args:
-        path: name in messages.
-        raw: unchecked tables.
-        parts: files from which some of the tables come.
-    """
+    """A TOML file named ``path`` in messages; ``raw`` is unchecked, ``parts`` are its includes."""
 
     path: str
     text: str

@@ -101,8 +101,5 @@ class Feature:
 
 
 def on_unless_off(key: str, description: str, without: Callable[[], Observer]) -> Feature:
-    """Return a feature that is on unless ``communication.KEY = false``.
-
-    ``without`` creates the observer that removes it from the vehicles of a run.
-    """
+    """Return a feature on unless ``communication.KEY = false``; ``without`` then removes it."""
     return Feature({"communication": {key: (bool, Field(True, description=description))}}, lambda joining: without())

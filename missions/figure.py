@@ -167,11 +167,9 @@ class Figure:
 
 @dataclass(frozen=True)
 class Layer:
-    """A layer of the map of tracks, below them (x east, y north, metres).
+    """A layer of the map of tracks, drawn once per panel below them; must not change limits.
 
-    Args:
-        draw: called per map panel; must not change limits or labels.
-        needs: required tables; the layer is omitted without them.
+    ``needs`` are required tables; the layer is omitted without them.
     """
 
     name: str

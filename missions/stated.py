@@ -16,7 +16,7 @@ def stated(
 ) -> dict[tuple[str, str], list[Observation]]:
     """Return uncertain observations by subject and attribute, excluded vehicles included.
 
-    ``items`` are rows of the table ``items``; ``vehicles`` are names by number. Unknown attributes are left out.
+    ``items`` are rows of that table; ``vehicles`` are names by number.
     """
     attributes = {one.name: one for one in tbox.attributes if one.kind in MEASURED and one.uncertainty is not None}
     numbers = {name: number for number, name in enumerate(vehicles)}

@@ -170,13 +170,7 @@ Estimated = Interval | NoInterval
 
 @dataclass(frozen=True)
 class Timed:
-    """Values of a metric with censored runs.
-
-    Args:
-        values: censored runs have the horizon.
-        reached: whether each run completed.
-        certain: True if the runs are deterministic replicates, with a known share.
-    """
+    """Metric values with censored runs at ``horizon``; ``certain``: deterministic replicates."""
 
     values: Sequence[float]
     reached: Sequence[bool]

@@ -61,10 +61,7 @@ class Held:
 
 
 class Searching(Behaviour):
-    """Search by own choice; returns into contact where reporting is worth more.
-
-    ``chart`` is its own map. ``hearers`` are the identifying vehicles; None if the vehicle never returns into contact.
-    """
+    """Search by own choice and map; without ``hearers`` it never returns into contact to report."""
 
     def __init__(
         self,
@@ -183,10 +180,7 @@ class Obeying(Behaviour):
 
 
 class Directing(Behaviour):
-    """Central search: the leader orders each vehicle's next target by its own map.
-
-    ``choosing`` is by vehicle; ``starts_m`` are positions before the first reception.
-    """
+    """Central search: the leader orders each vehicle's next target by its own map."""
 
     def __init__(
         self,

@@ -83,11 +83,9 @@ def _total(weights: Array) -> Array:
 
 
 def look_information(chart: Array, rates: Array) -> Array:
-    """Mutual information of one observation and each cell's content (bits), shape (cells,).
+    """Mutual information (bits), shape (cells,), of an observation and each cell's content.
 
-    Args:
-        chart: shape (kinds, cells).
-        rates: detection rate by kind, shape (kinds,), in (0, 1).
+    ``chart`` has shape (kinds, cells); ``rates`` are detection rates in (0, 1) by kind.
     """
     p_yes = np.zeros(chart.shape[1])
     told = np.zeros(chart.shape[1])

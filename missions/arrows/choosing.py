@@ -119,10 +119,7 @@ class Choosing:
     leaves_finds: bool = False
 
     def information(self, chart: Chart, held: Sequence[Way], track: Trail, now_s: float) -> dict[int, Array]:
-        """Expected information (bits) of an observation per detector and cell, less that of others.
-
-        ``held`` are the paths of others.
-        """
+        """Expected information (bits) by detector and cell, less that on paths ``held`` by others."""
         left = self._left(chart, held)
         return {
             one: np.where(track.is_fresh(one, now_s), 0.0, left * look_information(chart.shares, chart.rates[one]))

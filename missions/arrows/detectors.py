@@ -70,10 +70,7 @@ def shown_of(code: int) -> int:
 
 
 def unidentified(facts: Known) -> dict[str, Point]:
-    """Return known anomalies with places, except identified ones and their duplicates.
-
-    Vehicles out of mutual contact give the same thing two names.
-    """
+    """Return places of known anomalies, except identified ones and their namesakes nearby."""
     known = ((name, facts.get(("location", name))) for name in facts.instances(ANOMALY))
     places_m = {name: place_m for name, place_m in known if place_m is not None}
     done_m = [place_m for name, place_m in places_m.items() if facts.get(("identity", name)) is not None]

@@ -132,10 +132,7 @@ def told_per_km(run: MeasuredRun) -> float | Absent:
 
 
 def alone_of(run: MeasuredRun) -> dict[str, tuple[float, float]]:
-    """Total and longest time (s) out of contact of each searcher.
-
-    Until the end of the search or its last transmission, since a lost vehicle receives nothing.
-    """
+    """Total and longest time (s) out of contact, up to search end or last transmission."""
     heard: dict[str, list[float]] = {name: [0.0] for name in cast(SearchMission, run.mission).searchers}
     last_s = dict.fromkeys(heard, 0.0)
     for row in run.recorder.rows("packets"):

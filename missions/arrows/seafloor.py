@@ -172,10 +172,7 @@ def grid_of(scenario: ArrowsScenario) -> CellGrid:
 
 
 def share_map(grid: CellGrid, finds_m: list[Point], spread_m: float, uniform_share: float) -> Array:
-    """Distribution of a thing over cells, shape (n_cells,), sum 1.
-
-    ``spread_m`` is the radius around historic finds; ``uniform_share`` the uniform part.
-    """
+    """Distribution over cells, shape (n_cells,): uniform share, and ``spread_m`` around finds."""
     hills = np.zeros(grid.n_cells)
     for x_m, y_m in sorted(finds_m):  # sorted: bitwise equal sums in any listed order
         dx_m, dy_m = grid.x_m - x_m, grid.y_m - y_m

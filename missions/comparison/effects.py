@@ -59,10 +59,7 @@ class MainEffect:
 
 @dataclass(frozen=True)
 class Response:
-    """Values of a metric under one condition, by repeat in design order.
-
-    ``n_missing`` counts censored runs; ``constant`` is True for deterministic replicates.
-    """
+    """Values of a metric under one condition, by repeat in design order."""
 
     values: Mapping[int, Sequence[float]]
     n_missing: int

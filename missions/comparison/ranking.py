@@ -44,13 +44,7 @@ Conditions = tuple[str, str, float, tuple[tuple[str, str], ...], str]
 
 @dataclass(frozen=True)
 class Contender:
-    """A treatment in a column of a ranking.
-
-    Args:
-        values: of the metric, by repeat.
-        success: 1 for a completed run, else 0 (failed included), by repeat.
-        constant: True for deterministic replicates.
-    """
+    """Values and success (1 or 0) of a ranked treatment by repeat; deterministic: ``constant``."""
 
     values: Mapping[int, float]
     success: Mapping[int, float]

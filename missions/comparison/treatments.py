@@ -34,12 +34,9 @@ SIGNIFICANT = 0.05
 
 @dataclass(frozen=True)
 class Paired:
-    """Differences between two treatments in one metric; None for too few pairs.
+    """Differences between two treatments over ``n`` pairs; None for too few.
 
-    Args:
-        n: pairs.
-        n_reached: pairs uncensored on both sides; None for uncensored metrics.
-        reached: mean difference of these; ``reached_interval`` is its interval.
+    ``n_reached``, ``reached`` and its interval are for pairs uncensored on both sides.
     """
 
     difference: float
@@ -53,10 +50,7 @@ class Paired:
 
 
 def paired_with(ours: Measured, theirs: Measured) -> Paired | None:
-    """Difference to a baseline over common repeats; None without any.
-
-    A deterministic treatment is paired with each repeat of the other.
-    """
+    """Difference to a baseline over common repeats (all, if deterministic); None without any."""
     if ours.constant and theirs.constant:
         (own,), (other,) = ours.values.values(), theirs.values.values()
         return Paired(own - other, NoInterval.DETERMINISTIC, None, None, 1)
@@ -98,12 +92,7 @@ Summary = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Treatment:
-    """A configuration.
-
-    Args:
-        settings: other varied keys, with their values as text.
-        unforeseen: name of the unforeseen case; empty without this axis.
-    """
+    """A configuration; ``settings`` are further varied keys, ``unforeseen`` the case or empty."""
 
     scenario: str
     strategy: str
@@ -245,12 +234,9 @@ def values_of(runs: Outcomes, metric: MetricRecord) -> dict[int, float]:
 
 @dataclass(frozen=True)
 class Measured:
-    """Values of a metric of one treatment.
+    """Values by repeat; ``reached`` are uncensored ones, None for an uncensored metric.
 
-    Args:
-        reached: uncensored repeats; None for an uncensored metric.
-        horizon: value of censored runs.
-        constant: True if the value holds for all repeats.
+    Censored runs have the value ``horizon``; a ``constant`` value holds for all repeats.
     """
 
     values: Mapping[int, float]

@@ -59,10 +59,7 @@ IN_PLACE_M = 5.0
 
 
 class Drilling(Behaviour):
-    """Travel to a drill site and drilling until it is finished; dissatisfied without energy.
-
-    ``others`` are jobs for the same drill; after ``wait_s`` on site without progress the behaviour gives up.
-    """
+    """Drilling at a site until finished; dissatisfied without energy, given up after ``wait_s``."""
 
     def __init__(self, boring: Boring, others: Collection[str], wait_s: float, data: VehicleData) -> None:
         self._boring, self._others = boring, others

@@ -15,13 +15,7 @@ from remoras.work import Outlook, Point
 
 @dataclass(frozen=True)
 class Delivery(AnyonesJob):
-    """A load: a ``remoras.work.Job``.
-
-    Attributes:
-        place_m, to_m: places of pick-up and hand-over.
-        handling_s: duration of either.
-        length_m: path length between two places.
-    """
+    """A load: a ``remoras.work.Job`` with ``handling_s`` at pick-up and at hand-over each."""
 
     place_m: Point
     to_m: Point

@@ -174,12 +174,7 @@ def _step(share: float) -> int:
 
 @dataclass(frozen=True)
 class Transfer:
-    """Energy transfer between vehicles that lie beside each other.
-
-    Attributes:
-        power_w: power out of the store; efficiency: share that reaches the battery, 0..1.
-        berth_m: distance of the berth from the drill site, to the east.
-    """
+    """Energy transfer at a berth ``berth_m`` east of the drill; ``power_w`` leaves the store."""
 
     power_w: float
     efficiency: float
@@ -204,13 +199,7 @@ class Transfer:
 
 @dataclass(frozen=True)
 class Boring(SiteSurvey):
-    """Drilling at a site: a ``remoras.work.Job`` for a vehicle with the drill.
-
-    Attributes:
-        stay_s: drilling time.
-        drill: name of the required sensor.
-        is_starved: no energy remains for it, so that no vehicle is able.
-    """
+    """Drilling at a site: a ``remoras.work.Job``; ``is_starved`` if no energy remains for it."""
 
     n_helpers: ClassVar[int] = 1
 

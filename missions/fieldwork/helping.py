@@ -46,11 +46,7 @@ MUCH_NEARER_M = 20.0
 
 
 class HelpAwaited:
-    """Wait of a job holder for help: dissatisfied, and given up after ``wait_s``.
-
-    ``what`` describes the help. ``is_given_up`` stays True for this behaviour; the vehicle leaves the job at the end of
-    the round.
-    """
+    """Wait of a job holder for help (``what``): dissatisfied, and given up after ``wait_s``."""
 
     def __init__(self, what: str, wait_s: float) -> None:
         self._what, self._wait_s = what, wait_s
@@ -148,10 +144,7 @@ class Help:
         return (its_m + margin_m, name) < (to_go_m, self.me)
 
     def ends(self, caller: str, role: str) -> float:
-        """Share of the holder's wait that this vehicle's arrival ends; see ``Work``.
-
-        Halved if enough others end more: they set out first, so that no vehicle turns back.
-        """
+        """Share of the holder's wait that this vehicle ends; halved if enough others end more."""
         picture, place_m = self._picture, self._place_m
         work = None if picture is None else picture.groups.works.get(self._group)
         of = None if work is None else work.group.role(role)

@@ -96,10 +96,7 @@ class SeaField:
 
 
 def laid_out(lifts: Collection[str], sites: Sequence[SiteSurvey], range_m: float, seed: int) -> SeaField:
-    """Sample the objects' positions, each near a site; sites and directions are equally likely.
-
-    ``range_m`` is that of the shortest sonar.
-    """
+    """Sample object positions near equally likely sites, within the shortest sonar's range."""
     found = []
     for number, lift in enumerate(lifts):
         which, course, far = (loss.uniform(seed, loss.FINDS, number, 0, draw) for draw in (0, 1, 2))
@@ -142,10 +139,7 @@ class Sonar:
 
 
 class Lifting(Behaviour):
-    """Lift from one end of an object; alone there the vehicle waits dissatisfied.
-
-    ``wait_s`` is the longest wait for the others.
-    """
+    """Lift from one end of an object; alone there it waits, dissatisfied, for ``wait_s``."""
 
     def __init__(self, lift: Lift, data: VehicleData, wait_s: float) -> None:
         self._lift, self._wait = lift, HelpAwaited(f"others at {lift.name}", wait_s)
@@ -192,10 +186,7 @@ def _is_taken(end_m: Point, picture: Picture, within_m: float = THERE_M) -> bool
 
 
 class Helping(Lifting):
-    """Lift from one end of an object that another vehicle holds as its job.
-
-    After ``wait_s`` without the others the vehicle is free for other calls.
-    """
+    """Help at another vehicle's lift; after ``wait_s`` without the others free for other calls."""
 
     def __init__(self, lift: Lift, help: Help, data: VehicleData, wait_s: float) -> None:
         super().__init__(lift, data, wait_s)

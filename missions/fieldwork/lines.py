@@ -103,10 +103,7 @@ def is_seen(at_m: Point, within_m: float, picture: Picture) -> bool:
 
 
 class SurveyingLine(Behaviour):
-    """Survey of a line; without a required escort the vehicle stops, dissatisfied.
-
-    It resumes where it stopped, and gives up after ``wait_s`` without an escort within ``within_m``.
-    """
+    """Survey of a line, resumed after a stop; waits, dissatisfied, for a required escort."""
 
     def __init__(self, line: SurveyLine, within_m: float, wait_s: float, data: VehicleData) -> None:
         self._line, self._within_m = line, within_m

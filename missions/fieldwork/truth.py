@@ -45,10 +45,7 @@ ENERGY = Table(
 
 
 class FieldTruth(JobTruth):
-    """Referee of jobs for several vehicles: waits and true completion.
-
-    ``taking`` are the jobs that need more than their holder.
-    """
+    """Referee of jobs for several vehicles (``taking``): waits and true completion."""
 
     def __init__(
         self, meeting: Meeting, objective: str, recorder: Recorder, table: Table, taking: Collection[str]

@@ -106,10 +106,7 @@ def due(share_left: float, half_left: float) -> float:
 
 
 class WorkLeft:
-    """Largest remaining share of any area of a group, as known to one vehicle.
-
-    All areas share this stimulus, so that a vehicle finishes one area before it starts the next.
-    """
+    """Largest remaining share of any area: one area is finished before the next is started."""
 
     def __init__(self, jobs: Sequence[SurveyJob], half_left: float) -> None:
         self._jobs = list(jobs)

@@ -80,10 +80,7 @@ def weight_in_cells(finds: FindsTable, cell_m: float, able: Sequence[VehicleData
 
 @dataclass(frozen=True)
 class InspectionJob:
-    """Closer pass at a find, known once its place is reported: a ``remoras.work.DivisibleJob``.
-
-    ``place_m`` is the origin before the report. ``stay_s`` is the mean dwell. A successor restarts the job.
-    """
+    """Closer pass at a reported find, restarted by a successor: a ``remoras.work.DivisibleJob``."""
 
     name: str
     stay_s: float

@@ -31,10 +31,7 @@ def drawn_ground(
     n_pieces: tuple[int, int] = PIECES,
     n_cells: tuple[int, int] = CELLS,
 ) -> dict[str, Any]:
-    """Return scenario tables with random areas and a random fleet.
-
-    The input needs ``fleet.copies_of`` and one group with areas. Pairs are least and greatest values.
-    """
+    """Randomise areas and fleet of a scenario with ``fleet.copies_of`` and one group with areas."""
     draws, found = _draws(seed), deepcopy(dict(tables))
     cell_m, (x_m, y_m) = found["world"]["cell_m"], (found["world"]["x_m"], found["world"]["y_m"])
     n_across, n_up = (int((high - low) / cell_m) for low, high in (x_m, y_m))

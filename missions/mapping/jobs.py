@@ -45,10 +45,7 @@ class _Memory:
 class SurveyJob:
     """Zigzag survey of one area with a mapping sensor: a ``remoras.work.DivisibleJob``.
 
-    Attributes:
-        ground: cells of the area; None: cells of 25 m.
-        cells: bits of the remaining cells; None: all.
-        parts: cache of partial surveys by cell bits.
+    ``ground`` None means cells of 25 m; ``cells`` are bits, None for all; ``parts`` caches partial surveys.
     """
 
     name: str

@@ -43,10 +43,7 @@ def coverage_fraction(run: MeasuredRun) -> float:
 
 
 def believed_fraction(run: MeasuredRun) -> float | Absent:
-    """Share of cells in the vehicles' joint beliefs; not applicable without position errors.
-
-    Only surely mapped cells count, so the value never exceeds ``coverage_fraction``.
-    """
+    """Share of surely mapped cells in all beliefs; not applicable without position errors."""
     n_cells = _n_cells(run)
     if place_error_m(run.scenario, ()) is None or not n_cells:
         return NOT_APPLICABLE

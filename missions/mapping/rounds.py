@@ -23,10 +23,7 @@ from remoras.database import VehicleData
 
 
 def rounds(scenario: Scenario, vehicles: Sequence[VehicleData], meets: bool = True) -> Rounds:
-    """Return the least paths and work of a scenario.
-
-    Vehicles have their true data. ``meets`` is False if vehicles may be lost, which then need not meet.
-    """
+    """Return the least paths and work; ``meets`` is False if lost vehicles need not meet."""
     assert isinstance(scenario, MappingScenario)
     able = [vehicle for vehicle in vehicles if swath_m(vehicle) > 0.0]
     reach_m = max(swath_m(vehicle) for vehicle in able) / 2.0

@@ -92,10 +92,7 @@ class Classifier:
         self._most_m = 0.0  # largest own position error of this dive
 
     def sense(self, pose: Pose, world: Seabed, now_s: float) -> list[Observation]:
-        """Observe each object in range that is scheduled.
-
-        A dive ends once the vehicle's position error falls below half its maximum in the dive.
-        """
+        """Observe scheduled objects in range; a dive ends when the position error has halved."""
         found = []
         if pose.sigma_m < self._most_m / 2.0:
             self._n_of_dive.clear()
@@ -282,10 +279,7 @@ class Stays:
 
 
 class SwathSensor:
-    """Mapping sensor: maps cells below while on and slow enough; detects and inspects features.
-
-    A cell counts only if the swath covers its centre for every position within the uncertainty.
-    """
+    """Mapping sensor; a cell counts only if covered from every position within the uncertainty."""
 
     table = None
 

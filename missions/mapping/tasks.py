@@ -186,10 +186,7 @@ def social_domain(
 
 
 def supervision_methods(groups: Mapping[str, Group]) -> list[Method]:
-    """Supervision: give supervised groups their missions, then meet.
-
-    Groups that supervise others receive Supervision, the rest AreaMapping.
-    """
+    """Supervision: delegate Supervision to supervising groups and AreaMapping to others; meet."""
     supervised = supervised_by(group for group in groups.values() if group.formed_by is None)
 
     def delegate(facts: FactsLike, group: str) -> list[Task]:
@@ -205,10 +202,7 @@ def supervision_methods(groups: Mapping[str, Group]) -> list[Method]:
 
 
 def mapping_methods(by_name: Mapping[str, Group], finds: Collection[str]) -> list[Method]:
-    """AreaMapping: allocate roles, explore every area, inspect every find, then meet.
-
-    A plan depends on the detected among ``finds``.
-    """
+    """AreaMapping: allocate roles, explore every area, inspect detected ``finds``, then meet."""
 
     def unfinished(facts: FactsLike, group: Group) -> list[tuple[str, str]]:
         return [
@@ -265,10 +259,7 @@ def inspection_methods(by_name: Mapping[str, Group], finds: Collection[str]) -> 
 
 
 def forming_methods(by_name: Mapping[str, Group], finds: Collection[str]) -> list[Method]:
-    """HaveInspected: form a group after a find, dissolve it after the last inspection.
-
-    A group without present members is dissolved too, so that others can form it again.
-    """
+    """HaveInspected: form a group after a find; dissolve it without finds or present members."""
 
     def is_there(facts: FactsLike, group: str) -> bool:
         return bool(facts.get(("formed", group)))

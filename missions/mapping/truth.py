@@ -36,10 +36,7 @@ class Swath(NamedTuple):
 
 
 class MappingTruth(MeetingTruth):
-    """Referee of a run: coverage, consultation, finished and abandoned surveys, gathered groups.
-
-    ``swaths_m`` is by area and able vehicle; ``find_weight`` in cells.
-    """
+    """Referee of coverage, surveys and gathered groups; ``swaths_m`` by area and able vehicle."""
 
     work = "map"
 

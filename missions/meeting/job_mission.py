@@ -110,10 +110,7 @@ def with_needs(scenario: Tables, needs: Mapping[str, int]) -> Tables:
 def listed_faults(
     scenario: Scenario, kind: str, *keys: str, taken: Collection[str] = ()
 ) -> Iterator[ConfigurationFault]:
-    """Yield jobs in tables ``[[kind]]`` that are outside the world or have names already taken.
-
-    ``keys`` name positions; ``taken`` adds names to those of vehicles, groups, rally points and jobs.
-    """
+    """Yield jobs in tables ``[[kind]]`` outside the world (``keys``) or with ``taken`` names."""
     tables, others = getattr(scenario, kind), {*taken, *scenario.taken_names()}
     yield from scenario.world.outside((f"{kind}.{one.name}.{key}", getattr(one, key)) for one in tables for key in keys)
     for name, times in Counter(one.name for one in tables).items():

@@ -200,10 +200,7 @@ class Meeting:
         return met_s is not None and max(returned_s, default=-math.inf) <= met_s
 
     def met_s(self, group: Group, beliefs: Beliefs, picture: Picture) -> float | None:
-        """Known time at which a group and all later ones have met; None before.
-
-        A vehicle may receive nothing about the other groups.
-        """
+        """Known time at which a group and all later ones have met; None before."""
         if not picture.groups.gathered:
             return None
         names = [group.name, *(name for name, before in self.meets_after.items() if group.name in before)]
@@ -213,10 +210,7 @@ class Meeting:
         return max((beliefs.observed_s(("gatheredAt", name)) or 0.0 for name in due), default=None)
 
     def is_overdue(self, group: Group, beliefs: Beliefs, picture: Picture) -> bool:
-        """True once a leader has waited without work to assign for the deadline.
-
-        A leader that supervises groups counts its wait from their rendezvous.
-        """
+        """True if a leader, idle since earlier groups have met, has waited for the deadline."""
         idle_s = picture.groups.idle_since_s.get(group.name, math.inf)
         since_s = max(picture.body.settled_s, idle_s, self.opens_s)
         for other in self._before(group):

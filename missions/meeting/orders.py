@@ -35,10 +35,7 @@ ALLOCATED = (ALLOCATE_ROLES, *ASSIGNED)
 
 
 def entrusted(orders: Callable[[str, str], list[Task]]) -> list[Method]:
-    """Return methods of a task (group, role, ...) that assign the role's objectives.
-
-    ``orders`` returns the tasks ``AssignObjective`` of a group and a role.
-    """
+    """Methods of a task (group, role, ...) that assign objectives by the tasks of ``orders``."""
 
     def is_left(facts: FactsLike, group: str, role: str, *of: str) -> bool:
         return bool(facts.get(("lost", f"{group}.{role}")))

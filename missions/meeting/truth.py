@@ -110,10 +110,7 @@ class MeetingTruth:
         return is_complete
 
     def _is_hopeless(self, fleet: FleetView, alive: Sequence[VehicleView], now_s: float) -> bool:
-        """True if all live vehicles are at rest and no remaining vehicle can or will make progress.
-
-        None will after all groups have met and the deadline has passed again.
-        """
+        """True if all live vehicles are at rest and no remaining vehicle can or will make progress."""
         last = self._on_way
         if last is not None and last in alive and not self._is_at_rest(last):  # usually still under way
             return False
@@ -296,10 +293,7 @@ class MeetingTruth:
 
     @classmethod
     def _lacking(cls, survivors: Sequence[VehicleView], group: Group) -> list[str]:
-        """Initial roles with too few holders among survivors although others are free to play them.
-
-        A vehicle that has left all groups has resigned; it is missed only if no member remains.
-        """
+        """Initial roles with too few holders although others, not resigned, are free to play them."""
         members = cls._members(survivors, group)
         at_work = [v for v in survivors if not members or v.organisation.roles_of(v.name)]
         founding = [role for role in group.roles if role.founding]

@@ -33,11 +33,9 @@ MINE, ROCK = "mine", "rock"
 
 @dataclass(frozen=True)
 class Analysis:
-    """Decision rule of an analyst.
+    """Decision rule: ``confidence`` is the probability of a correct decision.
 
-    Attributes:
-        confidence: probability of a correct decision.
-        patience_s: wait for missing strips after the last view and the last update.
+    ``patience_s`` is the wait for missing strips after the last view and the last update.
     """
 
     imagery: Imagery

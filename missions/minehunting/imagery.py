@@ -139,10 +139,7 @@ def beside_contact(number: int, n_views: int, view_m: float) -> Point:
 
 @dataclass(frozen=True)
 class Minefield:
-    """True contacts of a run and their images.
-
-    ``views`` has place, contact, contact number and view number of every possible view.
-    """
+    """True contacts and images; ``views`` are (place, contact, contact number, view number)."""
 
     seed: int
     views: tuple[tuple[Point, str, int, int], ...]

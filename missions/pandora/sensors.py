@@ -25,13 +25,7 @@ from remoras.work import Point
 
 @dataclass(frozen=True)
 class TruePart:
-    """True state of a part.
-
-    Attributes:
-        work_s: time for a camera per point, or for a tool.
-        is_stuck: needs a wrench.
-        upset: kind of deviation from plan, or empty.
-    """
+    """True state of a part; ``upset`` is its deviation from plan, or empty."""
 
     name: str
     kind: str
@@ -226,10 +220,7 @@ class WrenchSettings(ToolSettings):
 
 
 class Tool:
-    """Tool that works on the nearest valve or anode in reach during contact.
-
-    A turned valve keeps its state until released; turned again it opens. ``pace`` is relative to plan.
-    """
+    """Tool for the nearest valve or anode in reach; a released valve turned again opens."""
 
     table = TURNS
 

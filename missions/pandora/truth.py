@@ -35,10 +35,7 @@ AFTER_S = 1200.0
 
 @dataclass(frozen=True, slots=True)
 class SiteEvent:
-    """Event at a vehicle, a part or, with empty ``subject``, in the water.
-
-    ``findings`` are the correct ones. An upset starts when a vehicle that works there comes near.
-    """
+    """Event at a vehicle, a part or (empty ``subject``) the water, with correct ``findings``."""
 
     kind: str
     subject: str

@@ -50,10 +50,7 @@ class Concluding:
     settings: TridentSettings
 
     def of(self, me: str, organisation: Organisation, beliefs: Beliefs, picture: Picture) -> Sequence[Finding]:
-        """Return the first pending conclusion of a vehicle; one at a time keeps packets short.
-
-        ``organisation`` contains present members.
-        """
+        """Return the first pending conclusion of a vehicle; one at a time keeps packets short."""
         facts, now_s = WithMembers(beliefs, organisation), picture.body.now_s
         for service in self.matching.services.values():
             if service.vehicle == me and (found := _status(service, beliefs, picture)):

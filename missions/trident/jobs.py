@@ -37,10 +37,7 @@ def is_to_be_surveyed(facts: FactsLike, block: str, recovery: str) -> bool:
 
 
 class OnServices:
-    """Base of jobs that depend on on-board services; see ``remoras.work.HinderedJob``.
-
-    ``services`` report their status; ``failed`` are those that report a failure.
-    """
+    """Base of jobs on reporting ``services``, some ``failed``; see ``remoras.work.HinderedJob``."""
 
     services: tuple[str, ...]
     failed: frozenset[str]
@@ -117,12 +114,7 @@ class BlockSurvey(OnServices):
 
 @dataclass(frozen=True)
 class RecoveryJob(OnServices):
-    """Recovery of the object chosen after the surveys: a ``remoras.work.Job``.
-
-    Attributes:
-        place_m: centre of the site until more is known.
-        exhausted: no candidate, or no vehicle to choose one, remains.
-    """
+    """Recovery of the chosen object, if not ``exhausted``: a ``remoras.work.Job``."""
 
     name: str
     place_m: Point

@@ -377,10 +377,7 @@ class Matching:
         return self._ways(self.blocks[block], me, facts, there)
 
     def ways(self, activity: str, me: str, facts: FactsLike, there: Collection[str]) -> tuple[str, ...]:
-        """Return the services by which ``me`` may do an activity, best first.
-
-        ``there`` are present vehicles.
-        """
+        """Services of present vehicles (``there``) by which ``me`` may do an activity, in order."""
         found = self._ways(self.activities[activity], me, facts, there)
         if activity not in ON_BOARD:
             return found

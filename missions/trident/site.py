@@ -78,10 +78,7 @@ class Lying:
 
 @dataclass(frozen=True)
 class Site:
-    """Objects and blocks that sensors observe in one run.
-
-    ``transponder_m`` is None without a transponder; ``seed`` is the root of observations.
-    """
+    """Blocks and objects of a run; ``transponder_m`` is None without a transponder."""
 
     blocks: tuple[SeabedBlock, ...]
     objects: tuple[Lying, ...] = ()
@@ -114,10 +111,7 @@ class Site:
 
 
 def lying(blocks: Sequence[SeabedBlock], target_m: Point | None, n_decoys: int, seed: int) -> tuple[Lying, ...]:
-    """Return the target and the decoys of a run.
-
-    Blocks are equally likely for each object; ``target_m`` None means a random place.
-    """
+    """Return the target and the decoys of a run; ``target_m`` None means a random place."""
     found: list[Lying] = []
     for number in range(1 + n_decoys):
         name = f"decoy {number}" if number else TARGET
