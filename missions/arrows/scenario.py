@@ -1,4 +1,4 @@
-"""Tables that a scenario of this mission has beside those of every mission."""
+"""Scenario tables of the Arrows mission."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from missions.meeting.job_mission import JobScenario, JobSettings
 from remoras.table import PointM, Positive, Probability, Section, Sparse
 
 KINDS = ("amphorae", "wooden hull", "steel hull", "rock")
-"""What may lie in a cell, beside nothing."""
+"""Possible contents of a cell, besides nothing."""
 NOTHING, UNKNOWN = "nothing", "unknown"
 SITES = KINDS[:3]
 """Kinds that the search is for."""
 DETECTORS = ("acoustic", "magnetic")
-"""Detectors that sweep, in the order of their numbers on the wire."""
+"""Sweeping detectors, in the order of their numbers on the wire."""
 Kind = Literal["amphorae", "wooden hull", "steel hull", "rock"]
 Search = Literal["elementary", "lawnmower", "central"]
 Rate = Annotated[float, Field(gt=0.0, lt=1.0)]
 
 
 class ArrowsSettings(JobSettings):
-    """The ``[mission]`` table."""
+    """Table ``[mission]``."""
 
     search: Search = Field(
         "elementary",
@@ -57,14 +57,14 @@ class ArrowsSettings(JobSettings):
 
 
 class SearchTable(Section):
-    """The table ``[search]``: where to search."""
+    """Table ``[search]``: the search area."""
 
     x_m: PointM = Field(description="west and east border")
     y_m: PointM = Field(description="south and north border")
     cell_m: float = Field(40.0, ge=5.0, description="side of a cell; a cell holds one thing at most")
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Borders in the wrong order."""
+        """Yield borders in the wrong order."""
         spans_m = {"x_m": self.x_m, "y_m": self.y_m}
         yield from (
             (key, "the lower border first, then the higher") for key, (low, high) in spans_m.items() if low >= high
@@ -72,7 +72,7 @@ class SearchTable(Section):
 
 
 class KindTable(Sparse):
-    """One ``[[kind]]``: a kind of thing that may lie there, how much of it is expected, and where."""
+    """One ``[[kind]]``: a kind of thing, its expected number and distribution."""
 
     UNSAID: ClassVar[frozenset[str]] = frozenset({"map"})
 
@@ -88,14 +88,14 @@ class KindTable(Sparse):
 
 
 class HistoricFindTable(Section):
-    """One ``[[historic_find]]``: what has been found there before, by divers or in nets."""
+    """One ``[[historic_find]]``: an earlier find, by divers or in nets."""
 
     kind: Kind = Field(description="what it was")
     position_m: PointM = Field(description="where, x east, y north")
 
 
 class DetectorTable(Section):
-    """The table ``[detector.acoustic]``, ``[detector.magnetic]`` or ``[detector.optical]``: what such detectors do."""
+    """Table ``[detector.acoustic]``, ``[detector.magnetic]`` or ``[detector.optical]``."""
 
     range_m: Positive = Field(description="farthest cell, by its centre, or thing that it notices")
     look_s: Positive = Field(description="time between two looks at a cell that count as independent")
@@ -107,7 +107,7 @@ class DetectorTable(Section):
 
 
 class DetectorsTable(Section):
-    """The tables below ``[detector]``; every vehicle knows them."""
+    """Tables below ``[detector]``, known to every vehicle."""
 
     acoustic: DetectorTable
     magnetic: DetectorTable
@@ -115,7 +115,7 @@ class DetectorsTable(Section):
 
 
 class ArrowsScenario(JobScenario):
-    """The whole input of a run of this mission."""
+    """Input of a run."""
 
     mission: ArrowsSettings = ArrowsSettings.usual()
     search: SearchTable
@@ -125,15 +125,15 @@ class ArrowsScenario(JobScenario):
 
     @property
     def kinds(self) -> tuple[KindTable, ...]:
-        """What may lie in a cell, numbered from 1 on in an order that is not that of the file."""
+        """Possible contents of a cell, numbered from 1 in a fixed order."""
         return tuple(sorted(self.kind, key=lambda kind: KINDS.index(kind.name)))
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of what a cell may hold, by its number: nothing first."""
+        """Names of possible contents by number: nothing first."""
         return (NOTHING, *(kind.name for kind in self.kinds))
 
     @property
     def stay_s(self) -> float:
-        """How long who identifies an anomaly stays there: for two images, and for pictures of a site."""
+        """Time at an anomaly: two images, and photographs of a site."""
         return 2.0 * self.detector.optical.look_s + self.mission.picture_s

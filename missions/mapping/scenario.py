@@ -1,4 +1,4 @@
-"""Tables that a scenario of the mapping mission has beside those of every mission."""
+"""Scenario tables of the mapping mission."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from missions.scenarios.scenario import GroupTable, Role, Scenario, World
 from remoras.table import Name, PointM, Positive, Section, Sparse
 
 NEEDED_OBJECTIVES = ("MissionGathering", "RendezVous", "Exploring", "Mapping")
-"""Without an importance for these nothing would come of the mission."""
+"""Objectives that require an importance."""
 OBJECTIVES = (*NEEDED_OBJECTIVES, "GroupSupervision", "Positioning", "Inspecting")
 
 
 class MappingSettings(Section):
-    """The ``[mission]`` table."""
+    """Table ``[mission]``."""
 
     arrival_radius_m: float = Field(gt=0.0, description="a vehicle this near to a rally point has arrived")
     follow_distance_m: float = Field(
@@ -59,7 +59,7 @@ class MappingSettings(Section):
 
 
 class MappingWorld(World):
-    """The ``[world]`` table, with the grid of the seabed."""
+    """Table ``[world]``, with the grid of the seabed."""
 
     cell_m: float = Field(ge=0.1, description="side of a seabed cell")
 
@@ -76,7 +76,7 @@ class Area(Sparse):
     )
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Corners of no convex polygon."""
+        """Yield a fault unless the corners form a convex polygon."""
         at_m = self.corners_m
         turns = [
             (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0])
@@ -102,7 +102,7 @@ class MappingGroup(GroupTable):
 
 
 class FindsTable(Section):
-    """The table ``[finds]``: features of the seabed that ask for a second, closer pass once they are found."""
+    """Table ``[finds]``: features of the seabed that need a closer pass once detected."""
 
     MOST: ClassVar[int] = 64
     """Most features of a scenario."""
@@ -114,18 +114,18 @@ class FindsTable(Section):
     longest_stay_s: float = Field(600.0, gt=0.0, le=604_800.0, description="and as long at most, evenly drawn")
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Longest stay below the shortest."""
+        """Yield a fault if the longest stay is below the shortest."""
         if self.longest_stay_s < self.shortest_stay_s:
             yield "longest_stay_s", f"allowed: shortest_stay_s = {self.shortest_stay_s:g} or more"
 
     @property
     def mean_stay_s(self) -> float:
-        """How long an inspection takes on average, which is what plans expect."""
+        """Mean dwell of an inspection, assumed by plans."""
         return (self.shortest_stay_s + self.longest_stay_s) / 2.0
 
 
 class MappingScenario(Scenario):
-    """The whole input of a run of the mapping mission."""
+    """Input of a run."""
 
     UNSAID = Scenario.UNSAID | {"object"}
 
@@ -138,5 +138,5 @@ class MappingScenario(Scenario):
 
     @property
     def n_finds(self) -> int:
-        """Features of the seabed that ask for a closer pass."""
+        """Number of features that need a closer pass."""
         return 0 if self.finds is None else self.finds.number

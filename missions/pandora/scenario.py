@@ -1,4 +1,4 @@
-"""Tables that a scenario of this mission has beside those of every mission of jobs."""
+"""Scenario tables of the Pandora mission."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ Flow = Callable[[float, float], PointM]
 """Velocity of the water (m/s, x east, y north) at a depth (m) and time (s)."""
 
 ANY_VALVE = "any"
-"""Stands for a valve that is drawn."""
+"""Placeholder for a random valve."""
 KINDS = {"panel": "Panel", "valve": "Valve", "chain": "Chain", "anode": "Anode"}
-"""Tables of the parts of a structure, and the classes of the ontology that they are of."""
+"""Tables of parts and their ontology classes."""
 TOLD = (
     "objectiveServicing", "jobDone", "diagnosis", "anomaly", "outcome", "placedAt", "focusArea", "centre", "radius",
     "toolDead", "unableTo", "isImpossible",
 )  # fmt: skip
-"""Attributes that vehicles need of each other in this mission; all others they keep to themselves."""
+"""Attributes that vehicles exchange; all others stay private."""
 URGENCY = 10
-"""How urgently they need those that the scenario does not list."""
+"""Default urgency of these attributes."""
 
 
 class PartTable(Section):
-    """What the tables of all parts have in common."""
+    """Common keys of all parts."""
 
     name: Name = Field(description="name of the part; its task is called `service NAME`")
     work_s: Positive = Field(description="how long a camera looks at each point of it, or a tool works on it")
@@ -45,7 +45,7 @@ class PlacedTable(PartTable):
 
 
 class ValveTable(PlacedTable):
-    """One ``[[valve]]``, which is to be closed."""
+    """One ``[[valve]]`` to close."""
 
     panel: str = Field(description="panel on which it sits")
 
@@ -57,7 +57,7 @@ class ChainTable(PartTable):
 
 
 class UpsetTable(Sparse):
-    """One ``[[upset]]``: a valve is not where, or as, the plan takes it to be."""
+    """One ``[[upset]]``: deviation of a valve from the plan."""
 
     UNSAID = frozenset({"distance_m"})
 
@@ -68,7 +68,7 @@ class UpsetTable(Sparse):
     distance_m: Positive | None = Field(None, description="of kind moved: how far, in a direction that is drawn")
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """A distance that is missing, or not used."""
+        """Yield a missing or unused distance."""
         if self.kind == "moved" and self.distance_m is None:
             yield "distance_m", "missing: how far the valve is from its place"
         elif self.kind != "moved" and self.distance_m is not None:
@@ -76,7 +76,7 @@ class UpsetTable(Sparse):
 
 
 class PandoraSettings(JobSettings):
-    """The ``[mission]`` table."""
+    """Table ``[mission]``."""
 
     adaptation: Literal["none", "tactical", "all"] = Field(
         "all",
@@ -100,12 +100,12 @@ class PandoraSettings(JobSettings):
         return given
 
     def alarm_at(self, every_s: float) -> float:
-        """Threshold of a two-sided sequential test that sees a reading every so many seconds."""
+        """Threshold of a two-sided sequential test with a reading every ``every_s``."""
         return threshold(3600.0 / (every_s * self.false_alarms_per_h))
 
 
 class PandoraScenario(JobScenario):
-    """The whole input of a run of this mission."""
+    """Input of a run."""
 
     UNSAID = JobScenario.UNSAID | {"upset"}
 
@@ -118,7 +118,7 @@ class PandoraScenario(JobScenario):
 
     @property
     def parts(self) -> list[tuple[str, PartTable, tuple[PointM, ...]]]:
-        """Kind, table and points of every part, in the order of the kinds."""
+        """Kind, table and points of every part, by kind."""
         placed: list[tuple[str, PlacedTable]] = [
             *(("panel", one) for one in self.panel), *(("valve", one) for one in self.valve)
         ]  # fmt: skip
@@ -130,17 +130,17 @@ class PandoraScenario(JobScenario):
 
     @property
     def foretold(self) -> Flow | None:
-        """How the water moves by the plan, which knows of no surges; None where it is to stand."""
+        """Current of the plan, without surges; None for still water."""
         moving = water(self)
         planned = None if moving is None else moving.foretold()
         return None if planned is None else planned.at
 
     def surges(self, seed: int) -> tuple[Surge, ...]:
-        """What the current does in the run with that seed that no plan knows of."""
+        """Unplanned surges of the current in a run."""
         moving = water(self)
         return () if moving is None else moving.surges(seed)
 
 
 def job_of(part: str) -> str:
-    """Name of the task of servicing a part."""
+    """Name of the service task of a part."""
     return f"service {part}"

@@ -1,4 +1,4 @@
-"""Tables that a scenario of this mission has beside those of every mission."""
+"""Scenario tables of the Trident mission."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Response = Literal["fixed", "repair", "matching"]
 
 
 class TridentSettings(JobSettings):
-    """The ``[mission]`` table."""
+    """Table ``[mission]``."""
 
     response: Response = Field(
         "matching",
@@ -62,7 +62,7 @@ class TridentSettings(JobSettings):
 
 
 class BlockTable(Section):
-    """One ``[[block]]``: a part of the site that is to be surveyed."""
+    """One ``[[block]]``: a part of the site to survey."""
 
     name: Name = Field(description="name of the block")
     x_m: PointM = Field(description="west and east border")
@@ -71,7 +71,7 @@ class BlockTable(Section):
     spare: tuple[str, ...] = Field((), description="services that the plan lists behind it")
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Borders in the wrong order."""
+        """Yield borders in the wrong order."""
         yield from (
             (key, "allowed: the smaller border first") for key in ("x_m", "y_m") if not _rises(getattr(self, key))
         )
@@ -82,7 +82,7 @@ def _rises(span_m: PointM) -> bool:
 
 
 class RecoveryTable(Section):
-    """The table ``[recovery]``: what lies there, and of what only one is to be recovered."""
+    """Table ``[recovery]``: the target and its decoys."""
 
     name: Name = Field("recovery", description="name of the job")
     target_m: PointM | None = Field(None, description="where the target lies; drawn in the blocks if absent")
@@ -90,7 +90,7 @@ class RecoveryTable(Section):
 
 
 class ActivityTable(Section):
-    """One table of ``[activity]``: what an activity asks for, and what the plan has for it."""
+    """One table of ``[activity]``: required class of service, and planned services."""
 
     requires: str = Field(description="class of services that are able to do it")
     service: str = Field("", description="service, as `vehicle module`, that the plan names; of blocks for a survey")
@@ -98,7 +98,7 @@ class ActivityTable(Section):
 
 
 class Activities(Section):
-    """The tables ``[activity.*]``."""
+    """Tables ``[activity.*]``."""
 
     survey: ActivityTable = Field(description="survey of a block")
     choose: ActivityTable = Field(description="choice of the target among the candidates")
@@ -109,14 +109,14 @@ class Activities(Section):
 
 
 class TransponderTable(Section):
-    """The table ``[transponder]``."""
+    """Table ``[transponder]``."""
 
     position_m: PointM = Field(description="where it stands, x east, y north; a [[beacon]] there gives the fix")
     range_m: Positive = Field(60.0, description="within which it is heard")
 
 
 class MessageTable(Section):
-    """One ``[[choreography.message]]``: who may say what in a state, and which state follows."""
+    """One ``[[choreography.message]]``: sender and content allowed in a state, and next state."""
 
     state: str = Field(description="state in which it may be said")
     says: str = Field(description="attribute of the fact that is said")
@@ -134,14 +134,14 @@ class StateTable(Section):
 
 
 class ChoreographyTable(Section):
-    """The table ``[choreography]``: the pattern of messages between the vehicles, from the first state on."""
+    """Table ``[choreography]``: message pattern, starting in the first state."""
 
     state: tuple[StateTable, ...] = Field((), description="states, the first one first")
     message: tuple[MessageTable, ...] = Field((), description="messages that lead from state to state")
 
 
 class TridentScenario(JobScenario):
-    """The whole input of a run of this mission."""
+    """Input of a run."""
 
     mission: TridentSettings = TridentSettings()
     block: tuple[BlockTable, ...] = Field(min_length=1)
