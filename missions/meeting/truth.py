@@ -1,9 +1,9 @@
 """Ground truth of missions with a rendezvous: progress, gathering, verdict.
 
 A supervising group gathers after the groups that it supervises. Only survivors need to meet. No group waits for a
-vehicle that is dead, has resigned, or is out of contact by a fault, nor for a role that no free survivor can play. The
-work is different: all of it counts, so losses never bring the goal nearer. After the deadline the rendezvous of the
-present members counts; ``missed_meeting`` names the others.
+vehicle that is dead, resigned or out of contact, nor for a role that no free survivor can play. The work is different:
+all of it counts, so losses never bring the goal nearer. After the deadline the rendezvous of the present members
+counts; ``missed_meeting`` names the others.
 
 A failed mission ends once three conditions hold. No vehicle out of contact will return. No remaining vehicle can make
 progress, or the vehicles report all remaining work as impossible. All live vehicles are at home or at a rally point.

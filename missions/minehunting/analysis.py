@@ -1,8 +1,8 @@
 """Classification of contacts by received evidence, on the group leader's vehicle.
 
 Mine echoes lie above a level halfway between mine and rock, rock echoes equally far below, with independent normal
-errors. Each level x therefore adds 2 m (x - reference)/sigma^2 to the log likelihood ratio, where m is the distance of
-the mean from the halfway level (Wald, Sequential Analysis, 1947). The analyst never knows the truth.
+errors. Each level x therefore adds 2 m (x - reference)/sigma^2 to the log likelihood ratio (Wald, Sequential Analysis,
+1947). Here m is the distance of the mean from the halfway level. The analyst never knows the truth.
 """
 
 from __future__ import annotations
