@@ -10,7 +10,7 @@ depend on the true position. The vehicle knows only drift and distance, hence a 
 
     db = drift ds,    b <- b exp(-dt / fix_s)    so that |e| <= b always, by the triangle inequality
 
-Directions are uniform, so the variance of e per axis is half the mean of |e|^2, at most b^2 / 2. A current adds
+Directions are uniform, so the variance of e per axis is half its mean square, at most b^2 / 2. A current adds
 nothing: a Doppler log measures it.
 """
 

@@ -122,14 +122,12 @@ def benchmark(
 
 
 def _of_split(suite: Suite, split: Split, seeds: Path | None, folder: Path) -> Suite:
-    """Suite of the split; held-out areas are sampled into a folder."""
     from missions.benchmark.suite import split_to_judge
 
     return suite if split is Split.DEV else split_to_judge(suite, seeds, folder)
 
 
 def _conform(references: Sequence[str]) -> None:
-    """Check external strategies; fail at the first that does not conform."""
     for reference in references:
         if ":" in reference:
             for passed in _checks("strategy", reference):

@@ -277,7 +277,7 @@ def sea(
 
 
 def _is_network(name: str) -> bool:
-    """True for what names a network; a file that has none is taken for a scenario."""
+    """True if a name or file is a network; other files count as scenarios."""
     from exchange.acoustics.network import file_in
     from exchange.acoustics.network import shipped as networks
     from missions.files import has_table, shipped
@@ -356,7 +356,6 @@ def _reach(scenario: Scenario, ranges_m: Sequence[float]) -> ModemReach:
 
 
 def _drawn(scenario: Scenario, ranges_m: Sequence[float], n_packets: int, seed: int) -> tuple[DrawnPackets, ...]:
-    """Outcomes of packets sampled on the channel of a scenario."""
     from exchange.acoustics.acoustic import AcousticChannel
     from exchange.acoustics.channel import n_arrived
     from visualisation.reach import DrawnPackets
@@ -368,7 +367,6 @@ def _drawn(scenario: Scenario, ranges_m: Sequence[float], n_packets: int, seed: 
 
 
 def _as_json(reach: ModemReach, number: int) -> dict[str, object]:
-    """One row as data, with sampled packets if any."""
     found: dict[str, object] = {"modem": reach.modem, **reach.points[number]._asdict()}
     if reach.drawn:
         drawn = reach.drawn[number]

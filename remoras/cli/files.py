@@ -275,7 +275,6 @@ def _explain_codec(scenario: str, as_json: bool) -> None:
 
 
 def _explain_ontology(scenario: str, as_json: bool) -> None:
-    """Print classes and attributes of a scenario's ontology with definitions."""
     from missions.runs.setup import resolved
     from missions.scenarios import load
     from worldmodel.ontology import terms_of

@@ -165,7 +165,6 @@ def _check_scenario_name(name: str) -> None:
 
 
 def _check_plugin_name(kind: str, name: str, out: Path) -> None:
-    """Fail unless the name is valid and free for module, class and results."""
     if not re.fullmatch(r"[a-z][a-z0-9]*(_[a-z0-9]+)*", name) or len(name) > 40 or keyword.iskeyword(name):
         allowed = "up to 40 small letters, digits and single _, a letter first, no keyword of Python"
         fail(f"NAME {cut(name, LONGEST_VALUE)!r}: is no name of a module; allowed: {allowed}")

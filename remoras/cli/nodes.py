@@ -348,7 +348,6 @@ def _check(speed: float, settle: float, drop: float, double: float) -> None:
 def _plans(
     scenario: str, vehicles: list[str], settings: list[str] | None, seed: int, until: float | None, settle: float
 ) -> tuple[Scenario, list[NodePlan]]:
-    """Scenario and plans of its vehicles, by default of all."""
     from missions.files import SCENARIO, file_of, shipped
 
     file_of(SCENARIO, scenario, shipped())

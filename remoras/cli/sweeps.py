@@ -261,7 +261,6 @@ def _interval(mean: float | None, low: float | None, high: float | None) -> str:
 
 
 def _mean(row: Comparison) -> str:
-    """Mean with interval; without one, with minimum and maximum."""
     spread = f" ({row.least:.4g} to {row.largest:.4g})" * (row.ci95_low is None and row.least < row.largest)
     return _interval(row.mean, row.ci95_low, row.ci95_high) + spread
 
@@ -297,7 +296,6 @@ def _table(rows: Sequence[Comparison]) -> tuple[list[str], list[list[str]]]:
 
 
 def _show_comparison(rows: Sequence[Comparison]) -> None:
-    """Print a table per metric on a terminal."""
     for metric, same in itertools.groupby(rows, key=lambda row: row.metric):
         own = list(same)
         show_table(*_table(own), metric, NUMBERS)
@@ -306,7 +304,6 @@ def _show_comparison(rows: Sequence[Comparison]) -> None:
 
 
 def _comparison_lines(rows: Sequence[Comparison]) -> Sequence[str]:
-    """Comparison as text lines."""
     lines = []
     for metric, same in itertools.groupby(rows, key=lambda row: row.metric):
         own = list(same)

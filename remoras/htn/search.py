@@ -82,7 +82,6 @@ class _Search:
         self._agenda = _agenda(tasks, ROOT, 0, None)
 
     def run(self, max_expansions: int) -> int:
-        """Search for the first plan; return the number of expansions."""
         operator_of, recursive = self._domain.operators.get, self._domain.recursive
         perform, enter, decompose = self._perform, self._enter, self._decompose
         agenda = self._agenda
@@ -112,7 +111,6 @@ class _Search:
         return (*reversed([task for task, _ in self._above(self._agenda[1])]), self._agenda[0])
 
     def may_have_missed(self) -> bool:
-        """True if the search was incomplete."""
         return self.has_given_up or not self.has_ended
 
     def _perform(self, agenda: Agenda, operator: Operator) -> Agenda | None:

@@ -82,10 +82,7 @@ class Bidder(Member["Cbba"]):
         return Move(tuple(said), holding=bool(unfinished))
 
     def division(self) -> Mapping[str, str]:
-        """Return the vehicle with the strongest claim, by role name.
-        - Bidder._listen
-        - Bidder._hear
-        """
+        """Return the vehicle with the strongest claim, by role name."""
         claims = self._claims
         winners = {name: claims.winner(name) for name in self._roles} if claims is not None else {}
         return {name: winner for name, winner in winners.items() if winner is not None}
@@ -135,9 +132,7 @@ class Bidder(Member["Cbba"]):
                 self._bid_anew = True
 
     def _left(self, situation: Situation, claims: Claims) -> tuple[list[Statement], list[RoleSpecification]]:
-        """Release roles that another vehicle has also begun; return the statements and the roles kept.
-        - Bidder._give_way
-        """
+        """Release roles that another vehicle has also begun; return statements and kept roles."""
         said: list[Statement] = []
         held = situation.work.held_by(self._me)
         begun = claims.made_before(situation.round, self._me, BEGUN)  # some while isolated, unknown to others

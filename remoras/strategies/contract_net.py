@@ -82,9 +82,7 @@ class Contractor(Member["ContractNet"]):
         self._expectations = Expectations()
 
     def negotiate(self, situation: Situation) -> Move:
-        """Process statements, accept or release held roles, award, announce where responsible, bid.
-        - Contractor._engaged
-        """
+        """Process statements, accept or release held roles, award, announce where responsible, bid."""
         work = situation.work
         claims = self._claims = self._claims or Claims(work.database, work.group.name)
         claims.members = work.members
@@ -289,7 +287,6 @@ class Contractor(Member["ContractNet"]):
     def _bids(
         self, roles: Mapping[str, RoleSpecification], engaged: Mapping[str, Engagement], situation: Situation
     ) -> list[Statable]:
-        """Bids for all announced jobs; bids in own auctions stay local."""
         if self._me not in engaged:
             return []
         said: list[Statable] = []

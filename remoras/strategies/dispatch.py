@@ -126,7 +126,6 @@ class Dispatcher:
 
         With ``calls``, it waits while a job is vacant, or assigned but neither progressed nor overdue; else while work
         is left.
-        - Dispatcher._engagement
         """
         work = situation.work
         if self._with.repairs != "calls":
@@ -154,9 +153,7 @@ class Dispatcher:
         return self._expectations.of(data, work.held_by(name), work, now_s, seen_s, unheard)
 
     def _is_due(self, engaged: Mapping[str, Engagement], late: Collection[object], situation: Situation) -> bool:
-        """True if the basis of the last plan has changed; ``calls`` also demands a call or vacancy.
-        - Dispatcher._revision
-        """
+        """True if the basis of the last plan has changed; ``calls`` also demands a call or vacancy."""
         work = situation.work
         idle = {name for name, engagement in engaged.items() if not engagement.begun}
         short = frozenset(

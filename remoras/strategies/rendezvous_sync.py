@@ -85,7 +85,6 @@ class Convener(Member["RendezvousSync"]):
         return is_near and silent_s <= PRESENT_ROUNDS * frame_s
 
     def _expected(self, situation: Situation) -> set[str]:
-        """Vehicles with planned silence: members at work or under way, and workers of other groups."""
         work, now_s = situation.work, situation.now_s
         organisation = work.organisation
         with_jobs = [g.name for g in organisation.groups.values() if any(role.job is not None for role in g.roles)]

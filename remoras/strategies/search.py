@@ -262,7 +262,6 @@ class Search:
         return _Legs(self._jobs, self._able[vehicle], self._free[vehicle], outlook)
 
     def _leg(self, vehicle: int, role: int, from_m: Point) -> Outlook | None:
-        """Duration and end position of a job from a position; None if the vehicle is unable."""
         key = vehicle, role, from_m
         if key in self._legs:
             return self._legs[key]

@@ -28,7 +28,6 @@ AGAIN_S = (25.0, 30.0)
 
 
 def _setup(*tables: Mapping[str, Any]) -> Setup:
-    """Setup of a short mission with these faults; AssertionError if invalid."""
     given = [f"fault={toml_value(list(tables))}", f"scenario.duration_s={END_S}", "channel.per=0.3"]
     try:
         return resolved(load(SCENARIO, [("--set", setting) for setting in given]))
@@ -37,7 +36,6 @@ def _setup(*tables: Mapping[str, Any]) -> Setup:
 
 
 def _table(name: str, keys: Mapping[str, Any]) -> dict[str, Any]:
-    """Table of a fault of the kind with additional keys."""
     kind = kind_named(name)
     table: dict[str, Any] = {"kind": name, "vehicle": VEHICLE, "at_s": FROM_S, "until_s": UNTIL_S}
     required = dict.fromkeys(set(kind.own_keys()).intersection(kind.REQUIRED), 1.0)
@@ -46,7 +44,6 @@ def _table(name: str, keys: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _sailed(setup: Setup, until_s: float) -> Fleet:
-    """Fleet of a setup at a time; AssertionError if the kind raises."""
     fleet = assemble(setup, SEED)
     try:
         while fleet.running and fleet.now_s < until_s:

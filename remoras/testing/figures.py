@@ -77,7 +77,6 @@ def _caption(run: face.Run, figure: Declared) -> str:
 
 @contextmanager
 def _named(what: str) -> Iterator[None]:
-    """Convert errors of the plug-in to AssertionError."""
     from missions.errors import MissionsError
     from remoras.errors import RemorasError
     from visualisation.output import VisualisationError

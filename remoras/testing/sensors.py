@@ -159,8 +159,6 @@ def _check_is_silent_while_off(settings: SensorSettings, data: VehicleData, tick
 
 
 class _OneSensor:
-    """Mission with a sensor only."""
-
     def world(self, seed: int) -> Any:
         return None
 

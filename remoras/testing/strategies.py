@@ -299,7 +299,6 @@ def _mapped_fractions(finished: Run) -> dict[str, float]:
 
 
 def _assert_as_declared(finished: Run, watched: Watched) -> None:
-    """Check statements and traffic against the declaration."""
     declaration = watched.declaration
     assert declaration.communicates or not finished.recorder.packets, "sends packets without declaring that it does"
     assert declaration.influences or not finished.recorder.satisfaction, "sends signals without declaring that it does"

@@ -216,7 +216,6 @@ class _Messages:
         self._turn, self._pose = known["geometry_msgs/msg/Quaternion"], known["geometry_msgs/msg/Pose"]
 
     def motion(self) -> Iterator[Sent]:
-        """Frames of all vehicles per recorded time, with poses and fixes."""
         at: dict[int, list[tuple[str, Pose, tuple[float, float] | None]]] = {}
         for vehicle, track in self._voyage.tracks.items():
             fixes: Sequence[tuple[float, float] | None] = [None] * track.time_s.size
@@ -242,7 +241,6 @@ class _Messages:
                     yield self._sent(time_ns, f"/{name}/fix", "LocationFix", stamp, name, *fix, pose.z_m, unknown, 0)
 
     def events(self) -> Iterator[Sent]:
-        """Roles, packets and log entries in time order."""
         found = []
         for state in self._voyage.states:
             topic = f"/{self._names[state.vehicle]}/role"
@@ -261,7 +259,6 @@ class _Messages:
         return iter(sorted(found, key=lambda sent: sent.time_ns))
 
     def scenes(self) -> Iterator[Sent]:
-        """Initial scene, then links of every packet."""
         yield self._sent(0, "/scene", "SceneUpdate", [], [*self._places(), *self._vehicles()])
         tracks = self._voyage.tracks
         packets = [packet for packet in self._voyage.packets if packet.sender in tracks]
