@@ -26,7 +26,7 @@ from missions.fieldwork.energy import (
     STORE_CHARGE,
     Boring,
     ChargerSettings,
-    Transfer,
+    TransferTable,
 )
 from missions.fieldwork.helping import MUCH_NEARER_M, NEWS_FRAMES, Help, HelpAwaited
 from missions.meeting.staying import DONE_BY, THERE_M
@@ -146,7 +146,7 @@ class Bringing(Behaviour):
     """Transfer of energy to a drill site where the work of another vehicle is halted."""
 
     def __init__(
-        self, boring: Boring, transfer: Transfer, help: Help, charger: ChargerSettings, data: VehicleData
+        self, boring: Boring, transfer: TransferTable, help: Help, charger: ChargerSettings, data: VehicleData
     ) -> None:
         self._boring, self._help, self._charger, self._data = boring, help, charger, data
         self._berth_m = transfer.berth(boring.place_m)

@@ -23,6 +23,7 @@ from remoras.database import VehicleData
 from remoras.mission import FleetView, VehicleView
 from remoras.recorder import Row
 from remoras.sensor import Fact, Observation, Pose, Sensor, SensorSettings
+from remoras.table import Positive, Section
 from remoras.work import Point
 
 DRILL_CHARGE, STORE_CHARGE = "drillCharge", "storeCharge"
@@ -172,18 +173,17 @@ def _step(share: float) -> int:
     return 0 if share <= 0.0 else STEPS + 1 if share >= 1.0 else 1 + math.floor(STEPS * share)
 
 
-@dataclass(frozen=True)
-class Transfer:
-    """Energy transfer at a berth ``berth_m`` east of the drill; ``power_w`` leaves the store."""
+class TransferTable(Section):
+    """Table ``[transfer]``: energy from the store of one vehicle to the drill of another."""
 
-    power_w: float
-    efficiency: float
-    berth_m: float
+    power_w: Positive = Field(500.0, description="power that leaves the store while both vehicles are in place")
+    efficiency: float = Field(0.7, gt=0.0, le=1.0, description="share of it that comes into the battery")
+    berth_m: Positive = Field(10.0, description="how far beside the hole, to the east, the vehicle with the store lies")
 
     def berth(self, place_m: Point) -> Point:
         """Position of the giving vehicle.
 
-        >>> Transfer(500.0, 0.7, 10.0).berth((100.0, 50.0))
+        >>> TransferTable().berth((100.0, 50.0))
         (110.0, 50.0)
         """
         return place_m[0] + self.berth_m, place_m[1]
@@ -191,7 +191,7 @@ class Transfer:
     def passes_j(self, dt_s: float, left_j: float, lacks_j: float) -> float:
         """Energy (J) into the battery in ``dt_s``, limited by the store and the battery's deficit.
 
-        >>> Transfer(500.0, 0.7, 10.0).passes_j(10.0, 3000.0, 9000.0)
+        >>> TransferTable().passes_j(10.0, 3000.0, 9000.0)
         2100.0
         """
         return min(self.efficiency * min(self.power_w * dt_s, left_j), lacks_j)
@@ -219,7 +219,7 @@ class Boring(SiteSurvey):
 class Passing:
     """Evolution of the energies of a run."""
 
-    def __init__(self, borings: Mapping[str, Boring], transfer: Transfer, energies: Energies) -> None:
+    def __init__(self, borings: Mapping[str, Boring], transfer: TransferTable, energies: Energies) -> None:
         self._borings, self._transfer, self._energies = borings, transfer, energies
         self._halted: set[tuple[str, str]] = set()  # vehicle and hole
         self._last_s = 0.0

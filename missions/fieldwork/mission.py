@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar
 
@@ -26,7 +25,7 @@ from missions.fieldwork.energy import (
     DrillSettings,
     Energies,
     Passing,
-    Transfer,
+    TransferTable,
 )
 from missions.fieldwork.helping import HELPING, JUDGED, URGENCY, Help, HelpMission, HelpSettings
 from missions.fieldwork.lifting import HELPS, LYING_AT, Helping, Lift, Lifting, SeaField, SonarSettings, laid_out
@@ -131,14 +130,6 @@ class BoringTable(Section):
     position_m: PointM = Field(description="where it is, x east, y north")
     stay_s: Positive = Field(300.0, description="how long the drill takes to bore it")
     drill: str = Field(description="name of the sensor that bores it, of type drill")
-
-
-class TransferTable(Section):
-    """Table ``[transfer]``: energy from the store of one vehicle to the drill of another."""
-
-    power_w: Positive = Field(500.0, description="power that leaves the store while both vehicles are in place")
-    efficiency: float = Field(0.7, gt=0.0, le=1.0, description="share of it that comes into the battery")
-    berth_m: Positive = Field(10.0, description="how far beside the hole, to the east, the vehicle with the store lies")
 
 
 class FerrySettings(JobSettings):
@@ -447,17 +438,13 @@ class ResupplyMission(FieldworkMission, HelpMission):
         borings = [Boring(one.name, one.position_m, one.stay_s, one.drill) for one in scenario.boring]
         return [*_surveys(scenario), *borings]
 
-    @cached_property
-    def _transfer(self) -> Transfer:
-        return Transfer(**self.scenario.transfer.model_dump())
-
     def world(self, seed: int) -> Energies:
         """Initial energies: full batteries and stores, nothing drilled."""
         return Energies()
 
     def nature(self, world: Energies) -> Callable[[FleetView, float], None]:
         """Evolution of energies and drilling."""
-        return Passing(self.all_of(Boring), self._transfer, world).go_on
+        return Passing(self.all_of(Boring), self.scenario.transfer, world).go_on
 
     def truth(self, recorder: Recorder, world: Energies) -> EnergyTruth:
         """Create the ground truth of drilling."""
@@ -483,7 +470,7 @@ class ResupplyMission(FieldworkMission, HelpMission):
     def helper(self, job: Boring, help: Help, data: VehicleData) -> Behaviour:
         """Create the behaviour that brings energy."""
         charger = data.sensor(ChargerSettings) or ChargerSettings()
-        return Bringing(job, self._transfer, help, charger, data)
+        return Bringing(job, self.scenario.transfer, help, charger, data)
 
     def behaviour_at(self, job: Any, data: VehicleData) -> Behaviour:
         """Create the behaviour for a site or a drill site."""

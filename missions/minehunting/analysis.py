@@ -19,7 +19,7 @@ from missions.minehunting.imagery import (
     SHOWN,
     TARGET_ECHOES,
     ContactView,
-    Imagery,
+    ImageryTable,
 )
 from remoras.behaviours import Behaviour, Perception, Reference
 from remoras.beliefs import Known
@@ -38,7 +38,7 @@ class Analysis:
     ``patience_s`` is the wait for missing strips after the last view and the last update.
     """
 
-    imagery: Imagery
+    imagery: ImageryTable
     confidence: float
     patience_s: float
 
@@ -46,7 +46,7 @@ class Analysis:
     def decisive(self) -> float:
         """Log likelihood ratio for a decision, with equal priors.
 
-        >>> round(Analysis(Imagery(5, 2, 10.0, 2.0, 1.0, 6.0), 0.99, 600.0).decisive, 2)
+        >>> round(Analysis(ImageryTable(), 0.99, 600.0).decisive, 2)
         4.6
         """
         return log(self.confidence / (1.0 - self.confidence))
@@ -61,7 +61,7 @@ class Evidence:
     n_floor: int
 
 
-def evidence_of(contact: str, facts: Known, imagery: Imagery) -> Evidence:
+def evidence_of(contact: str, facts: Known, imagery: ImageryTable) -> Evidence:
     """Evidence of all snippets with a known reference level."""
     echoes = (TARGET_ECHOES, imagery.target_db), (FLOOR_ECHOES, imagery.floor_db)
     terms: list[float] = []

@@ -9,10 +9,12 @@ repeated view shows the same.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
-from typing import ClassVar
+from typing import Annotated, ClassVar
+
+from pydantic import Field
 
 from exchange.acoustics import loss
 from exchange.arithmetic import TAU, distance, normal_quantile, sincos
@@ -24,6 +26,7 @@ from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.recorder import TIME, VEHICLE, Column, Table
 from remoras.sensor import SELF, Fact, Observation, Pose, Sensor, SensorSettings
+from remoras.table import Positive, Section
 from remoras.work import Outlook, Point
 
 STRIPS = Table("strips", (TIME, VEHICLE, Column("contact", "str"), Column("view", "int"), Column("strip", "int")))
@@ -52,28 +55,29 @@ DRAWS_OF_STRIP = 64
 """Upper limit of draws per strip."""
 
 
-@dataclass(frozen=True)
-class Imagery:
-    """Image parameters.
+MOST_STRIPS = 40
 
-    Attributes:
-        strips: per snippet; target_strips: the middle ones, which show the contact.
-        target_db, floor_db: mean level of a mine above the halfway level, and of a rock below it, in strips that show
-            the contact and in the others.
-        sigma_db: standard deviation of an echo.
-    """
 
-    strips: int
-    target_strips: int
-    strip_s: float
-    target_db: float
-    floor_db: float
-    sigma_db: float
+class ImageryTable(Section):
+    """Table ``[imagery]``: snippets, and the appearance of mines and rocks."""
+
+    strips: int = Field(8, ge=1, le=MOST_STRIPS, description="strips of a snippet, five echoes each")
+    target_strips: int = Field(3, ge=1, le=MOST_STRIPS, description="strips of it that show the contact")
+    strip_s: Positive = Field(10.0, description="how long a strip takes")
+    target_db: Positive = Field(1.8, description="by how much a mine is above, a rock below, in strips that show it")
+    floor_db: Positive = Field(0.6, description="the same in the other strips")
+    sigma_db: Positive = Field(6.0, description="standard deviation of an echo")
+    mine_share: Annotated[float, Field(ge=0.0, le=1.0)] = Field(0.5, description="probability that a contact is a mine")
+
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        """Yield a fault if more strips show the contact than exist."""
+        if self.target_strips > self.strips:
+            yield "target_strips", f"allowed: 1 to {self.strips}, the strips there are"
 
     def is_target(self, strip: int) -> bool:
         """Return True if a strip, counted from 0, shows the contact.
 
-        >>> [Imagery(5, 2, 10.0, 2.0, 1.0, 6.0).is_target(strip) for strip in range(5)]
+        >>> [ImageryTable(strips=5, target_strips=2).is_target(strip) for strip in range(5)]
         [False, True, True, False, False]
         """
         first = (self.strips - self.target_strips) // 2
@@ -144,7 +148,7 @@ class Minefield:
     seed: int
     views: tuple[tuple[Point, str, int, int], ...]
     mines: frozenset[str]
-    imagery: Imagery
+    imagery: ImageryTable
 
     def view_at(self, at_m: Point) -> int | None:
         """Index of the view at a place; None if there is none."""

@@ -6,9 +6,9 @@ pass the channel. It requests another view of undecided contacts.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, ClassVar
+from typing import ClassVar
 
 from pydantic import Field
 
@@ -28,7 +28,7 @@ from missions.minehunting.imagery import (
     SHOWN,
     STRIPS,
     ContactView,
-    Imagery,
+    ImageryTable,
     Minefield,
     SnippetSonarSettings,
     Viewing,
@@ -52,7 +52,6 @@ from remoras.work import Job
 
 ANALYSING = "Analysing"
 MOST_REVISITS = 40
-MOST_STRIPS = 40
 LEAST_APART_M = 7.0
 """Least distance between views of one contact: over twice the radius of a view."""
 URGENCY = {REVISITS: 50, CLASSIFIED: 50, SHOWN: 20, ON_TARGET: 20, ON_FLOOR: 2}
@@ -64,23 +63,6 @@ class ContactTable(Section):
 
     name: Name = Field(description="name of the contact")
     position_m: PointM = Field(description="where it is, x east, y north")
-
-
-class ImageryTable(Section):
-    """Table ``[imagery]``: snippets, and the appearance of mines and rocks."""
-
-    strips: int = Field(8, ge=1, le=MOST_STRIPS, description="strips of a snippet, five echoes each")
-    target_strips: int = Field(3, ge=1, le=MOST_STRIPS, description="strips of it that show the contact")
-    strip_s: Positive = Field(10.0, description="how long a strip takes")
-    target_db: Positive = Field(1.8, description="by how much a mine is above, a rock below, in strips that show it")
-    floor_db: Positive = Field(0.6, description="the same in the other strips")
-    sigma_db: Positive = Field(6.0, description="standard deviation of an echo")
-    mine_share: Annotated[float, Field(ge=0.0, le=1.0)] = Field(0.5, description="probability that a contact is a mine")
-
-    def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Yield a fault if more strips show the contact than exist."""
-        if self.target_strips > self.strips:
-            yield "target_strips", f"allowed: 1 to {self.strips}, the strips there are"
 
 
 class MinehuntingSettings(JobSettings):
@@ -144,13 +126,10 @@ class MinehuntingMission(JobMission):
 
     def jobs_of(self, scenario: MinehuntingScenario) -> Iterable[Job]:
         """First view of each contact, and the revisits."""
-        table, settings = scenario.imagery, scenario.mission
-        self._imagery = Imagery(
-            table.strips, table.target_strips, table.strip_s, table.target_db, table.floor_db, table.sigma_db
-        )
+        settings, self._imagery = scenario.mission, scenario.imagery
         self._analysis = Analysis(self._imagery, settings.confidence, settings.waits_s)
         contacts_m = {one.name: one.position_m for one in scenario.contact}
-        view_s, n_views = (table.strips + 1) * table.strip_s, settings.revisits + 1
+        view_s, n_views = (self._imagery.strips + 1) * self._imagery.strip_s, settings.revisits + 1
 
         def view(name: str, number: int, contact: str) -> ContactView:
             return ContactView(
