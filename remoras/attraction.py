@@ -3,8 +3,8 @@
 The paper: "a goal vector is selected and a vector combination is performed to avoid obstacles and repulsive signals
 sent by others". At most one activity of a decision guides; signal vectors add to it. Obstacles are handled by
 ``remoras.avoidance``. A signal expresses dissatisfaction. From the holder of another role it requests help, from a
-vehicle of equal rank passage. Roles of equal rank are equal and address themselves, or address each other and one of
-them has a job. With u_j the direction to vehicle j::
+vehicle of equal rank passage. Two roles have equal rank if they are one that addresses itself, or address each other
+and one of them has a job. With u_j the direction to vehicle j::
 
     v = v_goal + attraction |v_goal| a_j u_j
     v = - min(1, repulsion) v_greatest (u_k turned left by a quarter of pi)     while yielding to k

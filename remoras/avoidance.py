@@ -1,4 +1,4 @@
-"""Collision avoidance of vehicles in one depth layer: optimal reciprocal collision avoidance (ORCA).
+"""Collision avoidance within one depth layer: optimal reciprocal collision avoidance (ORCA).
 
 After van den Berg, Guy, Lin and Manocha, Reciprocal n-body collision avoidance, Robotics Research (ISRR 2009), Springer
 2011, 3-19. To stay at least r from a neighbour for tau seconds, the relative velocity must lie outside the velocity
