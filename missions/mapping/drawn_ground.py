@@ -86,7 +86,7 @@ def _whole(draws: Iterator[float], least: int, most: int) -> int:
 
 
 def _cut(whole: Piece, n: int, draws: Iterator[float]) -> list[Piece]:
-    """Cut a rectangle into ``n`` pieces; each cut halves the longer side of the largest piece."""
+    """Cut a rectangle into ``n`` pieces, always the largest one across its longer side."""
     pieces = [whole]
     while len(pieces) < n:
         piece = max(pieces, key=lambda piece: (piece[2] * piece[3], piece))

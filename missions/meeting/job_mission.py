@@ -205,7 +205,7 @@ class JobMission(Mission):
         return tuple(sensor.name for sensor in data.sensors)
 
     def meets_from_s(self, scenario: Any) -> float:
-        """Earliest time (s) of the rendezvous, 0 by default; for missions without jobs to wait for."""
+        """Earliest time (s) of the rendezvous; 0 by default."""
         return 0.0
 
     # Defaults ------------------------------------------------------------------------------------

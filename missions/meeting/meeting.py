@@ -210,7 +210,7 @@ class Meeting:
         return max((beliefs.observed_s(("gatheredAt", name)) or 0.0 for name in due), default=None)
 
     def is_overdue(self, group: Group, beliefs: Beliefs, picture: Picture) -> bool:
-        """True if a leader, idle since earlier groups have met, has waited for the deadline."""
+        """True once a leader has waited for the deadline, idle and after earlier groups have met."""
         idle_s = picture.groups.idle_since_s.get(group.name, math.inf)
         since_s = max(picture.body.settled_s, idle_s, self.opens_s)
         for other in self._before(group):
