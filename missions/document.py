@@ -113,7 +113,8 @@ class Document:
     def _located(self, fault: ConfigurationFault, options: Mapping[str, str]) -> ConfigurationFault:
         if fault.key.startswith("--"):
             return fault
-        fault = fault if fault.given else replace(fault, given=self._given(fault.key))
+        if not fault.given and fault.allowed != "missing":
+            fault = replace(fault, given=self._given(fault.key))
         for key, option in options.items():
             if f"{fault.key}.".startswith(f"{key}.") or f"{key}.".startswith(f"{fault.key}."):
                 return replace(fault, key=f"{option} ({fault.key})")

@@ -2,7 +2,7 @@
 
 Vehicles with a depth difference above ``SAME_DEPTH_M`` do not interact. Depths are constant in a run, so the fleet has
 fixed layers; a feature with variable depths replaces ``Separation``. In each tick, close pairs of a layer are found
-directly, or for many vehicles by a grid with cells of sonar range.
+directly, or for many vehicles by a grid with squares of sonar range.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ CONFLICT = "conflict"
 FEW = 8
 """Number of vehicles up to which comparing all pairs is faster than a grid."""
 _HALF = ((1, -1), (1, 0), (1, 1), (0, 1))
-"""Adjacent cells, one of each opposite pair."""
+"""Adjacent squares, one of each opposite pair."""
 
 
 class _Layer(Protocol):
@@ -79,7 +79,7 @@ def in_layers(depths_m: Sequence[float]) -> list[list[int]]:
 
 
 def _in_adjacent_squares(motions: Mapping[int, Motion]) -> list[tuple[int, int]]:
-    """Sorted pairs of indices in one grid cell or in adjacent ones."""
+    """Sorted pairs of indices in one square of the grid or in adjacent ones."""
     squares: dict[tuple[int, int], list[int]] = {}
     for index, motion in motions.items():
         squares.setdefault((int(motion.x_m // SONAR_M), int(motion.y_m // SONAR_M)), []).append(index)

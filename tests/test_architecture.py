@@ -87,7 +87,7 @@ DOORS: dict[str, set[str]] = {
         "exchange.queueing.limits", "exchange.wire.definitions",
     },
     "remoras.social": {"exchange.peering.peers"},
-    "missions": {"worldmodel.ontology.tbox"},
+    "missions": {"worldmodel.ontology.tbox", "remoras.table"},
     "missions.arrows": {"exchange.acoustics.loss", "exchange.acoustics.link"},
     **{
         f"missions.{mission}": {"exchange.acoustics.loss"}
@@ -112,11 +112,16 @@ KNOW_MESA = {"remoras.fleet", "remoras.solo", "remoras.vehicle"}
 STAND_ALONE = {
     "remoras.organisation": {"remoras.errors"},
     "remoras.htn": {"remoras.errors", "remoras.collecting"},
-    "remoras.executive.satisfaction": {"remoras.activities"},
+    "remoras.executive.satisfaction": {"remoras.activities", "remoras.table"},
 }
 FACE = "remoras", "remoras.face", "remoras.swept", "remoras.stepped"
 ROOFS = ("remoras.cli", "remoras.testing")
 ENTRY = "remoras.__main__"
+TOGETHER = {
+    ("exchange.peering.beliefs", "exchange.peering.summaries"),
+    ("exchange.peering.listening", "exchange.peering.relaying"),
+    tuple(f"missions.scenarios.{name}" for name in ("channel", "communication", "faults", "knowledge", "scenario")),
+}
 WORDS_OF = {
     "missions.mapping": ("area", "areas", "swath", "swaths", "cell", "cells", "coverage", "mapped"),
     "missions.trident": (
@@ -341,13 +346,17 @@ def knots(arrows: dict[str, set[str]]) -> set[tuple[str, ...]]:
 
 @pytest.mark.slow
 def test_types_go_in_few_circles() -> None:
-    """A module that needs the type of one above it takes values instead, or says by a Protocol what it needs."""
+    """A module that needs the type of one above it takes values instead, or says by a Protocol what it needs.
+
+    Excepted are an optional part and its owner, which holds it or None, and a scenario and its tables, which are
+    checked against all of it.
+    """
     arrows = {
         module: {one.target for one in imports(text, module, typing=True)} - {module}
         for module, text in SOURCES.items()
         if module not in FACE
     }
-    assert knots(arrows) == set()
+    assert knots(arrows) <= TOGETHER
 
 
 def own_words(module: str) -> set[str]:

@@ -35,7 +35,7 @@ SITES = 14
 EPISODES = 16
 """`trial` of the draws of the next benchmark run to learn on."""
 GROUNDS = 17
-"""`trial` of the draws of random areas that strategies are evaluated on."""
+"""`trial` of the draws of random grounds that strategies are evaluated on."""
 
 _LOW_64 = 0xFFFF_FFFF_FFFF_FFFF
 _LOW_37 = (1 << 37) - 1

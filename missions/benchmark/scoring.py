@@ -3,9 +3,9 @@
 The efficiency of a run is ``T_bound / T``, a lower bound of the mission time over its actual time, or over the suite's
 limit if not completed. The score is the mean of the cell means.
 
-All n-th runs are one instance: one fleet and one seed, on the areas of the suite or one random area. Cells share these
-draws, so an instance has one value, its mean over the cells. Intervals are those of paired differences over instances
-(``missions.statistics.difference_interval``); below 8 instances there is none.
+All n-th runs are one instance: one fleet and seed, on the grounds of the suite or one random ground. Cells share
+these draws, so an instance has one value, its mean over the cells. Intervals are those of paired differences over
+instances (``missions.statistics.difference_interval``); below 8 instances there is none.
 """
 
 from __future__ import annotations

@@ -2,9 +2,9 @@
 
 Its cells are grounds x networks x unforeseen events. Their runs form studies, which the sweeps execute and resume.
 
-A held-out split has areas drawn from seeds that are released after the evaluated version. A file in the folder ``test``
-beside the suite gives ground, generator and the SHA-256 of the seed list, so the list can neither be changed later nor
-used for tuning before.
+A held-out split has grounds drawn from seeds that are released after the evaluated version. A file in the folder
+``test`` beside the suite gives ground, generator and the SHA-256 of the seed list, so the list can neither be changed
+later nor used for tuning before.
 """
 
 from __future__ import annotations

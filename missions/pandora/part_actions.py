@@ -277,7 +277,7 @@ class Seeking(Looking):
         return self._corners[0] if self._corners else self._part.place_m
 
     def work_s(self) -> float:
-        """Time along all squares, slow enough for full image coverage."""
+        """Time along all squares, slow enough for images of all of it."""
         corners = self._corners or []
         return math.fsum(distance(*pair) for pair in pairwise(corners)) / self._speed_mps
 

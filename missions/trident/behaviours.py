@@ -224,7 +224,7 @@ class Surveying(Behaviour):
 
 
 def survey_lanes(block: SeabedBlock, reach_m: float) -> Iterator[Lane]:
-    """Yield lanes along the longer side of a block, dense enough for full coverage.
+    """Yield lanes along the longer side of a block, dense enough to leave no gap.
 
     ``reach_m`` is the module's range to both sides; a tile counts by its centre.
 
@@ -352,7 +352,7 @@ class Reacquiring(Behaviour):
         return x_m + east * out_m, y_m + north * out_m
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """Head for the area in transit, then at the finder's speed."""
+        """Head there in transit, then at the finder's speed."""
         place_m = self._place(picture.facts)
         if place_m is None:
             return None

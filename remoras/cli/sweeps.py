@@ -266,7 +266,7 @@ def _mean(row: Comparison) -> str:
 
 
 def _entries(row: Comparison) -> dict[str, str]:
-    """Cells of a row by heading; tables omit columns without content."""
+    """Values of a row by heading; tables omit columns without content."""
     return {
         "per": f"{row.per:g}",
         "strategy": _marked(row.strategy),

@@ -160,7 +160,7 @@ TELL = """<script>(function () {
 
 
 class NotebookPage:
-    """Live page among cell outputs; DrawingError outside a notebook."""
+    """Live page among the outputs; DrawingError outside a notebook."""
 
     def __init__(self, title: str) -> None:
         self._show = _shown()
