@@ -1,5 +1,8 @@
-"""Features of scenarios, one file each: see ``missions.feature``. Nobody imports one by name but its tests."""
+"""Optional scenario features, one file each; see ``missions.feature``.
 
-import missions.scenarios  # noqa: F401  # whose tables take in the keys of features, has to be there first
+Only tests import them by name.
+"""
+
+import missions.scenarios  # noqa: F401  # whose tables must exist before features extend them
 
 __all__: list[str] = []

@@ -1,7 +1,6 @@
-"""Operator bans: ``[[ban]]``, by which a person at the console of one vehicle lets the fleet not believe another.
+"""Operator bans, ``[[ban]]``: a vehicle declares the observations of another invalid.
 
-The vehicle states a fact, and takes it back by another. What comes of it is decided by every vehicle for itself, from
-what it has heard; see ``worldmodel.bans``.
+The ban is a fact, withdrawn by another fact. Each vehicle applies the facts it has received (``worldmodel.bans``).
 """
 
 from __future__ import annotations
@@ -40,7 +39,7 @@ class BanTable(Section):
     until_s: Positive | None = Field(None, description="when the issuer takes the ban back; never if absent")
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """A ban of the issuer itself, or one taken back before it is said."""
+        """Yield a ban of the issuer itself, or one withdrawn before it is issued."""
         if self.vehicle == self.issuer:
             yield "issuer", "what a vehicle says of itself does not count: name another issuer"
         if self.until_s is not None and self.until_s <= self.at_s:
@@ -48,7 +47,7 @@ class BanTable(Section):
 
 
 def ban_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
-    """Bans by vehicles or of vehicles that there are not, and after the end."""
+    """Yield bans that name unknown vehicles or start after the end of the mission."""
     vehicles, end_s = scenario.vehicle_names, scenario.scenario.duration_s
     for number, table in enumerate(scenario.of_feature(KEY), 1):
         key = f"{KEY}.{number}"
@@ -60,14 +59,9 @@ def ban_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[Configura
 
 
 def stated(vehicle: str, from_s: float | None) -> Callable[[Beliefs], list[Fact]]:
-    """The fact that nobody is to believe what ``vehicle`` observed from a time on (s); None takes the ban back.
+    """Return a builder of the fact that excludes observations of ``vehicle`` from ``from_s`` on.
 
-    Args:
-        vehicle: its name.
-        from_s: from which time on.
-
-    Returns:
-        What makes it of the names that the beliefs of the issuer have.
+    None withdraws the ban. The builder takes the issuer's beliefs, which resolve the names.
     """
 
     def facts(beliefs: Beliefs) -> list[Fact]:
@@ -78,7 +72,7 @@ def stated(vehicle: str, from_s: float | None) -> Callable[[Beliefs], list[Fact]
 
 
 class Bans(Observer):
-    """Lets the issuers state their bans, and take them back, at their times."""
+    """Scheduler of the issuers' ban statements and withdrawals."""
 
     def __init__(self, joining: Joining) -> None:
         self._tables: tuple[BanTable, ...] = joining.scenario.of_feature(KEY)
@@ -92,7 +86,7 @@ class Bans(Observer):
 
 
 def words(scenario: Scenario) -> Sequence[Path]:
-    """The Turtle file with the word for bans, where a scenario has any."""
+    """Return the Turtle file that defines bans if the scenario has any."""
     return (ontology_path("bans"),) if scenario.of_feature(KEY) else ()
 
 

@@ -1,11 +1,9 @@
-"""Clocks of vehicles: ``[communication.clocks]`` and ``[vehicle.clock]``, how far they are off, and what is made of it.
+"""Vehicle clocks, ``[communication.clocks]`` and ``[vehicle.clock]``: offset and drift.
 
-A clock shows ``t + offset + drift * t + correction`` at the true time ``t``, and never less than 0, when the mission
-begins by it. All that a vehicle does by time goes by what its clock shows: its slots, the times of its observations,
-what it makes of arrivals, leases. Rows of its tables have the true time, so that vehicles can be compared. Each vehicle
-compares its clock with its peers' by when their packets arrive, and sets it if it is told to.
-
-A vehicle by itself has the clock of its hull: there the feature does nothing.
+At true time ``t`` a clock shows ``t + offset + drift * t + correction``, at least 0, the start of the mission. A
+vehicle uses its clock for slots, observation times, arrivals and leases. Its table rows carry the true time, so that
+vehicles can be compared. Each vehicle estimates clock differences from packet arrivals and, with ``discipline``,
+corrects its clock. In a single-vehicle process the feature is inactive: the hull provides the clock.
 """
 
 from __future__ import annotations
@@ -34,9 +32,9 @@ if TYPE_CHECKING:
 KEY, OF_VEHICLE = "clocks", "clock"
 PPM = 1e-6
 OFFSET, DRIFT = range(2)
-"""Stand where receivers stand in the draws."""
+"""Keys of the draws, in place of the receiver."""
 MOST_OFF_S, MOST_DRIFT_PPM = 86_400.0, 10_000.0
-"""Clocks are off by no more than a day, and gain no more than one part in a hundred."""
+"""Bounds on offset (a day) and on drift (1 %)."""
 
 
 class ClocksTable(Section):
@@ -66,7 +64,7 @@ class ClocksTable(Section):
 
 
 class VehicleClockTable(Section):
-    """The table ``[vehicle.clock]``: what is given here is not drawn."""
+    """The table ``[vehicle.clock]``; a value given here replaces the drawn one."""
 
     offset_s: float | None = Field(
         None, ge=-MOST_OFF_S, le=MOST_OFF_S, description="by how much it is ahead at the start"
@@ -79,20 +77,15 @@ class VehicleClockTable(Section):
 CLOCKS = Table("clocks", (
     TIME, VEHICLE, Column("offset_s", "float", "s"), Column("peers", "list"), Column("estimates_s", "floats", "s"),
 ))  # fmt: skip
-"""How far the clock of a vehicle is off the true time, at the end of every TDMA frame, and by how much it takes itself
-to be ahead of each of ``peers``; written where the scenario has clocks."""
+"""Clock error at the end of every TDMA frame, and the estimated lead over each of ``peers``."""
 
 
 @dataclass(slots=True)
 class OwnClock:
-    """The clock of one vehicle.
+    """Clock of one vehicle.
 
-    Attributes:
-        offset_s: by how much it is ahead at the true time 0.
-        drift_ppm: by how much it gains, in millionths.
-        correction_s: by which its vehicle has set it since.
-        disciplined: its vehicle may set it.
-        true_s: true time at which it was read last; only the fleet and its records look at it.
+    ``offset_s`` is the lead at true time 0, ``correction_s`` the sum of adjustments. ``true_s``, the true time of the
+    last reading, is for the fleet and its records only.
 
     >>> clock = OwnClock(offset_s=0.5, drift_ppm=100.0)
     >>> clock.reads(10_000.0), round(clock.true_time_s(10_001.5), 9)
@@ -106,35 +99,33 @@ class OwnClock:
     true_s: float = 0.0
 
     def reads(self, true_s: float) -> float:
-        """What it shows at a true time (s)."""
+        """Return the reading (s) at a true time (s), and record that time."""
         self.true_s = true_s
         return max(0.0, true_s + self.ahead_s(true_s))
 
     def ahead_s(self, true_s: float) -> float:
-        """By how much it is ahead at a true time (s)."""
+        """Lead (s) over the true time."""
         return self.offset_s + PPM * self.drift_ppm * true_s + self.correction_s
 
     def true_time_s(self, shown_s: float) -> float:
-        """True time (s) for a clock reading, with the corrections made so far."""
+        """True time (s) for a clock reading, with the corrections so far."""
         return (shown_s - self.offset_s - self.correction_s) / (1.0 + PPM * self.drift_ppm)
 
     def set_by(self, by_s: float) -> None:
-        """Put it forward by that much (s); back if it is negative."""
+        """Adjust the clock by ``by_s``, negative to put it back."""
         self.correction_s += by_s
 
     def recording(self, recorder: Recorder) -> Recorder:
-        """What takes the rows of its vehicle and hands them to a recorder in true time."""
+        """Return a recorder that replaces the clock's time by the true time in each row."""
         return recorder if self.is_exact and not self.disciplined else RecorderByClock(recorder, self)
 
     @property
     def is_exact(self) -> bool:
-        """True if it shows the true time, and always will."""
+        """True without offset, drift or correction."""
         return self.offset_s == self.drift_ppm == self.correction_s == 0.0
 
 
 class _AtTrueTime(list[Row]):
-    """Takes the rows of a table and hands them on with the true time in place of what the own clock shows."""
-
     def __init__(self, rows: list[Row], column: int, clock: OwnClock) -> None:
         super().__init__()
         self._handed_on = rows
@@ -142,25 +133,21 @@ class _AtTrueTime(list[Row]):
         self._clock = clock
 
     def append(self, row: Row) -> None:
-        """Hand on a row."""
         self._handed_on.append((*row[: self._column], self._clock.true_s, *row[self._column + 1 :]))
 
     def extend(self, rows: Iterable[Row]) -> None:
-        """Hand on rows."""
         for row in rows:
             self.append(row)
 
 
 NOW: Mapping[str, str] = {"items": "recorded_s"}
-"""Columns that have the time of writing, where that is not the first column of ``TIME``."""
+"""Tables whose time of writing is not in the column ``TIME``."""
 
 
 class RecorderByClock(Recorder):
-    """Takes the rows of a vehicle whose clock may be off; they get the true time.
+    """Recorder that converts the rows of one vehicle to true time.
 
-    Args:
-        recorder: of the whole fleet, which gets the rows.
-        clock: of the vehicle.
+    recorder: of the whole fleet.
     """
 
     def __init__(self, recorder: Recorder, clock: OwnClock) -> None:
@@ -170,7 +157,7 @@ class RecorderByClock(Recorder):
         self.bits = recorder.bits
 
     def declare(self, table: Table) -> None:
-        """Take rows of another table, too."""
+        """Accept rows of another table."""
         self._recorder.declare(table)
         self.tables.setdefault(table.name, table)
         rows, now = self._recorder.rows(table.name), NOW.get(table.name, TIME.name)
@@ -180,24 +167,16 @@ class RecorderByClock(Recorder):
 
 
 LARGEST_STEP = 0.25
-"""A clock is set by at most this share of a slot at once, so that no slot is passed over."""
+"""Largest adjustment as a share of a slot, so that no slot is skipped."""
 SMALLEST_STEP_S = 1e-3
-"""Less is left, as positions are not known better."""
+"""Smaller differences are left: the known positions are not more precise."""
 
 
 @dataclass(slots=True)
 class Timekeeper:
-    """Compares the own clock with those of the peers.
+    """Estimator of a vehicle's clock differences to its peers, from packet arrivals.
 
-    Attributes:
-        names: of all vehicles, by node.
-        depths_m: of the vehicles, by node.
-        me: own node.
-        schedule: TDMA.
-        packet_s: time that the modem takes to send so many bits (s).
-        sound_speed_mps: in the sea.
-        clock: own.
-        recorder: of the fleet, in true time.
+    ``names`` and ``depths_m`` are in node order; ``packet_s`` gives the transmission time (s) of a number of bits.
     """
 
     names: Sequence[str]
@@ -214,14 +193,9 @@ class Timekeeper:
         self.offsets = Offsets(len(self.names))
 
     def heard(self, reception: Reception, size_bits: int, now_s: float, own_m: Point, peer_m: Point | None) -> None:
-        """Learn from when a packet arrived.
+        """Update the estimate for the sender of a packet that arrived at clock reading ``now_s``.
 
-        Args:
-            reception: of the packet.
-            size_bits: of the packet.
-            now_s: what the own clock shows.
-            own_m: where this vehicle takes itself to be.
-            peer_m: where it takes the sender to be, if it knows.
+        own_m, peer_m: believed positions. Without the sender's (None), the packet is ignored.
         """
         if peer_m is None:
             return
@@ -231,7 +205,7 @@ class Timekeeper:
         self.offsets.note(peer, sent_s - self.schedule.start_s(reception.slot))
 
     def set_clock(self) -> bool:
-        """Set the clock, if it is to be and is off by something that counts. True if it was set."""
+        """Correct a disciplined clock by a limited step; return False if nothing changed."""
         if not self.clock.disciplined:
             return False
         most_s = LARGEST_STEP * self.schedule.slot_s
@@ -243,7 +217,7 @@ class Timekeeper:
         return True
 
     def record(self) -> None:
-        """Write how far the clock is off, and what is known of it."""
+        """Record the clock error and the estimates for the peers."""
         known = [(name, one) for k, name in enumerate(self.names) if (one := self.offsets.estimate_s(k)) is not None]
         names, leads_s = [name for name, _ in known], [lead_s for _, lead_s in known]
         true_s = self.clock.true_s
@@ -251,11 +225,11 @@ class Timekeeper:
         self.recorder.rows(CLOCKS.name).append(row)
 
 
-# What a scenario says of clocks -----------------------------------------------------------------
+# Scenario settings --------------------------------------------------------------------------
 
 
 def apart_s(scenario: Scenario) -> float:
-    """The most by which two clocks differ that guard and tolerances cover (s)."""
+    """Greatest difference (s) between two clocks that guard and tolerances cover."""
     return _spread(scenario).apart_s
 
 
@@ -265,14 +239,13 @@ def _spread(scenario: Scenario) -> ClocksTable:
 
 
 def _own(scenario: Scenario) -> dict[int, VehicleClockTable]:
-    """What is given of single clocks, by node."""
     return {
         vehicle.slot: given for vehicle in scenario.vehicle if (given := vehicle.of_feature(OF_VEHICLE)) is not None
     }
 
 
 def most_ahead_s(scenario: Scenario) -> float:
-    """The most by which any clock may come to be ahead in a run (s), set by its peers' or not."""
+    """Upper bound (s) on the lead of any clock in a run, corrections included."""
     spread, duration_s = _spread(scenario), scenario.scenario.duration_s
     ahead_s = [spread.offset_s + PPM * spread.drift_ppm * duration_s]
     for given in _own(scenario).values():
@@ -283,12 +256,7 @@ def most_ahead_s(scenario: Scenario) -> float:
 
 
 def clocks_of(scenario: Scenario, seed: int) -> dict[int, OwnClock]:
-    """The clocks of the vehicles, by node; draws are keyed by seed and node, in a stream of their own.
-
-    Args:
-        scenario: the whole input.
-        seed: root of all draws.
-    """
+    """Return the clocks by node; draws are keyed by ``seed`` and node in a separate stream."""
     spread, own, clocks = _spread(scenario), _own(scenario), {}
     for table in sorted(scenario.vehicle, key=lambda vehicle: vehicle.slot):
         given = own.get(table.slot, VehicleClockTable())
@@ -301,15 +269,14 @@ def clocks_of(scenario: Scenario, seed: int) -> dict[int, OwnClock]:
 
 
 def _drawn(seed: int, node: int, what: int, spread: float) -> float:
-    """A number from -spread to spread; exactly 0 without spread."""
     return spread * (2.0 * loss.uniform(seed, loss.CLOCKS, 0, node, what) - 1.0) if spread else 0.0
 
 
-# What becomes of them in a run ------------------------------------------------------------------
+# Run hooks -----------------------------------------------------------------------------------
 
 
 class Clocks(Observer):
-    """Lets the vehicles of a fleet go by clocks of their own, and compare these with their peers'."""
+    """Run hooks that give each vehicle a clock and let it compare the clock with its peers'."""
 
     def __init__(self, joining: Joining) -> None:
         joining.recorder.declare(CLOCKS)
@@ -318,11 +285,11 @@ class Clocks(Observer):
         self.clocks: Mapping[int, OwnClock] = clocks_of(joining.scenario, joining.seed)
 
     def on_start(self, host: Host) -> None:
-        """Take note of whose slots they are."""
+        """Store the host of the slots."""
         self._host = host
 
     def on_vehicle(self, vehicle: Vehicle) -> None:
-        """Compare its clock with its peers'."""
+        """Create the vehicle's clock-difference estimator."""
         joining, database, node = self._joining, self._joining.database, vehicle.data.node
         self._keepers[node] = Timekeeper(
             database.names,
@@ -336,25 +303,25 @@ class Clocks(Observer):
         )
 
     def on_received(self, vehicle: Vehicle, reception: Reception, size_bits: int, shown_s: float) -> None:
-        """Learn from when the packet arrived."""
+        """Update the estimate for the sender from the arrival time."""
         functional, sender = vehicle.functional, self._joining.database.names[reception.sender]
         known_m = functional.picture.peers.positions_m.get(sender)
         keeper = self._keepers[vehicle.data.node]
         keeper.heard(reception, size_bits, shown_s, functional.believed.position_m, known_m)
 
     def on_frame_end(self, vehicle: Vehicle) -> None:
-        """Record how far its clock is off."""
+        """Record the clock error of a live vehicle."""
         if vehicle.is_alive:
             self._keepers[vehicle.data.node].record()
 
     def on_slot(self, vehicle: Vehicle) -> None:
-        """Set its clock, if it is to be."""
+        """Correct the clock if required, and reschedule the vehicle's slot."""
         if self._keepers[vehicle.data.node].set_clock():
             self._host.await_slot(vehicle.data.node)
 
 
 def observer_of(joining: Joining) -> Clocks | None:
-    """What lets the vehicles of a fleet go by clocks of their own; None for a vehicle by itself."""
+    """Return the run hooks; None for a single-vehicle process."""
     return None if joining.is_alone else Clocks(joining)
 
 

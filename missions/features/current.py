@@ -1,9 +1,8 @@
-"""Current: ``[current]`` and ``[[current.surge]]``, water that moves, and vehicles that head into it.
+"""Current, ``[current]`` and ``[[current.surge]]``: moving water, compensated by guidance.
 
-The formulas are those of ``remoras.current``. A vehicle feels the current at its depth as a Doppler log does, and goes
-so that its course over ground is straight. Where sensors limit the speed it holds that over ground. A current as fast
-as the slowest vehicle is refused. A vehicle that is lost, off or without energy floats: the current at the surface
-carries it off, unless ``lost_stay`` is true.
+Formulas: ``remoras.current``. A vehicle measures the current at its depth, as by a Doppler log, and keeps a straight
+course over ground. Where sensors limit the speed, it holds that speed over ground. A current as fast as the slowest
+vehicle is rejected. A vehicle that is lost, off or without energy drifts with the surface current unless ``lost_stay``.
 """
 
 from __future__ import annotations
@@ -38,11 +37,11 @@ if TYPE_CHECKING:
 KEY = "current"
 SAME_TIME_S = 1e-6
 STILL = (0.0, 0.0)
-"""Velocity of water that stands."""
+"""Velocity of still water."""
 
 
 class SurgeTable(Section):
-    """One ``[[current.surge]]``: the current rises for a time, or turns."""
+    """One ``[[current.surge]]``: a temporary change of the current."""
 
     between_s: tuple[NotNegative, NotNegative] = Field(description="[earliest, latest] start, drawn once per run")
     lasts_s: Positive = Field(description="how long it lasts")
@@ -57,7 +56,7 @@ class SurgeTable(Section):
         return given
 
     def drawn(self, seed: int, number: int) -> Surge:
-        """The surge of the run with that seed; its number in the scenario keys the draw."""
+        """Return the surge of the run; seed and ``number`` key the draw of its start."""
         earliest_s, latest_s = self.between_s
         share = loss.uniform(seed, loss.SURGES, number, 0, 0) if latest_s > earliest_s else 0.0
         from_s = earliest_s + share * (latest_s - earliest_s)
@@ -88,19 +87,19 @@ class CurrentTable(Sparse):
     surge: tuple[SurgeTable, ...] = Field((), description="when it rises or turns for a time, a table each")
 
     def surges(self, seed: int) -> tuple[Surge, ...]:
-        """The surges of the run with that seed."""
+        """Return the surges of the run with this seed."""
         return tuple(surge.drawn(seed, number) for number, surge in enumerate(self.surge))
 
     def water(self, seed: int) -> Current | None:
-        """The current of the run with that seed; None where the water stands."""
+        """Return the current of the run with this seed; None for still water."""
         return self._with(self.surges(seed))
 
     def foretold(self) -> Current | None:
-        """The current without what is drawn; None where the water stands but for that."""
+        """Return the current without surges, which are drawn; None for still water."""
         return self._with(())
 
     def greatest(self) -> Current:
-        """The current at its strongest: each surge from the earliest time to the latest that it may last to."""
+        """Return an upper bound on the current: each surge from earliest start to latest end."""
         depth_m = math.inf if self.shear_depth_m is None else self.shear_depth_m
         surges = (
             Surge(one.between_s[0], one.between_s[1] + one.lasts_s, one.east_mps, one.north_mps) for one in self.surge
@@ -116,15 +115,10 @@ class CurrentTable(Sparse):
 
 
 class GuidanceInCurrent(Guidance):
-    """Moves a vehicle in water that moves itself: who is to stay heads into the current.
+    """Guidance in moving water; a vehicle that keeps its position heads into the current.
 
-    Args:
-        still: what would move it in still water.
-        current: of the water.
-        depth_m: tells at which the vehicle is.
-
-    Attributes:
-        flow_mps: velocity of the water in the last motion tick: (x east, y north).
+    still: guidance in still water, which this one replaces. ``flow_mps``: water velocity (east, north) in the last
+    tick.
     """
 
     def __init__(self, still: Guidance, current: Current, depth_m: Callable[[], float]) -> None:
@@ -141,7 +135,7 @@ class GuidanceInCurrent(Guidance):
         since_s: float,
         dt_s: float,
     ) -> None:
-        """Move through the water, and be carried by it; see ``Guidance.move``."""
+        """Move through the water and drift with it; see ``Guidance.move``."""
         self.flow_mps = self._current.at(self._depth_m(), since_s)
         self._is_over_ground = reference is not None and reference.is_over_ground
         super().move(reference, neighbours, positions_m, since_s, dt_s)
@@ -149,7 +143,6 @@ class GuidanceInCurrent(Guidance):
         self.motion.y_m += self.flow_mps[1] * dt_s
 
     def _aim(self, target_m: Point, speed_mps: float, dt_s: float) -> tuple[Point, float]:
-        """Where to head for in moving water, and how fast, to come straight over ground to a target, or to stay."""
         motion, flow = self.motion, self.flow_mps
         if speed_mps <= 0.0:
             return (motion.x_m - flow[0] * dt_s, motion.y_m - flow[1] * dt_s), min(length(*flow), self.most_mps)
@@ -166,7 +159,7 @@ class GuidanceInCurrent(Guidance):
         return (motion.x_m + water[0] * time_s, motion.y_m + water[1] * time_s), speed_mps
 
     def _while_it_turns(self, water: Velocity, most_mps: float, dt_s: float) -> float:
-        """Greatest speed through the water (m/s) at which it is no faster over ground before its heading is reached."""
+        """Greatest speed through the water (m/s) that keeps the limit over ground in a turn."""
         speed_mps, flow = length(*water), self.flow_mps
         if speed_mps <= NEAREST_M:
             return speed_mps
@@ -178,14 +171,14 @@ class GuidanceInCurrent(Guidance):
 
     @property
     def ground_mps(self) -> float:
-        """Speed over ground (m/s), by the water of the last motion tick."""
+        """Speed over ground (m/s) with the water velocity of the last motion tick."""
         motion = self.motion
         return length(
             motion.speed_mps * motion.ahead[0] + self.flow_mps[0], motion.speed_mps * motion.ahead[1] + self.flow_mps[1]
         )
 
     def _through_water(self, course: Velocity, speed_mps: float) -> tuple[Velocity, float]:
-        """Velocity through the water that makes good a course, and its magnitude (m/s)."""
+        """Return the velocity through the water that holds a course, and its magnitude (m/s)."""
         flow = self.flow_mps
         if self._is_over_ground:
             wanted = speed_mps * course[0] - flow[0], speed_mps * course[1] - flow[1]
@@ -196,28 +189,20 @@ class GuidanceInCurrent(Guidance):
         return through_water(course, speed_mps, flow), speed_mps
 
     def walls(self, position_m: Point) -> Sequence[HalfPlane]:
-        """As in still water, less what the water moves by itself."""
+        """Velocity constraints as in still water, shifted by the water velocity."""
         east_mps, north_mps = self.flow_mps
         return [wall._replace(x=wall.x - east_mps, y=wall.y - north_mps) for wall in super().walls(position_m)]
 
 
 def in_current(layer: FunctionalLayer, current: Current) -> None:
-    """Let a vehicle move in water that moves.
-
-    Args:
-        layer: of the vehicle, as it is made.
-        current: of the water.
-    """
+    """Replace the guidance of a new vehicle by guidance in moving water."""
     layer.guidance = GuidanceInCurrent(layer.guidance, current, lambda: layer.depth_m)
 
 
 class MovingWater(Observer):
-    """Lets all vehicles move in the water of a run, and carries off those that are lost, off or without energy.
+    """Run hooks that move all vehicles in the current and let inoperative ones drift.
 
-    They float from the tick after that in which it befell them.
-
-    Args:
-        current: of the water; tick_s: length of a tick; lost_stay: nobody is carried off.
+    A vehicle drifts from the tick after its fault.
     """
 
     def __init__(self, current: Current, tick_s: float, lost_stay: bool) -> None:
@@ -225,15 +210,15 @@ class MovingWater(Observer):
         self._since_s: dict[str, float] = {}
 
     def on_start(self, host: Host) -> None:
-        """Take note of whose time it is."""
+        """Store the host, which has the time."""
         self._host = host
 
     def on_vehicle(self, vehicle: Vehicle) -> None:
-        """Let it move in the water."""
+        """Install guidance in moving water."""
         in_current(vehicle.functional, self._current)
 
     def on_tick(self, vehicle: Vehicle) -> None:
-        """Carry a vehicle for the tick that ends now, if it floats and has not been carried for it."""
+        """Move an inoperative vehicle by the surface current, once per tick."""
         now_s = self._host.now_s
         if self._lost_stay:
             return
@@ -247,14 +232,14 @@ class MovingWater(Observer):
 
 
 def observer_of(joining: Joining) -> MovingWater | None:
-    """What lets all vehicles move in the water of the run, if that moves."""
+    """Return the run hooks; None for still water."""
     table: CurrentTable = joining.scenario.of_feature(KEY)
     current = table.water(joining.seed)
     return None if current is None else MovingWater(current, joining.scenario.scenario.tick_s, table.lost_stay)
 
 
 def current_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
-    """A current that is as fast as the slowest vehicle at its depth, or faster; surges that begin after the end."""
+    """Yield a current at least as fast as the slowest vehicle, and surges after the end."""
     table, duration_s = scenario.of_feature(KEY), scenario.scenario.duration_s
     for number, surge in enumerate(table.surge, 1):
         if surge.between_s[0] >= duration_s:

@@ -1,8 +1,7 @@
-"""Damage: ``[damage]``, by which some of the packets that arrive have bits turned.
+"""Damage, ``[damage]``: bit errors in received packets.
 
-Modems refuse what was damaged, and channels lose packets and damage none. This is for links whose modem does not check,
-or not well. Without a checksum or a key much of what was damaged passes for sound, and is believed: so a scenario that
-has neither is refused, unless it says that it wants just that.
+Modems discard damaged packets, and channels lose packets whole. This feature models links with a weak check or none.
+Without checksum or key a receiver accepts many damaged packets. Such a scenario is rejected unless ``unchecked``.
 """
 
 from __future__ import annotations
@@ -39,16 +38,12 @@ class DamageTable(Section):
 
 @dataclass(frozen=True, slots=True)
 class DamagingChannel:
-    """Carries packets as another channel does, and turns bits of some.
+    """Channel that flips bits in some packets of another channel.
 
-    A packet is damaged at a receiver if the draw of ``loss.uniform(seed, loss.DAMAGES, slot, sender, receiver)`` lies
-    below the share: what is damaged at one share is damaged at every higher one, whatever else differs.
+    A packet is damaged at a receiver if ``loss.uniform(seed, loss.DAMAGES, slot, sender, receiver) < share``. Hence a
+    packet damaged at one share is damaged at every greater share.
 
-    Args:
-        calm: the other channel.
-        seed: of the run.
-        share: of the packets that arrive.
-        bits: that are turned in each.
+    calm: the undamaged channel. bits: number flipped per damaged packet.
     """
 
     calm: Channel
@@ -59,7 +54,7 @@ class DamagingChannel:
     def transmit(
         self, slot: int, sender: int, data: bytes, now_s: float, positions_m: Sequence[tuple[float, float]]
     ) -> list[Arrival]:
-        """Arrivals as the other channel has them, some of them damaged."""
+        """Return the arrivals of the other channel, some of them damaged."""
         return [
             self._damaged(arrival, slot, sender)
             if loss.uniform(self.seed, loss.DAMAGES, slot, sender, arrival.receiver) < self.share
@@ -68,7 +63,7 @@ class DamagingChannel:
         ]
 
     def _damaged(self, arrival: Arrival, slot: int, sender: int) -> Arrival:
-        """The arrival with bits turned; two draws of one place turn it to and fro, so the last of them is moved on."""
+        """Flip bits of an arrival; a place drawn twice moves on to the next, to keep both flips."""
         found, n_bits = int.from_bytes(arrival.data, "big"), 8 * len(arrival.data)
         key, mask = loss.slot_key(loss.trial_key(self.seed, loss.PLACES), slot), 0
         for number in range(min(self.bits, n_bits)):
@@ -80,7 +75,7 @@ class DamagingChannel:
 
 
 def damage_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
-    """Damage that nothing finds."""
+    """Yield damage that no check detects."""
     table, communication = scenario.of_feature(KEY), scenario.communication
     if table.share > 0.0 and not (communication.crc_bits or communication.key_file or table.unchecked):
         allowed = (
@@ -91,14 +86,14 @@ def damage_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[Config
 
 
 class Damage(Observer):
-    """Lets the channel of the fleet damage packets."""
+    """Run hooks that make the channel of the fleet damage packets."""
 
     def __init__(self, joining: Joining) -> None:
         self._table: DamageTable = joining.scenario.of_feature(KEY)
         self._seed = joining.seed
 
     def channel(self, channel: Channel) -> Channel:
-        """The channel, which turns bits of some packets."""
+        """Wrap the channel if the share is above 0."""
         table = self._table
         return DamagingChannel(channel, self._seed, table.share, table.bits) if table.share else channel
 

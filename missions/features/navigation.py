@@ -1,22 +1,19 @@
-"""Navigation error: ``[navigation]`` and ``[[beacon]]``, by which vehicles err about their place, and learn it.
+"""Navigation error, ``[navigation]`` and ``[[beacon]]``: drift, and fixes that reduce it.
 
-How the error grows and shrinks is in ``remoras.navigation``. A vehicle that errs learns where it is before its error
-spoils what it does.
+Error growth and reduction: ``remoras.navigation``. A behaviour may state its required accuracy
+(``Behaviour.accuracy_m``). If the uncertainty exceeds it, the vehicle goes for a fix: up to the surface, or to a known
+beacon if the round trip is shorter. Back at its depth it resumes its work.
 
-What guides a vehicle may say how exactly it has to know its place (``Behaviour.accuracy_m``). Once its uncertainty is
-greater than that, the vehicle goes where it has a fix: straight up to the surface, or to a beacon that it knows of if
-it is there and back sooner. It goes on where it stopped once it is at its own depth again.
-
-It stays as long as that is worth it. With b_0 the uncertainty with which it began, t the time since and r that of the
-way back, it goes back once the uncertainty falls more slowly than it has on the mean of the whole interruption::
+The duration of a fix is optimal. With b_0 the uncertainty at the start, t the time since and r the time of the way
+back, the vehicle returns once the uncertainty falls more slowly than on average over the whole interruption::
 
     b / fix_s <= (b_0 - b) / (t + r)
 
-By the marginal value theorem (Charnov, Theoretical Population Biology 9, 1976, 129-136) no other stay leaves a greater
-share of the time for work. With s = (way there and back) / fix_s this is at x = (t - way there) / fix_s where
-exp(x) = 1 + s + x: from 20 m at 0.5 m/s with a ``fix_s`` of 10 s, s = 8, so x = 2.43 and b = 0.088 b_0.
+By the marginal value theorem (Charnov, Theoretical Population Biology 9, 1976, 129-136) no other duration leaves a
+greater share of the time for work. With s = (time there and back) / fix_s this holds at x = (t - time there) / fix_s,
+exp(x) = 1 + s + x. From 20 m at 0.5 m/s with a ``fix_s`` of 10 s, s = 8, so x = 2.43 and b = 0.088 b_0.
 
-While it is away from its depth it keeps clear of all above it, and they of it.
+While off its depth, the vehicle and all vehicles above keep clear of each other.
 """
 
 from __future__ import annotations
@@ -56,10 +53,10 @@ if TYPE_CHECKING:
 
 KEY, BEACON = "navigation", "beacon"
 FIXING = ActivitySet(None, ActivityKind.VITAL, (Activity("FixingPosition", ActivityType.GUIDANCE),), 1.0)
-"""The vital need; only vehicles that err have it."""
+"""Vital need of vehicles with navigation error."""
 
 
-# What a scenario says ---------------------------------------------------------------------------
+# Scenario settings --------------------------------------------------------------------------
 
 
 class NavigationTable(Sparse):
@@ -80,7 +77,7 @@ class NavigationTable(Sparse):
 
 
 class BeaconTable(Sparse):
-    """One ``[[beacon]]``, which stands somewhere or is carried by a vehicle."""
+    """One ``[[beacon]]``, at a fixed position or carried by a vehicle."""
 
     UNSAID = frozenset({"position_m", "vehicle", "sensor"})
 
@@ -94,7 +91,7 @@ class BeaconTable(Sparse):
 
 
 def beacon_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
-    """Beacons that neither stand somewhere nor are carried, or both; carried by nobody, or by what nobody has."""
+    """Yield beacons with both or neither of position and carrier, or an unknown one."""
     beacons: tuple[BeaconTable, ...] = scenario.of_feature(BEACON)
     yield from scenario.world.outside(
         (f"{BEACON}.{one.name}.position_m", one.position_m) for one in beacons if one.position_m is not None
@@ -111,12 +108,12 @@ def beacon_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[Config
 
 
 def errs(scenario: Scenario) -> bool:
-    """True if vehicles take themselves to be elsewhere than they are."""
+    """True if vehicles have a navigation error."""
     return bool(scenario.of_feature(KEY).drift > 0.0)
 
 
 def place_error_m(scenario: Scenario, vehicles: Sequence[VehicleData]) -> float | None:
-    """Error (m) that the worst of these vehicles comes to in the time of a fix; None where they make none."""
+    """Greatest error (m) that a vehicle accumulates in the time of a fix; None without error."""
     if not errs(scenario):
         return None
     from remoras.navigation import NavigationConstants, takes_s  # of vehicles that err alone
@@ -128,26 +125,22 @@ def place_error_m(scenario: Scenario, vehicles: Sequence[VehicleData]) -> float 
 
 
 def locating(scenario: Scenario) -> tuple[str, ...]:
-    """Vehicles that carry a beacon, so that others near them learn where they are."""
+    """Return the vehicles that carry a beacon."""
     beacons: tuple[BeaconTable, ...] = scenario.of_feature(BEACON)
     return tuple(beacon.vehicle for beacon in beacons if beacon.vehicle)
 
 
-# What a vehicle does ----------------------------------------------------------------------------
+# Vehicle behaviour --------------------------------------------------------------------------
 
 
 class FixingPosition(Behaviour):
-    """Learns where the vehicle is, at the surface or near a beacon.
-
-    Args:
-        navigation: of the vehicle.
-        data: of the vehicle.
+    """Behaviour that obtains a position fix at the surface or near a beacon.
 
     Attributes:
-        navigation: of the vehicle; of its error nothing is read.
-        needed_m: how exactly the vehicle has to know its place now; the functional layer sets it.
-        depth_m: where it is to be now.
-        n_fixes: how often it has learned where it is.
+        navigation: of the vehicle; the behaviour does not read its error.
+        needed_m: accuracy required now; set by the functional layer.
+        depth_m: target depth.
+        n_fixes: completed fixes.
     """
 
     def __init__(self, navigation: Navigation, data: VehicleData) -> None:
@@ -165,7 +158,7 @@ class FixingPosition(Behaviour):
     # When ----------------------------------------------------------------------------------------
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due once the vehicle may be farther off than it may be, until it is back at its depth."""
+        """Pending from an uncertainty above ``needed_m`` until the vehicle is back at its depth."""
         navigation, now_s = self.navigation, picture.body.now_s
         if not performed:
             self._begun = None
@@ -185,7 +178,6 @@ class FixingPosition(Behaviour):
         return DUE
 
     def _seek(self, motion: Motion, picture: Picture) -> None:
-        """Go where there is a fix, and stay as long as that is worth it."""
         navigation, (since_s, before_m) = self.navigation, self._begun or (0.0, 0.0)
         if navigation.has_fix:
             back_s = self._back_s(motion)
@@ -198,14 +190,14 @@ class FixingPosition(Behaviour):
             self.depth_m = 0.0 if self._beacon is None else self._data.depth_m
 
     def _back_s(self, motion: Motion) -> float:
-        """Time that the way back takes."""
+        """Time (s) of the way back."""
         rise_s = (self._data.depth_m - self.navigation.depth_m) / self.navigation.constants.vertical_speed_mps
         return rise_s + distance_m(motion, self._from_m) / self._data.transit_speed_mps
 
     # Where ---------------------------------------------------------------------------------------
 
     def _nearest(self, motion: Motion, picture: Picture) -> int | None:
-        """Number of the beacon that the vehicle is at and back from soonest; None if it goes up sooner."""
+        """Return the number of the nearest beacon by time; None if the surface is nearer."""
         constants = self.navigation.constants
         soonest, least_s = None, self._data.depth_m / constants.vertical_speed_mps
         for number, beacon in enumerate(constants.beacons):
@@ -222,14 +214,14 @@ class FixingPosition(Behaviour):
         return soonest
 
     def _known_m(self, number: int, picture: Picture) -> Point | None:
-        """Where a beacon is as far as the vehicle knows: of one that is carried, where its carrier was heard last."""
+        """Return the known position of a beacon, for a carried one its carrier's last received."""
         beacon = self.navigation.constants.beacons[number]
         if beacon.carrier:
             return picture.peers.positions_m.get(beacon.carrier)
         return None if callable(beacon.position_m) else beacon.position_m
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """To the beacon in transit; else stay, on the way up and down and where there is a fix."""
+        """Head for the beacon in transit; hold the position during ascent, descent and fix."""
         goal_m = None if self._beacon is None or self._is_fixed else self._known_m(self._beacon, picture)
         if goal_m is None or self.navigation.has_fix:
             return Reference(motion.position_m, 0.0)
@@ -237,16 +229,10 @@ class FixingPosition(Behaviour):
 
 
 class Adrift:
-    """How one vehicle errs about its place, and keeps that within what it needs.
+    """Navigation state of one vehicle: its error, and the behaviour that bounds it.
 
-    Args:
-        layer: functional, of the vehicle, as it is made; gets the need, and is told what the vehicle believes.
-        navigation: of the vehicle.
-        before: what it was before it began anew, if it did: its error and depth go on.
-
-    Attributes:
-        navigation: of the vehicle.
-        need, behaviour: the vital need, and what carries it out.
+    before: state before a restart, whose error and depth are restored; None at first. ``need`` is the vital need that
+    ``behaviour`` serves.
     """
 
     need = FIXING
@@ -260,22 +246,25 @@ class Adrift:
         layer.positioning = self
 
     def restart(self) -> None:
-        """Go on with the error and the depth that the vehicle had before it began anew."""
+        """Restore the error and depth from before a restart."""
         if self._before is not None:
             self.navigation = self.behaviour.navigation = self._before.navigation
             self._before = None
             self._reckon()
 
     def before_decision(self, guiding: Behaviour | None) -> None:
-        """Ask what guides how exactly the vehicle has to know its place; while it learns that, what was asked holds."""
+        """Set the required accuracy from the guiding behaviour; during a fix the last value holds."""
         motion, picture = self._layer.believed, self._layer.picture
         picture.body.n_fixes = self.behaviour.n_fixes
         if guiding is not self.behaviour:
-            asked = getattr(guiding, "accuracy_m", None)  # a behaviour of others' making may lack it
+            asked = getattr(guiding, "accuracy_m", None)  # behaviours of plug-ins may lack it
             self.behaviour.needed_m = math.inf if asked is None else asked(motion, picture)
 
     def after_motion(self, neighbours: Sequence[Neighbour], dt_s: float) -> None:
-        """Account for a tick; the depth changes only while nobody is too near, of those above and below either."""
+        """Update navigation for a tick.
+
+        The depth changes only while no vehicle, at any depth, is within the separation.
+        """
         motion, separation_m = self._layer.motion, self._layer.guidance.constants.separation_m
         if all(length(neighbour.dx_m, neighbour.dy_m) >= separation_m for neighbour in neighbours):
             self.navigation.go_to_depth(self.behaviour.depth_m, dt_s)
@@ -283,7 +272,7 @@ class Adrift:
         self._reckon()
 
     def _reckon(self) -> None:
-        """Let the vehicle take itself to be where its navigation says."""
+        """Copy the navigation estimate into the functional layer."""
         layer, navigation = self._layer, self.navigation
         layer.depth_m = navigation.depth_m
         layer.guidance.error_m = navigation.error_m
@@ -293,24 +282,22 @@ class Adrift:
         layer.picture.body.uncertainty_m = navigation.uncertainty_m
 
     def pose(self, pose: Pose) -> Pose:
-        """A pose with the error, and the greatest and the usual one as the vehicle knows."""
+        """Add error, bound and standard deviation to a pose."""
         known = self.navigation
         return pose._replace(error_m=known.error_m, uncertainty_m=known.uncertainty_m, sigma_m=known.sigma_m)
 
     @property
     def column_m(self) -> tuple[float, float]:
-        """Depths, from above, that the vehicle claims: all up to the surface while it goes there or comes from it."""
+        """Claimed depth interval (m) from the top: up to the surface during a fix there."""
         depth_m = self._layer.data.depth_m
         is_away = self.behaviour.depth_m != depth_m or self.navigation.depth_m != depth_m
         return (0.0, depth_m) if is_away else (depth_m, depth_m)
 
 
 class SeparationAcrossLayers(Separation):
-    """Watches the distances between vehicles that leave their depths.
+    """Separation monitor for vehicles that leave their depths.
 
-    Args:
-        within: who would watch them if they did not.
-        column_m: depths, from above, that a vehicle claims, by its node.
+    within: monitor that it replaces. column_m: claimed depth interval of a node, from the top.
     """
 
     def __init__(self, within: Separation, column_m: Callable[[int], tuple[float, float]]) -> None:
@@ -319,21 +306,21 @@ class SeparationAcrossLayers(Separation):
         self._column_m = column_m
 
     def may_meet(self, one: int, other: int) -> bool:
-        """True if the columns of water in which they keep clear of others come near each other."""
+        """True if the claimed depth intervals of both vehicles come near each other."""
         (top_m, bottom_m), (other_top_m, other_bottom_m) = self._column_m(one), self._column_m(other)
         return max(top_m, other_top_m) - min(bottom_m, other_bottom_m) <= SAME_DEPTH_M
 
     def are_too_near(self, one: int, other: int) -> bool:
-        """True if they are at one depth now, and too near."""
+        """True if both are at the same depth now, and too near."""
         apart_m = abs(self.vehicles[one].functional.depth_m - self.vehicles[other].functional.depth_m)
         return apart_m <= SAME_DEPTH_M and super().are_too_near(one, other)
 
 
-# What becomes of it in a run --------------------------------------------------------------------
+# Run hooks -----------------------------------------------------------------------------------
 
 
 class Drift(Observer):
-    """Lets all vehicles err, and learn where they are in time; draws are keyed by seed and node."""
+    """Run hooks that give all vehicles a navigation error; draws are keyed by seed and node."""
 
     def __init__(self, joining: Joining) -> None:
         self._table: NavigationTable = joining.scenario.of_feature(KEY)
@@ -343,11 +330,11 @@ class Drift(Observer):
         self._host: Host | None = None
 
     def on_start(self, host: Host) -> None:
-        """Ask this simulation from now on where the vehicles are that carry beacons."""
+        """Store the host, which locates the carriers of beacons."""
         self._host = host
 
     def on_vehicle(self, vehicle: Vehicle) -> None:
-        """Let it err; one that begins anew goes on with its error."""
+        """Add navigation to a vehicle; a restarted one keeps its error."""
         from remoras.navigation import Navigation, NavigationConstants
 
         layer, table = vehicle.functional, self._table
@@ -362,7 +349,7 @@ class Drift(Observer):
         self._adrift[node] = Adrift(layer, navigation, self._adrift.get(node))
 
     def separation(self, separation: Separation) -> Separation:
-        """Vehicles leave their depths."""
+        """Return a monitor for vehicles that leave their depths."""
         return SeparationAcrossLayers(separation, lambda node: self._adrift[node].column_m)
 
     def _heard_by(self, vehicle: str) -> tuple[Beacon, ...]:
@@ -379,9 +366,9 @@ class Drift(Observer):
         )
 
     def carrier_m(self, vehicle: str, sensor: str | None) -> Point | None:
-        """Where a vehicle is; None while it, or the sensor by which it is a beacon, is silent.
+        """True position of a vehicle; None while it or its beacon sensor does not transmit.
 
-        Where others really are no vehicle by itself can tell, so beacons that they carry give it no fix.
+        A single-vehicle process does not know other vehicles' true positions: their beacons give it no fix.
         """
         if self._host is None or vehicle not in self._host.names:
             return None
@@ -392,28 +379,28 @@ class Drift(Observer):
 
 
 def observer_of(joining: Joining) -> Drift | None:
-    """What lets vehicles err about their place, if they do."""
+    """Return the run hooks; None without navigation error."""
     return Drift(joining) if errs(joining.scenario) else None
 
 
-# Figures ----------------------------------------------------------------------------------------
+# Metrics ------------------------------------------------------------------------------------
 
 
 KNOWN = "Runs in which vehicles know where they are are left out."
 
 
 def n_fixes(run: MeasuredRun) -> int | Absent:
-    """How often a vehicle interrupted what it did to learn where it is."""
+    """Number of interruptions for a fix."""
     return len(_spells_s(run)) if errs(run.scenario) else NOT_APPLICABLE
 
 
 def fixing_s(run: MeasuredRun) -> float | Absent:
-    """Time that this took, of all vehicles together, from each decision to the next one without it."""
+    """Total time (s) of these interruptions over all vehicles."""
     return round(math.fsum(_spells_s(run)), 4) if errs(run.scenario) else NOT_APPLICABLE
 
 
 def _spells_s(run: MeasuredRun) -> list[float]:
-    """Length of each such interruption; one that lasted at the end counts until then."""
+    """Return the duration (s) of each interruption; one in progress ends with the run."""
     decided: dict[tuple[float, str], set[str]] = {}
     for time_s, vehicle, _, name, *_ in run.recorder.rows("activities"):
         decided.setdefault((time_s, vehicle), set()).add(name)

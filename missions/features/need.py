@@ -1,8 +1,8 @@
-"""Needs of single vehicles: ``[[need]]``, by which they need an attribute on terms of their own.
+"""Individual information needs, ``[[need]]``: requests for an attribute by single vehicles.
 
-A need is an instance of ``InformationNeed``. Every vehicle has names for a few of its own; what it states about one of
-them goes to all, since everybody needs the needs of others (steps 1 and 2 of the cooperation paper, section IV). Needs
-that are agreed before the mission need not be told. One of priority 0 is taken back.
+A need is an instance of ``InformationNeed``; every vehicle has a few names for its needs. Its statements go to all
+vehicles, as all need each other's needs (steps 1 and 2 of the cooperation paper, section IV). Needs agreed before the
+mission are not sent. Priority 0 withdraws a need.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ if TYPE_CHECKING:
 
 KEY, ON_DEMAND, PER_VEHICLE = "need", "on_demand", "needs_per_vehicle"
 NEED = "InformationNeed"
-"""Class of the ontology that needs are of."""
+"""Ontology class of needs."""
 NEEDED_BY, ATTRIBUTE, OF_CLASS, OF_INSTANCE = "neededBy", "neededAttribute", "neededOfClass", "neededOfInstance"
 PRIORITY, TIME_TO_LIVE, BLACKOUT = "needPriority", "needTimeToLive", "needBlackout"
 QUEUE_LIMIT, NEWEST_FIRST, ACKNOWLEDGED = "needQueueLimit", "needNewestFirst", "needAcknowledged"
@@ -64,7 +64,7 @@ NEED_ATTRIBUTES = (
 
 
 ALL = "all"
-"""Every vehicle has the need."""
+"""Value of ``vehicle`` for a need of every vehicle."""
 
 
 class NeedTable(Section):
@@ -83,7 +83,7 @@ class NeedTable(Section):
     until_s: Positive | None = Field(None, description="when the vehicle takes the need back; never if absent")
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Limits that are none, and a blackout in which values expire."""
+        """Yield limits below their minimum, and a blackout in which values expire."""
         if self.ttl_s is not None and not self.ttl_s > 0.0:
             yield "ttl_s", "must be above 0: leave it out for no limit"
         elif self.ttl_s is not None and self.blackout_s >= self.ttl_s:
@@ -96,7 +96,7 @@ class NeedTable(Section):
             yield "queue_limit", "must be 1 or more: leave it out for no limit"
 
     def terms(self) -> Terms:
-        """The terms of the need."""
+        """Return the delivery requirements."""
         return Terms(
             math.inf if self.ttl_s is None else self.ttl_s,
             self.blackout_s,
@@ -107,7 +107,7 @@ class NeedTable(Section):
 
 
 def need_name(vehicle: str, number: int) -> str:
-    """Name of the instance that is the need of a vehicle with that number, from 1.
+    """Return the instance name of a vehicle's need; ``number`` counts from 1.
 
     >>> need_name("AUV01", 2)
     'need 2 of AUV01'
@@ -117,13 +117,10 @@ def need_name(vehicle: str, number: int) -> str:
 
 @dataclass(frozen=True, slots=True)
 class StatedNeed:
-    """A need of one vehicle.
+    """Need of one vehicle.
 
-    Attributes:
-        vehicle: that has it; number: of its needs, from 1.
-        need: what it needs.
-        from_s: when it says so, 0 if that is agreed before the mission.
-        until_s: when it takes the need back, infinite for never.
+    ``number`` counts the vehicle's needs from 1. ``from_s`` is 0 if agreed before the mission, ``until_s`` infinite if
+    the need is never withdrawn.
     """
 
     vehicle: str
@@ -133,7 +130,7 @@ class StatedNeed:
     until_s: float = math.inf
 
     def facts(self) -> tuple[Fact, ...]:
-        """What the vehicle says of it, by names: for ``Observation.facts`` of a sensor, say."""
+        """Return the facts that state the need, by names, as in ``Observation.facts``."""
         name, need, terms = need_name(self.vehicle, self.number), self.need, self.need.terms
         of = (OF_INSTANCE, need.instance) if need.instance is not None else (OF_CLASS, need.class_uid)
         said: list[Fact] = [
@@ -155,21 +152,21 @@ class StatedNeed:
         return tuple(said)
 
     def taken_back(self) -> tuple[Fact, ...]:
-        """What the vehicle says when it needs that no more."""
+        """Return the facts that withdraw the need."""
         return ((need_name(self.vehicle, self.number), PRIORITY, 0.0),)
 
 
 class NeedsInForce:
-    """Who needs what, as one vehicle has heard: ``worldmodel.Needs`` of its exchange manager.
+    """Needs known to one vehicle: ``worldmodel.Needs`` of its exchange manager.
 
-    What everybody needs, or what follows from groups, and the needs that vehicles state hold side by side; several
-    needs for one attribute are served together, see ``worldmodel.needs``.
+    Common needs (of all, or derived from groups) and stated needs are valid side by side. Needs for the same attribute
+    are merged, see ``worldmodel.needs``.
 
     Args:
-        model: own world model, from which stated needs are read; they survive a restart with it.
-        common: needs that nobody states.
-        agreed: needs agreed before the mission, by the uid of their instance: node and need.
-        on_demand: attributes that nobody may need yet: facts about them are kept as items, for who comes to need them.
+        model: source of stated needs; they survive a restart with it.
+        common: needs not stated by a vehicle.
+        agreed: node and need by the uid of the need's instance.
+        on_demand: attributes stored as items even without a current need.
     """
 
     def __init__(
@@ -192,7 +189,7 @@ class NeedsInForce:
         self.renew(None)
 
     def renew(self, organisation: Organisation | None) -> bool:
-        """Answer by what has been heard so far, and another view of the organisation; True if needs have changed."""
+        """Re-read the stated needs and apply another organisation view; return True after a change."""
         has_changed = False
         if organisation is not None and isinstance(self._common, GroupNeeds):
             has_changed = self._common.renew(organisation)
@@ -208,18 +205,21 @@ class NeedsInForce:
 
     @property
     def stated(self) -> Sequence[tuple[int, InformationNeed]]:
-        """Node and need of the stated needs in force."""
+        """Node and need of each valid stated need."""
         return tuple(self._in_force.values())
 
     def priority_of(self, fact: PropertyValue, class_uid: int) -> Wanted:
-        """Which nodes need a fact, and how urgent it is; for one that nobody needs yet, nobody and 1."""
+        """Return the nodes (bit mask) that need a fact, and its priority.
+
+        An on-demand fact without a need has (0, 1).
+        """
         common, stated = self._common.priority_of(fact, class_uid), self._stated.priority_of(fact, class_uid)
         if common == NOBODY == stated:
             return (0, 1) if fact.attribute in self._on_demand else NOBODY
         return common[0] | stated[0], max(common[1], stated[1])
 
     def terms_of(self, fact: PropertyValue, class_uid: int) -> Terms:
-        """How those who need a fact want it served, all together."""
+        """Return the merged delivery requirements of all needs for a fact."""
         if not self._common.priority_of(fact, class_uid)[0]:
             return self._stated.terms_of(fact, class_uid)
         terms = self._common.terms_of(fact, class_uid)
@@ -228,7 +228,7 @@ class NeedsInForce:
         return terms.merged(self._stated.terms_of(fact, class_uid))
 
     def _read(self, uid: int) -> tuple[int, InformationNeed] | None:
-        """Node and need of an instance; None if it is not in force, or what is said of it makes no sense."""
+        """Return node and need of an instance; None if withdrawn, not stated or invalid."""
 
         def value(name: str, default: float | None = None) -> float | None:
             said = self._model.value(uid, self._uid[name])
@@ -258,7 +258,7 @@ class NeedsInForce:
             )
             NeedsIndex(self._tbox, {int(by): [need]})
         except NeedError:
-            return None  # a peer said so: it is no need that could be served
+            return None  # an invalid statement of a peer
         return int(by), need
 
 
@@ -267,21 +267,21 @@ def _class_of(model: WorldModel, uid: int) -> int | None:
     return None if instance is None else instance.class_uid
 
 
-# What a scenario says of needs ------------------------------------------------------------------
+# Scenario settings --------------------------------------------------------------------------
 
 
 def states_needs(scenario: Scenario) -> bool:
-    """True if vehicles of a scenario may state needs."""
+    """True if vehicles of the scenario may state needs."""
     return bool(scenario.of_feature(KEY)) or scenario.communication.of_feature(PER_VEHICLE) > 0
 
 
 def words(scenario: Scenario) -> Sequence[Path]:
-    """The Turtle file with the words for needs, where vehicles of a scenario may state any."""
+    """Return the Turtle file that defines needs if vehicles may state any."""
     return (ontology_path("needs"),) if states_needs(scenario) else ()
 
 
 def instances_of(scenario: Scenario) -> Sequence[tuple[str, str]]:
-    """Class and name of the needs that the vehicles of a scenario may state: as many for each."""
+    """Return class and name of all needs that vehicles may state; each vehicle has equally many."""
     if not states_needs(scenario):
         return ()
     most = scenario.communication.of_feature(PER_VEHICLE) + len(scenario.of_feature(KEY))
@@ -290,18 +290,18 @@ def instances_of(scenario: Scenario) -> Sequence[tuple[str, str]]:
 
 
 def needed(scenario: Scenario) -> list[str]:
-    """Attributes of which a vehicle needs values."""
+    """Return the attributes that a ``[[need]]`` requests."""
     return [table.attribute for table in scenario.of_feature(KEY)]
 
 
 def on_demand(scenario: Scenario) -> Sequence[str]:
-    """Attributes that are exchanged once somebody needs them."""
+    """Return the attributes exchanged once a vehicle needs them."""
     tables: tuple[NeedTable, ...] = scenario.of_feature(KEY)
     return (*scenario.communication.of_feature(ON_DEMAND), *(table.attribute for table in tables))
 
 
 def stated_needs(scenario: Scenario, tbox: TBox, instances: Sequence[Instance]) -> tuple[StatedNeed, ...]:
-    """The needs of ``[[need]]``, vehicle by vehicle; the n-th table is the n-th need of each."""
+    """Return the needs of ``[[need]]``; the n-th table is need n of each vehicle."""
     tables: tuple[NeedTable, ...] = scenario.of_feature(KEY)
     uids = {instance.name: instance.uid for instance in instances}
     classes = {ontology_class.name: ontology_class.uid for ontology_class in tbox.classes}
@@ -319,7 +319,7 @@ def stated_needs(scenario: Scenario, tbox: TBox, instances: Sequence[Instance]) 
 
 
 def need_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
-    """Needs of what there is not, or on terms that cannot be served."""
+    """Yield needs with unknown names or contradictory requirements."""
     tbox, communication = words_in(scenario, mission), scenario.communication
     if tbox is None:
         return
@@ -342,12 +342,7 @@ def need_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[Configur
 
 
 def of_faults(scenario: Scenario, made: Mission) -> Iterator[ConfigurationFault]:
-    """Needs of classes and instances that there are not.
-
-    Args:
-        scenario: whose tables are whole.
-        made: the mission, which has instances of its own.
-    """
+    """Yield needs of unknown classes or instances; ``made`` adds its own instances."""
     tables: tuple[NeedTable, ...] = scenario.of_feature(KEY)
     if not any(table.of for table in tables):
         return
@@ -363,11 +358,11 @@ def of_faults(scenario: Scenario, made: Mission) -> Iterator[ConfigurationFault]
                 yield ConfigurationFault(fault.key, shown(table.of), f"no class or instance; {fault.allowed}")
 
 
-# What becomes of them in a run ------------------------------------------------------------------
+# Run hooks -----------------------------------------------------------------------------------
 
 
 def n_expired(run: MeasuredRun) -> int | Absent:
-    """How often a vehicle let go of an item or status that was too old or had no room; only if a need says how."""
+    """Number of items or states that expired or exceeded a queue limit, if a need sets one."""
     tables: tuple[NeedTable, ...] = run.scenario.of_feature(KEY)
     if not any(table.ttl_s is not None or table.queue_limit is not None for table in tables):
         return NOT_APPLICABLE
@@ -376,7 +371,7 @@ def n_expired(run: MeasuredRun) -> int | Absent:
 
 
 class StatedNeeds(Observer):
-    """Lets vehicles state needs, and take them back, at their times, and serve those that they have heard of."""
+    """Run hooks that schedule need statements and serve received needs."""
 
     def __init__(self, joining: Joining) -> None:
         self._stated = stated_needs(joining.scenario, joining.tbox, joining.instances)
@@ -389,19 +384,19 @@ class StatedNeeds(Observer):
         self._kept = [joining.tbox.attribute_named(name).uid for name in on_demand(joining.scenario)]
 
     def on_start(self, host: Host) -> None:
-        """Schedule the statements."""
+        """Schedule statements and withdrawals."""
         for need in self._stated:
             if need.from_s > 0.0:
                 say_at(host, need.from_s, Says(need.vehicle, _named(need.facts())))
             say_at(host, need.until_s, Says(need.vehicle, _named(need.taken_back())))
 
     def needs(self, model: WorldModel, common: NeedsIndex | GroupNeeds) -> NeedsInForce:
-        """The needs in force, as a vehicle with this world model has heard of them."""
+        """Return the needs known to a vehicle with this world model."""
         return NeedsInForce(model, common, self._agreed, self._kept)
 
 
 def observer_of(joining: Joining) -> StatedNeeds | None:
-    """What takes part in a run in which vehicles may state needs."""
+    """Return the run hooks; None if vehicles cannot state needs."""
     return StatedNeeds(joining) if states_needs(joining.scenario) else None
 
 

@@ -1,6 +1,6 @@
-"""No parking: ``communication.parking = false``, by which all is waited for, however long a vehicle is silent.
+"""Switch ``communication.parking = false``: never suspend exchange for a silent peer.
 
-Exchange managers have parking unless they are told otherwise, see ``exchange.peering.parking``.
+See ``exchange.peering.parking``.
 """
 
 from missions.feature import on_unless_off
@@ -9,10 +9,10 @@ from remoras.vehicle import Vehicle
 
 
 class Without(Observer):
-    """Takes parking out of vehicles."""
+    """Run hooks that disable suspension for absent peers."""
 
     def on_vehicle(self, vehicle: Vehicle) -> None:
-        """Take it out of the exchange manager."""
+        """Disable it in the vehicle's exchange manager."""
         vehicle.radio.manager.leave_out("parking")
 
 

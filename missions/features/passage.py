@@ -1,9 +1,8 @@
-"""Passage: ``[passage]``, a reef across the world that vehicles cross by a narrow passage alone.
+"""Passage, ``[passage]``: a reef across the world, crossed through one narrow gap.
 
-The reef is a band from south to north, ``x_m[0]`` to ``x_m[1]``. The passage leads through it from west to east, around
-``y_m``, ``width_m`` wide. Everybody knows where it is. A vehicle whose target lies beyond the reef heads for the mouth
-first, then for the other mouth; the walls of reef and passage are walls of guidance, as the borders of the world
-are. They hold for the ways of motion alone: neither sonars nor modems heed the reef.
+The reef is a band from south to north, ``x_m[0]`` to ``x_m[1]``. The gap runs west to east, centred on ``y_m``,
+``width_m`` wide. All vehicles know it. A vehicle whose target lies beyond heads for the near mouth, then for the far
+one. Reef and gap constrain velocities as the world's borders do. Sonars and modems ignore the reef.
 """
 
 from __future__ import annotations
@@ -31,9 +30,9 @@ if TYPE_CHECKING:
 
 KEY = "passage"
 MOUTH_M = 6.0
-"""Vehicles head for a place so far before the mouth, and so far before it its walls hold: no corner is cut."""
+"""Distance of the waypoint, and of the walls' ends, from the mouth: no corner is cut."""
 SLACK_M = 0.3
-"""A vehicle that is no farther beyond the walls of the passage is in it still."""
+"""Tolerance beyond the walls within which a vehicle still counts as in the passage."""
 
 
 class PassageTable(Section):
@@ -44,7 +43,7 @@ class PassageTable(Section):
     width_m: Positive = Field(description="how wide the passage is")
 
     def passage(self, separation_m: float) -> ReefPassage:
-        """What vehicles that keep a distance from each other, and half of it from the reef, have of it."""
+        """Return the passage for a separation; vehicles keep half of it from the reef."""
         west_m, east_m = self.x_m
         half_m = separation_m / 2.0
         return ReefPassage(west_m - half_m, east_m + half_m, self.y_m, max(0.0, self.width_m / 2.0 - half_m))
@@ -52,11 +51,9 @@ class PassageTable(Section):
 
 @dataclass(frozen=True)
 class ReefPassage:
-    """Where vehicles may be that keep clear of the reef.
+    """Reef and passage, reduced to the positions open to vehicles.
 
-    Attributes:
-        west_m, east_m: borders of the reef.
-        y_m: middle of the passage; half_m: how far a vehicle may be from it within the reef.
+    ``west_m`` and ``east_m`` bound the reef; ``half_m`` is the greatest distance from ``y_m`` within it.
     """
 
     west_m: float
@@ -65,7 +62,7 @@ class ReefPassage:
     half_m: float
 
     def side(self, at_m: Point) -> int:
-        """-1 west of the reef, 1 east of it, 0 within the passage; within the reef, the side that is nearer.
+        """Return -1 west of the reef, 1 east, 0 in the passage; inside the reef, the nearer side.
 
         >>> passage = ReefPassage(0.0, 80.0, 0.0, 2.0)
         >>> passage.side((90.0, 9.0)), passage.side((79.0, 0.0)), passage.side((79.0, 9.0)), passage.side((1.0, 9.0))
@@ -77,11 +74,11 @@ class ReefPassage:
         return -1 if x_m < 0.5 * (self.west_m + self.east_m) else 1
 
     def mouth_m(self, side: int) -> Point:
-        """The place before the western (-1) or eastern (1) mouth."""
+        """Return the waypoint before the western (-1) or eastern (1) mouth."""
         return (self.west_m - MOUTH_M if side < 0 else self.east_m + MOUTH_M), self.y_m
 
     def way_m(self, from_m: Point, to_m: Point) -> tuple[Point, ...]:
-        """Places by which a vehicle comes from one place to another, the last of them the other one.
+        """Return the waypoints of a path, ``to_m`` included.
 
         >>> ReefPassage(0.0, 80.0, 0.0, 2.0).way_m((-50.0, 90.0), (120.0, -40.0))
         ((-6.0, 0.0), (86.0, 0.0), (120.0, -40.0))
@@ -93,7 +90,7 @@ class ReefPassage:
         return (*first, self.mouth_m(there), to_m) if there else (*first, to_m)
 
     def length_m(self, from_m: Point, to_m: Point) -> float:
-        """Length of that way.
+        """Length (m) of this path.
 
         >>> ReefPassage(0.0, 80.0, 0.0, 2.0).length_m((-6.0, 30.0), (86.0, 0.0))
         122.0
@@ -102,12 +99,12 @@ class ReefPassage:
         return math.fsum(distance(one, other) for one, other in pairwise(places_m))
 
     def _is_before(self, at_m: Point, side: int) -> bool:
-        """True for a place before a mouth from which the way through is straight."""
+        """True within reach of the mouth on a straight line through the passage."""
         x_m, y_m = self.mouth_m(side)
         return abs(at_m[0] - x_m) <= MOUTH_M and abs(at_m[1] - y_m) <= self.half_m
 
     def walls(self, at_m: Point) -> list[HalfPlane]:
-        """Velocities (m/s) that do not take a vehicle at a place into the reef within ``RECOVERY_S``."""
+        """Return constraints on velocity (m/s) that keep a vehicle off the reef for ``RECOVERY_S``."""
         x_m, y_m = at_m
         side, is_along = self.side(at_m), abs(y_m - self.y_m) <= self.half_m + SLACK_M
         if is_along and self.west_m - MOUTH_M <= x_m <= self.east_m + MOUTH_M:
@@ -123,19 +120,19 @@ class ReefPassage:
 
 
 class Reef(Observer):
-    """Lets all vehicles keep clear of the reef, and go through the passage to what lies beyond."""
+    """Run hooks that make guidance avoid the reef and use the passage."""
 
     def __init__(self, joining: Joining) -> None:
         table: PassageTable = joining.scenario.of_feature(KEY)
         self._passage = table.passage(joining.scenario.guidance.separation_m)
 
     def on_vehicle(self, vehicle: Vehicle) -> None:
-        """Let its guidance heed the passage."""
+        """Install the passage in the vehicle's guidance."""
         vehicle.functional.guidance.passage = self._passage
 
 
 def passage_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
-    """A passage that no vehicle fits, that leads nowhere, and what lies within the reef."""
+    """Yield a passage too narrow or outside the world, and positions inside the reef."""
     table, separation_m = scenario.of_feature(KEY), scenario.guidance.separation_m
     (west_m, east_m), width_m = table.x_m, table.width_m
     x_min, y_min, x_max, y_max = scenario.world.box_m

@@ -1,6 +1,6 @@
-"""No relaying: ``communication.relaying = false``, by which nobody but its origin sends an item if the policy says so.
+"""Switch ``communication.relaying = false``: only origins send items by the policy.
 
-Exchange managers relay unless they are told otherwise or all repeat by the policy, see ``exchange.peering.relaying``.
+See ``exchange.peering.relaying``; a policy under which all vehicles repeat has no relaying.
 """
 
 from missions.feature import on_unless_off
@@ -9,10 +9,10 @@ from remoras.vehicle import Vehicle
 
 
 class Without(Observer):
-    """Takes relaying out of vehicles."""
+    """Run hooks that disable relaying."""
 
     def on_vehicle(self, vehicle: Vehicle) -> None:
-        """Take it out of the exchange manager."""
+        """Disable it in the vehicle's exchange manager."""
         vehicle.radio.manager.leave_out("relaying")
 
 

@@ -1,6 +1,6 @@
-"""No summaries: ``communication.summaries = false``, by which vehicles tell no summary vectors and heed none.
+"""Switch ``communication.summaries = false``: no summary vectors are sent or applied.
 
-Exchange managers have summaries unless they are told otherwise, see ``exchange.peering.summaries``.
+See ``exchange.peering.summaries``.
 """
 
 from missions.feature import on_unless_off
@@ -9,10 +9,10 @@ from remoras.vehicle import Vehicle
 
 
 class Without(Observer):
-    """Takes summaries out of vehicles."""
+    """Run hooks that disable summary vectors."""
 
     def on_vehicle(self, vehicle: Vehicle) -> None:
-        """Take it out of the exchange manager."""
+        """Disable them in the vehicle's exchange manager."""
         vehicle.radio.manager.leave_out("summaries")
 
 

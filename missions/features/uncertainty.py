@@ -1,6 +1,6 @@
-"""Uncertainty: ``[uncertainty]``, sensors that miss, and vehicles that are slower or faster than their data.
+"""Uncertainty, ``[uncertainty]``: missed readings, and speeds that differ from the data.
 
-All draws are keyed by seed and node, in streams of their own: no strategy, policy or channel changes them.
+Draws are keyed by seed and node in separate streams: strategy, policy and channel do not change them.
 """
 
 from __future__ import annotations
@@ -37,18 +37,12 @@ class UncertaintyTable(Section):
 
 
 def slower(scenario: Scenario) -> tuple[float, str]:
-    """The share by which a vehicle may be slower than its data, and the key that says so."""
+    """Return the greatest relative loss of speed, and the key that sets it."""
     return scenario.of_feature(KEY).speed_spread, f"{KEY}.{SPREAD}"
 
 
 def real(scenario: Scenario, data: VehicleData, seed: int) -> VehicleData:
-    """The vehicle as it really is in the run with that seed: somewhat slower or faster than its data.
-
-    Args:
-        scenario: the whole input.
-        data: of the vehicle as the fleet knows it.
-        seed: root of all draws.
-    """
+    """Return the true data of a vehicle in the run with this seed: a drawn speed factor applied."""
     spread = scenario.of_feature(KEY).speed_spread
     if spread == 0.0:
         return data
@@ -56,14 +50,14 @@ def real(scenario: Scenario, data: VehicleData, seed: int) -> VehicleData:
 
 
 class Misses(Observer):
-    """Lets the sensors of all vehicles miss."""
+    """Run hooks that make the sensors of all vehicles miss."""
 
     def __init__(self, joining: Joining) -> None:
         self._p_miss: float = joining.scenario.of_feature(KEY).p_miss
         self._seed, self._tick_s = joining.seed, joining.scenario.scenario.tick_s
 
     def on_vehicle(self, vehicle: Vehicle) -> None:
-        """Let its sensors miss."""
+        """Install the drawn misses."""
         node = vehicle.data.node
         numbers = {settings.name: number for number, settings in enumerate(vehicle.real.sensors)}
 

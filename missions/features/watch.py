@@ -1,8 +1,7 @@
-"""Watch: ``[watch]``, CPU time that a strategy may take for a decision, and files that it may not write.
+"""Watch, ``[watch]``: CPU time limit for decisions of untrusted strategies, no file writes.
 
-For strategies that somebody else wrote, as in benchmarks. Whoever takes too long is asked no more and sends nothing
-from then on, as a vehicle that has fallen silent, and the run goes on; whoever writes files ends it.
-Time of this machine enters the model here, and only here: of a strategy that comes near the limit two runs may differ.
+A vehicle whose strategy exceeds the limit stops asking it and stays silent; the run continues. A file write ends the
+run. Only here machine time enters the model: near the limit, two runs may differ.
 """
 
 from __future__ import annotations
@@ -24,8 +23,7 @@ if TYPE_CHECKING:
 
 KEY = "watch"
 SILENCED = Table("silenced", (TIME, VEHICLE, Column("group", "str"), Column("part", "str")))
-"""Who is asked no more from ``time_s`` on, since a decision took too long, and by which part of the strategy; written
-in runs of scenarios with ``watch.cpu_s``."""
+"""Vehicle, group and strategy part of each timeout, for scenarios with ``watch.cpu_s``."""
 
 
 class WatchTable(Section):
@@ -37,36 +35,36 @@ class WatchTable(Section):
 
 
 def watched(scenario: Scenario, strategy: Strategy) -> Strategy:
-    """Watch a strategy, unless it is watched already."""
+    """Wrap a strategy in the time limit unless it is wrapped already."""
     from remoras.deciding import InTime
 
     return strategy if isinstance(strategy, InTime) else InTime(strategy, scenario.of_feature(KEY).cpu_s)
 
 
 class Watch(Observer):
-    """Lets a run note who falls silent."""
+    """Run hooks that record timeouts of strategy parts."""
 
     def __init__(self, joining: Joining) -> None:
         joining.recorder.declare(SILENCED)
 
     def on_start(self, host: Host) -> None:
-        """Note from now on which parts of the strategy fall silent."""
+        """Record the strategy's timeouts from now on."""
         from remoras.deciding import InTime
 
         strategy = host.vehicles[0].social.strategy
-        assert isinstance(strategy, InTime)  # the feature made it
+        assert isinstance(strategy, InTime)  # guaranteed by ``Feature.strategy``
         watched_by(strategy, host.recorder)
 
 
 def watched_by(strategy: InTime, recorder: Recorder) -> None:
-    """Let a strategy, of which no part has fallen silent yet, tell a recorder of those that do."""
+    """Reset the timeouts of a strategy, and record later ones."""
     strategy.silent.clear()
     rows = recorder.rows(SILENCED.name)
     strategy.late = lambda part, vehicle, group, now_s: rows.append((now_s, vehicle, group, part))
 
 
 def n_silenced(run: MeasuredRun) -> int | Absent:
-    """How often a decision took too long."""
+    """Number of decisions over the time limit."""
     return len(run.recorder.rows(SILENCED.name)) if run.scenario.of_feature(KEY).cpu_s else NOT_APPLICABLE
 
 
