@@ -1,3 +1,6 @@
-"""What may befall a vehicle, one file for each kind: see ``missions.fault``. Only tests import one by name."""
+"""Kinds of vehicle faults, one file each; see ``missions.fault``.
+
+Only tests import them by name.
+"""
 
 __all__: list[str] = []

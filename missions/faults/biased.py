@@ -1,7 +1,4 @@
-"""``biased``: what a sensor of a vehicle, or all of them, read of an attribute is off, which the vehicle does not know.
-
-Beyond the range of the attribute a reading stays.
-"""
+"""``biased``: readings of an attribute by one or all sensors have an unknown offset."""
 
 from __future__ import annotations
 
@@ -30,7 +27,7 @@ AN_OFFSET = "a number, or [east, north] for a point"
 
 
 def _off(value: Any) -> Any:
-    """Refuse what is no offset, in one message whatever is wrong with it."""
+    """Refuse an invalid offset with one message for every error."""
     numbers = value if isinstance(value, list | tuple) and len(value) == 2 else [value]
     if value is not None and not all(map(is_number, numbers)):
         raise PydanticCustomError("offset", "allowed: " + AN_OFFSET)
@@ -39,12 +36,9 @@ def _off(value: Any) -> Any:
 
 @dataclass(frozen=True, slots=True)
 class Bias:
-    """By how much the readings of sensors are off; beyond the range of the attribute a reading stays.
+    """Offset of sensor readings, which are clipped to the attribute's range.
 
-    Attributes:
-        attribute: of the facts that are off.
-        offset: what is added to its values: one number, or (east, north) for points.
-        sensors: names of the sensors that it is about.
+    ``offset``: one number, or (east, north) for points.
     """
 
     attribute: str
@@ -52,7 +46,7 @@ class Bias:
     sensors: tuple[str, ...]
 
     def __call__(self, sensor: str, observation: Observation, tbox: TBox) -> Observation:
-        """The observation of a sensor as it comes out of it."""
+        """Return the observation with the offset added to the readings of these sensors."""
         if sensor not in self.sensors or not observation.facts:
             return observation
         facts = list(observation.facts)
@@ -85,22 +79,22 @@ class Biased(FaultOfSensors):
 
     @property
     def by(self) -> tuple[float, ...]:
-        """What is added: one number, or (east, north)."""
+        """Offset as a tuple: one number, or (east, north)."""
         return self.offset if isinstance(self.offset, tuple) else (self.offset or 0.0,)
 
     def detail(self, data: VehicleData, how_long: str) -> str:
-        """Which readings, and by how much."""
+        """Describe the biased readings and the offset."""
         off = ", ".join(f"{offset:g}" for offset in self.by)
         return f"{', '.join(self.of(data))}: {self.attribute} off by {off}, {how_long}"
 
     def leaves(self, data: VehicleData) -> Condition:
-        """One whose sensors read something else."""
+        """Condition with biased readings."""
         return Condition(readings=(Bias(self.attribute or "", self.by, self.of(data)),))
 
     def checks(
         self, key: str, scenario: Scenario, mission: type[Mission], before: Sequence[tuple[str, DeclaredFault]]
     ) -> Iterator[ConfigurationFault]:
-        """An attribute that there is not, or that has no such offset."""
+        """Yield an unknown attribute, or an offset of another dimension."""
         yield from super().checks(key, scenario, mission, before)
         tbox = words_in(scenario, mission)
         axes = {one.name: len(one.fields) for one in tbox.attributes if one.fields} if tbox is not None else {}

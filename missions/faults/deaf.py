@@ -1,4 +1,4 @@
-"""``deaf``: a vehicle hears nobody; it does all else."""
+"""``deaf``: receiver failure; the vehicle does all else."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Deaf(DeclaredFault):
     DISABLES = True
 
     def leaves(self, data: VehicleData) -> Condition:
-        """One that hears nobody."""
+        """Condition without reception."""
         return Condition(is_deaf=True)
 
 

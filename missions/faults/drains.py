@@ -1,4 +1,4 @@
-"""``drains``: a vehicle loses power beside what it uses."""
+"""``drains``: a vehicle loses power in addition to its consumption."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ class Drains(DeclaredFault):
     drain_w: Positive | None = Field(None, description="power that is lost, W")
 
     def detail(self, data: VehicleData, how_long: str) -> str:
-        """How much power."""
+        """Describe the lost power."""
         return f"{self.drain_w:g} W, {how_long}"
 
     def leaves(self, data: VehicleData) -> Condition:
-        """One that loses power."""
+        """Condition with a power loss."""
         return Condition(drain_w=self.drain_w or 0.0)
 
 

@@ -1,4 +1,4 @@
-"""``joins``: a vehicle is not there before."""
+"""``joins``: a vehicle is absent until it joins."""
 
 from __future__ import annotations
 
@@ -28,21 +28,21 @@ class Joins(DeclaredFault):
     ABSENCE = Absence.BEFORE
 
     def leaves(self, data: VehicleData) -> Condition:
-        """Nothing: it is no obstacle either."""
+        """Condition of a vehicle that does not exist yet, not even as an obstacle."""
         return Condition(is_there=False)
 
     def detail(self, data: VehicleData, how_long: str) -> str:
-        """Until when it is away."""
+        """Describe the time until it joins."""
         return f"away {how_long}"
 
     def holds_s(self, at_s: float) -> tuple[float, float]:
-        """From the start on, until it joins."""
+        """Return the interval (s) from the start until it joins."""
         return 0.0, at_s
 
     def checks(
         self, key: str, scenario: Scenario, mission: type[Mission], before: Sequence[tuple[str, DeclaredFault]]
     ) -> Iterator[ConfigurationFault]:
-        """A vehicle that is there from the start, or joins twice."""
+        """Yield a vehicle present from the start, or one that joins twice."""
         if self.span_s is not None and self.span_s[0] <= 0.0:
             allowed = "must be above 0: a vehicle that is there from the start does not join"
             yield ConfigurationFault(f"{key}.at_s", "", allowed)

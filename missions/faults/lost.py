@@ -1,4 +1,4 @@
-"""``lost``: a vehicle does nothing any more."""
+"""``lost``: a vehicle stops working."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ class Lost(DeclaredFault):
     DISABLES = True
 
     def leaves(self, data: VehicleData) -> Condition:
-        """Nothing that runs."""
+        """Condition of a vehicle that is off."""
         return Condition(is_running=False)
 
     def checks(
         self, key: str, scenario: Scenario, mission: type[Mission], before: Sequence[tuple[str, DeclaredFault]]
     ) -> Iterator[ConfigurationFault]:
-        """A vehicle that may be lost again before it has come back."""
+        """Yield a vehicle that may be lost again before its return."""
         first = next((of for of, other in before if self.overlaps(other)), None)
         if self.vehicle != ANY and first is not None:
             allowed = f"lost twice, here and by {first}; the first has to end by its until_s before the other"

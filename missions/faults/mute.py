@@ -1,4 +1,4 @@
-"""``mute``: nobody hears a vehicle; it does all else."""
+"""``mute``: transmitter failure; the vehicle does all else."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Mute(DeclaredFault):
     DISABLES = True
 
     def leaves(self, data: VehicleData) -> Condition:
-        """One that nobody hears."""
+        """Condition without transmission."""
         return Condition(is_mute=True)
 
 

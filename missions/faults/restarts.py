@@ -1,4 +1,4 @@
-"""``restarts``: a vehicle is off, and begins anew where it is; it has its roles and work back from the others."""
+"""``restarts``: a vehicle is off, then restarts in place and regains its roles from peers."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from remoras.mission import Mission
 
 MOST = 3
-"""A vehicle may begin anew so often in a run: packets have names for four of its lives."""
+"""Restarts allowed per run: packets distinguish four incarnations."""
 KEPT, FORGOTTEN = "memory kept", "memory lost"
-"""Ends of the detail in the table of faults."""
+"""Endings of the detail in the table of faults."""
 
 
 class Restarts(DeclaredFault):
@@ -40,27 +40,27 @@ class Restarts(DeclaredFault):
     )
 
     def leaves(self, data: VehicleData) -> Condition:
-        """Nothing that runs."""
+        """Condition of a vehicle that is off."""
         return Condition(is_running=False)
 
     def detail(self, data: VehicleData, how_long: str) -> str:
-        """Until when it is off, and whether it knows then what it knew."""
+        """Describe the end of the outage and whether memory is kept."""
         return f"off {how_long}, {KEPT if self.memory == 'kept' else FORGOTTEN}"
 
     @property
     def remembers(self) -> bool:
-        """It begins anew, and knows what it knew if its memory is kept."""
+        """True if the vehicle keeps its memory."""
         return self.memory == "kept"
 
     @classmethod
     def began_anew(cls, detail: str) -> bool | None:
-        """Whether it still knew what it had known."""
+        """Return True if the vehicle kept its memory, from the detail of a fault row."""
         return detail.endswith(KEPT)
 
     def checks(
         self, key: str, scenario: Scenario, mission: type[Mission], before: Sequence[tuple[str, DeclaredFault]]
     ) -> Iterator[ConfigurationFault]:
-        """A vehicle that restarts too often, or while it is off."""
+        """Yield a vehicle that restarts too often, or while off."""
         if len(before) >= MOST:
             allowed = f"restarts for the {len(before) + 1}th time: {MOST} times are allowed in a run"
             yield ConfigurationFault(f"{key}.vehicle", "", allowed)

@@ -1,4 +1,4 @@
-"""``sensor``: a sensor of a vehicle, or all of them, yield nothing; they stay switched on."""
+"""``sensor``: one or all sensors of a vehicle yield nothing, but stay switched on."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ class DeadSensor(FaultOfSensors):
     DISABLES = True
 
     def leaves(self, data: VehicleData) -> Condition:
-        """One whose sensors are dead."""
+        """Condition with dead sensors."""
         return Condition(dead_sensors=frozenset(self.of(data)))
 
     def detail(self, data: VehicleData, how_long: str) -> str:
-        """Which sensors."""
+        """Describe the dead sensors."""
         return f"{', '.join(self.of(data))}, {how_long}"
 
 

@@ -1,4 +1,4 @@
-"""``slow``: the speeds of a vehicle are a share of what they were."""
+"""``slow``: the speeds of a vehicle are reduced by a factor."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from remoras.database import VehicleData
 
 USUAL = 0.5
-"""Share of the speeds that is left, unless the fault says otherwise."""
+"""Default speed factor."""
 
 
 class Slow(DeclaredFault):
@@ -28,15 +28,15 @@ class Slow(DeclaredFault):
 
     @property
     def speed_left(self) -> float:
-        """Share of its speeds that is left."""
+        """Speed factor."""
         return USUAL if self.factor is None else self.factor
 
     def leaves(self, data: VehicleData) -> Condition:
-        """One that is slower."""
+        """Condition with reduced speeds."""
         return Condition(speed_factor=self.speed_left)
 
     def detail(self, data: VehicleData, how_long: str) -> str:
-        """By how much."""
+        """Describe the factor."""
         return f"by the factor {self.speed_left:g}, {how_long}"
 
 
