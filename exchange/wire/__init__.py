@@ -1,3 +1,3 @@
-"""Packets as bits: fields by the TBox, their sizes, and what protects them on the way."""
+"""Packet encoding: field widths derived from the TBox, checksums, encryption."""
 
 __all__: list[str] = []

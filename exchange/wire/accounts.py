@@ -1,7 +1,7 @@
-"""Accounts of holdings as bits, and blocks in the form in which they are coded; the layout is in `exchange.planning`.
+"""Codec of the holdings section of a packet, and of blocks as input to coded repairs.
 
-In a packet a fragment is written by the packet's time and by what stands before it. A symbol is over blocks as they are
-written anywhere: time, facts, a one, and zeros to a byte.
+Layout in `exchange.planning`. The encoding of a fragment depends on its packet; a symbol therefore covers blocks in a
+packet-independent form: time, facts, a 1 bit, zeros to a byte.
 """
 
 from __future__ import annotations
@@ -17,12 +17,10 @@ from worldmodel.facts import Guid
 
 
 class AccountCodec:
-    """Encodes and decodes accounts.
+    """Codec of holdings sections.
 
     Args:
-        fragments: has the widths of origins and sequences.
-        n_nodes: size of the fleet.
-        codes_repairs: packets may have symbols.
+        codes_repairs: packets may carry symbols.
     """
 
     def __init__(self, fragments: FragmentCodec, n_nodes: int, codes_repairs: bool) -> None:
@@ -33,7 +31,7 @@ class AccountCodec:
     # To bits -------------------------------------------------------------------------------------
 
     def statement(self, one: OriginStatement, sender: int) -> Bits:
-        """``(bits, size_bits)`` of a statement, with the bit before it."""
+        """Encode a statement with its leading presence bit."""
         bits, size_bits = 1 << self._fragments.origin_bits | one.origin, 1 + self._fragments.origin_bits
         if one.epoch == 0 and one.is_known_to_all:
             bits, size_bits = bits << 1 | 1, size_bits + 1
@@ -46,7 +44,7 @@ class AccountCodec:
         return (bits, size_bits) if one.origin == sender else (bits << one.length | one.mask, size_bits + one.length)
 
     def holder_set(self, one: HolderSet, sender: int) -> Bits:
-        """``(bits, size_bits)`` of a holder set, with the bit before it."""
+        """Encode a holder set with its leading presence bit."""
         bits, size_bits = 1 << self._fragments.origin_bits | one.origin, 2 + self._fragments.origin_bits
         bits = bits << 1 | (one.epoch == 0)
         if one.epoch:
@@ -58,7 +56,7 @@ class AccountCodec:
         return bits << self._n_nodes - 1 | others, size_bits
 
     def encode(self, account: Account, sender: int) -> Bits:
-        """``(bits, size_bits)`` of all that a packet says of holdings."""
+        """Encode a holdings section."""
         bits = size_bits = 0
         for parts in (
             [self.statement(one, sender) for one in account.statements],
@@ -114,7 +112,7 @@ class AccountCodec:
         return HolderSet(origin, epoch, sequence, holders)
 
     def read(self, reader: Reader, sender: int) -> Account:
-        """The account that comes next; raises PeerFault for what no sender writes."""
+        """Decode the next holdings section; raise PeerFault if it is not in canonical form."""
         statements: list[OriginStatement] = []
         while reader.take(1):
             statements.append(self._read_statement(reader, sender))
@@ -129,10 +127,10 @@ class AccountCodec:
             symbols = tuple([reader.take(8 * size).to_bytes(size, "big") for _ in range(n_symbols)])
         return Account(tuple(statements), tuple(holder_sets), symbols)
 
-    # What is coded -------------------------------------------------------------------------------
+    # Blocks as code input ------------------------------------------------------------------------
 
     def block_bytes(self, block: Block) -> bytes:
-        """A block as it is coded, whatever packet it is in."""
+        """Encode a block independently of any packet."""
         time, time_bits = self._fragments.encode_time(block.time_s)
         facts, facts_bits = self._fragments.facts.of_all(block.facts)
         bits, size_bits = (time << facts_bits | facts) << 1 | 1, time_bits + facts_bits + 1
@@ -140,7 +138,7 @@ class AccountCodec:
         return (bits << padding).to_bytes((size_bits + padding) // 8, "big")
 
     def block_of(self, data: bytes, guid: Guid) -> Block:
-        """The block of that name that was decoded; raises PeerFault if it is none, as after damage."""
+        """Decode a recovered block; raise PeerFault unless its encoding matches ``data``."""
         reader = Reader(data)
         time_s, facts = self._fragments.read_time(reader), self._fragments.facts.read_all(reader)
         origin, epoch, sequence = guid

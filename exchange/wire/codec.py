@@ -1,4 +1,4 @@
-"""Packets as bits, by field tables that follow from the TBox.
+"""Packet codec with field tables derived from the TBox.
 
 Layout, most significant bit first (sizes in bits; ``w(n) = ceil(log2 n)``)::
 
@@ -6,28 +6,26 @@ Layout, most significant bit first (sizes in bits; ``w(n) = ceil(log2 n)``)::
               | zeros to a byte [| tag 32] [| checksum 8, 16 or 32], see `exchange.wire.sealing`; with a tag all behind
               the head is encrypted
     head      definition hash 8 | sender w(nodes) | epoch mod 4 2 | frame mod 4 2 [| zeros to a byte, for encryption]
-    account   what is held, where the policy states it: `exchange.planning`
+    account   holdings, if the policy reports them: `exchange.planning`
     section   0 age, fact, sequence: an own fragment that is a whole block of a single fact
               100 age, part, facts, sequence: any other own fragment
               101 origin w(origins), epoch 2 or more, age, part, facts, sequence: a relayed fragment
               1100 role w(instances), value 8 (two's complement): an influence signal
-              1101 origin w(origins), epoch 2 or more, highest + 1 w(items), mask 8: a summary of what the sender holds
+              1101 origin w(origins), epoch 2 or more, highest + 1 w(items), mask 8: a summary of the received set
     part      part of a larger block 1 [index 4, count - 1 4]
     facts     fact | another follows 1 [fact | another follows 1 ...]
     fact      subject w(instances) | attribute w(those exchanged + 1), another's is longer | value
               [| uncertain 1 [| uncertainty]]
 
-What a packet has not costs it nothing. One that was cut short anywhere lacks its end, and is refused.
-An age counts from the start of the slot that the head names; `exchange.wire.codes` has its code and that of sequences.
-Of one origin and epoch the first sequence in a packet is written as it is, the others by the step from the one before.
-A status has no sequence, and no bit says so: a whole block is one if, and only if, all its attributes are latest-only.
-Relayed is what is not of the sender in its present epoch. A value out of range is sent exactly, in more bits.
+Absent sections cost no bits. A truncated packet lacks its end marker and is refused.
+Ages count from the start of the slot; `exchange.wire.codes` defines the codes of ages and sequences.
+Per origin and epoch, the first sequence of a packet is absolute, the others are steps from their predecessor.
+A status has no sequence: a whole block is a status if, and only if, all its attributes are latest-only.
+A fragment is relayed unless it belongs to the sender in its present epoch. Values out of range are sent exactly.
 
-The hash covers grammar, TBox and every width in 32 bits, of which the packet of frame k carries byte k mod 4: two
-vehicles with different definitions notice it within four frames, see ``exchange.wire.definitions``. The byte is crossed
-with the higher bits of the frame, so that a packet from another frame has another byte, even where the counter is the
-same. It is crossed with the *era* of the sender, too, the higher bits of its epoch: so each packet has the whole epoch,
-and up to the fourth life the era is 0 and changes no bit.
+The hash covers grammar, TBox and all widths in 32 bits; the packet of frame k carries byte k mod 4, so different
+definitions show within four frames (`exchange.wire.definitions`). The byte is XORed with the higher bits of the frame
+and with the sender's *era* (the higher bits of its epoch; 0 in the first four incarnations).
 """
 
 from __future__ import annotations
@@ -67,36 +65,37 @@ from worldmodel.facts import MOST_ITEMS
 from worldmodel.index import compiled_attributes
 
 GRAMMAR = 2
-"""Version of the layout above: to be raised by whoever lays out bits otherwise, since the hash has widths alone."""
+"""Version of the layout; increase it with every change, since the hash covers widths only."""
 HASH_BITS = 8
-"""Bits of the definition hash in one packet."""
+"""Size of the definition hash in one packet."""
 HASH_BYTES = 4
 """Bytes of the definition hash; a packet carries one of them, by its frame."""
 FRAME_BITS = 2
-"""Bits of the frame counter: frames are told apart modulo 4."""
+"""Size of the frame counter (frame modulo 4)."""
 FRAMES = 1 << FRAME_BITS
 EPOCH_MASK = (1 << EPOCH_BITS) - 1
 END_BITS = (0b111, 3)
 SIGNAL_VALUE_BITS = 8
 ERAS = EPOCHS >> EPOCH_BITS
-"""Epochs are told apart modulo 4 by the head, and fours of them by the hash byte."""
+"""Number of eras. The head carries the epoch modulo 4, the hash byte the era (epoch // 4)."""
 ERA_FACTORS = (0x01, 0x9D, 0x3B, 0xE7)
-"""By byte of the hash: an era times it, modulo 256, is what the byte is crossed with. No era looks in all four bytes
-like packets of one frame that are taken for those of another."""
+"""Factor by byte of the hash: era times factor, modulo 256, is XORed into the byte.
+
+No era imitates another frame in all four bytes.
+"""
 ERA_INVERSES = (0x01, 0xB5, 0xF3, 0xD7)
 FULL_MASK = (1 << MASK_BITS) - 1
 SIGNAL_BITS, SUMMARY_BITS = (0b1100, 4), (0b1101, 4)
 RECENT_S = 30.0
-"""Age of an observation up to which it is stated in the fewest bits, unless a codec is told otherwise."""
+"""Default age (s) of observations up to which a time takes the fewest bits."""
 
 
 class Widths(NamedTuple):
-    """What fields are made for beside the size of the fleet and of its mission.
+    """Parameters of field widths beside the sizes of fleet and mission.
 
     Attributes:
-        time_resolution_s: step of times of observation.
-        exchanged: uids of the attributes that somebody needs, which get short names; None for all.
-        recent_s: age up to which a time takes the fewest bits; a TDMA frame, say.
+        exchanged: uids of attributes that some vehicle needs; they get short names. None for all.
+        recent_s: age up to which a time takes the fewest bits, such as a TDMA frame.
     """
 
     time_resolution_s: float = 0.1
@@ -105,11 +104,11 @@ class Widths(NamedTuple):
 
 
 class Framing(NamedTuple):
-    """What stands around the sections of a packet beside acknowledgements: usually nothing.
+    """Protection of packets.
 
     Attributes:
-        crc_bits: of the checksum of each packet: 0, 8, 16 or 32.
-        key: of the fleet, by which all behind the head is encrypted, with a fresh salt; None for in clear.
+        crc_bits: 0, 8, 16 or 32.
+        key: fleet key; encrypts all behind the head. None for plain packets.
     """
 
     crc_bits: int = 0
@@ -121,7 +120,6 @@ USUAL_FRAMING = Framing()
 
 
 def _guard_listing(seal: Seal | None, head_padding_bits: int, checksum: Checksum | None) -> list[FieldSize]:
-    """Fields of the packet that protect it, if there are any."""
     sizes = []
     if seal is not None:
         sizes.append(FieldSize("packet", "head to a byte", head_padding_bits, "the head stays in clear"))
@@ -132,12 +130,7 @@ def _guard_listing(seal: Seal | None, head_padding_bits: int, checksum: Checksum
 
 
 class AckHeader:
-    """Layout of the header of every sender in every TDMA frame, until the layouts repeat.
-
-    Args:
-        kind: acknowledgement of the policy.
-        n_nodes: size of the fleet.
-    """
+    """Acknowledgement header of every sender and TDMA frame, over the policy's period."""
 
     def __init__(self, kind: Acknowledgement, n_nodes: int) -> None:
         self._n_nodes = n_nodes
@@ -147,28 +140,27 @@ class AckHeader:
         largest = max(len(fields) for of_frame in self._fields for fields in of_frame)
         self._beside_bits = bits_beside(kind)
         self.largest_bits = largest + self._beside_bits
-        """Size of the largest header, in bits."""
+        """Size of the largest header."""
         self.varies = any(len(fields) != largest for of_frame in self._fields for fields in of_frame)
         """True if headers differ in size."""
 
     def _carried(self, kind: Acknowledgement, frame: int, sender: int) -> list[tuple[int, int]]:
-        """``(row, column)`` of every bit that ``sender`` sends in a frame, in order; nobody acknowledges itself."""
         pairs = product(range(self._n_nodes), repeat=2)
         return [(i, j) for i, j in pairs if i != j and kind.carries(self._n_nodes, frame, sender, i, j)]
 
     def size_bits(self, sender: int, frame: int) -> int:
-        """Size of the header that ``sender`` sends in a TDMA frame."""
+        """Return the header size of ``sender`` in a TDMA frame."""
         return len(self._fields[frame % len(self._fields)][sender]) + self._beside_bits
 
     def encode(self, sender: int, rows: Sequence[int], frame: int) -> Bits:
-        """``(bits, size_bits)`` of the rows that are carried, the first at the most significant end."""
+        """Encode the carried bits of the acknowledgement matrix, first row most significant."""
         bits, fields = 0, self._fields[frame % len(self._fields)][sender]
         for i, j in fields:
             bits = bits << 1 | (rows[i] >> j & 1)
         return bits, len(fields)
 
     def decode(self, sender: int, frame: int, take: Callable[[int], int]) -> tuple[int, ...]:
-        """Rows from the wire; ``take(size_bits)`` gives the next bits. What is not carried is zero."""
+        """Decode acknowledgement rows, with zeros for bits that the header does not carry."""
         rows = [0] * self._n_nodes
         fields = self._fields[frame % len(self._fields)][sender]
         bits = take(len(fields))
@@ -179,32 +171,28 @@ class AckHeader:
 
 
 def behind(one: Bits, other: Bits) -> Bits:
-    """Bits, and others behind them."""
+    """Concatenate two bit strings."""
     return one[0] << other[1] | other[0], one[1] + other[1]
 
 
 class SideCodec:
-    """Encodes and decodes influence signals and summaries.
-
-    Args:
-        fragments: has the widths of instances, nodes and sequences.
-    """
+    """Codec of influence signals and summaries."""
 
     def __init__(self, fragments: FragmentCodec) -> None:
         self._fragments = fragments
         self._role_bits = fragments.facts.subject_bits
         self._role_mask = (1 << self._role_bits) - 1
         self.signal_bits = SIGNAL_BITS[1] + self._role_bits + SIGNAL_VALUE_BITS
-        """Bits of one influence signal."""
+        """Size of one influence signal."""
         self.encode_signal = lru_cache(maxsize=256)(self._encode_signal)
-        """``(bits, size_bits)`` of a signal; raises ConfigurationError if it is no signed byte."""
+        """Encode a signal; raise ConfigurationError outside -128..127."""
         self.signal_of = lru_cache(maxsize=256)(self._signal_of)
-        """``signal_of(word)``: the signal that stands in its ``signal_bits`` bits."""
+        """Decode the signal in a word of ``signal_bits`` bits."""
         self.encode_summary = lru_cache(maxsize=256)(self._encode_summary)
-        """``(bits, size_bits)`` of a summary; raises ConfigurationError if its epoch has no name."""
+        """Encode a summary; raise ConfigurationError for an invalid epoch."""
 
     def listing(self) -> tuple[FieldSize, ...]:
-        """Fields of a signal and of a summary in the order of the wire."""
+        """List the fields of signals and summaries in wire order."""
         return (
             FieldSize("signal", "signal", SIGNAL_BITS[1], "one comes"),
             FieldSize("signal", "role", self._role_bits, "its instance"),
@@ -234,7 +222,7 @@ class SideCodec:
         return InfluenceSignal(word >> SIGNAL_VALUE_BITS & self._role_mask, value - 256 if value > 127 else value)
 
     def read_summary(self, reader: Reader) -> Summary:
-        """The summary that comes next; raises PeerFault if its origin is no node."""
+        """Decode the next summary; raise PeerFault for an invalid origin or epoch."""
         reader.left -= SUMMARY_BITS[1]
         origin, epoch = self._fragments.read_life(reader)
         sequence_bits = self._fragments.sequence_bits
@@ -248,20 +236,17 @@ class SideCodec:
 
 
 class Codec:
-    """Encodes and decodes packets for one fleet: fixed TBox, node count, instance count and policy.
+    """Packet codec of one fleet: fixed TBox, node count, instance count and policy.
 
     Args:
-        tbox: the compiled TBox that every vehicle carries.
-        n_instances: instance uids 0..n_instances-1 can be told apart on the wire.
-        n_nodes: number of vehicles, 2..64.
+        n_instances: instance uids 0..n_instances-1 have wire names.
+        n_nodes: 2..64.
         policy: fixes the acknowledgement bits of the header.
-        n_items: how many items one vehicle is expected to tell in one epoch; later ones take more bits.
-        duration_s: latest expected time of an observation; later ones take more bits.
-        widths: steps of time, and what gets the shortest forms.
-        framing: checksum and key.
+        n_items: expected items per vehicle and epoch; later ones take more bits.
+        duration_s: latest expected time of observation; later ones take more bits.
 
     Raises:
-        ConfigurationError: there is no such checksum or key, or no library to encrypt.
+        ConfigurationError: invalid checksum or key size, or no encryption library.
     """
 
     def __init__(
@@ -281,14 +266,14 @@ class Codec:
         self._facts = FactCodec(tbox, n_instances, widths.exchanged)
         resolution_s = widths.time_resolution_s
         self.fragments = FragmentCodec(self._facts, n_nodes, n_items, duration_s, resolution_s, widths.recent_s)
-        """Encodes and decodes fragments."""
+        """Codec of fragments."""
         self.fragment_bits = self.fragments.most_bits
-        """``fragment_bits(fragment, relayed=True)``: the most bits that a fragment takes, in whatever packet."""
+        """``fragment_bits(fragment, relayed=True)``: upper bound of a fragment's size in any packet."""
         self._side = SideCodec(self.fragments)
         self.summary_bits = lru_cache(maxsize=256)(self._summary_bits)
-        """``summary_bits(summary)``: bits of a summary."""
+        """``summary_bits(summary)``: size of a summary."""
         self.signal_bits = self._side.signal_bits
-        """Bits of one influence signal."""
+        """Size of one influence signal."""
         self._node_bits = width(n_nodes)
         self._clear_bits = HASH_BITS + self._node_bits + EPOCH_BITS + FRAME_BITS
         self._clear_bytes = -(-self._clear_bits // 8)
@@ -296,7 +281,7 @@ class Codec:
         """Layout of the acknowledgements."""
         kind = policy.acknowledgement
         self.accounts = AccountCodec(self.fragments, n_nodes, kind.codes) if kind.states else None
-        """Encodes and decodes what packets say of holdings; None where the policy does not state them."""
+        """Codec of holdings sections; None if the policy does not report received sets."""
         fleet = tbox.hash, n_instances, n_nodes, n_items, self.header.largest_bits
         times = duration_s, resolution_s, self._facts.names.exchanged, self.fragments.near_bits
         shape = GRAMMAR, *fleet, *times, crc_bits, key is not None
@@ -304,49 +289,45 @@ class Codec:
         self._checksum = None if crc_bits == 0 else Checksum(crc_bits, DAMAGED if key is None else UNOPENED)
         self._seal = None if key is None else Seal(key)
         self.head_bits = 8 * self._clear_bytes if self._seal is not None else self._clear_bits
-        """Bits of a packet before the acknowledgements; whole bytes if what follows is encrypted."""
+        """Bits before the acknowledgements; whole bytes if the remainder is encrypted."""
         guard_bits = sum(guard.size_bits for guard in (self._checksum, self._seal) if guard is not None)
         self.overhead_bits = self.head_bits + self.header.largest_bits + END_BITS[1] + guard_bits
-        """Bits of a packet without sections, with the largest header of acknowledgements."""
+        """Bits of a packet without sections, with the largest acknowledgement header."""
         self._hash = zlib.crc32(repr(shape).encode()).to_bytes(HASH_BYTES, "big")
         self._rows = compiled_attributes(tbox).rows
         self.head = lru_cache(maxsize=32)(self._head)
-        """``head(data) -> Head``: who speaks in a packet, in which of its lives modulo 4 and in which frame modulo 4.
-
-        Raises PeerFault if it is too short, or no node has that number.
-        """
+        """``head(data) -> Head``, epoch and frame modulo 4; raises PeerFault if invalid."""
         self.judged = lru_cache(maxsize=32)(self._judged)
-        """``judged(data, frame=0, slot_start_s=0.0, era=0) -> Judged``: a packet, and what all who hear it must know.
+        """``judged(data, frame=0, slot_start_s=0.0, era=0) -> Judged``, cached for all receivers.
 
-        Raises DefinitionFault if its byte of the hash is that of another definition, frame or era of its sender.
+        Raises DefinitionFault if the hash byte is that of another definition, frame or era of the sender.
         """
         self.decode = lru_cache(maxsize=32)(self._decode)
-        """``decode(data, frame=0, slot_start_s=0.0, era=0) -> Packet``; all who hear one packet decode the same."""
+        """``decode(data, frame=0, slot_start_s=0.0, era=0) -> Packet``, cached for all receivers."""
 
     def _summary_bits(self, summary: Summary) -> int:
         return self._side.encode_summary(summary)[1]
 
     @property
     def definition(self) -> bytes:
-        """The definition hash, 4 bytes: of grammar, TBox, fleet, policy and widths."""
+        """Definition hash (4 bytes) of grammar, TBox, fleet, policy and widths."""
         return self._hash
 
     @property
     def is_sealed(self) -> bool:
-        """True under a key."""
+        """True if a key encrypts the packets."""
         return self._seal is not None
 
     # Sizes ---------------------------------------------------------------------------------------
 
     def packing(self, sender: int, epoch: int, slot_start_s: float, room_bits: int) -> Packing:
-        """The room of a packet for fragments, to be filled."""
+        """Return an empty packing for the fragments of a packet."""
         return Packing(self.fragments, sender, epoch, slot_start_s, room_bits)
 
     def listing(self) -> tuple[FieldSize, ...]:
-        """Every field of a packet in the order of the wire, with its size in this fleet.
+        """List every field in wire order with its size in this fleet.
 
-        Fields of ``packet`` come once. Those of ``fragment`` come for each fragment, those of ``fact`` for each fact in
-        it: subject and attribute, the value of that attribute, and whether another follows.
+        Group ``packet`` occurs once per packet, ``fragment`` per fragment, ``fact`` per fact.
         """
         policy = f"policy {self._policy.name}" + (", the largest" if self.header.varies else "")
         of_hash = f"of {8 * HASH_BYTES} bits a byte in turn: grammar, TBox, fleet, policy"
@@ -364,7 +345,7 @@ class Codec:
         )
 
     def forget(self) -> None:
-        """Forget the bits of facts and the packets that are remembered, so that the next ones cost what new ones do."""
+        """Clear all caches, so that timing of the next packets is that of new ones."""
         self.head.cache_clear()
         self.decode.cache_clear()
         self.judged.cache_clear()
@@ -377,13 +358,13 @@ class Codec:
         return self._hash[number] ^ (frame // FRAMES & 0xFF) ^ (era * ERA_FACTORS[number] & 0xFF)
 
     def era_of(self, data: bytes, frame: int) -> int | None:
-        """The era of the sender that the first byte of a packet of that frame stands for; None if for no era."""
+        """Return the sender's era by the hash byte of a packet of that frame; None if invalid."""
         number = frame % HASH_BYTES
         era = (data[0] ^ self._hash_byte(frame, 0)) * ERA_INVERSES[number] & 0xFF
         return era if era < ERAS else None
 
     def encode_head(self, head: Head) -> int:
-        """The ``head_bits`` bits of the head of a packet, of which the frame is given as a whole number."""
+        """Encode the head in ``head_bits`` bits from whole frame and epoch numbers."""
         if not 0 <= head.epoch < EPOCHS:
             refuse_epoch(head.epoch)
         first = self._hash_byte(head.frame, head.epoch >> EPOCH_BITS)
@@ -403,21 +384,17 @@ class Codec:
         summary: Sequence[Summary] = (),
         account: Account = NO_ACCOUNT,
     ) -> bytes:
-        """Bytes of a packet.
+        """Encode a packet.
 
         Args:
-            sender: node that speaks.
-            rows: one acknowledgement bit word per node, shape (n_nodes,).
-            fragments: in any order; they arrive by origin and sequence, own ones first.
-            signals: influence signals.
-            frame: TDMA frame in which the packet is sent; the policy may choose its header by it.
-            epoch: of the sender.
+            rows: acknowledgement bits, one word per node, shape (n_nodes,).
+            fragments: in any order; encoded by origin and sequence, own ones first.
+            frame: whole TDMA frame number; selects the header layout.
             slot_start_s: start of the sender's slot in that frame.
-            summary: what the sender holds, by origin.
-            account: what it says of holdings, where the policy states them.
+            account: ignored if the policy does not report received sets.
 
         Raises:
-            ConfigurationError: a signal that is no signed byte, an epoch too many, or what has no form on the wire.
+            ConfigurationError: a value, epoch or signal has no wire format.
         """
         base = self.fragments.base_of(slot_start_s)
         bodies = [(fragment, *self.fragments.encode(fragment, sender, epoch, base)) for fragment in fragments]
@@ -436,18 +413,15 @@ class Codec:
         signals: Iterable[InfluenceSignal],
         summary: Iterable[Summary],
     ) -> bytes:
-        """Bytes of a packet whose fragments are bits already.
+        """Assemble a packet from encoded acknowledgements and fragments.
 
         Args:
-            head: of the packet; its frame is a whole number.
+            head: with whole frame and epoch numbers.
             slot_start_s: start of the sender's slot in that frame.
-            acks: the acknowledgements, as ``header`` encodes them.
-            wired: fragments in the order of the wire.
-            signals: influence signals.
-            summary: what the sender holds, by origin.
+            wired: fragments in wire order.
 
         Raises:
-            ConfigurationError: a signal that is no signed byte, or an epoch too many.
+            ConfigurationError: a signal outside -128..127, or an invalid epoch.
         """
         sender, frame = head.sender, head.frame
         bits, size = acks
@@ -502,7 +476,7 @@ class Codec:
         return Judged(packet, wrong, latest_s, concerns, relays, tuple(statuses), items, heard, facts)
 
     def _out_of_range(self, fragments: Iterable[Fragment]) -> str | None:
-        """What value nobody can have recorded, if there is one; what is in its range is on its grid, too."""
+        """Describe the first fact whose value no vehicle can record; None if all are valid."""
         for fragment in fragments:
             for fact in fragment.facts:
                 row = self._rows.get(fact.attribute)
@@ -514,19 +488,13 @@ class Codec:
         return self._read(data, frame, slot_start_s, era)[0]
 
     def _read(self, data: bytes, frame: int, slot_start_s: float, era: int) -> tuple[Packet, bool]:
-        """The packet of ``data``, and whether a number in it may lie outside of the range of its attribute.
-
-        Args:
-            data: as it was heard.
-            frame: in which it was sent.
-            slot_start_s: start of the slot in which it was sent.
-            era: of its sender.
+        """Return the packet and whether a number in it may be out of range.
 
         Raises:
-            DefinitionFault: its sender uses another definition or is in another era, or it is of another frame.
-            PeerFault: it cannot be a packet of this fleet.
+            DefinitionFault: the sender uses another definition, frame or era.
+            PeerFault: invalid packet.
         """
-        if self._checksum is not None:  # first: damage makes nobody a stranger
+        if self._checksum is not None:  # first: damage must not mark a peer as incompatible
             data = self._checksum.stripped(data, frame)
         if data and data[0] != self._hash_byte(frame, era):
             raise DefinitionFault("definition hash differs: sender uses another TBox or other field widths")
@@ -566,11 +534,11 @@ class Codec:
 
 
 def renewed(codec: Codec, salt_of: Callable[[int], bytes | None] | None = None) -> Codec:
-    """The codec for another mission under the same key, whose packets the first one does not open.
+    """Return a copy of the codec with other salts, for another mission under the same key.
 
     Args:
-        codec: of a fleet with a key.
-        salt_of: the salt of each sender, None for one that is not known yet; without it a fresh one for all.
+        codec: with a key.
+        salt_of: salt of each sender, None if unknown; by default one fresh salt for all.
     """
     copied = copy(codec)
     copied._seal = None if codec._seal is None else codec._seal.renewed(salt_of)
@@ -580,7 +548,7 @@ def renewed(codec: Codec, salt_of: Callable[[int], bytes | None] | None = None) 
 
 
 def refuse_longer_texts(codec: Codec, room_bits: int) -> None:
-    """Raise ConfigurationError if a text that may be told is larger than the room of a packet."""
+    """Raise ConfigurationError if a text of an exchanged attribute may exceed ``room_bits``."""
     for kind in codec.fragments.facts.exchanged_texts():
         fact = PropertyValue(0, kind.uid, "x" * kind.most_bytes)
         size_bits = codec.fragment_bits(Fragment(0, 0, 0.0, (fact,), 0, 2))

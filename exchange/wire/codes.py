@@ -1,10 +1,7 @@
-"""Integer codes on the wire: variable lengths, names, sizes.
+"""Variable-length integer codes, attribute names and field sizes of the wire format.
 
-A number that does not fit its width is never cut: all ones stand before its rest, which is as long as it needs to be.
-Each number has one form, and the decoder refuses any other.
-
-A vehicle may tell of any attribute, since a block goes whole; but nearly always it is one that somebody needs. So these
-are numbered first. One number more, if there are others at all, says that the uid of another follows.
+A number that does not fit its width is escaped: all ones, then the exact remainder. Each number has one encoding;
+decoders refuse any other. Attributes that some vehicle needs have short names; an escape precedes the uid of others.
 """
 
 from __future__ import annotations
@@ -21,10 +18,8 @@ class FieldSize:
     """One line of the size listing.
 
     Attributes:
-        group: `packet`, `fragment`, `fact`, `signal` or `summary`: the part that the field belongs to.
-        field: its name, in the order of the wire.
-        size_bits: its size.
-        note: when it is there, its range or its unit.
+        group: `packet`, `fragment`, `fact`, `signal` or `summary`.
+        note: condition of presence, range or unit.
     """
 
     group: str
@@ -34,7 +29,7 @@ class FieldSize:
 
 
 def values_in_words(attribute: Attribute, n_values: Mapping[ValueKind, int]) -> str:
-    """What a value of the attribute may be; ``n_values`` has the numbers of instances and classes."""
+    """Describe an attribute's values; ``n_values`` has the numbers of instances and classes."""
     if attribute.kind in n_values:
         of = "instances" if attribute.kind is ValueKind.LINK else "classes"
         return f"one of {n_values[attribute.kind]} {of}"
@@ -52,7 +47,7 @@ def values_in_words(attribute: Attribute, n_values: Mapping[ValueKind, int]) -> 
 def value_lines(
     attributes: Sequence[Attribute], value_bits: Sequence[int], n_values: Mapping[ValueKind, int]
 ) -> list[FieldSize]:
-    """Lines of the size listing for the values of attributes."""
+    """List the value fields of attributes."""
     return [
         FieldSize("fact", attribute.name, bits, values_in_words(attribute, n_values))
         for attribute, bits in zip(attributes, value_bits, strict=True)
@@ -60,7 +55,7 @@ def value_lines(
 
 
 def name_fields(names: AttributeNames) -> list[FieldSize]:
-    """The lines of an attribute's name: a short one, and that of those which are not exchanged, if there are any."""
+    """List the fields of attribute names: short, and escaped if any attribute is not exchanged."""
     fields = [FieldSize("fact", "attribute", names.short_bits, f"one of {len(names.exchanged)} exchanged")]
     if names.has_others:
         fields.append(FieldSize("fact", "other attribute", names.other_bits, f"one of {names.n_attributes} in all"))
@@ -70,27 +65,26 @@ def name_fields(names: AttributeNames) -> list[FieldSize]:
 Bits = tuple[int, int]
 """A number and its size in bits."""
 Take = Callable[[int], int]
-"""Gives the next bits of a packet, so many."""
+"""Reads the given number of bits of a packet."""
 
 LENGTH_BITS = 6
 LARGEST = 1 << 50
-"""No number beyond this, above or below zero: the steps of a grid can still be told apart in a double."""
+"""Largest magnitude on the wire; a double still separates neighbouring grid steps."""
 NEAR_STEP_BITS = 4
 NEAR_STEPS = 1 << NEAR_STEP_BITS
 FAR_AGE_BITS = 3
-"""A far age has so many bits more than a near one."""
+"""Extra bits of a far age over a near one."""
 
 
 class Reader:
-    """Takes fields off a big integer from the most significant end.
+    """Bit reader over a packet, most significant bit first.
 
     Args:
-        data: the packet.
-        n_read: bits at its beginning that have been read.
+        n_read: leading bits to skip.
 
     Attributes:
-        left: bits that have not been read.
-        is_beyond: a number was read that lies outside of the range of its attribute.
+        left: unread bits.
+        is_beyond: a number outside its attribute's range was read.
     """
 
     __slots__ = ("bits", "is_beyond", "left")
@@ -101,31 +95,31 @@ class Reader:
         self.is_beyond = False
 
     def take(self, size_bits: int) -> int:
-        """The next bits as a number; raises PeerFault if there are not so many."""
+        """Read a number; raise PeerFault at the end of the packet."""
         self.left = left = self.left - size_bits
         if left < 0:
             raise PeerFault("packet ends inside a field")
         return self.bits >> left & (1 << size_bits) - 1
 
     def bit(self) -> int:
-        """The next bit; raises PeerFault if there is none."""
+        """Read one bit; raise PeerFault at the end of the packet."""
         self.left = left = self.left - 1
         if left < 0:
             raise PeerFault("packet ends inside a field")
         return self.bits >> left & 1
 
     def padding_is_clean(self) -> bool:
-        """True if what is left is less than a byte, and zero."""
+        """True if less than a byte is left, all zero."""
         return self.left < 8 and self.bits & (1 << self.left) - 1 == 0
 
 
 def width(n_values: int) -> int:
-    """Bits that tell ``n_values`` values apart: 1 -> 0, 2 -> 1, 5 -> 3."""
+    """Bits that distinguish ``n_values`` values: 1 -> 0, 2 -> 1, 5 -> 3."""
     return (n_values - 1).bit_length()
 
 
 def rest_of(number: int) -> Bits:
-    """A number of 0 and more in as many bits as it needs: its length first.
+    """Encode a number >= 0 with its length first.
 
     >>> rest_of(0), rest_of(5)
     ((0, 6), (10, 8))
@@ -135,7 +129,7 @@ def rest_of(number: int) -> Bits:
 
 
 def read_rest(take: Take) -> int:
-    """The number that comes next; raises PeerFault beyond the largest."""
+    """Decode ``rest_of``; raise PeerFault above ``LARGEST``."""
     n_bits = take(LENGTH_BITS)
     number = (1 << n_bits) + take(n_bits) - 1
     if number > LARGEST:
@@ -144,7 +138,7 @@ def read_rest(take: Take) -> int:
 
 
 def natural(number: int, width_bits: int) -> Bits:
-    """A number of 0 and more: in its width, or behind so many ones what it has above them.
+    """Encode a number >= 0 in its width; escape larger ones by all ones and the remainder.
 
     >>> natural(5, 3), natural(7, 3), natural(9, 3)
     ((5, 3), (448, 9), (899, 10))
@@ -159,13 +153,13 @@ def natural(number: int, width_bits: int) -> Bits:
 
 
 def read_natural(take: Take, width_bits: int) -> int:
-    """The number that comes next, as ``natural`` writes it."""
+    """Decode ``natural``."""
     number = take(width_bits)
     return number if number != (1 << width_bits) - 1 else number + read_rest(take)
 
 
 def whole(number: int, width_bits: int) -> Bits:
-    """A number of either sign: in its width as long as it is 0 and more, else behind ones with a bit for its sign."""
+    """Encode a signed number in its width; escape negative and larger ones with a sign bit."""
     ones = (1 << width_bits) - 1
     if 0 <= number < ones:
         return number, width_bits
@@ -176,14 +170,14 @@ def whole(number: int, width_bits: int) -> Bits:
 
 
 def read_beyond(take: Take, width_bits: int) -> int:
-    """The number behind the ones that ``whole`` writes for what does not fit its width."""
+    """Decode the remainder of an escaped ``whole`` number."""
     is_below = take(1)
     rest = read_rest(take)
     return -rest - 1 if is_below else rest + (1 << width_bits) - 1
 
 
 def step(before: int, number: int, width_bits: int) -> Bits:
-    """A sequence by the one before it: 1 bit for the next, 6 for the same or one of 15 further, else itself.
+    """Encode a sequence by its predecessor: +1 in 1 bit, 0 and 2..16 in 6 bits, else absolute.
 
     >>> [step(40, number, 12)[1] for number in (41, 40, 56, 57, 39)]
     [1, 6, 6, 14, 14]
@@ -198,11 +192,7 @@ def step(before: int, number: int, width_bits: int) -> Bits:
 
 
 def read_further(take: Take, before: int, width_bits: int) -> int:
-    """The sequence that comes next, as ``step`` writes one that is not the next, behind its first bit.
-
-    Raises:
-        PeerFault: a shorter form says the same.
-    """
+    """Decode ``step`` behind a first bit of 1; raise PeerFault if a shorter form exists."""
     if not take(1):
         near = take(NEAR_STEP_BITS)
         return before + near + 1 if near else before
@@ -213,7 +203,7 @@ def read_further(take: Take, before: int, width_bits: int) -> int:
 
 
 def age(base: int, index: int, near_bits: int, width_bits: int) -> Bits:
-    """The index of a time, by how far it lies before a base: near, far, or itself.
+    """Encode a time index by its distance before ``base``: near, far, or absolute.
 
     >>> [age(1000, index, 5, 12)[1] for index in (1000, 969, 968, 713, 712, 1001)]
     [6, 6, 10, 10, 14, 14]
@@ -230,7 +220,7 @@ def age(base: int, index: int, near_bits: int, width_bits: int) -> Bits:
 
 
 def read_age(reader: Reader, base: int, near_bits: int, width_bits: int) -> int:
-    """The index that comes next, as ``age`` writes it; raises PeerFault if a shorter form says the same."""
+    """Decode ``age``; raise PeerFault for a negative time or if a shorter form exists."""
     take = reader.take
     index = base - take(1 + near_bits)
     if index <= base - (1 << near_bits):  # the first bit was set
@@ -247,10 +237,9 @@ def read_age(reader: Reader, base: int, near_bits: int, width_bits: int) -> int:
 
 
 class AttributeNames:
-    """The bits that name each attribute.
+    """Wire names of attributes 0..n_attributes-1.
 
     Args:
-        n_attributes: uids 0 to n_attributes - 1 are named.
         exchanged: uids with a short name; None for all.
 
     >>> names = AttributeNames(40, exchanged=(3, 5, 8))
@@ -260,7 +249,7 @@ class AttributeNames:
 
     def __init__(self, n_attributes: int, exchanged: Collection[int] | None = None) -> None:
         self.exchanged = tuple(sorted(range(n_attributes) if exchanged is None else exchanged))
-        """Uids with a short name, in the order of these."""
+        """Uids in the order of their short names."""
         self.n_attributes = n_attributes
         self.has_others = len(self.exchanged) < n_attributes
         self.short_bits = width(len(self.exchanged) + self.has_others)
@@ -268,16 +257,12 @@ class AttributeNames:
         short = {uid: name for name, uid in enumerate(self.exchanged)}
         escape = len(self.exchanged) << width(n_attributes)
         self.names = tuple(short.get(uid, escape | uid) for uid in range(n_attributes))
-        """By uid, what is written."""
+        """Encoded name by uid."""
         self.sizes = tuple(self.short_bits if uid in short else self.other_bits for uid in range(n_attributes))
-        """By uid, the bits of it."""
+        """Name size by uid (bits)."""
 
     def uid_of(self, name: int, take: Callable[[int], int]) -> int:
-        """Return the uid that a name of ``short_bits`` stands for, or the bits behind it; ``take`` yields those.
-
-        Raises:
-            PeerFault: they name none, or by the longer way one that has a short name.
-        """
+        """Return the uid of a short or escaped name; raise PeerFault if not canonical."""
         if name < len(self.exchanged):
             return self.exchanged[name]
         if not self.has_others or name > len(self.exchanged):

@@ -1,38 +1,31 @@
-"""Definitions that peers have to share: protocol hash, and the handshake of salts.
+"""Agreement of peers on definitions: comparison of protocol hashes, handshake of salts.
 
-A packet carries one byte of it, in turn. A packet whose byte differs is refused. That alone would let one packet in 256
-of a stranger pass, or three in four where three bytes agree. So the four bytes of each peer are compared once: until
-all have agreed, a peer one of whose bytes differed is refused with all that it says, until that byte agrees too, which
-is never that of a stranger. Where all have agreed, a byte that differs is damage, and costs the one packet.
+Each packet carries one byte of the 4-byte definition hash, in turn; a packet with another byte is refused. One byte
+alone passes one foreign packet in 256, so all four are compared once per peer. Until all four have agreed, a differing
+byte makes the peer incompatible until that byte agrees. After that, a differing byte is damage of one packet.
 
-The byte is that of the definition and of the sender's era, which grows with every fourth of its lives. A peer may be in
-another era than was known: it has begun anew, or this node has and knows none of its peers. One byte does not tell:
-that of an old packet, played again four frames later, may be right for the next era. So another era counts when all
-four bytes have been right for it, and none for the era known in between. One stranger in 2**26 passes for a peer in
-another era.
+The byte also depends on the sender's era (epoch // 4). A peer in another era has restarted, or this node has restarted
+and lost its peers. A replayed packet may match the next era by one byte. Another era therefore takes effect after all
+four bytes match it and none matched the known era in between: a foreign sender passes with probability 2**-26.
 
-Under a key none of this is needed. The byte stands in clear, so anybody may write it, and a few packets of noise would
-make strangers of all peers. But the seal depends on the definition, the era and the slot. So a packet that opens proves
-all bytes at once, and one that does not open changes nothing that is held true of a peer (`ProvenDefinitions`).
+Under a key, the hash byte is forgeable but the seal depends on definition, era and slot. A packet that opens proves
+all bytes; one that does not open changes no state about a peer (`ProvenDefinitions`).
 
-Each process draws a salt when it starts. It is two things at once: what its own packets are encrypted by, and what a
-peer has to repeat to show that it speaks now, as in RFC 8613, appendix B.2. A packet that tells it is an introduction;
-it takes the place of another packet in an own slot::
+Each process draws a salt at its start. It seeds the encryption of its packets and is the freshness challenge that a
+peer repeats (RFC 8613, appendix B.2). An introduction packet takes the place of a packet in an own slot::
 
     head | salt 64 | lacks 8 * ceil(nodes / 8) | node 8, first bytes of its salt 32 [...] | tag 64
 
-``lacks`` has a bit for each node whose packets do not open here yet. The list repeats the salts of those who lack the
-sender. The tag is HMAC-SHA-256 by a key that follows from that of the fleet and the definition, over all before it and
-the whole number of the slot, of which the head has a part. A hearer takes a salt if the list repeats its own: so the
-introduction was made after its own start, by somebody with the key, in the slot in which it was heard. One of another
-mission repeats another salt; one of this mission that is played again names another slot.
+``lacks`` has a bit per node whose packets do not open here. The list repeats the salts of nodes that lack the sender.
+The tag is HMAC-SHA-256 over all before it and the whole slot number, under a key derived from fleet key and definition.
+A receiver accepts a salt if the list repeats its own: the introduction was made after the receiver's start, by a key
+holder, in this slot. Replays fail: another mission repeats another salt, this mission names another slot.
 
-A vehicle introduces itself in its first slot, then to each who lacks it, and when it hears a packet of one whose salt
-it lacks. Noise in the name of a peer that is known makes no introduction due. Two that follow each other are an odd
-number of frames apart, so that other packets go in even and in odd frames, whose headers may differ. After the first
-two there are slots for what it has to tell between any two introductions.
+A vehicle introduces itself in its first slot, to each node that lacks it, and on a packet of a node whose salt it
+lacks. Forged packets of a known peer trigger none. Introductions are an odd number of frames apart, so that other
+packets use even and odd frames, whose headers may differ. After the first two, other packets always get slots between.
 
-Sans-io, as the manager: bits and ``now_s`` go in, bits come out, and a log of them repeats it.
+Sans-io, as the manager: bits and ``now_s`` in, bits out; a log replays it.
 """
 
 from __future__ import annotations
@@ -49,22 +42,18 @@ ALL_BYTES = (1 << HASH_BYTES) - 1
 
 
 class ComparedDefinitions:
-    """What has been compared with the definitions of the peers of one node."""
+    """Comparison of the definitions of peers, as one node knows it."""
 
     def __init__(self) -> None:
-        self._agreed: dict[int, int] = {}  # by peer: its bytes that agreed, one bit each
+        self._agreed: dict[int, int] = {}  # by peer: bit set of bytes that agreed
         self._differs: dict[int, int] = {}  # by peer: the number of the byte that differed
-        self._claims: dict[int, tuple[int, int]] = {}  # by peer: an era, and the bytes right for it, one bit each
-        self._strangers: set[int] = set()  # of those that differ, who has been told of
+        self._claims: dict[int, tuple[int, int]] = {}  # by peer: an era, bit set of matching bytes
+        self._strangers: set[int] = set()  # incompatible peers already reported
         self.trusted: set[int] = set()
-        """Peers all of whose bytes have agreed, with none right for another era since: nothing need be compared."""
+        """Peers with all bytes agreed and no match of another era since: comparison unnecessary."""
 
     def agree(self, peer: int, frame: int) -> None:
-        """The byte of this frame agrees, so the peer is in the era known and in no other.
-
-        Raises:
-            DefinitionFault: another has differed.
-        """
+        """Record a byte that matches the known era; raise DefinitionFault if another byte differed."""
         number = frame % HASH_BYTES
         self._claims.pop(peer, None)
         self._agreed[peer] = self._agreed.get(peer, 0) | 1 << number
@@ -77,7 +66,7 @@ class ComparedDefinitions:
             self.trusted.add(peer)
 
     def differ(self, peer: int, frame: int) -> bool:
-        """The byte of this frame differs; True if this makes the peer a stranger."""
+        """Record that the byte of this frame differs; return True if the peer becomes incompatible."""
         if self._agreed.get(peer) == ALL_BYTES:
             return False
         self._differs.setdefault(peer, frame % HASH_BYTES)
@@ -88,11 +77,9 @@ class ComparedDefinitions:
         return True
 
     def claim(self, peer: int, frame: int, era: int | None) -> bool:
-        """The byte of this frame is right for another era of the peer than the one known; True if it is in that era.
+        """Record the era that matches this frame's byte; return True once all bytes prove it.
 
-        Args:
-            peer: who speaks; frame: in which.
-            era: for which the byte is right; None for no era.
+        ``era`` is None if the byte matches no era.
         """
         before, numbers = self._claims.pop(peer, (era, 0))
         if era is None or era != before:
@@ -108,41 +95,39 @@ class ComparedDefinitions:
 
 
 class ProvenDefinitions(ComparedDefinitions):
-    """Under a key: what opens is proven, and nothing is noted of what does not."""
+    """Definitions under a key: opened packets are proven, others change no state."""
 
     def differ(self, peer: int, frame: int) -> bool:
-        """Nobody is a stranger by a byte that anybody may write."""
+        """Ignore the byte, which is not authenticated."""
         return False
 
     def claim(self, peer: int, frame: int, era: int | None) -> bool:
-        """Any era may be tried: the packet opens in the true one alone."""
+        """Allow any era to be tried: a packet opens in the true one alone."""
         return True
 
 
 ECHO_BYTES = 4
-"""Of a salt that is repeated: one introduction in 2**32 of another mission repeats that of a hearer by chance."""
+"""Bytes of a repeated salt: they match one of another mission with probability 2**-32."""
 ENTRY_BYTES = 1 + ECHO_BYTES
 TAG_BYTES = 8
-"""Of an introduction: no packet passes for one, and no forgery but one in 2**64."""
+"""Tag of an introduction: one forgery in 2**64 passes."""
 N_AT_ONCE = 2
-"""Introductions that a vehicle may make in slots that follow each other, when it begins."""
+"""Introductions allowed at the start before ``LEAST_FRAMES`` applies."""
 LEAST_FRAMES = 3
-"""From one introduction to the next behind these; odd, as all numbers of frames between two of them."""
+"""Minimum frames between later introductions; odd, as every such distance."""
 
 
 class Introductions:
-    """The introductions of one vehicle.
+    """Salt handshake of one vehicle.
 
     Args:
-        me: own node index.
         key: of the fleet.
         salt: own, fresh.
-        codec: of the fleet; schedule: TDMA.
-        payload_bits: size of a packet on the modem.
-        tolerance_s: by how much clocks may be apart (s).
+        payload_bits: packet size of the modem.
+        tolerance_s: largest clock difference (s).
 
     Raises:
-        ConfigurationError: a packet has no room for an introduction.
+        ConfigurationError: an introduction does not fit a packet.
     """
 
     def __init__(
@@ -170,27 +155,23 @@ class Introductions:
         self.begin(salt)
 
     def begin(self, salt: bytes) -> None:
-        """Begin anew, with another salt: of the peers nothing is known."""
-        self._salts = {self._me: salt}  # of those whose packets open
-        self._claims: dict[int, bytes] = {}  # as told last, by all who were heard
-        self._owed: dict[int, None] = {}  # peers that lack this vehicle, in the order in which they said so
+        """Restart with another salt; forget all peers."""
+        self._salts = {self._me: salt}  # of nodes whose packets open
+        self._claims: dict[int, bytes] = {}  # salt announced last, by sender
+        self._owed: dict[int, None] = {}  # peers that lack the own salt, in order of request
         self._is_due = True
         self._made: list[int] = []  # TDMA frames of the introductions made
 
     def salt_of(self, node: int) -> bytes | None:
-        """The salt of a node; None for one that has not introduced itself to this vehicle."""
+        """Return the accepted salt of a node; None before its introduction."""
         return self._salts.get(node)
 
     def miss(self, node: int) -> None:
-        """Note that a packet was heard in the name of a node and could not be taken."""
+        """Record an unopened packet of ``node``; make an introduction due if its salt is lacking."""
         self._is_due |= self._lacks(node)
 
     def packet(self, slot: int) -> bytes | None:
-        """The introduction that goes in the own slot that opens; None if this is for another packet.
-
-        Args:
-            slot: its number.
-        """
+        """Return the introduction for an own slot; None to leave the slot to another packet."""
         frame = self._schedule.frame_of(slot)
         if not (self._is_due or self._owed) or not self._may_go(frame):
             return None
@@ -206,12 +187,11 @@ class Introductions:
         return body + self._tag(body, slot)
 
     def _may_go(self, frame: int) -> bool:
-        """True if an introduction may go in a TDMA frame: an odd number of them after the last, and seldom."""
         since = frame - self._made[-1] if self._made else LEAST_FRAMES
         return since % 2 == 1 and (since >= LEAST_FRAMES or len(self._made) < N_AT_ONCE)
 
     def hear(self, data: bytes, now_s: float) -> bool:
-        """Take in an introduction that arrives at ``now_s``; False if it is none of this fleet, slot and time."""
+        """Process an introduction received at ``now_s``; return False if it is invalid now."""
         body, tag = data[:-TAG_BYTES], data[-TAG_BYTES:]
         if len(body) < self._list_at or (len(body) - self._list_at) % ENTRY_BYTES:
             return False
@@ -235,7 +215,7 @@ class Introductions:
         return True
 
     def _lacks(self, node: int) -> bool:
-        """True for a node whose packets do not open here, or no more, since it says that its salt is another now."""
+        """True if the salt of ``node`` is unknown or no longer the one it announced."""
         known = self._salts.get(node)
         return known is None or self._claims.get(node, known) != known
 

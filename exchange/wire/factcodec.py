@@ -1,9 +1,7 @@
-"""Facts as bits: subject, attribute, value, and the uncertainty of a value that carries one.
+"""Fact codec: subject, attribute, value and optional uncertainty.
 
-A number takes ``ceil(log2((max - min) / resolution + 1))`` bits, the rule of DCCL. One outside its range, or the one
-whose bits are all ones, stands exactly behind these, see `exchange.wire.codes`: nothing is ever sent as something else.
-A text is its length in bytes, then these in UTF-8. What an attribute may carry beside is added by
-`exchange.wire.uncertainties`, where it declares that.
+A number takes ``ceil(log2((max - min) / resolution + 1))`` bits, the rule of DCCL. Numbers out of range, or encoded as
+all ones, are escaped and exact (`exchange.wire.codes`). A text is its length in bytes, then UTF-8.
 """
 
 from __future__ import annotations
@@ -30,16 +28,15 @@ from worldmodel import Attribute, Field, PropertyValue, TBox, Value, ValueKind
 from worldmodel.ontology.fields import bytes_of, decoded_text
 
 CACHED = 4096
-"""Sets of facts whose bits are remembered: a relay says what its origin said."""
+"""Cached encodings of fact sets, which relays send again."""
 
 
 class FactCodec:
-    """Encodes and decodes facts for one fleet.
+    """Fact codec of one fleet.
 
     Args:
-        tbox: the compiled TBox that every vehicle carries.
-        n_instances: instance uids 0..n_instances-1 can be told apart.
-        exchanged: uids of the attributes that get short names; None for all.
+        n_instances: instance uids 0..n_instances-1 have wire names.
+        exchanged: uids of attributes with short names; None for all.
     """
 
     def __init__(self, tbox: TBox, n_instances: int, exchanged: Collection[int] | None) -> None:
@@ -61,10 +58,9 @@ class FactCodec:
         self._readers = [self._reader_of(attribute) for attribute in tbox.attributes]
         self._uncertain = {attribute.uid: attribute for attribute in tbox.attributes if attribute.uncertainty}
         self.of_all = lru_cache(maxsize=CACHED)(self._of_all)
-        """``of_all(facts) -> (bits, size_bits)`` of several, each with a bit that says whether another follows."""
+        """Encode facts, each followed by a continuation bit (cached)."""
 
     def _count_of(self, attribute: Attribute) -> int:
-        """How many values an attribute without numbers has; 0 for one with numbers."""
         if attribute.fields:
             return 0
         if attribute.kind is ValueKind.TEXT:
@@ -73,23 +69,23 @@ class FactCodec:
 
     @property
     def n_attributes(self) -> int:
-        """Attributes that can be named."""
+        """Number of attributes of the TBox."""
         return len(self._attributes)
 
     def attribute(self, uid: int) -> Attribute:
-        """The attribute with that uid."""
+        """Return the attribute with that uid."""
         return self._attributes[uid]
 
     def count(self, uid: int) -> int:
-        """How many values an attribute has that has no numbers; 0 for one with numbers."""
+        """Return the number of values of a non-numeric attribute; 0 for a numeric one."""
         return self._counts[uid]
 
     def value_bits(self, uid: int) -> int:
-        """Bits of a value of an attribute, where it is in range; of a text, of its length."""
+        """Return the bits of an in-range value; for a text, of its length."""
         return self._value_bits[uid]
 
     def listing(self) -> list[FieldSize]:
-        """Fields of a fact in the order of the wire."""
+        """List the fields of a fact in wire order."""
         return [
             FieldSize("fact", "subject", self.subject_bits, f"one of {self.n_instances} instances"),
             *name_fields(self.names),
@@ -99,11 +95,11 @@ class FactCodec:
         ]
 
     def exchanged_texts(self) -> list[Attribute]:
-        """Attributes with texts that somebody needs."""
+        """Return the text attributes that are exchanged."""
         return [self._attributes[uid] for uid in self._short if self._attributes[uid].most_bytes]
 
     def forget(self) -> None:
-        """Forget the bits of facts that are remembered."""
+        """Clear the cache of encodings."""
         self.of_all.cache_clear()
 
     # To bits -------------------------------------------------------------------------------------
@@ -117,7 +113,7 @@ class FactCodec:
         return bits & ~1, size_bits
 
     def of_one(self, fact: PropertyValue) -> Bits:
-        """``(bits, size_bits)`` of a fact; raises ConfigurationError for what has no form on the wire."""
+        """Encode a fact; raise ConfigurationError if it has no wire format."""
         subject, uid, value, sigma = fact
         if not 0 <= subject < self.n_instances:
             raise ConfigurationError(f"instance {subject} has no wire name, 0 to {self.n_instances - 1} have")
@@ -132,7 +128,6 @@ class FactCodec:
         return bits, size_bits
 
     def _writer_of(self, attribute: Attribute) -> Callable[[Any], Bits]:
-        """``write(value) -> (bits, size_bits)`` of an attribute."""
         if attribute.fields:
             return partial(_numbers, attribute.name, attribute.fields)
         if attribute.most_bytes:
@@ -140,7 +135,6 @@ class FactCodec:
         return partial(self._choice, attribute)
 
     def _choice(self, attribute: Attribute, value: Value) -> Bits:
-        """``(bits, size_bits)`` of a value of those that an attribute may have."""
         try:
             (number,) = attribute.encode(value)
         except ValueError as error:
@@ -152,22 +146,18 @@ class FactCodec:
     # From bits -----------------------------------------------------------------------------------
 
     def read_all(self, reader: Reader) -> tuple[PropertyValue, ...]:
-        """Facts until none follows."""
+        """Decode facts up to a continuation bit of 0."""
         facts = [self.read_one(reader)]
         while reader.take(1):
             facts.append(self.read_one(reader))
         return tuple(facts)
 
     def read_one(self, reader: Reader) -> PropertyValue:
-        """The fact that comes next; raises PeerFault if it cannot be one."""
+        """Decode the next fact; raise PeerFault if invalid."""
         return self.read_named(reader, reader.take(self.prefix_bits))
 
     def read_named(self, reader: Reader, word: int) -> PropertyValue:
-        """The fact whose value comes next, and whose first ``prefix_bits`` have been read.
-
-        Raises:
-            PeerFault: it cannot be one.
-        """
+        """Decode a fact whose first ``prefix_bits`` are ``word``; raise PeerFault if invalid."""
         take, names = reader.take, self.names
         subject, name = word >> names.short_bits, word & self._short_mask
         uid = self._short[name] if name < self._n_short else names.uid_of(name, take)
@@ -179,14 +169,12 @@ class FactCodec:
         return tuple.__new__(PropertyValue, (subject, uid, value, None))
 
     def _reader_of(self, attribute: Attribute) -> Callable[[Reader], Value]:
-        """``read(reader) -> value`` of an attribute; raises PeerFault if what comes next cannot be one."""
         if not attribute.fields:
             return partial(self._read_choice, attribute, self._value_bits[attribute.uid], self._counts[attribute.uid])
         return _number_reader(attribute.fields)
 
     @staticmethod
     def _read_choice(attribute: Attribute, size_bits: int, n_values: int, reader: Reader) -> Value:
-        """The text, or the value of those that an attribute may have, that comes next."""
         number = reader.take(size_bits)
         if number >= n_values:
             raise PeerFault(f"{attribute.name}: {number} of {n_values}")
@@ -196,12 +184,11 @@ class FactCodec:
 
 
 def _number_reader(fields: Sequence[Field]) -> Callable[[Reader], Value]:
-    """``read(reader) -> value`` of a number or a place."""
     return _point_reader(*fields) if len(fields) == 2 else partial(_read_number, fields[0])
 
 
 def _point_reader(east: Field, north: Field) -> Callable[[Reader], Value]:
-    """``read(reader)`` of a place: both numbers at once, unless one stands behind ones or is out of its range."""
+    """Read both coordinates in one operation, unless one is escaped or out of range."""
     x_start, x_step, x_denominator = east.grid.whole_numbers
     y_start, y_step, y_denominator = north.grid.whole_numbers
     north_bits, both_bits = north.size_bits, east.size_bits + north.size_bits
@@ -219,12 +206,11 @@ def _point_reader(east: Field, north: Field) -> Callable[[Reader], Value]:
 
 
 def _end_of_short(field: Field) -> int:
-    """The first number of steps that is out of range or has no short form."""
+    """First step index that is out of range or needs an escape."""
     return min(field.n_values, (1 << field.size_bits) - 1)
 
 
 def _numbers(name: str, fields: Sequence[Field], value: Value) -> Bits:
-    """``(bits, size_bits)`` of a number or a place, wherever it lies."""
     values: tuple[Any, ...] = value if isinstance(value, tuple) else (value,)
     if len(values) != len(fields):
         raise ConfigurationError(f"{name}: {value!r} has not {len(fields)} numbers")
@@ -247,7 +233,6 @@ def _numbers(name: str, fields: Sequence[Field], value: Value) -> Bits:
 
 
 def _text(attribute: Attribute, length_bits: int, value: Value) -> Bits:
-    """``(bits, size_bits)`` of a text behind its length in bytes."""
     try:
         data = bytes_of(value, attribute.most_bytes)
     except ValueError as error:

@@ -1,8 +1,8 @@
-"""Fragments as bits: whose they are, their age, their facts, and their place in the sequence of their origin.
+"""Fragment codec: origin, age, facts and sequence.
 
-What a fragment takes depends on the packet: its age on the slot, its sequence on the one before it of the same origin
-and epoch. So nobody adds up sizes: fragments are offered to a `Packing`, which takes those that fit. The layout stands
-at the top of ``exchange.wire.codec``.
+The size of a fragment depends on its packet: the age on the slot, the sequence on its predecessor of the same origin
+and epoch. Callers therefore offer fragments to a `Packing`, which accepts those that fit. Layout in
+``exchange.wire.codec``.
 """
 
 from __future__ import annotations
@@ -20,24 +20,24 @@ from worldmodel import EPOCHS, STATUS, Field, PropertyValue
 _new = tuple.__new__  # makes a named tuple of a tuple, in half the time
 
 EPOCH_BITS = 2
-"""Of an epoch that a packet names; a higher one is sent exactly, in more bits."""
+"""Bits of an epoch; a higher one is escaped."""
 LONG_EPOCH = (1 << EPOCH_BITS) - 1
-"""The ones before an epoch in more bits."""
+"""Escape of an epoch."""
 INDEX_BITS = 4
 LONGEST_KIND_BITS = 3
-"""Bits that say that a fragment comes, of the kinds with the most."""
+"""Longest prefix that announces a fragment."""
 OWN_BITS, RELAYED_BITS = (0b100, 3), (0b101, 3)
 
 Life = tuple[int, int]
 """An origin and its epoch."""
 Before = dict[Life, int]
-"""The last sequence of each origin and epoch in a packet so far."""
+"""Last sequence by origin and epoch in a packet."""
 Wired = tuple[Fragment, int, int]
 """A fragment, its bits and their number."""
 
 
 def refuse_epoch(epoch: int) -> None:
-    """Raise ConfigurationError if there is no such epoch."""
+    """Raise ConfigurationError for an epoch out of range."""
     if not 0 <= epoch < EPOCHS:
         raise ConfigurationError(f"epoch {epoch} has no name on the wire; allowed: 0 to {EPOCHS - 1}")
 
@@ -51,13 +51,11 @@ def _by_origin(wired: Wired) -> tuple[int, int, int, int]:
 
 
 class FragmentCodec:
-    """Encodes and decodes the fragments of packets.
+    """Fragment codec of one fleet.
 
     Args:
-        facts: encodes and decodes facts.
-        n_nodes: size of the fleet; any node may have recorded what fragments tell.
-        n_items: how many items one vehicle is expected to tell in one epoch.
-        duration_s: latest expected time of an observation.
+        n_items: expected items per vehicle and epoch.
+        duration_s: latest expected time of observation.
         time_resolution_s: step of these times.
         recent_s: age up to which a time takes the fewest bits.
     """
@@ -84,20 +82,20 @@ class FragmentCodec:
         self._single_bits, self._prefix_mask = 2 + self.near_bits + facts.prefix_bits, (1 << facts.prefix_bits) - 1
 
     def base_of(self, slot_start_s: float) -> int:
-        """The step of time from which ages count in a slot: nothing that was observed before has a negative age."""
+        """Return the time step from which ages count; no earlier observation has a negative age."""
         return int(slot_start_s / self.time.resolution) + 1
 
     def encode_time(self, time_s: float) -> Bits:
-        """``(bits, size_bits)`` of a time by itself, whatever slot it is told in."""
+        """Encode a time independently of a slot."""
         return codes.natural(round(time_s / self._step_s), self._time_bits)
 
     def read_time(self, reader: Reader) -> float:
-        """The time that comes next, as ``encode_time`` writes it."""
+        """Decode ``encode_time``."""
         numerator, denominator = self._time_ratio
         return codes.read_natural(reader.take, self._time_bits) * numerator / denominator
 
     def most_bits(self, fragment: Fragment, relayed: bool = True) -> int:
-        """The most bits that a fragment takes, by default as a relay has to send it, in whatever packet."""
+        """Return an upper bound of a fragment's size in any packet, by default as a relay sends it."""
         time = round(fragment.time_s / self._step_s)  # as ``Grid.index_of`` of a grid from 0
         size = 2 + (self._time_bits if time < self._long_time else codes.natural(time, self._time_bits)[1])
         size += 0 if fragment.sequence == STATUS else 2 + self.encode_sequence(fragment.sequence, None)[1]
@@ -110,7 +108,7 @@ class FragmentCodec:
         return size + self.facts.of_all(fragment.facts)[1]
 
     def listing(self) -> tuple[FieldSize, ...]:
-        """Fields of a fragment in the order of the wire, but for its facts."""
+        """List the fields of a fragment in wire order, without facts."""
         part, step_s, near = "if part of a larger block", self.time.resolution, 1 << self.near_bits
         far = near + (near << codes.FAR_AGE_BITS)
         far_bits = 2 + self.near_bits + codes.FAR_AGE_BITS
@@ -135,16 +133,14 @@ class FragmentCodec:
     # To bits -------------------------------------------------------------------------------------
 
     def encode(self, fragment: Fragment, sender: int, epoch: int, base: int, is_known: bool = False) -> Bits:
-        """``(bits, size_bits)`` of a fragment without its sequence, as ``sender`` says it in its epoch.
+        """Encode a fragment without its sequence, as ``sender`` sends it in its epoch.
 
         Args:
-            fragment: of a block that is not private.
-            sender: node that speaks; ``epoch`` is its own.
             base: of the slot, see ``base_of``.
-            is_known: its size was asked before, so the bits of its facts are remembered.
+            is_known: its facts are in the cache.
 
         Raises:
-            ConfigurationError: what has no form on the wire.
+            ConfigurationError: private block, or a value without wire format.
         """
         facts, count = fragment.facts, fragment.count
         sequence = fragment.sequence
@@ -161,7 +157,7 @@ class FragmentCodec:
         if is_own and is_single:
             if is_known:
                 bits, size_bits = self.facts.of_all(facts)
-                bits, size_bits = bits >> 1, size_bits - 1  # here no bit says that another follows
+                bits, size_bits = bits >> 1, size_bits - 1  # without continuation bit
             else:
                 bits, size_bits = self.facts.of_one(facts[0])
             if 0 <= base - time < self._near:  # as ``codes.age`` has it
@@ -187,12 +183,12 @@ class FragmentCodec:
         return bits << facts_size | facts_bits, size_bits + facts_size
 
     def encode_life(self, origin: int, epoch: int) -> Bits:
-        """``(bits, size_bits)`` of an origin and its epoch."""
+        """Encode an origin and its epoch."""
         life, epoch_bits = codes.natural(epoch, EPOCH_BITS)
         return origin << epoch_bits | life, self.origin_bits + epoch_bits
 
     def encode_sequence(self, sequence: int, before: int | None) -> Bits:
-        """``(bits, size_bits)`` of the sequence of an item, by the one before it of the same origin and epoch."""
+        """Encode a sequence by its predecessor of the same origin and epoch; None for the first."""
         if before is None:
             if sequence < self._long_sequence:  # as ``codes.natural`` has it
                 return sequence, self.sequence_bits
@@ -200,12 +196,7 @@ class FragmentCodec:
         return codes.step(before, sequence, self.sequence_bits)
 
     def in_sequence(self, bodies: Iterable[Wired], sender: int, epoch: int) -> list[Wired]:
-        """The fragments of one packet in the order of the wire: by origin, epoch and sequence, own ones first.
-
-        Args:
-            bodies: each without its sequence, in any order, as ``encode`` gives it.
-            sender: node that speaks; ``epoch`` is its own.
-        """
+        """Add sequences to ``bodies`` and sort by origin, epoch and sequence, own fragments first."""
         own: list[Wired] = []
         relayed: list[Wired] = []
         last_own, is_sorted = STATUS - 1, True
@@ -236,13 +227,12 @@ class FragmentCodec:
         return wired
 
     def _is_status(self, facts: Sequence[PropertyValue], count: int) -> bool:
-        """True if a fragment is a status: a whole block of latest-only attributes."""
         return count == 1 and self.facts.latest_only.issuperset([fact.attribute for fact in facts])
 
     # From bits -----------------------------------------------------------------------------------
 
     def read_life(self, reader: Reader) -> Life:
-        """Origin and epoch that come next; raises PeerFault if there is no such node."""
+        """Decode an origin and its epoch; raise PeerFault if invalid."""
         word = reader.take(self.origin_bits + EPOCH_BITS)
         origin, epoch = word >> EPOCH_BITS, word & LONG_EPOCH
         if origin >= self.n_nodes:
@@ -271,16 +261,15 @@ class FragmentCodec:
         return sequence
 
     def read_single(self, reader: Reader, own: Life, base: int, before: Before) -> Fragment:
-        """The own fragment that comes next, a whole block of a single fact.
+        """Decode an own whole block of a single fact.
 
         Args:
-            reader: of the packet.
-            own: the sender and its epoch.
-            base: of the slot.
-            before: last sequences; brought up to date.
+            own: sender and its epoch.
+            base: of the slot, see ``base_of``.
+            before: last sequences; updated.
         """
         facts = self.facts
-        # at once the bit that says so, a near age, and the names of subject and attribute
+        # prefix bit, near age, subject and attribute in one read
         word = reader.take(self._single_bits)
         age = word >> facts.prefix_bits
         if age < self._near and age <= base:
@@ -294,7 +283,7 @@ class FragmentCodec:
         return _new(Fragment, (own[0], sequence, time_s, (fact,), 0, 1, own[1]))
 
     def read_other(self, reader: Reader, own: Life, base: int, before: Before) -> Fragment:
-        """The fragment of any other kind that comes next; the same arguments."""
+        """Decode a fragment of any other kind; arguments as ``read_single``."""
         is_relayed = reader.take(OWN_BITS[1]) & 1
         life = self.read_life(reader) if is_relayed else own
         time_s = self._read_time(reader, base)
@@ -312,16 +301,13 @@ class FragmentCodec:
 
 
 class Packing:
-    """The room of one packet for fragments, while it is filled.
+    """Packet under construction, as far as fragments go.
 
     Args:
-        codec: of fragments.
-        sender: node that speaks, in its ``epoch``.
-        slot_start_s: start of its slot.
-        room_bits: of the packet for fragments.
+        slot_start_s: start of the sender's slot.
 
     Attributes:
-        left_bits: what is left of the room.
+        left_bits: remaining capacity.
     """
 
     def __init__(self, codec: FragmentCodec, sender: int, epoch: int, slot_start_s: float, room_bits: int) -> None:
@@ -335,22 +321,22 @@ class Packing:
 
     @property
     def fragments(self) -> list[Fragment]:
-        """Those that have been taken, in that order."""
+        """Accepted fragments in order of acceptance."""
         return [fragment for fragment, _, _ in self._bodies]
 
     def size_bits(self, fragment: Fragment, body_bits: int) -> int:
-        """Bits by which the packet grows if it takes an item, which takes ``body_bits`` without its sequence."""
+        """Return the growth of the packet by an item of ``body_bits`` without its sequence."""
         taken, sequence = self._sequences.get((fragment.origin, fragment.epoch), ()), fragment.sequence
         at = bisect_left(taken, sequence)
         before = taken[at - 1] if at else None
         sequence_bits = self._codec.encode_sequence(sequence, before)[1]
-        if at < len(taken):  # the one behind it follows another now
+        if at < len(taken):  # its successor gets another predecessor
             behind = self._codec.encode_sequence
             sequence_bits += behind(taken[at], sequence)[1] - behind(taken[at], before)[1]
         return body_bits + sequence_bits
 
     def add(self, fragment: Fragment) -> bool:
-        """Take a fragment; False if it does not fit, and nothing has changed."""
+        """Accept a fragment; return False without a change if it does not fit."""
         body = self._codec.encode(fragment, self._sender, self._epoch, self._base, True)
         size_bits = body[1] if fragment.sequence == STATUS else self.size_bits(fragment, body[1])
         if size_bits > self.left_bits:
@@ -362,12 +348,11 @@ class Packing:
         return True
 
     def wired(self) -> list[Wired]:
-        """What was taken, in the order of the wire."""
+        """Return the accepted fragments in wire order."""
         return self._codec.in_sequence(self._bodies, self._sender, self._epoch)
 
 
 def _nameless(fragment: Fragment) -> ConfigurationError:
-    """What is wrong with the sequence of a fragment that has no name on the wire."""
     if fragment.sequence < STATUS:
         return ConfigurationError(f"block {fragment.sequence} of vehicle {fragment.origin} is private: not to be sent")
     return ConfigurationError(

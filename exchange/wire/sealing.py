@@ -1,18 +1,16 @@
-"""What protects a packet on its way: a checksum against damage, a key against strangers. Both are optional.
+"""Optional protection of packets: checksum against damage, encryption under a fleet key.
 
-A modem checks what it receives, and channels here lose packets and damage none. So there is no checksum unless it is
-asked for: set one for a link that passes on what it could not check. It covers the number of the frame too, which the
-packet tells in two bits only. All checksums here find every burst that is no longer than they are.
+Modems check packets, and simulated channels lose packets but damage none. Configure a checksum for links that deliver
+damaged packets. It covers the whole frame number, of which a packet carries two bits, and detects every burst up to
+its own length.
 
-A key encrypts what stands behind the head, by AES-CCM (RFC 3610) with a short tag, which covers the head and the slot
-too. The head stays in clear, since it names the slot. The key of the fleet itself encrypts nothing. As in RFC 8613
-(OSCORE, section 3.2), each sender has a key and an initialisation vector of its own, which follow by HKDF (RFC 5869)
-from the key of the fleet, a salt and its node. The nonce is slot, sender and epoch, crossed with that vector.
+AES-CCM (RFC 3610) encrypts all behind the head; its short tag also covers head and slot. The head stays in clear, since
+it names the slot. As in RFC 8613 (OSCORE, section 3.2), each sender has its own key and initialisation vector, derived
+by HKDF (RFC 5869) from fleet key, salt and node. The nonce is slot, sender and epoch, XORed with that vector.
 
-No vehicle sends twice in one slot of one mission, so no nonce comes twice under one salt. A salt is drawn by the
-operating system for each run and for each process, so none comes twice under one key, whatever else is the same. The
-vehicles of a run share a salt. Those of several processes tell each other theirs, see ``exchange.wire.definitions``.
-Nothing that a run records depends on the bytes of a packet, so the same scenario and seed still give the same tables.
+No vehicle sends twice in one slot of one mission, so a nonce is unique under a salt. The operating system draws a fresh
+salt for each run or process, so salts are unique under a key. Vehicles of one run share a salt; processes exchange
+theirs (``exchange.wire.definitions``). Recorded tables do not depend on packet bytes and stay reproducible.
 """
 
 from __future__ import annotations
@@ -29,7 +27,7 @@ from typing import NamedTuple, Protocol
 from exchange.errors import ConfigurationError, PeerFault
 
 TAG_BYTES = 4
-"""Of the seal: one forgery in 2**32 passes. A modem does not carry so many packets in a year."""
+"""Tag of the seal: one forgery in 2**32 passes, more packets than a modem carries in a year."""
 CRC8_POLYNOMIAL = 0x2F
 CRC_BITS = (0, 8, 16, 32)
 """Sizes of a checksum."""
@@ -37,11 +35,11 @@ KEY_SIZES = (16, 24, 32)
 """Bytes of a key."""
 NONCE_BYTES = 13
 SALT_BYTES = 8
-"""Of a salt: of a million runs or processes under one key two share theirs with a probability of 3e-8."""
+"""Two of a million runs under one key share a salt with probability 3e-8."""
 MOST_DIGITS = 4 * max(KEY_SIZES)
-"""What is read of a file at most."""
+"""Characters read of a key file at most."""
 OPEN_TO_OTHERS = 0o077
-"""Bits of a mode by which others than its owner may use a file."""
+"""Mode bits that let users other than the owner access a file."""
 DAMAGED = "checksum differs: the packet was damaged on its way"
 UNOPENED = "the packet cannot be opened: another key, mission or slot, or damage on its way"
 
@@ -60,7 +58,7 @@ _CRC8 = _crc8_table()
 
 
 def crc8(data: bytes) -> int:
-    """The checksum of 8 bits of AUTOSAR, but without its final inversion.
+    """AUTOSAR CRC-8 without the final inversion.
 
     >>> hex(crc8(b"123456789") ^ 0xFF)
     '0xdf'
@@ -72,7 +70,7 @@ def crc8(data: bytes) -> int:
 
 
 def crc16(data: bytes) -> int:
-    """The checksum of 16 bits of CCITT, begun with ones.
+    """CRC-16-CCITT with initial value 0xFFFF.
 
     >>> hex(crc16(b"123456789"))
     '0x29b1'
@@ -84,12 +82,11 @@ _CRCS: dict[int, Callable[[bytes], int]] = {8: crc8, 16: crc16}
 
 
 class Checksum:
-    """The checksum behind a packet.
+    """Checksum at the end of a packet.
 
     Args:
         size_bits: 8, 16 or 32.
-        fault: what a packet with another is said to be. Of encrypted bytes chance says whether the checksum or the tag
-            finds the damage, so both say the same.
+        fault: error text. Under encryption either checksum or tag may detect damage first, so both use one text.
 
     Raises:
         ConfigurationError: another size.
@@ -104,11 +101,11 @@ class Checksum:
         self._crc = _CRCS.get(size_bits, zlib.crc32)
 
     def added(self, data: bytes, frame: int) -> bytes:
-        """A packet with its checksum behind it."""
+        """Append the checksum."""
         return data + self._of(data, frame)
 
     def stripped(self, data: bytes, frame: int) -> bytes:
-        """A packet without its checksum; raises PeerFault if that is wrong."""
+        """Remove the checksum; raise PeerFault if it is wrong."""
         told, crc = data[: -self._n_bytes], data[-self._n_bytes :]
         if self._of(told, frame) != crc:
             raise PeerFault(self._fault)
@@ -126,27 +123,22 @@ class _Aead(Protocol):
 
 
 class _Sender(NamedTuple):
-    """What the packets of one sender are encrypted by."""
+    """Encryption state of one sender."""
 
     cipher: _Aead
     vector: bytes
 
 
 def fresh_salt() -> bytes:
-    """A salt of the operating system that nobody has used: never a draw of the seed, which comes again."""
+    """Draw a salt from the operating system, never from the reproducible seed of a run."""
     return secrets.token_bytes(SALT_BYTES)
 
 
 def derived(key: bytes, salt: bytes, about: bytes, size: int) -> bytes:
-    """Bytes that follow from a key, by HKDF with SHA-256 (RFC 5869).
+    """Derive ``size`` bytes by HKDF with SHA-256 (RFC 5869); ``about`` is the info field.
 
     >>> derived(bytes([0x0B] * 22), bytes(range(13)), bytes(range(0xF0, 0xFA)), 42)[:8].hex()  # its test case 1
     '3cb25f25faacd57a'
-
-    Args:
-        key: that it follows from; salt: with what.
-        about: what they are for.
-        size: how many (bytes).
     """
     from cryptography.hazmat.primitives.hashes import SHA256
     from cryptography.hazmat.primitives.kdf.hkdf import HKDF
@@ -155,14 +147,14 @@ def derived(key: bytes, salt: bytes, about: bytes, size: int) -> bytes:
 
 
 class Seal:
-    """Encrypts what stands behind the head of a packet.
+    """Encryption of all behind the head of a packet.
 
     Args:
-        key: shared by the fleet, of 16, 24 or 32 bytes.
-        salt_of: the salt of each sender; None for one that is not known yet. Without it all share a fresh one.
+        key: of the fleet, 16, 24 or 32 bytes.
+        salt_of: salt of each sender, None if unknown; by default one fresh salt for all.
 
     Raises:
-        ConfigurationError: the key has another size, or the library that encrypts is not installed.
+        ConfigurationError: another key size, or no encryption library.
     """
 
     size_bits = 8 * TAG_BYTES
@@ -183,16 +175,16 @@ class Seal:
         self._senders: dict[int, tuple[bytes, _Sender]] = {}  # by node, each with the salt that it follows from
 
     def renewed(self, salt_of: Callable[[int], bytes | None] | None = None) -> Seal:
-        """A seal of the same key with other salts: by default a fresh one."""
+        """Return a seal with the same key and other salts, by default a fresh one."""
         return Seal(self._key, salt_of)
 
     def sealed(self, sender: int, head: bytes, body: bytes, nonce: bytes) -> bytes:
-        """The body under the key of a sender, with its tag; ``head`` and ``nonce`` are covered by that."""
+        """Encrypt and tag ``body`` for a sender; the tag covers ``head`` and ``nonce``."""
         own = self._of(sender)
         return own.cipher.encrypt(_crossed(nonce, own.vector), body, head)
 
     def opened(self, sender: int, head: bytes, sealed: bytes, nonce: bytes) -> bytes:
-        """The body again; raises PeerFault if key, salt, head or nonce is another, or a bit was changed."""
+        """Decrypt a body; raise PeerFault if key, salt, head, nonce or any bit differs."""
         from cryptography.exceptions import InvalidTag
 
         own = self._of(sender)
@@ -218,7 +210,7 @@ def _crossed(block: bytes, other: bytes) -> bytes:
 
 
 def nonce_of(sender: int, epoch: int, frame: int, slot_start_s: float, definition: bytes) -> bytes:
-    """The number used once under a salt: by whom, in which of its lives and in which slot a packet is sent."""
+    """Return the nonce of a packet from sender, epoch, slot and definition."""
     start = round(1000.0 * slot_start_s) & 0xFFFFFFFFFF
     return (
         (frame & 0xFFFFFFFF).to_bytes(4, "big")
@@ -229,11 +221,10 @@ def nonce_of(sender: int, epoch: int, frame: int, slot_start_s: float, definitio
 
 
 def key_in(path: Path) -> bytes:
-    """The key in a file: 32, 48 or 64 hexadecimal digits.
+    """Read a key file of 32, 48 or 64 hexadecimal digits.
 
     Raises:
-        ConfigurationError: it cannot be read, holds no such key, or is open to others than its owner, on systems whose
-            files have such modes. What it holds is never told.
+        ConfigurationError: unreadable, no such key, or on POSIX accessible to others. The text never shows the content.
     """
     try:
         with path.open(encoding="ascii") as file:

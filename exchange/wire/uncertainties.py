@@ -1,6 +1,6 @@
-"""The uncertainty of a value on the wire: a bit, and an index on the attribute's grid.
+"""Uncertainty of a value: a presence bit, then an index on the attribute's grid.
 
-Only attributes that declare such a grid have it.
+Only attributes that declare such a grid have the field.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from worldmodel import Attribute
 
 
 def uncertainty_bits(attribute: Attribute, uncertainty: float | None) -> Bits:
-    """``(bits, size_bits)`` of the uncertainty of a value, or of its lack."""
+    """Encode an uncertainty; None for absent."""
     grid = attribute.uncertainty
     if grid is None or uncertainty is None:
         return 0, 1
@@ -21,7 +21,7 @@ def uncertainty_bits(attribute: Attribute, uncertainty: float | None) -> Bits:
 
 
 def read(attribute: Attribute, take: Callable[[int], int]) -> float | None:
-    """The uncertainty that comes next, ``take(size_bits)`` by its bits; raises PeerFault if it cannot be one."""
+    """Decode an uncertainty, None if absent; raise PeerFault if invalid."""
     grid = attribute.uncertainty
     if grid is None or not take(1):
         return None
@@ -32,7 +32,7 @@ def read(attribute: Attribute, take: Callable[[int], int]) -> float | None:
 
 
 def uncertainty_lines(attributes: Iterable[Attribute]) -> list[FieldSize]:
-    """Lines of the size listing for uncertainties."""
+    """List the uncertainty fields."""
     return [
         FieldSize(
             "fact", f"uncertainty of {attribute.name}", 1 + attribute.uncertainty.size_bits, "1 where it carries none"
