@@ -1,4 +1,4 @@
-"""Figures of one run; importing this does not load matplotlib."""
+"""Figures of one run. Importing this package does not load matplotlib."""
 
 from visualisation.runs.drawing import ViewAt, draw_run_figures, run_picture
 

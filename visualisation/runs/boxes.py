@@ -1,4 +1,4 @@
-"""An organisation at one time as boxes: a group with its roles and who plays them, below the group that supervises it.
+"""Box chart of an organisation at one time: groups with roles, below their supervisors.
 
 All lengths are in inches, y down from the top of the drawing.
 """
@@ -18,26 +18,26 @@ from visualisation import style
 from visualisation.runs.views import View
 
 LINE_IN, CHIP_IN, TITLE_IN = 0.155, 0.118, 0.19
-"""Height of a line of a box, of a name in it, and of the head of a box."""
+"""Heights of a line of a box, of a chip, and of the title bar of a box."""
 PAD_IN, GAP_IN, DROP_IN, INDENT_IN = 0.06, 0.1, 0.13, 0.16
-"""Within a box; between boxes side by side, and below each other; of what a group supervises."""
+"""Padding within a box; gaps between boxes, across and down; indent of supervised groups."""
 LEAST_IN = 2.0
-"""Least width of a box where several stand side by side, and of a column of roles in a box."""
+"""Minimum width of a box among several in a row, and of a column of roles in a box."""
 FEW = 3
-"""So many roles stand below each other though there is room for columns."""
+"""Maximum number of roles that always form a single column."""
 ROLE_SHARE = 0.5
-"""Most of a box that names of roles may take."""
+"""Maximum share of a column for role names."""
 MARGIN_IN = 0.08
 HEAD = "\u2605 "
-"""Before the roles that lead their group."""
+"""Prefix of roles that lead their group."""
 LINE: dict[str, Any] = {"color": style.GREY, "linewidth": 0.8, "zorder": 1}
 VACANT: dict[str, Any] = {"facecolor": "none", "edgecolor": style.BLACK, "linestyle": (0, (2, 1.5)), "linewidth": 0.6}
 LEAST_LIGHT = 0.45
-"""Of colours darker than this names are white."""
+"""Names on colours with a luminance (0 to 1) up to this are white."""
 
 
 class Chip(NamedTuple):
-    """A name in a box: a vehicle with its colour, paler if it is away; or a note such as "2 vacant"."""
+    """Name in a box: a vehicle with its colour, paler while absent, or a note as "2 vacant"."""
 
     text: str
     colour: str = ""
@@ -46,48 +46,45 @@ class Chip(NamedTuple):
 
     @property
     def width_in(self) -> float:
-        """How much room it takes."""
+        """Width of the chip, padding included."""
         return style.width_in(self.text, style.TINY_PT) + 0.07
 
 
 class RoleLine(NamedTuple):
-    """A role and its chips, each with its distance from the left edge and the line on which it stands."""
+    """Role with its chips; each has its distance from the left edge and the index of its line."""
 
     name: str
     chips: list[tuple[Chip, float, int]]
 
     @property
     def n_lines(self) -> int:
-        """Lines that it takes."""
+        """Number of lines of the role."""
         return 1 + max((line for *_, line in self.chips), default=0)
 
 
 class BoxTree(NamedTuple):
-    """A box with its roles in columns, and what stands below it, each at its place."""
+    """Laid-out box of a group: roles in columns, and the boxes of supervised groups."""
 
     title: str
     columns: list[list[RoleLine]]
     below: list[tuple[float, float, BoxTree]]
-    """Of each block below: from the left and from the top of this one."""
+    """Supervised boxes, with offsets to the right and down from the top left corner of this one."""
     width_in: float
     box_in: float
     height_in: float
 
     @property
     def column_in(self) -> float:
-        """From one column of roles to the next."""
+        """Distance between columns of roles."""
         return (self.width_in - PAD_IN) / max(1, len(self.columns))
 
 
 class BoxChart:
-    """The boxes of an organisation at a time.
+    """Box chart of an organisation at a time.
 
     Args:
-        view: of whom.
-        at_s: the time.
-        looks: of the vehicles, by name.
         width_in: of the drawing.
-        most_chips: of a role; where there are more, a number stands for the others.
+        most_chips: maximum per role; further holders become a count.
     """
 
     def __init__(
@@ -121,7 +118,7 @@ class BoxChart:
     def _side_by_side(
         self, groups: Sequence[GroupNode], below: Mapping[str, list[GroupNode]], room_in: float, seen: frozenset[str]
     ) -> tuple[list[tuple[float, float, BoxTree]], float]:
-        """Blocks of groups in rows, as many side by side as have room, and how deep they reach."""
+        """Lay out groups in rows, as many per row as fit; return the blocks and their total height."""
         if not groups:
             return [], 0.0
         columns = max(1, min(len(groups), int((room_in + GAP_IN) / (LEAST_IN + GAP_IN))))
@@ -172,7 +169,6 @@ class BoxChart:
         )
 
     def _reserve(self) -> list[Chip]:
-        """Vehicles without a role."""
         busy = {holding.vehicle for own in self._view.holdings.values() for holding in own if holding.holds(self._at_s)}
         return self._named([name for name in self._looks if name not in busy], set())
 
@@ -197,7 +193,7 @@ class BoxChart:
 
 
 def _columns(lines: Sequence[RoleLine], n_columns: int) -> list[list[RoleLine]]:
-    """Lines in columns that are about as deep."""
+    """Split lines into columns of similar height."""
     most = -(-sum(line.n_lines for line in lines) // n_columns)
     columns: list[list[RoleLine]] = [[]]
     for line in lines:
@@ -232,7 +228,7 @@ def _draw(axes: Axes, block: BoxTree, left_in: float, top_in: float) -> None:
 
 
 def _elbows(block: BoxTree) -> Iterator[tuple[tuple[float, ...], tuple[float, ...]]]:
-    """Lines of supervision: down along the left edge, across above each row, and into the head of each box."""
+    """Yield supervision lines: down the left edge, across above each row, into each title."""
     trunk_in = INDENT_IN / 2
     for x_in, y_in, under in block.below:
         into_in, bus_in = x_in + min(0.3, under.width_in / 2), y_in - DROP_IN / 2
@@ -261,6 +257,6 @@ def _look(chip: Chip) -> dict[str, Any]:
 
 
 def ink(colour: str) -> str:
-    """Black or white, whichever can be read on a colour."""
+    """Return black or white, whichever is legible on a colour."""
     red, green, blue = to_rgb(colour)
     return style.BLACK if 0.299 * red + 0.587 * green + 0.114 * blue > LEAST_LIGHT else "white"

@@ -1,4 +1,4 @@
-"""Captions: what a figure shows, and the conditions of the run that it shows."""
+"""Captions: content of a figure and conditions of its run."""
 
 from __future__ import annotations
 
@@ -9,12 +9,7 @@ from visualisation import run_records, words
 
 
 def roles(results: RunResults, folded: Sequence[Sequence[str]] = ()) -> str:
-    """Caption of the roles over time.
-
-    Args:
-        results: of the run.
-        folded: vehicles of each lane that stands for several.
-    """
+    """Return the caption of the roles over time; ``folded``: vehicles of each folded lane."""
     lanes = "; ".join(f"{len(vehicles)} vehicles: {', '.join(vehicles)}" for vehicles in folded)
     return of_run(
         results,
@@ -26,12 +21,12 @@ def roles(results: RunResults, folded: Sequence[Sequence[str]] = ()) -> str:
 
 
 def of_run(results: RunResults, *sentences: str, is_timed: bool = False) -> str:
-    """A caption: sentences of its figure, what the flags of a time axis mean, faults and conditions of the run."""
+    """Return a caption: sentences of the figure, notes on flags, faults, run conditions."""
     return words.joined(*sentences, time_notes(results) if is_timed else "", faults(results), run_conditions(results))
 
 
 def faults(results: RunResults) -> str:
-    """What befell the vehicles of the run, in a sentence; empty without faults."""
+    """Describe the faults of the run's vehicles in a sentence; empty without faults."""
     listed = [
         f"{fault.vehicle} {fault.kind} (from {words.time(fault.span.start_s)} on, {fault.detail})"
         for fault in run_records.vehicle_faults(results)
@@ -40,7 +35,7 @@ def faults(results: RunResults) -> str:
 
 
 def satisfaction_caption(results: RunResults) -> str:
-    """Caption of the personal satisfaction."""
+    """Return the caption of the personal satisfaction."""
     return words.joined(
         "Personal satisfaction of the roles of every vehicle (\u2212128 to 127).",
         "A line is thick while the role drives the vehicle; below zero (shaded) it calls on others.",
@@ -51,7 +46,7 @@ def satisfaction_caption(results: RunResults) -> str:
 
 
 def run_conditions(results: RunResults) -> str:
-    """Scenario, n, seed, strategy, policy, channel with what it assumes, packet error rate and mission time."""
+    """Describe scenario, seed, strategy, policy, channel with assumptions, and outcome."""
     summary = results.summary
     per = summary.get("per")
     assumed = f" ({text})" if (text := results.manifest.get("assumed")) else ""
@@ -66,6 +61,6 @@ def run_conditions(results: RunResults) -> str:
 
 
 def time_notes(results: RunResults) -> str:
-    """What the flags mean; empty without any."""
+    """Explain the numbered flags; empty without milestones."""
     listed = "; ".join(f"{one.label}, {words.time(one.time_s)}" for one in run_records.milestones(results))
     return f"Numbered flags: milestones ({listed})." if listed else ""

@@ -1,4 +1,4 @@
-"""Figures and layers that a mission declares: its functions are called here, and answer for what they return."""
+"""Figures and layers declared by a mission, with errors of their functions reported."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ BODY_IN = 1.9
 
 
 class Kit:
-    """The ``missions.figure.Style`` of a run: what its mission's functions draw with."""
+    """Implement ``missions.figure.Style`` for the drawing functions of a mission."""
 
     black, grey = style.BLACK, style.GREY
 
@@ -27,23 +27,23 @@ class Kit:
         }
 
     def tint(self, colour: str, strength: float) -> tuple[float, float, float]:
-        """The colour mixed with white: strength 1 is the colour, 0 is white."""
+        """Mix a colour with white: strength 1 is the colour, 0 white."""
         return style.tint(colour, strength)
 
     def axis(self, label: str, unit: str = "") -> str:
-        """Text of an axis."""
+        """Return the label of an axis."""
         return words.axis(label, unit)
 
     def time(self, time_s: float) -> str:
-        """A time with its unit, for captions."""
+        """Format a time with its unit, for captions."""
         return words.time(time_s)
 
 
 def draw_declared(what: Figure | Layer, axes: Axes, results: RunResults) -> str:
-    """Let a mission draw on axes, and return the sentences for the caption.
+    """Call a mission's drawing function on axes; return its sentences for the caption.
 
     Raises:
-        DrawingError: its function raised, or returned something else than text.
+        DrawingError: the function raised, or did not return text.
     """
     try:
         text: object = what.draw(axes, results, Kit(results))
@@ -58,7 +58,7 @@ def draw_declared(what: Figure | Layer, axes: Axes, results: RunResults) -> str:
 
 
 def declared_picture(figure: Figure, results: RunResults, width_in: float = style.COLUMN_IN) -> DrawnPage:
-    """A mission's figure on a page of that width, with the legend of all labelled artists below."""
+    """Draw a mission's figure on a page, with a legend of all labelled artists below."""
     with style.paper():
         drawn = page.opened(width_in, BODY_IN)
         (axes,) = page.panels(drawn, 1, 1)

@@ -1,4 +1,4 @@
-"""Who heard whom: shares of packets that were lost, and mean ages of news, as matrices."""
+"""Figure ``delivery``: packet loss and age of information by link, as matrices."""
 
 from __future__ import annotations
 
@@ -9,16 +9,11 @@ from visualisation.run_records import Floats
 from visualisation.runs import captions, news, shades
 
 LEAST_FOR_TWO_IN = 5.0
-"""Width from which two matrices stand side by side."""
+"""Minimum page width for two matrices side by side."""
 
 
 def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
-    """Two matrices, receivers down and senders across.
-
-    Args:
-        results: of the run.
-        width_in: of the page; on a narrow one the matrices stand one above the other.
-    """
+    """Draw two matrices, receivers down and senders across, stacked on a narrow page."""
     traffic = news.traffic(results)
     worst_s = news.worst_age_s(traffic)
     panels: list[tuple[str, Floats, float, str, bool]] = [

@@ -1,7 +1,7 @@
-"""Drawing figures of a run by their names: those of every run, and those that its mission declares.
+"""Drawing of run figures by name: built-in figures and those declared by the mission.
 
-Matplotlib is loaded when the first figure is drawn. All figures that were asked for are drawn before the first file is
-written, so an error leaves nothing half written.
+Matplotlib is loaded with the first figure. All figures are drawn before the first file is written, so an error leaves
+no partial output.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ ORGANISATION = "organisation"
 
 @dataclass(frozen=True)
 class ViewAt:
-    """Of the organisation of a run: when, and in whose view.
+    """Time and viewer of the organisation figure.
 
     Attributes:
-        at_s: the time; if left out, the last at which the most roles are held.
-        viewer: name of a vehicle; empty for what every vehicle holds of itself.
+        at_s: None for the last time with the most role assignments.
+        viewer: name of a vehicle; empty for the roles that each vehicle assumes for itself.
     """
 
     at_s: float | None = None
@@ -58,22 +58,18 @@ def run_picture(
     width_in: float | None = None,
     moment: ViewAt = ANY,
 ) -> DrawnPage:
-    """One figure of a run with its caption, in memory.
+    """Draw one figure of a run in memory, with its caption and notes on omissions.
 
     Args:
-        results: of one run.
-        kind: a name in ``KINDS``, or the name of a figure among ``figures``.
-        figures: what the mission of the run declares.
-        places: what the map of the tracks shows.
-        width_in: of the figure; what suits its kind if left out.
-        moment: of the organisation.
-
-    Returns:
-        The Matplotlib figure, the caption, and notes on what was left out.
+        kind: a name in ``KINDS``, or of a figure among ``figures``.
+        figures: declared by the run's mission.
+        places: for the map of trajectories.
+        width_in: None for the default of the kind.
+        moment: for the organisation.
 
     Raises:
-        DrawingError: the kind is not known, its tables are missing, the width is out of range, the run has no such
-            moment, or the mission's function failed.
+        DrawingError: unknown kind, missing tables, width out of range, no such moment, or failure of the mission's
+            function.
     """
     check_width(width_in)
     own = _own(figures)
@@ -109,24 +105,24 @@ def draw_run_figures(
     width_in: float | None = None,
     moment: ViewAt = ANY,
 ) -> Drawn:
-    """Write ``<kind>.<format>`` and its caption ``<kind>.txt`` for each kind; no kinds means all that have tables.
+    """Write ``<kind>.<format>`` and its caption ``<kind>.txt`` for each kind.
 
     Args:
-        results: of one run.
-        kinds: names in ``KINDS``, or of figures among ``figures``.
-        folder: made if it is not there.
+        kinds: names in ``KINDS``, or of figures among ``figures``; empty for all with tables.
+        folder: created if missing.
         format: png, svg or pdf.
-        figures: what the mission of the run declares.
-        places: what the map of the tracks shows.
-        width_in: of all figures; what suits each if left out.
-        moment: of the organisation, which has to be among the kinds if it is given.
+        figures: declared by the run's mission.
+        places: for the map of trajectories.
+        width_in: of all figures; None for the default of each kind.
+        moment: for the organisation; if given, ``kinds`` must include that or be empty.
 
     Returns:
-        The files written (a figure, its caption, the next figure, ...), and what was left out and why.
+        Written files (figure, caption, next figure, ...) and notes on omissions.
 
     Raises:
-        DrawingError: a kind or the format is not known, the tables of a kind that was named are missing, or a figure of
-            the mission is not one, or failed. Nothing is written then.
+        DrawingError: unknown kind or format, missing tables of a named kind, or invalid or failed figure of the
+            mission.
+            Nothing is written then.
     """
     own = _own(figures)
     _check_kinds(kinds, own)
@@ -153,7 +149,7 @@ def draw_run_figures(
 
 
 def _own(figures: Sequence[Declared]) -> dict[str, Figure]:
-    """Figures of the mission by name, each declared rightly and once."""
+    """Return the mission's figures by name; refuse invalid and duplicate declarations."""
     found: dict[str, Figure] = {}
     for figure in figures:
         if not isinstance(figure, Figure | Layer | Mark):
@@ -184,6 +180,6 @@ def _check_kinds(kinds: Sequence[str], own: Mapping[str, Figure]) -> None:
 
 
 def _lacking(results: RunResults, kind: str, own: Mapping[str, Figure]) -> str:
-    """Why a kind cannot be drawn; empty if it can."""
+    """Return the reason why a kind cannot be drawn; empty if it can."""
     lacking = [table for table in (own[kind].needs if kind in own else KINDS[kind]) if not results.has(table)]
     return f"these results have no table {', '.join(lacking)}" if lacking else ""

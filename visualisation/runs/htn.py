@@ -1,4 +1,4 @@
-"""Plans as trees over mission time: what vehicles planned for groups and for themselves, and how far each task was."""
+"""Figure ``htn``: plans as task trees over mission time, with the status of each task."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ from visualisation.runs.sheet import BESIDE_IN, WIDE_IN, Name, room_in, sheet
 
 ROW_IN, GAP_IN, INDENT_IN = 0.125, 0.06, 0.08
 NAMES_IN, NARROW_NAMES_IN = 2.7, 1.6
-"""Room for names of tasks."""
+"""Widths for task names, on wide and narrow pages."""
 DEPTHS = (99, 2, 1, 0)
-"""Levels below the top of each tree that are drawn, the first that fit a page; then plans are left out."""
+"""Maximum tree depths, tried in order until a page fits; after the last, omit plans."""
 HEIGHTS: dict[str, float] = {"waiting": 0.15, "running": 0.7}
-"""Share of a row that a bar fills while a task is waiting or running."""
+"""Share of a row filled by the bar of a waiting or running task."""
 ENDS: dict[str, dict[str, Any]] = {
     "done": {"marker": "o", "markersize": 3.0},
     "failed": {"marker": "X", "markersize": 4.5},
     "dropped": {"marker": "|", "markersize": 4.5},
 }
-"""Marks of the ends of tasks."""
+"""Marks of final states of tasks."""
 EXPECTED: dict[str, Any] = {"marker": "d", "markersize": 3.0, "markerfacecolor": "white", "markeredgewidth": 0.6}
 MARK: dict[str, Any] = {"color": style.BLACK, "linestyle": "none"}
 
 
 class TaskStatus(NamedTuple):
-    """The status of a task from a time on, and when it is expected to end; infinite if nobody can tell."""
+    """Status of a task from a time on, and its expected end; infinite if unknown."""
 
     time_s: float
     status: str
@@ -45,7 +45,7 @@ class TaskStatus(NamedTuple):
 
 
 class TaskRow(NamedTuple):
-    """A row: a task of a tree, how deep it lies, and what became of it."""
+    """Task of a tree with its depth and status history."""
 
     depth: int
     label: str
@@ -53,7 +53,7 @@ class TaskRow(NamedTuple):
 
 
 class Tree(NamedTuple):
-    """The plan of a vehicle for the mission of a group, or for an objective of its own."""
+    """Plan of a vehicle for the mission of a group, or for one of its objectives."""
 
     vehicle: str
     is_of_group: bool
@@ -61,7 +61,7 @@ class Tree(NamedTuple):
 
 
 def trees(results: RunResults) -> list[Tree]:
-    """Plans of the run: first those of missions, then by vehicle."""
+    """Return the plans of the run: plans of missions first, then by vehicle."""
     of_plan: dict[tuple[str, ...], dict[int, list[dict[str, Any]]]] = {}
     for row in results.rows("plans"):
         about = tuple(row[name] for name in ("vehicle", "group", "role", "objective", "argument"))
@@ -98,12 +98,7 @@ def _event(row: dict[str, Any]) -> TaskStatus:
 
 
 def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
-    """A row for each task of each plan, indented below the task above; a bar while it waits and while it runs.
-
-    Args:
-        results: of the run.
-        width_in: of the page.
-    """
+    """Draw a row for each task, indented below its parent, with bars while it waits and runs."""
     found, most_in = trees(results), room_in(results, width_in)
     depth = next((depth for depth in DEPTHS if _tops_in(found, depth)[-1] <= most_in), DEPTHS[-1])
     shown = [tree for tree, end_in in zip(found, _tops_in(found, depth)[1:], strict=True) if end_in <= most_in]
@@ -136,12 +131,12 @@ def _tasks(tree: Tree, depth: int) -> list[TaskRow]:
 
 
 def _tops_in(shown: Sequence[Tree], depth: int) -> list[float]:
-    """Where trees begin, and where the last one ends."""
+    """Return the tops of trees, and the bottom of the last one."""
     return [0.0, *accumulate(ROW_IN * len(_tasks(tree, depth)) + GAP_IN for tree in shown)]
 
 
 def _row(axes: Axes, task: TaskRow, middle_in: float, colour: str, end_s: float) -> None:
-    """Bars and marks of one task, as far as they lie in the panel."""
+    """Draw bars and marks of one task within the panel."""
     low_s, high_s = axes.get_xlim()
     shade, before = style.tint(colour, 0.4 if task.depth else 1.0), ""
     for event, after in pairwise((*task.events, TaskStatus(end_s, "", math.inf))):

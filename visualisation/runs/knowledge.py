@@ -1,4 +1,4 @@
-"""How old and how incomplete the knowledge of every vehicle was over mission time."""
+"""Figure ``knowledge``: age and completeness of information by vehicle over time."""
 
 from __future__ import annotations
 
@@ -11,20 +11,15 @@ from visualisation.runs import captions, news, shades
 from visualisation.runs.shades import Timespan
 
 ROWS_IN = 0.065, 0.3, 2.9
-"""A row at least and at most, and what all rows of a panel should take."""
+"""Minimum and maximum height of a row, and target height of a panel."""
 POINTS = 400
-"""Times at which the shades are computed."""
+"""Number of sampling times."""
 WORST_ITEMS = 5.0
-"""Items lacking, for each vehicle of the fleet, that are black."""
+"""Missing items per vehicle of the fleet that are drawn black."""
 
 
 def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
-    """A strip for each vehicle: the mean age of its news of the others, and below the items of others that it lacks.
-
-    Args:
-        results: of the run.
-        width_in: of the page.
-    """
+    """Draw strips per vehicle: mean age of information on peers, and missing items of peers."""
     traffic = news.traffic(results)
     names = traffic.vehicles
     row_in = shades.row_in(len(names), *ROWS_IN)

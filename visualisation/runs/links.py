@@ -1,4 +1,4 @@
-"""What each vehicle takes the links to lose, and which peers the others do without."""
+"""Figure ``links``: loss estimates of links, and peers declared absent."""
 
 from __future__ import annotations
 
@@ -15,26 +15,24 @@ from visualisation.runs import captions, shades
 from visualisation.runs.shades import Timespan
 
 ROWS_IN = 0.055, 0.18, 1.8
-"""A row at least and at most, and what all rows of a panel should take."""
+"""Minimum and maximum height of a row, and target height of a panel."""
 LEAST_FOR_TWO_IN = 5.0
-"""Width from which two matrices stand side by side."""
+"""Minimum page width for two matrices side by side."""
 POINTS = 400
-"""Times at which the shades are computed."""
+"""Number of sampling times."""
 INCOMING, OUTGOING = "incoming", "outgoing"
-"""Directions of a link in the table ``links``: from the peer to the vehicle, and from the vehicle to the peer."""
+"""Directions of a link in table ``links``: from the peer to the vehicle, and the reverse."""
 THERE, SLOT_CONFLICT = ("heard again", "begins anew"), "slot conflict"
-"""Events in the table ``peers``: a peer is there, or two speak as one; all others say why it is done without."""
+"""Events in table ``peers``: peer present, duplicate slot. All others declare absence."""
 
 
 class LinkEstimates(NamedTuple):
-    """What the table ``links`` says.
+    """Contents of table ``links``, sampled.
 
     Attributes:
-        vehicles: in the order of the scenario.
-        at_s: times.
-        incoming: estimated loss by receiver (rows), sender (columns) and time (third axis), as the receiver sees it.
-        outgoing: the same, as the sender sees it; the last estimates alone.
-        without: share of the others that do without a vehicle (rows), at each time (columns).
+        incoming: loss estimated by the receiver, as receiver x sender x time.
+        outgoing: last loss estimated by the sender, as receiver x sender.
+        without: share of peers that declare a vehicle (row) absent at each time (column).
     """
 
     vehicles: tuple[str, ...]
@@ -45,7 +43,7 @@ class LinkEstimates(NamedTuple):
 
 
 def link_estimates(results: RunResults) -> LinkEstimates:
-    """Estimates of a run at evenly spaced times; not a number where there is none yet."""
+    """Return estimates of a run at evenly spaced times; NaN before the first one."""
     vehicles = tuple(run_records.vehicle_names(results))
     number = {name: at for at, name in enumerate(vehicles)}
     n, end_s = len(vehicles), run_records.end_s(results)
@@ -67,7 +65,7 @@ def link_estimates(results: RunResults) -> LinkEstimates:
 
 
 def spans_without(results: RunResults, end_s: float) -> dict[tuple[str, str], list[Span]]:
-    """When a vehicle did without a peer, by vehicle and peer."""
+    """Return spans in which a vehicle declared a peer absent, by vehicle and peer."""
     told: dict[tuple[str, str], list[tuple[float, bool]]] = defaultdict(list)
     for row in results.rows("peers"):
         if row["event"] != SLOT_CONFLICT:
@@ -76,12 +74,7 @@ def spans_without(results: RunResults, end_s: float) -> dict[tuple[str, str], li
 
 
 def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
-    """Two strips over time, estimated losses and peers that are done without; below the last estimates as matrices.
-
-    Args:
-        results: of the run.
-        width_in: of the page; on a narrow one the matrices stand one above the other.
-    """
+    """Draw strips of estimated loss and absent peers, above matrices of last estimates."""
     found = link_estimates(results)
     names, n, end_s = found.vehicles, max(1, len(found.vehicles)), run_records.end_s(results)
     row_in = shades.row_in(n, *ROWS_IN)
@@ -123,6 +116,6 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
 
 
 def _mean(estimates: Floats) -> Floats:
-    """Mean over the senders; not a number where nobody is estimated."""
+    """Return the mean over senders; NaN without estimates."""
     found: Floats = np.ma.masked_invalid(estimates).mean(axis=1).filled(np.nan)
     return found

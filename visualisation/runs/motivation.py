@@ -1,4 +1,4 @@
-"""Why vehicles chose what they did: the motivations of all that they could do, at the moments that were contested."""
+"""Figure ``motivation``: motivations of all alternatives in the most contested decisions."""
 
 from __future__ import annotations
 
@@ -17,19 +17,22 @@ from visualisation.runs import captions
 from visualisation.runs.declared import Kit
 
 COLUMN_IN, HIGHEST_IN = 3.2, 9.0
-"""Least width of a column of panels; height of a page."""
+"""Minimum width of a column of panels; height of a page."""
 MOMENTS, BARS = 9, 9
-"""Most panels, and most sets of activities in one: those of the best combinations."""
+"""Maximum number of panels, and of activity sets in a panel, best combinations first."""
 BAR_IN, BESIDE_IN = 0.145, 0.54
 NAME_SHARE = 0.4
 """Share of a column for names."""
 HATCH = "//////"
 CANDIDATE = ("group", "role", "objective", "argument", "activities")
-"""Columns by which a vehicle could choose a set of activities once at a time."""
+"""Columns that identify a candidate activity set among the rows of one vehicle and time."""
 
 
 class Weighed(NamedTuple):
-    """What a vehicle weighed, strongest combination first; ``margin`` is by how much the one that is performed won."""
+    """Decision of a vehicle with its alternatives: performed ones first, then by mean.
+
+    ``margin`` is the lead in mean motivation of the performed combination over the best rejected one.
+    """
 
     time_s: float
     vehicle: str
@@ -38,12 +41,7 @@ class Weighed(NamedTuple):
 
 
 def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
-    """A panel for each of the most closely contested choices, a bar for each set of activities.
-
-    Args:
-        results: of the run.
-        width_in: of the page.
-    """
+    """Draw a panel for each of the most contested decisions, a bar for each activity set."""
     found = contested(results)
     closest = sorted(found, key=lambda weighed: weighed.margin)[:MOMENTS]
     columns = max(1, min(int(width_in / COLUMN_IN), len(closest)))
@@ -74,7 +72,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
 
 
 def contested(results: RunResults) -> list[Weighed]:
-    """Moments at which a vehicle left something aside that it was moved to, for want of room."""
+    """Return decisions that rejected an activity set of positive motivation."""
     weighed: dict[tuple[float, str], list[dict[str, Any]]] = defaultdict(list)
     for row in results.rows("decisions"):
         own = weighed[row["time_s"], row["vehicle"]]

@@ -1,8 +1,7 @@
-"""What the vehicles heard of each other, read out of the tables of packets and of knowledge.
+"""Reception and age of information, from the tables of packets and of knowledge.
 
-The news that a vehicle has of a peer are as old as the last packet that it heard from it, counted from when that packet
-was sent; before the first, as old as the mission, for until then it knows what was agreed before. Nobody has news of a
-vehicle that is out of the mission, and it has none.
+The age of a vehicle's information on a peer counts from the sending time of the last packet received from it; before
+the first packet, from the start of the mission. It is undefined while either is out of the mission.
 """
 
 from __future__ import annotations
@@ -22,17 +21,17 @@ from visualisation.run_records import Floats, Span, kind_of, outages, outside, p
 Flags = NDArray[np.bool_]
 
 WORST_FRAMES = 10
-"""Age of news, in TDMA frames, at which it is black."""
+"""Age of information, in TDMA frames, that is drawn black."""
 
 
 class PacketOutcome(NamedTuple):
-    """What became of the packets: a row for each, a column for each vehicle.
+    """Outcomes of packets, as flags by packet (row) and vehicle (column).
 
     Attributes:
-        heard: taken in.
-        lost: sent and not received, for whatever reason.
-        collided: of these, where another packet was in the water at once, or the vehicle was sending.
-        refused: of these, where the packet arrived and was refused.
+        heard: received and accepted.
+        lost: sent and not accepted, for any reason.
+        collided: subset of ``lost``: overlap with another packet or an own transmission.
+        refused: subset of ``lost``: rejected on arrival.
     """
 
     heard: Flags
@@ -47,13 +46,11 @@ class RunPackets:
 
     Args:
         vehicles: in the order of the scenario.
-        time_s: when each packet was sent.
-        slot: number of its slot, from 0.
-        sender: number of its sender among the vehicles.
-        outcome: who heard it, and who lost it.
-        end_s: when the run ended.
-        out: when vehicles were out of the mission, by name.
-        reasons: why vehicles refused packets, and how often.
+        time_s: sending times.
+        slot: slot numbers, from 0.
+        sender: indices into ``vehicles``.
+        out: spans out of the mission, by vehicle.
+        reasons: number of rejections by reason.
     """
 
     vehicles: tuple[str, ...]
@@ -67,10 +64,7 @@ class RunPackets:
 
     @property
     def lost_shares(self) -> Floats:
-        """Share of a sender's packets that a receiver lost: a row for each receiver, a column for each sender.
-
-        It is not a number where nothing was sent, or could be heard.
-        """
+        """Share of packets lost by receiver (row) and sender (column); NaN without packets."""
         n = len(self.vehicles)
         heard, lost = np.zeros((n, n)), np.zeros((n, n))
         for found, flags in ((heard, self.outcome.heard), (lost, self.outcome.lost)):
@@ -79,10 +73,7 @@ class RunPackets:
         return share(lost, heard)
 
     def ages_s(self, at_s: Floats) -> Floats:
-        """Ages of the news that receivers (rows) have of senders (columns), at each time (third axis).
-
-        It is not a number where one of the two is out of the mission.
-        """
+        """Return ages of information by receiver, sender and time; NaN while either is absent."""
         n = len(self.vehicles)
         found = np.full((n, n, at_s.size), np.nan)
         for receiver, sender in self._pairs:
@@ -96,7 +87,7 @@ class RunPackets:
 
     @property
     def mean_ages_s(self) -> Floats:
-        """Ages of news, receivers (rows) of senders (columns), as means over the time that both were in the mission."""
+        """Mean ages of information by receiver and sender, over the time with both in the mission."""
         n = len(self.vehicles)
         found = np.full((n, n), np.nan)
         for receiver, sender in self._pairs:
@@ -110,22 +101,21 @@ class RunPackets:
 
     @property
     def _pairs(self) -> list[tuple[int, int]]:
-        """Receivers and senders."""
         n = len(self.vehicles)
         return [(receiver, sender) for receiver in range(n) for sender in range(n) if receiver != sender]
 
     def _news_s(self, receiver: int, sender: int) -> Floats:
-        """When all was sent that one has heard from the other, after the start."""
+        """Return sending times of packets received from a sender, preceded by the start (0)."""
         return np.concatenate([[0.0], self.time_s[(self.sender == sender) & self.outcome.heard[:, receiver]]])
 
     @property
     def frames(self) -> NDArray[np.int64]:
-        """Number of the frame of each packet; every vehicle has one slot in a frame."""
+        """Frame number of each packet; each vehicle has one slot per frame."""
         return self.slot // max(1, len(self.vehicles))
 
 
 def is_out(gaps: Sequence[Span], at_s: Floats) -> Flags:
-    """At which times a vehicle with these outages was out of the mission."""
+    """Return a flag per time: whether a vehicle with these outages is out of the mission."""
     found: Flags = np.zeros(at_s.shape, dtype=bool)
     for gap in gaps:
         found |= (gap.start_s <= at_s) & (at_s < gap.end_s)
@@ -133,7 +123,10 @@ def is_out(gaps: Sequence[Span], at_s: Floats) -> Flags:
 
 
 def _summed_ages(sent_s: Floats, at_s: Floats) -> Floats:
-    """The integral of the age of news from 0 to each time: half the square of each gap between what was sent."""
+    """Return the integral of the age from 0 to each time.
+
+    Each gap between sending times contributes half its square.
+    """
     before = np.concatenate([[0.0], np.cumsum(np.diff(sent_s) ** 2 / 2.0)])
     newest = np.searchsorted(sent_s, at_s, side="right") - 1
     summed: Floats = before[newest] + (at_s - sent_s[newest]) ** 2 / 2.0
@@ -141,14 +134,14 @@ def _summed_ages(sent_s: Floats, at_s: Floats) -> Floats:
 
 
 def share(part: Floats, rest: Floats) -> Floats:
-    """``part / (part + rest)``; not a number where both are zero."""
+    """Return ``part / (part + rest)``; NaN where both are zero."""
     whole = part + rest
     found: Floats = np.divide(part, whole, out=np.full(part.shape, np.nan), where=whole > 0)
     return found
 
 
 def worst_age_s(found: RunPackets) -> float:
-    """Age of news that is black in every run of a scenario: a round number of seconds not below ten TDMA frames."""
+    """Return the age drawn black in all runs of a scenario: ``WORST_FRAMES`` frames, rounded up."""
     n_slots = np.diff(found.slot)
     slots_s = np.diff(found.time_s)[n_slots > 0] / n_slots[n_slots > 0]
     slot_s = round(float(np.median(slots_s)), 2) if slots_s.size else 1.0
@@ -156,7 +149,7 @@ def worst_age_s(found: RunPackets) -> float:
 
 
 def traffic(results: RunResults) -> RunPackets:
-    """All packets of a run, those of vehicles that its scenario does not have left out."""
+    """Return all packets of a run, except those of vehicles outside its scenario."""
     vehicles = tuple(run_records.vehicle_names(results))
     number = {name: at for at, name in enumerate(vehicles)}
     rows = [row for row in results.rows("packets") if row["sender"] in number]
@@ -182,7 +175,7 @@ def traffic(results: RunResults) -> RunPackets:
 
 
 def items_lacking(results: RunResults, at_s: Floats) -> Floats:
-    """How many items of others each vehicle (row) lacks at each time (column); not a number while it is out."""
+    """Return missing items of peers by vehicle and time; NaN while out of the mission."""
     out = outages(results)
     vehicles = run_records.vehicle_names(results)
     observed: dict[str, tuple[float, str]] = {}

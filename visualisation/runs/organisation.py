@@ -1,4 +1,4 @@
-"""The organisation of a run: who plays what at a time, and who held which role over the whole of it."""
+"""Figure ``organisation``: role assignments at one time, and over the whole run."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ from visualisation.runs.views import (
 
 NAMES_IN, NARROW_NAMES_IN = 1.6, 1.05
 HEAD_IN, GAP_IN, TITLE_IN = 0.14, 0.05, 0.2
-"""Height of the line of a group; between groups; of the title above the boxes."""
+"""Heights: line of a group, gap between groups, title above the boxes."""
 COUNT_IN = 0.2
 """Height of a row that counts holders."""
 LABELLED_IN = 0.09
-"""Least height of a bar with a name in it."""
+"""Minimum height of a labelled bar."""
 TICK: dict[str, Any] = {"marker": "|", "markersize": 8.0, "markeredgecolor": style.BLACK, "markeredgewidth": 1.2}
 MARKS: dict[str, tuple[dict[str, Any], str]] = {
     REFUSED: ({"marker": "X", "markersize": 4.5}, "refused"),
@@ -48,24 +48,24 @@ MARKS: dict[str, tuple[dict[str, Any], str]] = {
     CREATED: (TICK, ""),
     DISSOLVED: (TICK, ""),
 }
-"""Look of what is marked, and what the legend says of it."""
+"""Look and legend label of each marked event."""
 MARK: dict[str, Any] = {
     "color": style.BLACK, "linestyle": "none", "markeredgecolor": "white", "markeredgewidth": 0.4, "zorder": 6,
     "clip_on": False,
 }  # fmt: skip
 PALE = 0.25
 HATCH: dict[str, Any] = {"facecolor": "none", "edgecolor": style.GREY, "hatch": "//////", "linewidth": 0, "zorder": 1}
-"""Look of a stretch in which a role has too few holders."""
+"""Look of a span in which a role has too few holders."""
 
 
 class DetailLevel(NamedTuple):
-    """How much a page shows.
+    """Level of detail of a page.
 
     Attributes:
-        lane_in, crowded_in: height of a bar, and of one where more than ``FEW`` hold a role.
-        most_lanes: a role of more holders counts them.
-        most_chips: names in a box.
-        has_key: whether milestones are listed below the figure as well as in its caption.
+        lane_in, crowded_in: height of a bar, with up to ``FEW`` holders of the role and with more.
+        most_lanes: roles with more holders are drawn as a count.
+        most_chips: maximum number of names in a role of a box.
+        has_key: whether milestones are also listed below the figure.
     """
 
     lane_in: float
@@ -82,11 +82,11 @@ DETAILS = (
     DetailLevel(0.095, 0.04, 12, 12), DetailLevel(0.095, 0.04, FEW, 6),
     DetailLevel(0.06, 0.04, FEW, 6), DetailLevel(0.03, 0.03, FEW, 3),
 )  # fmt: skip
-"""From the most to the least; the first that fits a page is taken."""
+"""From most to least detail; the first that fits a page is used."""
 
 
 class RoleRow(NamedTuple):
-    """A role over time: its holders in lanes, one behind the other where they succeed each other."""
+    """Role over time: holders in lanes, successors in the lane of their predecessor."""
 
     group: GroupNode
     name: str
@@ -101,16 +101,14 @@ class RoleRow(NamedTuple):
 def picture(
     results: RunResults, at_s: float | None = None, viewer: str = "", width_in: float = style.PAGE_IN
 ) -> DrawnPage:
-    """Boxes of the groups at a time, and below them the holders of every role over the mission.
+    """Draw boxes of the groups at a time, and below them all role holders over the mission.
 
     Args:
-        results: of the run.
-        at_s: when the boxes are so; if left out, the last time at which the most roles are held.
-        viewer: in whose view; empty for what every vehicle holds of itself.
-        width_in: of the page.
+        at_s: time of the boxes; None for the last time with the most role assignments.
+        viewer: name of a vehicle; empty for the roles that each vehicle assumes for itself.
 
     Raises:
-        DrawingError: the run has no such time, or no such vehicle.
+        DrawingError: no such time or vehicle.
     """
     view = view_of(results, viewer)
     end_s = run_records.end_s(results)
@@ -130,7 +128,7 @@ def picture(
 
 
 class _Drawing:
-    """A page with its room laid out, and what is drawn into it."""
+    """Page layout with its contents."""
 
     def __init__(
         self,
@@ -153,7 +151,7 @@ class _Drawing:
 
     @property
     def height_in(self) -> float:
-        """Of boxes and rows."""
+        """Height of boxes and rows."""
         return self.above_in + sum(self.bodies_in)
 
     def drawn(self, results: RunResults) -> Figure:
@@ -179,12 +177,12 @@ class _Drawing:
         return figure
 
     def _bands(self) -> Iterator[tuple[GroupNode, float, float]]:
-        """Groups, where their rows begin, and how high these are."""
+        """Yield each group with the top and height of its rows."""
         tops_in = [0.0, *accumulate(self.bodies_in)]
         yield from zip(self.groups, tops_in, self.bodies_in, strict=False)
 
     def _placed(self, group: GroupNode, top_in: float) -> Iterator[tuple[RoleRow, float]]:
-        """Rows of a group, and where they begin."""
+        """Yield the rows of a group with their tops."""
         rows = self.rows[group.name]
         tops_in = accumulate((row.height_in for row in rows), initial=top_in + HEAD_IN + GAP_IN / 2)
         yield from zip(rows, tops_in, strict=False)
@@ -212,7 +210,7 @@ class _Drawing:
         self.chart.draw(axes, TITLE_IN)
 
     def _exists(self, group: GroupNode, middle_in: float) -> None:
-        """A line while a group that is formed at sea is there."""
+        """Draw a line over the lifetime of a group formed at run time."""
         for span in self.view.exists[group.name]:
             times_s = [span.start_s, min(span.end_s, self.end_s)]
             self.page.axes.plot(times_s, [middle_in] * 2, color=style.BLACK, linewidth=1.2, zorder=5)
@@ -228,7 +226,7 @@ class _Drawing:
         self._mark(row.group.name, row.role, top_in + row.height_in / 2)
 
     def _bar(self, holding: Holding, top_in: float, lane_in: float) -> None:
-        """A bar, pale while its vehicle is away, with the name if it has room for it."""
+        """Draw a bar, pale during absence, labelled if the name fits."""
         colour = self.looks[holding.vehicle].colour if holding.vehicle in self.looks else style.GREY
         where_in = top_in + 0.008, lane_in - 0.016
         axes = self.page.axes
@@ -247,11 +245,11 @@ class _Drawing:
             )  # fmt: skip
 
     def _along(self, span: Span) -> tuple[float, float]:
-        """Where a bar begins, and how long it is."""
+        """Return start and duration of a bar."""
         return span.start_s, min(span.end_s, self.end_s) - span.start_s
 
     def _count(self, row: RoleRow, top_in: float) -> None:
-        """Share of the most holders that the role ever had."""
+        """Draw the number of holders as a share of its maximum."""
         present = [holding.present for lane in row.lanes for holding in lane]
         for span, share in shares(present, len(row.lanes)):
             high_in = share * (COUNT_IN - 0.03)
@@ -265,7 +263,7 @@ class _Drawing:
 
 
 def _rows(view: View, group: GroupNode, detail: DetailLevel) -> Iterator[RoleRow]:
-    """Rows of the roles of a group, without those that nobody ever held, needed or asked for."""
+    """Yield a row for each role of a group that was ever held, required or marked."""
     vacancies = view.vacancies(group)
     marked = {mark.role for mark in view.marks if mark.group == group.name}
     for role in group.roles:
@@ -283,7 +281,7 @@ def _rows(view: View, group: GroupNode, detail: DetailLevel) -> Iterator[RoleRow
 
 
 def _lanes(holdings: Sequence[Holding]) -> list[list[Holding]]:
-    """Holders one behind the other where the one has left when the other comes, else below each other."""
+    """Assign holdings to lanes: reuse a free lane, preferably that of the same vehicle."""
     lanes: list[list[Holding]] = []
     for holding in holdings:
         free = [lane for lane in lanes if lane[-1].span.end_s <= holding.span.start_s]

@@ -1,7 +1,7 @@
 """Figure ``roles``: roles of each vehicle over time.
 
-Vehicles are alike if they held the same roles, whenever that was; where this does not save enough, if they began with
-the same role. A folded lane shows at each time the share of its vehicles that a role drives.
+Large fleets fold vehicles with the same roles into one lane; if that does not suffice, those with the same initial
+roles. A folded lane shows the share of its vehicles that hold a role and that the role drives.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ Tenures = Mapping[str, Sequence[Tenure]]
 
 
 class LaneRole(NamedTuple):
-    """One role of a lane: when each of its vehicles held it, and when it drove them."""
+    """Role of a lane: spans in which each vehicle held it, and in which it was active."""
 
     group: str
     role: str
@@ -39,29 +39,29 @@ class LaneRole(NamedTuple):
 
 
 class VehicleLane(NamedTuple):
-    """One vehicle or several, and their roles."""
+    """One or several vehicles with their roles."""
 
     vehicles: tuple[str, ...]
     rows: tuple[LaneRole, ...]
 
     @property
     def is_folded(self) -> bool:
-        """True if it stands for several vehicles."""
+        """True for a lane of several vehicles."""
         return len(self.vehicles) > 1
 
 
 def one_each(tenures: Tenures) -> list[VehicleLane]:
-    """A lane for each vehicle."""
+    """Return a lane for each vehicle."""
     return _folded(tenures, lambda vehicle: vehicle)
 
 
 def same_roles(tenures: Tenures) -> list[VehicleLane]:
-    """A lane for all vehicles that held the same roles."""
+    """Return a lane for each set of vehicles that held the same roles at any time."""
     return _folded(tenures, lambda vehicle: frozenset((tenure.group, tenure.role) for tenure in tenures[vehicle]))
 
 
 def same_beginning(tenures: Tenures) -> list[VehicleLane]:
-    """A lane for all vehicles that began with the same roles."""
+    """Return a lane for each set of vehicles with the same initial roles."""
 
     def first(vehicle: str) -> Hashable:
         began = min((span.start_s for tenure in tenures[vehicle] for span in tenure.held), default=0.0)
@@ -75,7 +75,7 @@ def same_beginning(tenures: Tenures) -> list[VehicleLane]:
 
 
 FOLDS: tuple[Callable[[Tenures], list[VehicleLane]], ...] = (one_each, same_roles, same_beginning)
-"""Ways to make lanes, each with fewer than the one before."""
+"""Folding functions, in order of decreasing number of lanes."""
 
 
 def _folded(tenures: Tenures, alike: Callable[[str], Hashable]) -> list[VehicleLane]:
@@ -97,11 +97,10 @@ def _rows(tenures: Tenures, vehicles: Sequence[str]) -> tuple[LaneRole, ...]:
 
 
 def shares(of_vehicles: Sequence[Sequence[Span]], n_vehicles: int) -> list[tuple[Span, float]]:
-    """Share of the vehicles over time: stretches with one share each, those of none left out.
+    """Return spans of constant share of the vehicles, without those of share zero.
 
     Args:
-        of_vehicles: spans of each vehicle that has some.
-        n_vehicles: how many there are in all.
+        n_vehicles: all vehicles, including those without spans.
 
     >>> [(*span, share) for span, share in shares([[Span(0, 4)], [Span(2, 6)]], 2)]
     [(0, 2, 0.5), (2, 4, 1.0), (4, 6, 0.5)]
@@ -121,32 +120,27 @@ def shares(of_vehicles: Sequence[Sequence[Span]], n_vehicles: int) -> list[tuple
 
 
 ROWS = ((0.15, style.SMALL_PT), (0.12, style.TINY_PT))
-"""Heights of rows (in) with the size of their letters: the roomy one, and the one for many."""
+"""Heights of rows (in) and font sizes (pt): spacious, dense."""
 BAND_GAP_IN = 0.06
 FOLDED_ROW_IN = 0.2
 VEHICLE_ROOM_IN = 1.0
 ROLE_ROOM_IN, NARROW_ROLE_ROOM_IN = 1.5, 0.8
 MOST_LANES = 12
-"""Vehicles that are alike share a lane where there would be more, or where the figure would be taller than a page."""
+"""Maximum number of lanes before similar vehicles are folded."""
 HELD, DRIVING = 0.3, 0.68
-"""Share of a row that a bar fills."""
+"""Share of a row filled by a bar."""
 HATCHES = ("", "/////", ".....", "xxxxx", "-----", "|||||")
-"""Of groups, the largest first."""
+"""Hatches of groups, the largest group first."""
 FOLDED = style.GREY
-"""Colour of lanes of several vehicles."""
+"""Colour of folded lanes."""
 FAULT: dict[str, Any] = {
     "facecolor": "none", "edgecolor": style.tint(style.BLACK, 0.35), "hatch": "\\\\\\\\", "linewidth": 0, "zorder": 1,
 }  # fmt: skip
-"""Look of a band while a fault holds."""
+"""Look of a band during a fault."""
 
 
 def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
-    """A band of rows per vehicle, a row per role; a thin bar while held, a solid one while it drives.
-
-    Args:
-        results: of the run.
-        width_in: of the page.
-    """
+    """Draw a band per vehicle, a row per role: a thin bar while held, a solid one while active."""
     tenures = run_records.tenures(results)
     faults = run_records.vehicle_faults(results)
     groups = Counter(tenure.group for own in tenures.values() for tenure in own)
@@ -161,12 +155,12 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
 
 
 def _height_in(lane: VehicleLane, row_in: float) -> float:
-    """Height of a row of that lane."""
+    """Return the height of a row of a lane."""
     return FOLDED_ROW_IN if lane.is_folded else row_in
 
 
 def _band_in(lane: VehicleLane, row_in: float) -> float:
-    """Height of the band of that lane."""
+    """Return the height of the band of a lane."""
     return max(1, len(lane.rows)) * _height_in(lane, row_in) + BAND_GAP_IN
 
 
@@ -178,7 +172,7 @@ def _drawn(
     width_in: float,
     row: tuple[float, float],
 ) -> Figure:
-    """A page with these lanes, in rows of that height and size of letters."""
+    """Draw a page of lanes; ``row`` is row height (in) and font size (pt)."""
     row_in, size_pt = row
     names, tops_in = _names(lanes, row_in, size_pt, ROLE_ROOM_IN if width_in >= WIDE_IN else NARROW_ROLE_ROOM_IN)
     legend = _legend(hatches, bool(faults), any(lane.is_folded for lane in lanes))
@@ -207,7 +201,7 @@ def _middle_in(lane: VehicleLane, top_in: float, at: int, row_in: float) -> floa
 def _names(
     lanes: Sequence[VehicleLane], row_in: float, size_pt: float, role_room_in: float
 ) -> tuple[list[Name], list[float]]:
-    """Names of lanes and of their roles, and where the lanes begin and the last one ends."""
+    """Return names of lanes and roles, and the tops of lanes with the bottom of the last one."""
     tops_in = [0.0, *accumulate(_band_in(lane, row_in) for lane in lanes)]
     titles = [f"{len(lane.vehicles)} vehicles" if lane.is_folded else lane.vehicles[0] for lane in lanes]
     titles = [style.fitted(title, VEHICLE_ROOM_IN, size_pt, "bold") for title in titles]
@@ -229,7 +223,6 @@ def _names(
 
 
 def _bars(axes: Axes, row: LaneRole, colour: str, hatch: str, middle_in: float, row_in: float) -> None:
-    """Bars of one role of one vehicle, in its colour."""
     for spans, fill, shade, pattern in (
         (row.held[0], HELD, style.tint(colour, 0.4), ""),
         (row.active[0], DRIVING, colour, hatch),
@@ -242,7 +235,7 @@ def _bars(axes: Axes, row: LaneRole, colour: str, hatch: str, middle_in: float, 
 
 
 def _shares(axes: Axes, lane: VehicleLane, row: LaneRole, middle_in: float) -> None:
-    """Shares of the vehicles of a folded lane: pale those that held a role, dark those that it drove."""
+    """Draw a folded lane: pale the share that holds a role, dark the share that it drives."""
     high_in = DRIVING * FOLDED_ROW_IN
     for of_vehicles, strength in ((row.held, 0.4), (row.active, 1.0)):
         for span, share in shares(of_vehicles, len(lane.vehicles)):

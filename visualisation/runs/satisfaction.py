@@ -1,4 +1,4 @@
-"""Personal satisfaction of the roles of every vehicle over mission time: what the influence signals say."""
+"""Figure ``satisfaction``: personal satisfaction by vehicle and role over time."""
 
 from __future__ import annotations
 
@@ -19,22 +19,17 @@ VEHICLE_ROOM_IN = 1.0
 TICK_ROOM_IN = 0.32
 PAD_IN, LEAST_PAD_IN = 0.07, 0.02
 BANDS_IN = ((4, 0.95), (8, 0.7), (14, 0.45), (24, 0.27))
-"""Heights of bands, by the most vehicles that they are for: with the legend all fit a page of 9 inches."""
+"""Pairs of maximum fleet size and band height: with the legend, all fit a page of 9 inches."""
 LEAST_BAND_IN = 0.2
 CRAMPED_IN = 0.4
-"""Bands that are lower have a number at zero alone."""
+"""Bands up to this height label only zero."""
 MARKED_IN = 0.9
 """Distance of markers on a line."""
 THIN, THICK = 0.7, 1.9
 
 
 def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
-    """A band per vehicle, a line per role, thick while the role drives the vehicle.
-
-    Args:
-        results: of the run.
-        width_in: of the page.
-    """
+    """Draw a band per vehicle and a line per role, thick while the role drives the vehicle."""
     series = run_records.satisfaction(results)
     tenures = {
         (vehicle, tenure.group, tenure.role): tenure
@@ -79,7 +74,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
 
 
 def _labels(keys: list[RoleKey]) -> list[str]:
-    """Names of roles, with the group where two groups have a role of that name."""
+    """Return role names, with the group where two groups share the name."""
     roles = [role for _, role in keys]
     return [role if roles.count(role) == 1 else f"{role}, {group}" for group, role in keys]
 
@@ -101,7 +96,7 @@ def _ground(page: Sheet, top_in: float, band_in: float) -> None:
 
 
 def _markers(axes: Axes, times_s: Floats, downs_in: Floats, look: style.Look, step_s: float, offset: float) -> None:
-    """Markers that tell the roles of a vehicle apart, set off against those of its other roles."""
+    """Draw the markers of a role, offset from those of the vehicle's other roles."""
     if times_s.size:
         at_s = np.arange(times_s[0] + offset * step_s, times_s[-1], step_s)
         axes.plot(

@@ -1,6 +1,6 @@
-"""Shades of grey for shares and ages, darker is worse, with names beside the rows and a key below.
+"""Shades of grey for shares and ages, darker is worse, with row names and a key.
 
-Colours stand for vehicles in the figures of a run, so what is a number has none.
+Colours denote vehicles in run figures; numbers are therefore grey.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ from visualisation.run_records import Floats, Span, outages_until
 SHADES = LinearSegmentedColormap.from_list("shades", ["#FFFFFF", "#000000"])
 NAME_ROOM_IN = 0.9
 LEAST_NAME_IN = 0.095
-"""Height of a row below which not each has its name."""
+"""Minimum row height at which each row has its name."""
 KEY_IN, KEY_BAR_IN = 2.0, 0.07
 """Length and height of a key."""
 MOST_NUMBERS = 8
-"""Fleets up to this size have numbers in matrices."""
+"""Maximum fleet size for numbers in matrices."""
 
 
 class Timespan(NamedTuple):
-    """The time of a run: its end, that of its axis, and when vehicles are out of the mission, by name."""
+    """Time of a run: its end, end of the axis, and spans out of the mission by vehicle."""
 
     end_s: float
     axis_end_s: float
@@ -37,20 +37,17 @@ class Timespan(NamedTuple):
 
 
 def row_in(n: int, least_in: float, most_in: float, all_in: float) -> float:
-    """Height of one of ``n`` rows that should take ``all_in`` together."""
+    """Return the height of one of ``n`` rows with ``all_in`` as target for their sum."""
     return min(most_in, max(least_in, all_in / max(1, n)))
 
 
 def draw_shades(
     axes: Axes, values: Floats, top: float, extent: tuple[float, float, float, float] | None = None
 ) -> None:
-    """Rows of values from 0 (white) to ``top`` (black); what is not a number stays white.
+    """Draw rows of values from 0 (white) to ``top`` (black); NaN stays white.
 
     Args:
-        axes: where.
-        values: a row for each lane.
-        top: value of black.
-        extent: left, right, bottom and top in data; numbers of columns and rows if left out.
+        extent: left, right, bottom and top in data; None for numbers of columns and rows.
     """
     axes.imshow(
         np.ma.masked_invalid(values), cmap=SHADES, vmin=0.0, vmax=top, aspect="auto", interpolation="nearest",
@@ -59,7 +56,7 @@ def draw_shades(
 
 
 def name_rows(axes: Axes, names: Sequence[str], row_in: float) -> None:
-    """Names beside the rows, as many as have room."""
+    """Label the rows, as many as fit."""
     axes.set_yticks(*_ticks(names, row_in))
     axes.tick_params(axis="y", length=0, labelsize=style.TINY_PT, pad=2)
 
@@ -71,15 +68,13 @@ def _ticks(names: Sequence[str], room_in: float) -> tuple[list[int], list[str]]:
 
 
 def matrix(axes: Axes, names: Sequence[str], values: Floats, top: float, percent: bool, side_in: float) -> None:
-    """A square of shades, receivers down and senders across, with numbers where the fleet is small.
+    """Draw a square of shades, receivers down and senders across, with numbers for small fleets.
 
     Args:
-        axes: where.
-        names: of the vehicles.
-        values: a row for each receiver, a column for each sender; crossed where it is not a number.
+        values: by receiver (row) and sender (column); NaN is crossed.
         top: value of black.
-        percent: whether numbers are shares.
-        side_in: of the square, about.
+        percent: whether values are shares.
+        side_in: approximate side of the square.
     """
     axes.set_xlabel("sender", fontsize=style.SMALL_PT)
     axes.set_ylabel("receiver", fontsize=style.SMALL_PT)
@@ -106,7 +101,7 @@ def matrix(axes: Axes, names: Sequence[str], values: Floats, top: float, percent
 
 
 def strip(axes: Axes, names: Sequence[str], values: Floats, top: float, span: Timespan, row_in: float) -> None:
-    """A row of shades over mission time for each vehicle, from 0 to ``top``, hatched where it is out of the mission."""
+    """Draw a row of shades per vehicle over mission time, hatched while out of the mission."""
     n = max(1, len(names))
     if values.size:
         draw_shades(axes, values, top, (0.0, span.end_s, n - 0.5, -0.5))
@@ -121,7 +116,7 @@ def strip(axes: Axes, names: Sequence[str], values: Floats, top: float, span: Ti
 
 
 def key(figure: Figure, below: Axes, body_in: float, top: float, label: str, percent: bool = False) -> None:
-    """What the shades mean: a bar from 0 to ``top`` below a panel of that height."""
+    """Draw the scale of shades from 0 to ``top`` below a panel of height ``body_in``."""
     share = min(1.0, KEY_IN / panel_in(below)[0])
     bar = figure.colorbar(
         ScalarMappable(Normalize(0.0, top), SHADES), ax=below, location="bottom", shrink=share, pad=0.05 / body_in,

@@ -1,7 +1,7 @@
-"""The page that figures over mission time share: a time axis, milestones as numbered flags, a key.
+"""Page of figures over mission time: time axis, milestones as numbered flags, key.
 
-The axis has one scale and a round end, so that runs of a scenario can be laid side by side. In the panel, y counts
-inches downwards from the top of the body, so that what is legible for two vehicles is so for sixteen.
+The axis ends at a round number that all runs of a scenario share. In the panel, y is in inches down from its top, so
+text stays legible for any fleet size.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from visualisation import page, run_records, style, words
 from visualisation.run_records import MilestoneRow
 
 WIDE_IN = 5.0
-"""Width from which a page has room for more than a column of text has."""
+"""Minimum width of a page wider than a column of text."""
 TALLEST_IN = 9.0
-"""Height of a page of a paper."""
+"""Height of a paper's page."""
 AROUND_IN, LINE_IN = 0.95, 0.137
-"""What axis and legend take of it about, and a line of the key."""
+"""Approximate height of axis and legend, and height of a line of the key."""
 FLAG_IN = 0.15
 FLAG_HALF_IN = 0.075
 FLAG = {"boxstyle": "square,pad=0.2", "facecolor": "white", "edgecolor": style.BLACK, "linewidth": 0.5}
@@ -35,7 +35,7 @@ STAFF = {"arrowstyle": "-", "linewidth": 0.5, "shrinkA": 0.0, "shrinkB": 0.0}
 
 
 class NumberedMark(NamedTuple):
-    """Milestones reached at one time, under one number."""
+    """Milestones of one time, under one number."""
 
     number: int
     time_s: float
@@ -43,7 +43,7 @@ class NumberedMark(NamedTuple):
 
 
 class Name(NamedTuple):
-    """Text beside the panel: where its left end is from the panel, or its right end if that is at ``BESIDE_IN``."""
+    """Text beside the panel: left end relative to the panel, or right end at ``BESIDE_IN``."""
 
     left_in: float
     down_in: float
@@ -53,19 +53,16 @@ class Name(NamedTuple):
 
 
 BESIDE_IN = -0.06
-"""Where names end that stand beside the panel."""
+"""Right end of right-aligned names beside the panel."""
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """A page over mission time with one panel.
+    """Page over mission time with one panel.
 
     Args:
-        figure: the page.
-        above: a panel above the flags for something else, where there is one.
-        axes: the panel.
-        heights_in: of these panels.
-        end_s: when the run ended.
+        above: extra panel above the flags, or None.
+        heights_in: of the panels, from the top.
     """
 
     figure: Figure
@@ -76,15 +73,15 @@ class Sheet:
 
     @property
     def inch_s(self) -> float:
-        """How long an inch of the time axis is."""
+        """Duration of an inch of the time axis."""
         return float(self.axes.get_xlim()[1] / page.panel_in(self.axes)[0])
 
     def band(self, top_in: float, high_in: float) -> None:
-        """A pale band behind what is drawn, as long as the run."""
+        """Draw a pale background band over the duration of the run."""
         self.axes.broken_barh([(0.0, self.end_s)], (top_in, high_in), color=style.PALE, linewidth=0, zorder=0)
 
     def finished(self) -> Figure:
-        """The page with everything at its place."""
+        """Lay out the page and return it."""
         page.lay_out(self.figure, [self.above, self.axes] if self.above else [self.axes], self.heights_in)
         return self.figure
 
@@ -98,16 +95,12 @@ def sheet(
     above_in: float = 0.0,
     has_key: bool = True,
 ) -> Sheet:
-    """A page with an empty panel, names beside it, flags above it, the legend on top and the key below.
+    """Create a page: empty panel, names beside it, flags above, legend on top, key below.
 
     Args:
-        results: of the run.
-        names: of what stands in the panel.
         body_in: height of the panel.
-        legend: its entries.
-        width_in: of the page.
-        above_in: height of a panel for something else above all this.
-        has_key: whether the flags are listed below; else the caption alone says what they are.
+        above_in: height of an extra panel on top, 0 for none.
+        has_key: whether the flags are listed below; else only the caption explains them.
     """
     marks = grouped(run_records.milestones(results))
     heights_in = [above_in, body_in] if above_in else [body_in]
@@ -136,7 +129,7 @@ def sheet(
 
 
 def room_in(results: RunResults, width_in: float, has_key: bool = True) -> float:
-    """About how high bodies may be on a page of a paper."""
+    """Return the approximate maximum height of a body on a paper's page."""
     marks = grouped(run_records.milestones(results))
     columns = style.legend_columns([f"{mark.number}  {mark.label}" for mark in marks], width_in - 0.1)
     n_lines = -(-len(marks) // columns) if has_key else 0
@@ -144,7 +137,7 @@ def room_in(results: RunResults, width_in: float, has_key: bool = True) -> float
 
 
 def grouped(milestones: Sequence[MilestoneRow]) -> list[NumberedMark]:
-    """Milestones numbered by time; those of one time share a number."""
+    """Number milestones by time; those of one time share a number."""
     at: dict[float, list[str]] = defaultdict(list)
     for milestone in sorted(milestones, key=lambda milestone: milestone.time_s):
         at[milestone.time_s].append(milestone.label)
@@ -155,7 +148,7 @@ def grouped(milestones: Sequence[MilestoneRow]) -> list[NumberedMark]:
 
 
 def spread(wanted_in: Sequence[float], gap_in: float, low_in: float, high_in: float) -> list[float]:
-    """Ascending positions moved as little as needed to be ``gap_in`` apart, from ``low_in`` to ``high_in``.
+    """Move ascending positions minimally to be ``gap_in`` apart within the limits.
 
     >>> spread([1.0, 1.0, 2.0], 0.5, 0.0, 2.0)
     [1.0, 1.5, 2.0]
@@ -178,7 +171,7 @@ def _n_rows(n_flags: int, width_in: float) -> int:
 
 
 def _time_axis(axes: Axes, run_end_s: float, width_in: float) -> None:
-    """Ticks of an axis that is drawn as far as the run goes."""
+    """Set the ticks and end the axis lines at the end of the run."""
     end_s = axes.get_xlim()[1]
     ticks = MaxNLocator(max(1, int(width_in / 0.5)), steps=[1, 2, 2.5, 5, 10]).tick_values(0.0, end_s)
     shown = {}

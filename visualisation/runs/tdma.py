@@ -1,4 +1,4 @@
-"""The TDMA chart: for every slot who heard its packet and who lost it, whole and slot by slot."""
+"""Figure ``tdma``: packet outcomes by slot and receiver, for the whole run and slot by slot."""
 
 from __future__ import annotations
 
@@ -17,21 +17,16 @@ from visualisation.runs import captions, news, shades
 from visualisation.runs.news import Flags, RunPackets
 
 ROWS_IN, LANES_IN = (0.055, 0.18, 1.8), (0.075, 0.24, 2.4)
-"""A row at least and at most, and what all rows of a panel should take; where slots are single, too."""
+"""Minimum and maximum row height, target panel height: of overviews, of single slots."""
 SLOTS = 36
-"""Slots that are shown one by one, in whole frames."""
+"""Approximate number of slots shown one by one, in whole frames."""
 MOST_REASONS = 4
-"""Reasons for refusals that the caption lists."""
+"""Maximum number of rejection reasons in the caption."""
 UNHEARD = style.tint(style.BLACK, 0.08)
 
 
 def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
-    """Shares of losses by slot and by receiver over all frames; then a stretch slot by slot.
-
-    Args:
-        results: of the run.
-        width_in: of the page.
-    """
+    """Draw loss shares by sender and by receiver over all frames, and one stretch slot by slot."""
     traffic = news.traffic(results)
     names, n = traffic.vehicles, max(1, len(traffic.vehicles))
     row_in, lane_in = shades.row_in(n, *ROWS_IN), shades.row_in(n, *LANES_IN)
@@ -59,7 +54,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
 
 
 def _by_frame(traffic: RunPackets) -> tuple[Floats, Floats]:
-    """Share lost by sender and by receiver (rows) in every frame (columns)."""
+    """Return shares lost by sender and by receiver (rows) in each frame (columns)."""
     n = len(traffic.vehicles)
     n_frames = int(traffic.frames.max()) + 1 if traffic.frames.size else 0
     heard, lost = np.zeros((2, n, n_frames)), np.zeros((2, n, n_frames))
@@ -71,7 +66,7 @@ def _by_frame(traffic: RunPackets) -> tuple[Floats, Floats]:
 
 
 def worst_stretch(traffic: RunPackets) -> Span:
-    """The frames of about ``SLOTS`` slots in which most of what was sent was lost; the earliest of equals."""
+    """Return the earliest stretch of whole frames, about ``SLOTS`` slots, with the highest loss."""
     if not traffic.time_s.size:
         return Span(0.0, traffic.end_s)
     n = max(1, len(traffic.vehicles))
@@ -89,7 +84,7 @@ def worst_stretch(traffic: RunPackets) -> Span:
 
 
 class Tick(NamedTuple):
-    """How it is drawn what became of a packet at a vehicle: above or below the line of its lane, filled or hollow."""
+    """Look of a packet outcome at a vehicle: above or below its lane, filled or hollow."""
 
     label: str
     is_up: bool
@@ -104,11 +99,11 @@ TICKS = {
     "collided": Tick("collided (down, grey)", False, "#8C8C8C", style.BLACK),
 }
 ALWAYS = ("heard", "lost")
-"""Ticks that the legend names even where there is none."""
+"""Ticks that the legend always shows."""
 
 
 def _fates(traffic: RunPackets) -> dict[str, Flags]:
-    """What became of the packets, each by one name."""
+    """Return packet outcomes as disjoint sets."""
     outcome = traffic.outcome
     only_lost = outcome.lost & ~outcome.collided & ~outcome.refused
     return {
@@ -120,7 +115,7 @@ def _fates(traffic: RunPackets) -> dict[str, Flags]:
 
 
 def _slots(axes: Axes, traffic: RunPackets, stretch: Span, lane_in: float, width_in: float) -> None:
-    """In each lane a tick for each packet that reached the vehicle or was lost on the way, a dot if it sent one."""
+    """Draw a tick for each outcome in the lane of the receiver, a dot in that of the sender."""
     n = max(1, len(traffic.vehicles))
     inside = np.flatnonzero((traffic.time_s >= stretch.start_s) & (traffic.time_s < stretch.end_s))
     slot_s = (stretch.end_s - stretch.start_s) / max(1, inside.size)

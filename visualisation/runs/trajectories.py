@@ -1,8 +1,7 @@
 """Figure ``trajectories``: tracks on the map, in panels by time.
 
-Most of a survey is quiet: vehicles map for half an hour, then everything happens in five minutes. A quiet
-stretch is a quarter of the mission or more without an event. Between quiet stretches lie eventful ones; the
-busiest gets a window of its own if it has at least five events and is shorter than half the mission.
+A quiet stretch is a quarter of the mission or more without an event. Of the eventful stretches between, the busiest
+gets its own panel if it has at least five events and takes at most half the mission.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ MARGIN = 0.04
 
 
 def eventful(times_s: Sequence[float], end_s: float) -> Span | None:
-    """The stretch that deserves a window of its own, with a margin; None if there is none.
+    """Return the stretch that gets its own panel, with a margin; None without one.
 
     >>> eventful([0, 7, 80, 81, 82, 84, 90], 100.0)
     Span(start_s=79.2, end_s=100.0)
@@ -60,22 +59,22 @@ def eventful(times_s: Sequence[float], end_s: float) -> Span | None:
 
 
 WIDTHS = (3.55, 2.25)
-"""Of the panel of the whole mission, to those that stand beside it."""
+"""Width ratio of the whole-mission panel to those beside it."""
 LEAST_FOR_TWO_IN = 5.5
-"""Width of a page on which panels stand side by side."""
+"""Minimum page width for panels side by side."""
 TALLEST, LOWEST = 1.25, 0.6
 LEAST_EXTENT_M = 20.0
 CLOSE = 0.4
-"""Ends this near together, relative to the panel before, get a panel of their own."""
+"""Maximum extent of end positions in their own panel, relative to the previous panel."""
 MOST_NAMED = 12
-"""Entries of vehicles in the legend: more line styles cannot be told apart."""
+"""Maximum number of vehicles in the legend, limited by distinguishable line styles."""
 OTHERS = style.Look(style.GREY, "-", "")
 BELOW = 0.1
-"""Layers keep their order, but stay below places and tracks."""
+"""Factor on the z-order of layers: keeps their order, below places and tracks."""
 
 
 class Frame(NamedTuple):
-    """A rectangle of the sea."""
+    """Rectangle of the map."""
 
     west_m: float
     south_m: float
@@ -83,7 +82,7 @@ class Frame(NamedTuple):
     north_m: float
 
     def filling(self, shape: float) -> Frame:
-        """Widened with a margin until height over width is ``shape``."""
+        """Return the frame, widened with a margin to height over width ``shape``."""
         width_m = max(1.15 * (self.east_m - self.west_m), LEAST_EXTENT_M)
         height_m = max(1.15 * (self.north_m - self.south_m), LEAST_EXTENT_M)
         width_m, height_m = max(width_m, height_m / shape), max(height_m, width_m * shape)
@@ -91,7 +90,7 @@ class Frame(NamedTuple):
         return Frame(x_m - width_m / 2, y_m - height_m / 2, x_m + width_m / 2, y_m + height_m / 2)
 
     def holds(self, point_m: PointM) -> bool:
-        """Whether a point lies in it."""
+        """Return True for a point inside."""
         return self.west_m <= point_m[0] <= self.east_m and self.south_m <= point_m[1] <= self.north_m
 
     @property
@@ -102,12 +101,12 @@ class Frame(NamedTuple):
 
     @property
     def size_m(self) -> float:
-        """The longer side."""
+        """Length of the longer side."""
         return max(self.east_m - self.west_m, self.north_m - self.south_m)
 
 
 class Symbol(NamedTuple):
-    """A mark with black edge."""
+    """Mark with a black edge."""
 
     marker: str
     meaning: str
@@ -115,7 +114,7 @@ class Symbol(NamedTuple):
     face: str
 
     def at(self, *where: float) -> Line2D:
-        """The mark at x, y; without them, its entry in the legend."""
+        """Return the mark at x, y; without coordinates, its legend entry."""
         x, y = where or ((), ())
         return Line2D(
             np.atleast_1d(x), np.atleast_1d(y), linestyle="none", marker=self.marker, markersize=self.size_pt,
@@ -130,13 +129,13 @@ FAULT = Symbol("D", "fault", 4.5, style.BLACK)
 MARKS = (("X", 6.5), ("d", 6.0), ("p", 6.5), ("8", 6.0))
 """Markers of milestones on tracks, in the order of their declaration."""
 POINTS = (("*", 8.0, "Stars"), ("P", 6.5, "Crosses"), ("^", 6.5, "Triangles"), ("H", 6.5, "Hexagons"))
-"""Markers of places that are one point, in the order of their kinds, and what captions call them."""
+"""Markers of point places by order of kind, with their names in captions."""
 OUTLINES = (("-", "Outlines"), (style.LINES[1], "Dashed outlines"), (style.LINES[2], "Dotted outlines"))
-"""Lines of places that are polygons, likewise."""
+"""Line styles of polygon places, likewise."""
 
 
 class TrackEvent(NamedTuple):
-    """A milestone, or the beginning of a fault, that is marked on the track of its vehicle."""
+    """Milestone or start of a fault, marked on the track of its vehicle."""
 
     vehicle: str
     time_s: float
@@ -144,7 +143,7 @@ class TrackEvent(NamedTuple):
 
 
 class MapContents(NamedTuple):
-    """All that there is to draw; points and outlines are places by their kinds."""
+    """Contents of the map; points and outlines are places by kind."""
 
     tracks: dict[str, PlanTrack]
     looks: Mapping[str, style.Look]
@@ -154,11 +153,11 @@ class MapContents(NamedTuple):
     events: list[TrackEvent]
     end_s: float
     out: frozenset[str] = frozenset()
-    """Vehicles that are lost, or without energy, at the end: where they are is no end."""
+    """Vehicles lost or without energy at the end; their last position is no end point."""
 
     @property
     def symbols(self) -> dict[str, Symbol]:
-        """How the kinds of points are drawn."""
+        """Symbol of each kind of point."""
         return {
             kind: Symbol(marker, kind, size_pt, style.YELLOW)
             for kind, (marker, size_pt, _) in zip(self.points, cycle(POINTS), strict=False)
@@ -166,12 +165,12 @@ class MapContents(NamedTuple):
 
     @property
     def lines(self) -> dict[str, Any]:
-        """How the kinds of outlines are drawn."""
+        """Line style of each kind of outline."""
         return {kind: line for kind, (line, _) in zip(self.outlines, cycle(OUTLINES), strict=False)}
 
 
 class Panel(NamedTuple):
-    """One map: what it is called, which part of the sea and of the mission it shows."""
+    """One map: title, area, time span."""
 
     title: str
     frame: Frame
@@ -185,14 +184,12 @@ def picture(
     marks: Sequence[Mark],
     width_in: float | None = None,
 ) -> DrawnPage:
-    """The whole mission; beside it its eventful stretch, and where the vehicles end, if these say more.
+    """Draw the whole mission; beside it eventful stretch and end positions if they add detail.
 
     Args:
-        results: of one run.
-        places: what the map shows beside the vehicles.
-        layers: what the mission draws below the tracks; those whose tables are missing are left out, with a note.
-        marks: milestones that are marked on the tracks.
-        width_in: of the page; as wide as a column or a page of a paper if left out.
+        layers: of the mission, below the tracks; those with missing tables are omitted with a note.
+        marks: milestones marked on the tracks.
+        width_in: None for a column of a paper, or a page with several panels.
     """
     shown = [layer for layer in layers if all(map(results.has, layer.needs))]
     notes = [
@@ -268,7 +265,7 @@ def _scene(results: RunResults, places: Sequence[Place], layers: Sequence[Layer]
 
 
 def _looks(looks: Mapping[str, style.Look], tracks: Mapping[str, PlanTrack]) -> Mapping[str, style.Look]:
-    """The looks of the vehicles; in a large fleet those that went farthest have their own, and the others are grey."""
+    """Return vehicle looks; in a large fleet, all but the longest tracks are grey."""
     if len(looks) <= MOST_NAMED:
         return looks
     length_m = {name: float(np.hypot(np.diff(t.x_m), np.diff(t.y_m)).sum()) for name, t in tracks.items()}
@@ -299,7 +296,7 @@ def _panels(scene: MapContents, eventful: Span | None) -> list[Panel]:
 
 
 def points_of(tracks: Iterable[PlanTrack]) -> list[PointM]:
-    """Corners of the rectangles that hold the tracks."""
+    """Return the corners of the bounding boxes of tracks."""
     return [
         (float(x_m), float(y_m))
         for track in tracks
@@ -310,13 +307,13 @@ def points_of(tracks: Iterable[PlanTrack]) -> list[PointM]:
 
 
 def frame_of(points: Sequence[PointM]) -> Frame:
-    """The rectangle that holds all points."""
+    """Return the bounding box of points."""
     xs, ys = [x for x, _ in points] or [0.0], [y for _, y in points] or [0.0]
     return Frame(min(xs), min(ys), max(xs), max(ys))
 
 
 def _layers(axes: Axes, results: RunResults, layers: Sequence[Layer]) -> str:
-    """Draw the layers of the mission below everything else; returns what they say for the caption."""
+    """Draw the layers of the mission below all else; return their sentences for the caption."""
     said = [declared.draw_declared(layer, axes, results) for layer in layers]
     for artist in (*axes.collections, *axes.lines, *axes.patches, *axes.texts, *axes.images):
         artist.set_zorder(BELOW * artist.get_zorder())
@@ -324,7 +321,7 @@ def _layers(axes: Axes, results: RunResults, layers: Sequence[Layer]) -> str:
 
 
 def _scale(axes: Axes, frame: Frame, wide_in: float, high_in: float) -> None:
-    """Limits and ticks of a map of that size."""
+    """Set limits and ticks of a map of this size."""
     shown = frame.filling(high_in / wide_in)
     axes.set(xlim=(shown.west_m, shown.east_m), ylim=(shown.south_m, shown.north_m))
     axes.xaxis.set_major_locator(MaxNLocator(max(2, int(wide_in / 0.55)), steps=[1, 2, 5, 10]))
@@ -363,7 +360,7 @@ def _time_marks(axes: Axes, track: PlanTrack, look: style.Look, span: Span, step
 
 
 def _marks(scene: MapContents, span: Span) -> list[tuple[PointM, Symbol]]:
-    """Symbols at their points: places, then starts, ends and milestones that fall into the stretch of time."""
+    """Return symbols at points: places, then starts, ends and milestones within the span."""
     marks = [(place.outline_m[0], scene.symbols[kind]) for kind, of_kind in scene.points.items() for place in of_kind]
     for name, track in scene.tracks.items():
         if span.start_s == 0:
@@ -377,7 +374,7 @@ def _marks(scene: MapContents, span: Span) -> list[tuple[PointM, Symbol]]:
 
 
 def _name_places(axes: Axes, scene: MapContents, panel: Panel) -> None:
-    """Names of the places, points first, where they cover no symbol."""
+    """Label places, points first, without covering symbols."""
     names = [Label(place.name, *place.outline_m[0]) for of_kind in scene.points.values() for place in of_kind]
     for place in (place for of_kind in scene.outlines.values() for place in of_kind):
         frame = frame_of(place.outline_m)

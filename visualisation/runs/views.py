@@ -1,4 +1,4 @@
-"""The organisation over the time of a run, in the view of one vehicle or as each vehicle sees itself."""
+"""Organisation over the time of a run, as seen by one vehicle or by each of itself."""
 
 from __future__ import annotations
 
@@ -14,30 +14,30 @@ from visualisation.output import DrawingError, unknown
 from visualisation.run_records import Span, outages, outside, spans
 
 CREATED, DISSOLVED, MISSION, SUCCEEDED = "create", "dissolve", "mission", "succeed"
-"""Acts that are marked."""
+"""Marked acts."""
 REFUSED = "refused"
-"""Event of a row, and mark of a request that was refused."""
+"""Event of a row, and mark, of a refused request."""
 OF_GROUPS = (CREATED, DISSOLVED, MISSION)
 
 
 class Holding(NamedTuple):
-    """A vehicle holds a role; in ``present`` are the parts of that in which it is in the mission."""
+    """Role assignment of a vehicle; ``present`` are the parts of ``span`` in the mission."""
 
     vehicle: str
     span: Span
     present: tuple[Span, ...]
 
     def holds(self, at_s: float) -> bool:
-        """True while the role is held."""
+        """Return True while the role is held."""
         return self.span.start_s <= at_s < self.span.end_s
 
     def is_present(self, at_s: float) -> bool:
-        """True while the role is held by a vehicle that is in the mission."""
+        """Return True while the role is held by a vehicle in the mission."""
         return any(span.start_s <= at_s < span.end_s for span in self.present)
 
 
 class ActMark(NamedTuple):
-    """Something that happened to a group, or to one of its roles: refused, or one of the acts that are marked."""
+    """Marked act, or refused request, on a group or one of its roles (empty for the group)."""
 
     time_s: float
     kind: str
@@ -46,14 +46,14 @@ class ActMark(NamedTuple):
 
 
 class View(NamedTuple):
-    """Who plays what over time.
+    """Role assignments over time.
 
     Attributes:
-        viewer: whose view it is; empty for what every vehicle holds of itself.
-        groups: of the scenario, and those that were met.
-        holdings: of each role, in the order in which they began.
-        exists: when each group is there. What lasts to the end of the run lasts for ever here.
-        marks: in the order of time.
+        viewer: name of a vehicle; empty for the roles that each vehicle assumes for itself.
+        groups: of the scenario, and those formed at run time.
+        holdings: of each role, by start.
+        exists: lifetimes of each group; infinite if it exists at the end of the run.
+        marks: in time order.
     """
 
     viewer: str
@@ -63,7 +63,7 @@ class View(NamedTuple):
     marks: list[ActMark]
 
     def vacancies(self, group: GroupNode) -> dict[str, list[tuple[Span, int]]]:
-        """Stretches in which a role has fewer holders in the mission than it needs, and how many are lacking."""
+        """Return by role the spans with too few holders in the mission, and the shortage."""
         return {
             role.name: [
                 stretch
@@ -74,7 +74,7 @@ class View(NamedTuple):
         }
 
     def busiest_s(self, end_s: float) -> float:
-        """The last time at which the most roles are held; the end of the run if that is one."""
+        """Return the last time with the most role assignments; ``end_s`` if they last to the end."""
         steps: Counter[float] = Counter()
         for span in (holding.span for own in self.holdings.values() for holding in own):
             steps[span.start_s] += 1
@@ -85,14 +85,10 @@ class View(NamedTuple):
 
 
 def view_of(results: RunResults, viewer: str = "") -> View:
-    """Read the organisation of a run.
-
-    Args:
-        results: of the run.
-        viewer: a vehicle; empty for what every vehicle holds of itself.
+    """Read the organisation of a run; an empty viewer means each vehicle's view of itself.
 
     Raises:
-        DrawingError: there is no such vehicle.
+        DrawingError: no such vehicle.
     """
     names = run_records.vehicle_names(results)
     if viewer and viewer not in names:
@@ -109,10 +105,10 @@ def view_of(results: RunResults, viewer: str = "") -> View:
 
 
 def checked_time_s(at_s: float | None, view: View, end_s: float) -> float:
-    """The time to be shown; the busiest if none was asked for.
+    """Return the time to show; the busiest by default.
 
     Raises:
-        DrawingError: the run has no such time.
+        DrawingError: the time is outside the run.
     """
     if at_s is None:
         return view.busiest_s(end_s)
@@ -133,7 +129,7 @@ def _holdings(rows: Iterable[dict[str, Any]], away: Mapping[str, list[Span]]) ->
 
 
 def _absences(results: RunResults, viewer: str) -> dict[str, list[Span]]:
-    """When the viewer took its peers for absent."""
+    """Return the spans in which the viewer presumed peers absent."""
     told: dict[str, list[tuple[float, bool]]] = defaultdict(list)
     for row in results.rows("membership"):
         if row["vehicle"] == viewer:
@@ -142,7 +138,7 @@ def _absences(results: RunResults, viewer: str) -> dict[str, list[Span]]:
 
 
 def _marks(rows: Sequence[dict[str, Any]], viewer: str) -> list[ActMark]:
-    """What is marked: what the viewer wrote; without one what acts did at their issuers, and all that was refused."""
+    """Return marks recorded by the viewer; without one, acts at their issuers and all refusals."""
     found: dict[ActMark, None] = {}
     for row in rows:
         act, vehicle = row.get("act"), row["vehicle"]
