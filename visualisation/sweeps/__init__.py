@@ -1,4 +1,4 @@
-"""Figures of a sweep; importing this does not load matplotlib."""
+"""Figures of a sweep. Importing this package does not load matplotlib."""
 
 from visualisation.sweeps.comparison import draw_sweep_figures, sweep_picture
 

@@ -1,13 +1,13 @@
-"""Measures of a sweep, and their arrangement in panels and series.
+"""Arrangement of a sweep's metrics in panels and series.
 
-Everything about a metric comes from its declaration, so a metric that a mission brings has charts, a place in the
-overview and a ranking without a line in this package.
+Charts use only the declaration of a metric, so metrics of missions need no code here.
 
-The axis is the packet error rate. If that does not vary, or follows from the sea, it is the numeric setting with the
-most values; if none does, the cases of what is unforeseen; without these, the setting in words with three values or
-more, such as the modem. Series are strategies, policies, or both, whichever vary. What else varies (scenario, channel,
-other settings, what is unforeseen) makes a combination, which has a panel of its own; settings that rise or fall with
-the axis do not. The perfect channel is the packet error rate 0 of every other channel.
+- Axis: the packet error rate. If it is constant, or an estimate of the acoustic channel: the numeric setting with the
+  most values, else the unforeseen cases, else a textual setting of three values or more, such as the modem.
+- Series: strategies, policies, or both, whichever vary.
+- Panels: combinations of the remaining variables, without settings that are monotonic in the axis.
+
+The perfect channel counts as packet error rate 0 of each other channel.
 """
 
 from __future__ import annotations
@@ -25,27 +25,26 @@ from visualisation import style, words
 from visualisation.output import SWEEP_KINDS, DrawingError
 
 RANKED = "mission_time_s"
-"""Metric that a ranking is by if none is named."""
+"""Default metric of a ranking."""
 RATE = "completed"
-"""Metric that is a rate, with Wilson's intervals."""
+"""Metric that is a rate, with Wilson intervals."""
 TRADE_OFF = ("n_bytes", RANKED)
-"""Metrics of the trade-off: across, and up."""
+"""Metrics of the trade-off: horizontal, vertical."""
 MOST_IN_OVERVIEW = 9
 PREFIXED = frozenset({"B", "bit", "J", "m", "W", "Wh"})
-"""Units that take a prefix where values are large; seconds stay seconds."""
+"""Units with SI prefixes for large values; seconds have none."""
 PREFIXES = ((1e6, "M"), (1e3, "k"))
 
 
 @dataclass(frozen=True)
 class Measure:
-    """A metric on an axis.
+    """Metric on an axis.
 
     Args:
-        metric: its declaration.
         unit: of the axis.
-        scale: factor from the metric's unit to that of the axis.
+        scale: factor from the metric's unit to ``unit``.
         share: whether all means lie between 0 and 1.
-        signed: whether its zero is a value like others, as that of a difference is.
+        signed: whether values may be negative, as differences are.
     """
 
     metric: MetricRecord
@@ -56,26 +55,26 @@ class Measure:
 
     @property
     def name(self) -> str:
-        """What captions call it."""
+        """Name in captions."""
         return words.within(self.metric.label)
 
     @property
     def label(self) -> str:
-        """Text of the axis."""
+        """Label of the axis."""
         return words.axis(self.metric.label, self.unit)
 
     @property
     def whiskers(self) -> bool:
         """True if intervals are lines instead of bands.
 
-        A success rate is equal in so many series that bands would pile up.
+        Success rates of many series coincide, so their bands would overlap.
         """
         return self.metric.name == RATE and not self.signed
 
     def bounds(self, row: Comparison) -> tuple[float, float]:
-        """Ends of the interval on the scale of the axis; the least and the largest value where there is none.
+        """Return the interval on the scale of the axis; minimum and maximum without one.
 
-        Where all runs got there, it is the interval of the mean of runs that do.
+        If all runs completed, it is the interval of the mean of completed runs.
         """
         all_reached = row.n_reached == row.n
         ends = (row.reached_ci95_low, row.reached_ci95_high) if all_reached else (row.ci95_low, row.ci95_high)
@@ -85,7 +84,7 @@ class Measure:
 
 
 def measure(metric: MetricRecord, rows: Sequence[Comparison]) -> Measure:
-    """The metric on an axis that shows these rows."""
+    """Return the metric on an axis scaled for these rows."""
     means = [row.mean for row in rows]
     largest = max(map(abs, means), default=0.0)
     prefix = next(((1.0 / size, sign) for size, sign in PREFIXES if largest >= size), (1.0, ""))
@@ -95,11 +94,9 @@ def measure(metric: MetricRecord, rows: Sequence[Comparison]) -> Measure:
 
 
 def of_differences(own: Measure, rows: Sequence[Comparison]) -> tuple[Measure, list[Comparison]]:
-    """The differences to the baseline as a measure of their own, and rows that have them in place of the means.
+    """Return differences to the baseline as a measure, and rows with them in place of means.
 
-    Args:
-        own: the metric on its axis.
-        rows: of the metric; those without a difference are left out.
+    Rows without a difference are omitted.
     """
     metric = replace(own.metric, label=f"{own.metric.label}, difference")
     found = [
@@ -116,7 +113,7 @@ def of_differences(own: Measure, rows: Sequence[Comparison]) -> tuple[Measure, l
 
 
 def figure_kind(metric: MetricRecord) -> str:
-    """The kind of figure that draws one metric: its label with hyphens.
+    """Return the figure kind of a metric: its label with hyphens.
 
     >>> from missions.metric import Better
     >>> figure_kind(MetricRecord("n_dives", "", Better.LOWER, "Dives per vehicle"))
@@ -126,10 +123,10 @@ def figure_kind(metric: MetricRecord) -> str:
 
 
 def by_kind(metrics: Sequence[MetricRecord]) -> Mapping[str, MetricRecord]:
-    """Metrics by the kinds of figures that draw them.
+    """Return metrics by figure kind.
 
     Raises:
-        DrawingError: two share a kind, or one has that of another figure.
+        DrawingError: two metrics share a kind, or one has that of another figure.
     """
     found: dict[str, MetricRecord] = {}
     for metric in metrics:
@@ -145,14 +142,14 @@ def by_kind(metrics: Sequence[MetricRecord]) -> Mapping[str, MetricRecord]:
 
 PER, PERFECT, UNFORESEEN = "per", "perfect", "unforeseen"
 ACOUSTIC = "acoustic"
-"""A channel whose packet error rate is an estimate, which no study sets."""
+"""Channel with an estimated packet error rate, which no study sets."""
 LEAST_CASES = 3
-"""Values of a setting in words that make an axis."""
+"""Minimum number of values of a textual setting on the axis."""
 STRATEGIES = (
     "remoras", "fixed-partition", "central", "contract-net", "status-broadcast", "cbba", "rendezvous-sync",
 )  # fmt: skip
 POLICIES = ("ack", "m-ack", "mps-ack", "holdings", "adaptive")
-"""Names whose look and place in legends is the same in all studies; a policy may end in ``-repeat``."""
+"""Names with fixed look and legend position; a policy may end in ``-repeat``."""
 REPEAT = "-repeat"
 WORDS = {
     UNFORESEEN: "case of what is unforeseen",
@@ -162,15 +159,15 @@ WORDS = {
     "communication.range_m": "range of the modems (m)",
     "communication.modem": "modem",
 }
-"""What figures call the settings that are varied most."""
+"""Labels of frequently varied settings."""
 FAR_APART = 10.0
-"""Ratio of the last place on the axis to the first above which places are spaced evenly."""
+"""Minimum ratio of the last to the first axis value for even spacing."""
 
 Row = TypeVar("Row", bound=Comparison | Rank)
 
 
 class PanelSettings(NamedTuple):
-    """What was run, without strategy, policy and place on the axis."""
+    """Configuration without strategy, policy and axis value."""
 
     scenario: str
     channel: str
@@ -188,7 +185,7 @@ class Series(NamedTuple):
 
 @dataclass(frozen=True)
 class Arrangement:
-    """Axis and what follows from it, series in the order of legends, combinations with words that tell them apart."""
+    """Axis with dependent settings, series in legend order, panels with distinguishing titles."""
 
     axis: str
     follows: frozenset[str]
@@ -198,23 +195,23 @@ class Arrangement:
     bounds: Collection[str] = ()
 
     def x(self, row: Comparison | Rank) -> float:
-        """Place on the axis; cases are numbered from 1."""
+        """Return the axis value of a row; cases are numbered from 1."""
         if self.cases:
             return float(self.cases.index(_case(row, self.axis)) + 1)
         return row.per if self.axis == PER else float(row.settings[self.axis])
 
     @property
     def axis_label(self) -> str:
-        """What the axis is called."""
+        """Label of the axis."""
         return "packet error rate" if self.axis == PER else WORDS.get(self.axis, self.axis)
 
     @property
     def tick_pt(self) -> float:
-        """Size of what stands at the ticks of the axis."""
+        """Font size of tick labels."""
         return style.TINY_PT if self.cases else style.SMALL_PT
 
     def tick_labels(self, xs: Collection[float], width_in: float) -> list[str]:
-        """What stands at places of an axis of that width: numbers, or names of cases where each has room."""
+        """Return tick labels: numbers, or names of cases if they fit the width."""
         named = [self.cases[round(x) - 1] for x in xs] if self.cases else []
         fits = (
             len(named) * (max(style.width_in(name, self.tick_pt) for name in named) + 0.04) < width_in
@@ -224,12 +221,12 @@ class Arrangement:
         return named if fits else [f"{x:g}" for x in xs]
 
     def is_spaced_evenly(self, rows: Iterable[Comparison | Rank]) -> bool:
-        """True if values are so far apart that a scale would crowd them: they stand at equal distances then."""
+        """True if a linear scale would crowd the values: they are drawn at equal distances."""
         xs = sorted({self.x(row) for row in rows})
         return len(xs) > 2 and xs[0] > 0.0 and xs[-1] > FAR_APART * xs[0]
 
     def of(self, combination: PanelSettings, rows: Iterable[Row]) -> list[Row]:
-        """Rows of a combination, and those of the perfect channel that complete it."""
+        """Return the rows of a combination, completed by those of the perfect channel."""
         own: list[Row] = []
         perfect: list[Row] = []
         for row in rows:
@@ -242,7 +239,7 @@ class Arrangement:
         return [*(row for row in perfect if self.x(row) not in rates), *own]
 
     def curves(self, rows: Iterable[Row]) -> dict[Series, list[Row]]:
-        """Rows of every series that has some, along the axis."""
+        """Return the rows of each series that has some, sorted along the axis."""
         found: dict[tuple[str, str], list[Row]] = defaultdict(list)
         for row in rows:
             found[row.strategy, row.policy].append(row)
@@ -250,14 +247,13 @@ class Arrangement:
 
 
 def arranged(rows: Sequence[Comparison], bounds: Collection[str] = ()) -> Arrangement:
-    """The arrangement of a study, from rows of all its configurations.
+    """Return the arrangement of a study, from the rows of all its configurations.
 
     Args:
-        rows: of the whole study.
-        bounds: strategies that legends mark as such.
+        bounds: strategies marked as bounds in legends.
 
     Raises:
-        DrawingError: hardly any two configurations lie on one axis, as in a Latin hypercube of several keys.
+        DrawingError: the configurations share no axis, as in a Latin hypercube of several keys.
     """
     axis = _axis(rows)
     cases = _cases(rows, axis)
@@ -294,7 +290,7 @@ def _axis(rows: Sequence[Comparison]) -> str:
 
 
 def _cases(rows: Sequence[Comparison], axis: str) -> tuple[str, ...]:
-    """The places of an axis that is no scale; none of one that is."""
+    """Return the places of a categorical axis; none for a numeric one."""
     if axis == PER or (axis != UNFORESEEN and all(_is_number(row.settings.get(axis, "")) for row in rows)):
         return ()
     found = dict.fromkeys(_case(row, axis) for row in rows)
@@ -317,7 +313,7 @@ def _is_number(text: str) -> bool:
 
 
 def _following(rows: Sequence[Comparison], axis: str) -> frozenset[str]:
-    """The axis, and settings that rise or fall with it: they have one value at each of its places."""
+    """Return the axis and the settings monotonic in it, with one value per axis value."""
     values: dict[str, dict[float, set[str]]] = defaultdict(lambda: defaultdict(set))
     for row in rows:
         if row.channel != PERFECT and (axis == PER or axis in row.settings):
@@ -339,7 +335,7 @@ def _combination(row: Comparison | Rank, left_out: Collection[str]) -> PanelSett
 
 
 def _completes(perfect: PanelSettings, other: PanelSettings) -> bool:
-    """True if these rows of a perfect channel are the other's at a packet error rate of 0."""
+    """Return True if these rows of a perfect channel are packet error rate 0 of the other's."""
     rest = tuple(pair for pair in other.settings if not pair[0].startswith("channel."))
     own = tuple(pair for pair in perfect.settings if not pair[0].startswith("channel."))
     same = (perfect.scenario, own, perfect.unforeseen) == (other.scenario, rest, other.unforeseen)
@@ -365,13 +361,13 @@ def _place(name: str, known: Sequence[str]) -> tuple[int, str]:
 
 
 def policy_place(policy: str) -> tuple[int, str]:
-    """Sorts policies as legends list them: a policy, then the same with repeats."""
+    """Sort key of policies in legends: each policy, then its variant with repeats."""
     number, _ = _place(policy.removesuffix(REPEAT), POLICIES)
     return number, policy
 
 
 def _titles(combinations: Sequence[PanelSettings]) -> list[str]:
-    """What tells combinations apart: only what differs among them."""
+    """Return titles of only the settings that differ among the combinations."""
     keys = dict.fromkeys(key for combination in combinations for key, _ in combination.settings)
     parts = [
         [

@@ -1,4 +1,4 @@
-"""Captions of the figures of a sweep: what is shown, with which intervals, from how many runs."""
+"""Captions of sweep figures: content, kind of interval, number of runs."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ CENSORED = (
 def metric_caption(
     arrangement: Arrangement, combinations: Sequence[PanelSettings], rows: Sequence[Comparison], measure: Measure
 ) -> str:
-    """Caption of one metric along the axis."""
+    """Return the caption of one metric along the axis."""
     rate = measure.whiskers
     return words.joined(
         f"{words.capital(measure.name)} over {arrangement.axis_label}.",
@@ -43,7 +43,7 @@ def metric_caption(
 
 
 def overview_caption(arrangement: Arrangement, rows: Sequence[Comparison], measures: Sequence[Measure]) -> str:
-    """Caption of the metrics of the study."""
+    """Return the caption of the overview of metrics."""
     rates = any(measure.whiskers for measure in measures)
     notes = [f"{words.capital(measure.name)}: {words.within(measure.metric.note)}" for measure in measures
              if measure.metric.note]  # fmt: skip
@@ -60,7 +60,7 @@ def overview_caption(arrangement: Arrangement, rows: Sequence[Comparison], measu
 def differences_caption(
     arrangement: Arrangement, combinations: Sequence[PanelSettings], rows: Sequence[Comparison], measure: Measure
 ) -> str:
-    """Caption of the differences of one metric to the baseline."""
+    """Return the caption of a metric's differences to the baseline."""
     better = {Better.HIGHER: "Above zero is better.", Better.LOWER: "Below zero is better."}
     return words.joined(
         f"{words.capital(measure.name)}: mean differences to {rows[0].baseline} over {arrangement.axis_label}, run by "
@@ -78,7 +78,7 @@ def differences_caption(
 
 
 def unequal_work(rows: Sequence[Comparison], arrangement: Arrangement) -> str:
-    """Said where success rates differ, so that what is compared is not the same work."""
+    """Note that success rates differ significantly, so the compared work is unequal."""
     names = dict.fromkeys(row.strategy for row in rows if row.unequal_success)
     if not names:
         return ""
@@ -93,7 +93,7 @@ def _cases(arrangement: Arrangement) -> str:
 def trade_off_caption(
     arrangement: Arrangement, combinations: Sequence[PanelSettings], across: Measure, up: Measure
 ) -> str:
-    """Caption of one metric over another."""
+    """Return the caption of one metric over another."""
     return words.joined(
         f"{words.capital(up.name)} over {across.name}: means, joined in the order of {arrangement.axis_label}, which "
         "the size of the markers tells; lines that end elsewhere than others have a number at their end. "
@@ -105,7 +105,7 @@ def trade_off_caption(
 
 
 def ranking(arrangement: Arrangement, by: MetricRecord, rows: Sequence[Rank]) -> str:
-    """Caption of the table of ranks."""
+    """Return the caption of the ranking."""
     best = "highest" if by.better is Better.HIGHER else "lowest"
     return words.joined(
         f"Ranks by the mean of {words.within(by.label)} for each {arrangement.axis_label}, 1 is the {best}; "
@@ -127,7 +127,7 @@ def ranking(arrangement: Arrangement, by: MetricRecord, rows: Sequence[Rank]) ->
 
 
 def _goal(rows: Sequence[Rank]) -> str:
-    """What the work is that ranks are by, with the setting of the study where it has one."""
+    """Describe the success criterion of ranks, with its setting if the study has one."""
     set_to = sorted({row.settings[GOAL] for row in rows if GOAL in row.settings})
     of = f", {GOAL} = {' or '.join(set_to)}" if set_to else ""
     return f"Success is the mission's whole goal (goal_fraction = 1{of}), reached before its end."
@@ -142,7 +142,7 @@ def _unequal(arrangement: Arrangement, rows: Sequence[Rank]) -> str:
 
 
 def sweep_conditions(results: SweepResults, arrangement: Arrangement, rows: Iterable[Comparison | Rank]) -> str:
-    """Numbers of runs, seed, what was compared where, which of it is a bound, and the version."""
+    """Describe number of runs, seed, configurations, bounds and version."""
     rows = list(rows)
     present = {(row.strategy, row.policy) for row in rows}
     series = [series for series in arrangement.series if series[:2] in present]
@@ -165,7 +165,7 @@ def sweep_conditions(results: SweepResults, arrangement: Arrangement, rows: Iter
 
 
 def _counts(arrangement: Arrangement, rows: Sequence[Comparison | Rank]) -> str:
-    """How many runs were drawn at a point, and where none was."""
+    """Describe the number of sampled runs per point, and the deterministic points."""
     counts = sorted({row.n for row in rows if not row.deterministic})
     said = dict.fromkeys(f"{count}" for count in (*counts[:1], *counts[-1:]))
     n = [f"n = {' to '.join(said)} runs per point"] if counts else []
@@ -181,7 +181,7 @@ def _counts(arrangement: Arrangement, rows: Sequence[Comparison | Rank]) -> str:
 
 
 def effects_caption(rows: Sequence[MainEffect], metric: MetricRecord) -> str:
-    """Caption of the main effects on one metric."""
+    """Return the caption of the main effects on one metric."""
     main = [row for row in rows if row.is_main]
     mixed = [f"{row.term} with {row.aliases}" for row in main if row.aliases]
     n_missing = max((row.n_missing for row in rows), default=0)
@@ -200,19 +200,19 @@ def effects_caption(rows: Sequence[MainEffect], metric: MetricRecord) -> str:
 
 
 def effects_conditions(results: SweepResults) -> str:
-    """Of which design, seed and version the effects are."""
+    """Describe design, seed and version of the effects."""
     design = results.file.study
     return f"Design: {results.factorial.said()}; master seed {design.seed}, version {results.schedule.version}."
 
 
 def without_intervals(rows: Sequence[Comparison]) -> str:
-    """Why points have no interval."""
+    """Explain points without an interval; empty if none."""
     few = any(not row.deterministic and row.n < FEW for row in rows)
     return f"Points of fewer than {FEW} runs have no interval: n is too small." if few else ""
 
 
 def _aside(arrangement: Arrangement) -> str:
-    """Said where points of one place on the axis are drawn side by side."""
+    """Note that points of one axis value are drawn side by side."""
     several = len(arrangement.series) > 1
     return f"Points of one {arrangement.axis_label} are drawn side by side." if several else ""
 

@@ -1,8 +1,8 @@
-"""Charts of a sweep: metrics along the axis with bands, the trade-off between two metrics, the overview.
+"""Charts of a sweep: metrics along the axis with bands, trade-off of two metrics, overview.
 
-A strategy has its colour, marker, line and fill by its name, so that charts of different studies agree; series stay
-apart for colour-blind readers and in a grey print. Where strategies and policies both vary, colour and marker tell the
-strategy, line and fill the policy.
+A strategy's name determines its colour, marker, line and fill, so charts of different studies agree. Series stay
+distinguishable for colour-blind readers and in grey print. If strategies and policies both vary, colour and marker
+denote the strategy, line and fill the policy.
 """
 
 from __future__ import annotations
@@ -32,22 +32,22 @@ from visualisation.sweeps.arrangement import (
 
 BODY_IN, TRADE_OFF_BODY_IN, OVERVIEW_BODY_IN = 2.1, 2.5, 1.45
 LEAST_PANEL_IN = 2.3
-"""Width of a panel with its label: so many stand in a row of a page of another width."""
+"""Minimum width of a panel with its label; limits panels per row on pages of other widths."""
 SPREAD = 10.0
-"""Ratio of the largest mean to the smallest above which an axis is logarithmic."""
+"""Minimum ratio of the largest to the smallest mean for a logarithmic axis."""
 BAND, MOST_INK = 0.2, 0.55
-"""Opacity of a band, and of all bands together."""
+"""Maximum opacity of a band, and of all bands together."""
 HOLLOW = (1, 3, 4)
-"""Looks with hollow markers, and so are all after the seventh: those of one line style differ in fill or in grey."""
+"""Looks with hollow markers, as all from the eighth on, to separate looks of one line style."""
 SHARE_TOPS = (0.1, 0.25, 0.5, 1.0)
 SIDE_BY_SIDE, MOST_ASIDE = 0.45, 0.045
-"""How far the points of one place on the axis are set apart: part of the way to the next place, and of the axis."""
+"""Maximum spread of points of one axis value, as share of the step and of the axis."""
 SIZES_PT = (2.0, 6.0)
-"""Markers of the trade-off, at the low end of the axis and at the high one."""
+"""Sizes of trade-off markers at the low and the high end of the axis."""
 
 
 def looks(series: Sequence[Series]) -> dict[Series, dict[str, Any]]:
-    """How each series is drawn; names that are not known take the looks that are left, in their order."""
+    """Return the look of each series; unknown names take the remaining looks in order."""
     strategies = list(dict.fromkeys(key.strategy for key in series))
     policies = sorted({key.policy for key in series}, key=policy_place)
     bases = list(dict.fromkeys(policy.removesuffix(REPEAT) for policy in policies))
@@ -72,7 +72,7 @@ def looks(series: Sequence[Series]) -> dict[Series, dict[str, Any]]:
 
 
 def _numbers(names: Sequence[str], known: Sequence[str]) -> dict[str, int]:
-    """Number of each name's look: its place among the known, or the next that no name here has."""
+    """Return the look number of each name: its index in ``known``, or the next free one."""
     fixed = {name: known.index(name) for name in names if name in known}
     free = (number for number in itertools.count() if number not in fixed.values())
     return {name: fixed[name] if name in fixed else next(free) for name in names}
@@ -85,7 +85,7 @@ def metric(
     measure: Measure,
     width_in: float | None = None,
 ) -> Figure:
-    """One metric along the axis, a panel for each combination."""
+    """Draw one metric along the axis, a panel for each combination."""
     with style.paper():
         titles = [arrangement.titles[combination] for combination in combinations]
         figure, panels = _page(arrangement, titles, width_in, rows=rows)
@@ -104,14 +104,12 @@ def overview(
     rows: Mapping[str, Sequence[Comparison]],
     width_in: float | None = None,
 ) -> Figure:
-    """Metrics of one combination under one legend; a panel whose metric has no values says so.
+    """Draw metrics of one combination under one legend; a panel without values is labelled so.
 
     Args:
-        arrangement: of the sweep.
-        combination: the one that is shown.
         measures: one for each panel.
-        rows: of all combinations, by the names of the metrics.
-        width_in: of the page; its own if left out, here as everywhere.
+        rows: of all combinations, by metric name.
+        width_in: of the page; None for the default, also in the other functions.
     """
     with style.paper():
         figure, panels = _page(arrangement, [measure.name for measure in measures], width_in, columns=3)
@@ -136,15 +134,11 @@ def trade_off(
     rows: Mapping[str, Sequence[Comparison]],
     width_in: float | None = None,
 ) -> Figure:
-    """One metric over another: the points of a series joined along the axis, whose value is the size of the marker.
+    """Draw one metric over another, points of a series joined; marker size shows the axis value.
 
     Args:
-        arrangement: of the sweep.
         combinations: one for each panel.
-        across: the metric of the horizontal axis.
-        up: the metric of the vertical one.
-        rows: of all combinations, by the names of the metrics.
-        width_in: of the page.
+        rows: of all combinations, by metric name.
     """
     shown = [
         [arrangement.of(combination, rows[measure.metric.name]) for measure in (across, up)]
@@ -167,12 +161,12 @@ def trade_off(
 
 
 class Places(NamedTuple):
-    """Where on the axis the rows of a panel stand.
+    """Positions of the rows of a panel on the axis.
 
     Args:
-        at: place of every value of the axis.
-        step: the least distance of two places.
-        spread: width over which the points of one place are set apart.
+        at: position of each axis value.
+        step: minimum distance of two positions.
+        spread: width over which points of one axis value are spread.
     """
 
     at: Mapping[float, float]
@@ -181,7 +175,7 @@ class Places(NamedTuple):
 
 
 def _places(arrangement: Arrangement, rows: Sequence[Comparison]) -> Places:
-    """Places to scale, or evenly spaced where a scale would crowd them."""
+    """Return positions to scale, or evenly spaced if a scale would crowd them."""
     xs = sorted({arrangement.x(row) for row in rows})
     evenly = arrangement.is_spaced_evenly(rows)
     at = {x: float(number) if evenly else x for number, x in enumerate(xs)}
@@ -194,7 +188,7 @@ def _places(arrangement: Arrangement, rows: Sequence[Comparison]) -> Places:
 def _curves(
     axes: Axes, arrangement: Arrangement, rows: Sequence[Comparison], measure: Measure, size: float = 1.0
 ) -> None:
-    """Means with bands; the points of one place on the axis stand side by side, so that equal ones can be seen."""
+    """Draw means with bands; points of one axis value stand side by side."""
     curves = arrangement.curves(rows)
     places = _places(arrangement, rows)
     drawn = looks(arrangement.series)
@@ -211,7 +205,6 @@ def _curves(
 
 
 def _opacity(arrangement: Arrangement) -> float:
-    """Of the band of one series."""
     return min(BAND, MOST_INK / len(arrangement.series))
 
 
@@ -224,7 +217,7 @@ def _intervals(
     opacity: float,
     apart: bool,
 ) -> None:
-    """A band around the means of a series; lines where the measure wants them, and at points that stand apart."""
+    """Draw a band around the means of a series, or lines for rates and separate points."""
     bounds = [measure.bounds(row) for row in rows]
     if not measure.whiskers and not apart:
         axes.fill_between(
@@ -236,7 +229,7 @@ def _intervals(
 
 
 def _place_ticks(axes: Axes, places: Places, arrangement: Arrangement) -> None:
-    """A tick at every place if there are few, else at round numbers; cases have their names where those have room."""
+    """Set a tick at each of few places, else at round numbers; name cases if the names fit."""
     along, width_in = list(places.at.values()), axes.bbox.width / axes.figure.dpi
     if along:
         axes.set_xlim(along[0] - 0.5 * places.step, along[-1] + 0.5 * places.step)
@@ -253,17 +246,9 @@ def _crosses(
     measures: tuple[Measure, Measure],
     sizes: Mapping[float, float],
 ) -> tuple[list[labels.Label], list[tuple[float, float]]]:
-    """Draw the series of a trade-off.
+    """Draw the series of a trade-off; return a label for each last point, and all points.
 
-    Args:
-        axes: of the panel.
-        arrangement: of the sweep.
-        shown: rows of the metric across, and of the one up.
-        measures: these metrics.
-        sizes: of the markers (pt) by the places on the axis.
-
-    Returns:
-        A label for the last point of each series, and all points.
+    ``shown`` are rows of the horizontal and the vertical metric; ``sizes`` are marker sizes (pt) by axis value.
     """
     across, up = measures
     drawn = looks(arrangement.series)
@@ -294,7 +279,7 @@ def _sizes(n: int) -> list[float]:
 
 
 def _scale(panels: Sequence[Axes], rows: Sequence[Comparison], measure: Measure, along: str) -> None:
-    """Give all panels the same limits, and a logarithmic scale for a large spread."""
+    """Set the same limits on all panels, and a logarithmic scale for a large spread."""
     means = [row.mean * measure.scale for row in rows]
     intervals = [measure.bounds(row) for row in rows]
     lowest = min(low for low, _ in intervals)
@@ -312,9 +297,9 @@ def _scale(panels: Sequence[Axes], rows: Sequence[Comparison], measure: Measure,
 def _limits(
     means: Sequence[float], intervals: Sequence[tuple[float, float]], share: bool, log: bool, signed: bool = False
 ) -> tuple[float, float]:
-    """Limits of an axis that no interval leaves: round ones for shares, from 0 if that is near.
+    """Return axis limits that contain all intervals: round for shares, from 0 if that is near.
 
-    Of differences zero is shown.
+    The limits of differences include zero.
     """
     ends = [*means, *(end for interval in intervals for end in interval), *([0.0] if signed else [])]
     low, high = min(ends), max(ends)
@@ -338,15 +323,14 @@ def _page(
     columns: int = 2,
     rows: Sequence[Comparison] = (),
 ) -> tuple[Figure, list[Axes]]:
-    """Panels with letters and titles, the legend of all series below; one panel is as wide as a column of text.
+    """Create panels with letters and titles, and a legend of all series below.
 
     Args:
-        arrangement: of the sweep.
         titles: of the panels; a single one is not shown.
-        wanted_in: width of the page, with fewer panels in a row where it is narrow; None for its own.
-        x_label: text of the horizontal axes; the axis of the arrangement if left out.
-        columns: most panels in a row.
-        rows: what is drawn, if the legend is to leave out series without rows, as the baseline of differences.
+        wanted_in: width of the page, which limits the panels per row; None for a column or page of a paper.
+        x_label: empty for the axis of the arrangement.
+        columns: maximum number of panels per row.
+        rows: if given, the legend omits series without rows, such as the baseline of differences.
     """
     columns = min(columns, len(titles), *([] if wanted_in is None else [max(1, int(wanted_in / LEAST_PANEL_IN))]))
     figure = page.opened(wanted_in or (style.COLUMN_IN if columns == 1 else style.PAGE_IN), len(titles) * BODY_IN)
@@ -361,7 +345,7 @@ def _page(
 
 
 def _finish(figure: Figure, panels: Sequence[Axes], body_in: float, y_label: str = "") -> None:
-    """Lay the page out with panels of that height; the first of each row have the label."""
+    """Lay out the page with panels of one height; label the first of each row."""
     first = [axes for axes in panels if (place := axes.get_subplotspec()) and place.is_first_col()]
     for axes in first if y_label else ():
         axes.set_ylabel(y_label)
@@ -369,7 +353,7 @@ def _finish(figure: Figure, panels: Sequence[Axes], body_in: float, y_label: str
 
 
 def _size_key(figure: Figure, name: str, sizes: Mapping[float, float]) -> None:
-    """Which marker size is which place on the axis: the lowest, the middle one, the highest."""
+    """Explain marker sizes at the lowest, middle and highest axis value."""
     places = list(sizes)
     chosen = dict.fromkeys(places[at] for at in (0, len(places) // 2, -1))
     look: dict[str, Any] = {"color": style.GREY, "linestyle": "", "marker": "o"}

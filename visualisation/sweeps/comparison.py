@@ -1,8 +1,8 @@
-"""Figures of a sweep, each with the numbers behind it as CSV and a caption.
+"""Figures of a sweep, each with its data as CSV and a caption.
 
-Up to six combinations of scenario, channel, other settings and what is unforeseen share a figure as panels; more have
-a figure each, with the combination in its name. The overview and the ranking always have one each. Of a factorial study
-there are effects.
+Up to six combinations of scenario, channel, other settings and unforeseen case share a figure as panels; more have a
+figure each, with the combination in its name. Overview and ranking always have one per combination. Factorial studies
+have figures of effects.
 """
 
 from __future__ import annotations
@@ -52,23 +52,22 @@ if TYPE_CHECKING:
 
 MOST_PANELS = 6
 MOST_FIGURES = 8
-"""Figures that are drawn where none is named."""
+"""Maximum number of figures if the user names none."""
 DIRECTIONS = (Better.HIGHER, Better.LOWER)
 
 
 @dataclass(frozen=True)
 class Numbers:
-    """What the figures of a sweep are drawn from.
+    """Data of the figures of a sweep.
 
     Args:
-        kinds: metrics by the kinds of figures that draw one.
+        kinds: metrics by figure kind.
         overview: names of the metrics of the overview.
-        ranked_by: the metric of the ranking, and of the differences.
+        ranked_by: metric of ranking, differences and effects.
         measures: metrics on their axes, by name.
-        rows: of the comparison, by the name of the metric.
-        ranks: of all combinations; empty if no ranking is asked for.
-        arrangement: axis, series and combinations.
-        effects: of the factors on the metric of the ranking; empty if none are asked for.
+        rows: of the comparison, by metric name.
+        ranks: of all combinations; empty unless requested.
+        effects: of the factors on ``ranked_by``; empty unless requested.
     """
 
     kinds: Mapping[str, MetricRecord]
@@ -81,11 +80,11 @@ class Numbers:
     effects: Sequence[MainEffect] = ()
 
     def drawn_by(self, kind: str) -> tuple[str, ...]:
-        """Names of the metrics that a kind draws; none for the ranking."""
+        """Return the names of the metrics in a kind of figure; none for the ranking."""
         return _drawn_by(kind, self.kinds, self.overview, self.ranked_by.name)
 
     def lacking(self, kind: str) -> str:
-        """Why there is nothing to draw for a kind; empty if there is."""
+        """Return the reason why a kind cannot be drawn; empty if it can."""
         if kind == "ranking":
             if self.ranked_by.better not in DIRECTIONS:
                 return f"{self.ranked_by.name} has no value that is the best one"
@@ -105,7 +104,7 @@ class Numbers:
 
 @dataclass(frozen=True)
 class SweepChart:
-    """One figure to write: the end of its file's name, its numbers, its caption, and how it is drawn in a width."""
+    """Figure to write: suffix of its file name, data, caption, drawing function of a width."""
 
     title: str
     rows: Sequence[Comparison] | Sequence[Rank] | Sequence[MainEffect]
@@ -114,20 +113,13 @@ class SweepChart:
 
 
 def sweep_picture(results: SweepResults, kind: str, ranked: str = RANKED, width_in: float | None = None) -> DrawnPage:
-    """One figure of a sweep with its caption, in memory.
+    """Draw one figure of a sweep in memory, with its caption and notes for the user.
 
-    Args:
-        results: of the sweep.
-        kind: see ``draw_sweep_figures``.
-        ranked: see ``draw_sweep_figures``.
-        width_in: of the figure; a column or a page of a paper if left out.
-
-    Returns:
-        The Matplotlib figure, the caption, and notes for the user.
+    ``kind`` and ``ranked`` are as in ``draw_sweep_figures``. A width of None means a column or a page of a paper.
 
     Raises:
-        DrawingError: as ``draw_sweep_figures`` does, and for a kind of which this sweep has several figures.
-        OutputError: see ``draw_sweep_figures``.
+        DrawingError: as in ``draw_sweep_figures``, or the sweep has several figures of this kind.
+        OutputError: as in ``draw_sweep_figures``.
     """
     from visualisation.page import DrawnPage
 
@@ -149,27 +141,26 @@ def draw_sweep_figures(
     width_in: float | None = None,
     draw_all: bool = False,
 ) -> Drawn:
-    """Write figures of a sweep, finished or not; no kinds means those that say most of what the study varies.
+    """Write figures of a finished or unfinished sweep, each with its data and caption.
 
-    These are at most ``MOST_FIGURES``: the overview, the ranking and the differences where strategies or policies are
-    compared, the trade-off where policies are, and the metrics of the study in their order.
+    Without kinds, these are at most ``MOST_FIGURES``: the overview, ranking and differences if strategies or policies
+    are compared, the trade-off if policies are, and the metrics of the study in their order.
 
     Args:
-        results: of the sweep.
         kinds: names in ``SWEEP_KINDS``, or metrics by the name of their chart or of their field.
-        folder: made if it is not there.
+        folder: created if missing.
         format: png, svg or pdf.
-        ranked: name of the metric that the ranking is by, and whose differences are drawn.
-        progress: told what is done of how much.
-        width_in: of all figures; a column or a page of a paper if left out.
-        draw_all: every kind that there are numbers for, where no kinds are named.
+        ranked: name of the metric of ranking, differences and effects.
+        progress: called with amounts done and total.
+        width_in: of all figures; None for a column or a page of a paper.
+        draw_all: without kinds, draw all kinds with data.
 
     Returns:
-        The files written (a figure, its numbers, its caption, the next figure, ...), and notes for the user.
+        Written files (figure, data, caption, next figure, ...) and notes for the user.
 
     Raises:
-        DrawingError: a kind or the format is not known, or a kind that was named has nothing to draw.
-        OutputError: no run has finished, or the metric of the ranking is not known.
+        DrawingError: unknown kind or format, or a named kind without data.
+        OutputError: no finished run, or unknown metric of the ranking.
     """
     numbers, asked, notes = _prepared(results, kinds, ranked, width_in, progress, format, draw_all)
     files: list[Path] = []
@@ -195,7 +186,7 @@ def _prepared(
     format: str = "png",
     draw_all: bool = False,
 ) -> tuple[Numbers, list[str], list[str]]:
-    """The numbers behind figures, the kinds that can be drawn of them, and notes on what is missing."""
+    """Return the data of figures, the kinds that can be drawn, and notes on omissions."""
     charts = by_kind(list(results.metrics.values()))
     asked = _asked(kinds, charts) if kinds or draw_all else _telling(results, charts)
     if results.file.factors and not kinds:
@@ -217,7 +208,7 @@ def _prepared(
 
 
 def _telling(results: SweepResults, charts: Mapping[str, MetricRecord]) -> list[str]:
-    """Kinds that say most of what the study varies, those that say most first; each draws one figure or more."""
+    """Return the default kinds of the study, most informative first."""
     design = results.file.study
     strategies, policies = len(design.strategies or ()) > 1, len(design.policies or ()) > 1
     kinds = {metric.name: kind for kind, metric in charts.items()}
@@ -228,7 +219,7 @@ def _telling(results: SweepResults, charts: Mapping[str, MetricRecord]) -> list[
 
 
 def _asked(kinds: Sequence[str], charts: Mapping[str, MetricRecord]) -> list[str]:
-    """The kinds to draw, each once; a metric's field stands for its chart."""
+    """Return the kinds to draw without duplicates; a metric's field stands for its chart."""
     usual = (*charts, *SWEEP_KINDS)
     known = (*usual, *FACTORIAL_KINDS)
     fields = {metric.name: kind for kind, metric in charts.items()}
@@ -254,7 +245,7 @@ def _numbers(
     ranked: str,
     progress: Callable[[float, float], None],
 ) -> Numbers:
-    """Compare the runs by every metric that the figures draw."""
+    """Compare the runs by each metric of the figures."""
     declared = {metric.name: metric for metric in charts.values()}
     overview = tuple(name for name in results.compared if name in declared)[:MOST_IN_OVERVIEW]
     ranked_by = declared.get(ranked)
@@ -291,7 +282,7 @@ def _written(
     format: str,
     width_in: float | None,
 ) -> list[Path]:
-    """Draw charts of a kind, then write their files."""
+    """Draw the charts of a kind, then write their files."""
     from visualisation import output, style
 
     said = output.of_sweep(results)
@@ -310,7 +301,6 @@ def _written(
 
 
 def _caption(results: SweepResults, numbers: Numbers, chart: SweepChart) -> str:
-    """What a figure shows, of which runs."""
     rows = [row for row in chart.rows if not isinstance(row, MainEffect)]
     if not rows:
         return f"{chart.caption} {captions.effects_conditions(results)}"
@@ -319,7 +309,7 @@ def _caption(results: SweepResults, numbers: Numbers, chart: SweepChart) -> str:
 
 
 def _charts(kind: str, numbers: Numbers) -> Iterator[SweepChart]:
-    """The figures of a kind: one for all combinations, or one for each."""
+    """Yield the figures of a kind: one for all combinations, or one for each."""
     if kind in FACTORIAL_KINDS:
         from visualisation.sweeps import effects as drawn
 
@@ -368,7 +358,7 @@ def _chart(kind: str, title: str, group: Sequence[PanelSettings], numbers: Numbe
 
 
 def _file_name(stem: str, title: str, taken: set[str]) -> str:
-    """A name of letters, digits and ``._=-`` that no figure of this kind has yet."""
+    """Return an unused name of letters, digits and ``._=-``."""
     short = re.sub(r"[^A-Za-z0-9._=-]+", "-", title.replace(" = ", "=")).strip("-")[:80]
     name = stem = f"{stem}-{short}" if short else stem
     number = 2

@@ -1,4 +1,7 @@
-"""Main effects of the factors of a study: a row for each factor, a panel for each condition, whiskers of 95 %."""
+"""Main effects of a study's factors: a row per factor, a panel per condition.
+
+Whiskers are 95 % intervals.
+"""
 
 from __future__ import annotations
 
@@ -18,12 +21,12 @@ RATE = re.compile(r" per (?=[\d.]+$)")
 
 
 def short_label(term: str) -> str:
-    """The last part of the key of a factor."""
+    """Return the last part of a factor's key."""
     return term.rpartition(".")[2]
 
 
 def titles(conditions: Sequence[str]) -> list[str]:
-    """What tells conditions from each other: the parts that not all of them have; a loss rate as captions have it.
+    """Return the parts of conditions that not all share, with loss rates as in captions.
 
     >>> titles(["all", "patches, bernoulli per 0.4", "patches, bernoulli per 0.8"])
     ['all', 'bernoulli, PER 0.4', 'bernoulli, PER 0.8']
@@ -37,12 +40,11 @@ def titles(conditions: Sequence[str]) -> list[str]:
 
 
 def effects_figure(rows: Sequence[MainEffect], metric: MetricRecord, width_in: float | None = None) -> Figure:
-    """Main effects on one metric; the first factor is on top.
+    """Draw main effects on one metric, the first factor on top.
 
     Args:
-        rows: effects on it, of all conditions.
-        metric: how its axis is called.
-        width_in: of the figure; a page of a paper if left out.
+        rows: effects under all conditions.
+        width_in: None for a page of a paper.
     """
     conditions = list(dict.fromkeys(row.condition for row in rows))
     main = [row for row in rows if row.is_main]

@@ -1,4 +1,4 @@
-"""Ranking of a sweep as a table: series down, places on the axis across, the best shaded."""
+"""Ranking of a sweep as a table: series down, axis values across, the best shaded."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from visualisation.sweeps.arrangement import Arrangement, Series
 
 ROW_IN, LONGEST_NAME_IN = 0.19, 1.9
 LEAST_IN = 0.2
-"""Width of a column."""
+"""Minimum width of a column."""
 NONE = "\u2013"
 MEAN = "mean"
 BEST = style.tint(style.BLUE, 0.25)
@@ -24,11 +24,11 @@ TOO_FEW = "too few runs to tell any from the best"
 NOTE = "bold, shaded: best, or not told from it"
 ONE_RUN = "deterministic, n = 1: nothing was tested"
 UNEQUAL, NOTE_OF_UNEQUAL = "*", "; *: unequal work"
-"""Mark of a rank behind those of like success."""
+"""Mark of a rank with a significantly lower success rate, and its explanation."""
 
 
 def ordered(arrangement: Arrangement, shown: Sequence[Rank]) -> list[tuple[Series, float | None]]:
-    """Series from the best mean rank to the worst, those without one last."""
+    """Return series by mean rank, best first, those without one last."""
     means = mean_ranks(shown)
     named = {series[:2]: series for series in arrangement.series}
     found = [(named[pair], mean) for pair, mean in means.items()]
@@ -36,16 +36,14 @@ def ordered(arrangement: Arrangement, shown: Sequence[Rank]) -> list[tuple[Serie
 
 
 def figure(arrangement: Arrangement, shown: Sequence[Rank], measured: str, width_in: float | None = None) -> Figure:
-    """The table of one combination.
+    """Draw the table of one combination.
 
     Args:
-        arrangement: of the sweep.
-        shown: ranks of the combination.
-        measured: what the ranks are by, for the heading.
-        width_in: of the page; a column of text if left out, or a page where the table needs it.
+        measured: name of the ranking metric, for the heading.
+        width_in: None for a column of text, or a page if needed.
 
     Raises:
-        DrawingError: it is wanted narrower than the table can be.
+        DrawingError: the table needs more than ``width_in``.
     """
     rows = ordered(arrangement, shown)
     places = sorted({arrangement.x(rank) for rank in shown})
@@ -88,7 +86,7 @@ def _write(axes: Axes, column: int, row: int, text: str, weight: str = "normal")
 
 
 def _entry(axes: Axes, column: int, row: int, rank: Rank | None) -> None:
-    """One rank, bold and shaded if it is among the best; a dash where there is none."""
+    """Write one rank, bold and shaded among the best; a dash without one."""
     best = rank is not None and rank.among_best and not rank.deterministic
     if best:
         axes.add_patch(Rectangle((column - 0.47, row - 0.45), 0.94, 0.9, facecolor=BEST, linewidth=0))
