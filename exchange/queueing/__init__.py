@@ -1,3 +1,3 @@
-"""What waits to be said: lines, the choice among them, limits."""
+"""Transmission queue: queue classes, selection, limits."""
 
 __all__: list[str] = []

@@ -1,15 +1,10 @@
-"""Limits of the queue: room, deadlines, blackouts, and reasons for what is not sent.
+"""Queue limits: capacity, deadlines, blackouts, and the reasons why entries are not sent.
 
-is said no more, goes newest first, or waits for the end of a blackout.
+Limits are created once the queue is full or the first need with delivery requirements other than the default arrives.
 
-A queue is made without these. They are made when it is full, or when the first need comes that is served on other terms
-than plain ones.
-
-Of those that wait the least urgent makes room for a more urgent one; of equals, the one that was taken last. Where the
-newest is to go first, the one that was taken first makes room. What is to be acknowledged waits outside of the queue,
-and comes in once there is room: nothing that is to be acknowledged is lost. Nor does it wait for one who never
-acknowledges: what has been said, and is lacking still, changes places with what waits outside. Each time that it has
-been said counts as half of its priority, so that what is urgent is said more often.
+On overflow the entry of lowest priority is displaced; of equals the newest, or the oldest under newest-first order.
+Entries that need an acknowledgement wait outside and return once one fits: none is lost. An entry that was
+sent but is still lacking swaps places with one outside; each transmission counts as a halving of its priority.
 """
 
 from __future__ import annotations
@@ -26,7 +21,7 @@ from worldmodel import Terms
 
 
 class Unsaid(Enum):
-    """Why something that waits is not in a packet."""
+    """Reason why a queued entry is not in a packet."""
 
     NOTHING_OPEN = "nothing open"
     BLACKOUT = "blackout"
@@ -36,11 +31,11 @@ class Unsaid(Enum):
     OVERFLOW = "overflow"
     RELAYED = "left to a relay"
 
-    __hash__ = object.__hash__  # that of enumerations takes several times as long, and all slots count reasons
+    __hash__ = object.__hash__  # several times faster than Enum's; all slots count reasons
 
 
 class Expired(Enum):
-    """Why something is said no more, though not all who need it are known to hold it."""
+    """Reason why an entry is discarded before all nodes that need it are known to hold it."""
 
     TIME_TO_LIVE = "time to live"
     OVERFLOW = "overflow"
@@ -50,13 +45,11 @@ class Expired(Enum):
 
 
 class Expiry(NamedTuple):
-    """Something is said no more.
+    """Record of a discarded entry.
 
     Attributes:
-        uid: of the item or status.
-        reason: why.
         latency_s: since its observation.
-        comes_back: True if it waits outside of the queue until there is room.
+        comes_back: True if it waits outside of the queue for capacity.
     """
 
     uid: ItemUid | StatusUid
@@ -66,18 +59,20 @@ class Expiry(NamedTuple):
 
 
 DEFAULT_TIME_TO_LIVE_S = 1800.0
-"""Time to live that rules take where a need names none; Goby's default."""
+"""Time to live for rules if a need names none; Goby's default."""
 LAST_SHARE = 0.1
-"""``Deadline`` counts the time left as this share of the time to live at least, overdue or not: more than what an item
-that was said often may still be lacking is worth, so that it is not said for ever before what is new."""
+"""Lower bound of the remaining time in ``Deadline``, as a share of the time to live.
+
+It keeps overdue items that were sent often from preceding new ones for ever.
+"""
 
 
 class QueueLimits:
-    """Items that wait: so many at most, and of those whose need has a limit, no more than that; and until when.
+    """Capacity limits and deadlines of queued items.
 
     Args:
-        limit: most items in all, infinite for no limit.
-        waiting: items that wait already, in the order of taking.
+        limit: most items in total, infinite for none.
+        waiting: items queued already, oldest first.
     """
 
     def __init__(self, limit: float, waiting: Iterable[Candidate]) -> None:
@@ -86,7 +81,7 @@ class QueueLimits:
         self._levels: dict[int, dict[int, Candidate]] = {}  # by priority and column, in the order of taking
         self._limited: dict[int, dict[int, Candidate]] = {}  # by attribute and column, where the terms have a limit
         self._outside: dict[int | None, dict[int, Candidate]] = {}  # by attribute with a limit, and column
-        self._ended: dict[int, Terms] = {}  # by column, of what is said no more: the terms by which that is so
+        self._ended: dict[int, Terms] = {}  # by column of a discarded item: its terms
         self._deadlines: list[tuple[float, int, Candidate]] = []
         self._n_deadlines = 0
         for candidate in waiting:
@@ -95,21 +90,21 @@ class QueueLimits:
     # Inside --------------------------------------------------------------------------------------
 
     def add(self, candidate: Candidate) -> None:
-        """Let an item wait inside."""
+        """Count an item as inside."""
         self._n_items += 1
         self._levels.setdefault(candidate.waiting.priority, {})[candidate.column] = candidate
         if candidate.terms.queue_limit is not None:
             self._limited.setdefault(candidate.about[1], {})[candidate.column] = candidate
 
     def remove(self, candidate: Candidate) -> None:
-        """Let an item go that waits inside."""
+        """Remove an item from inside."""
         self._n_items -= 1
         del self._levels[candidate.waiting.priority][candidate.column]
         if candidate.terms.queue_limit is not None:
             del self._limited[candidate.about[1]][candidate.column]
 
     def rival(self, candidate: Candidate) -> Candidate | None:
-        """What has to make room for an item, or the item itself; None if there is room."""
+        """Return the item to displace for a candidate (maybe itself); None if it fits."""
         terms, priority = candidate.terms, candidate.waiting.priority
         rivals = self._limited.get(candidate.about[1], {})
         if terms.queue_limit is None or len(rivals) < terms.queue_limit:
@@ -127,25 +122,25 @@ class QueueLimits:
 
     @property
     def n_outside(self) -> int:
-        """How many items wait outside."""
+        """Number of items outside."""
         return sum(len(outside) for outside in self._outside.values())
 
     def outside(self, column: int) -> Candidate | None:
-        """The item of a column, if it waits outside."""
+        """Return the item of a column if it waits outside."""
         return next((candidates[column] for candidates in self._outside.values() if column in candidates), None)
 
     def put_outside(self, candidate: Candidate) -> None:
-        """Let an item wait outside."""
+        """Move an item outside."""
         limited = None if candidate.terms.queue_limit is None else candidate.about[1]
         self._outside.setdefault(limited, {})[candidate.column] = candidate
 
     def forget_outside(self, column: int) -> None:
-        """Let an item wait outside no longer, if it does."""
+        """Remove an item from outside, if present."""
         for outside in self._outside.values():
             outside.pop(column, None)
 
     def from_outside(self) -> Iterator[Candidate]:
-        """Items for which there is room now, the longest outside first; each is to be added before the next."""
+        """Yield items that fit now, oldest first; add each before the next."""
         for attribute, outside in self._outside.items():
             while outside and self._n_items < self._limit:
                 column, candidate = next(iter(outside.items()))
@@ -156,7 +151,7 @@ class QueueLimits:
                 yield candidate
 
     def follower(self, said: Candidate) -> Candidate | None:
-        """What comes in from outside for an item that has been said; None if nothing outside comes before it."""
+        """Return the item outside that replaces a sent one; None if none ranks before it."""
         for attribute, outside in self._outside.items():
             candidate = next(iter(outside.values()), None)
             if candidate is None or _rank(candidate) >= _rank(said):
@@ -166,21 +161,19 @@ class QueueLimits:
                 return candidate
         return None
 
-    # Said no more --------------------------------------------------------------------------------
+    # Discarded ----------------------------------------------------------------------------------
 
     def end(self, candidate: Candidate) -> None:
-        """An item is said no more."""
+        """Record that an item is discarded."""
         self._ended[candidate.column] = candidate.terms
 
     def bars(self, column: int, waiting: Waiting, terms: Terms, now_s: float, is_new_need: bool) -> bool:
-        """True if an item may not wait again: it is too old, or those who need it ask for no more than they had.
+        """Return whether a discarded item may not be queued again: overdue, or no further need.
 
         Args:
-            column: of the item.
-            waiting: what is known from when it waited before.
-            terms: of those who need it now.
-            now_s: the time (s).
-            is_new_need: True if somebody needs it now who did not before.
+            waiting: state from its previous time in the queue.
+            terms: of the vehicles that need it now.
+            is_new_need: a vehicle needs it now that did not before.
         """
         ended = self._ended.get(column)
         if ended is None:
@@ -194,14 +187,14 @@ class QueueLimits:
     # Deadlines -----------------------------------------------------------------------------------
 
     def set_deadline(self, candidate: Candidate) -> None:
-        """A candidate comes in that may wait only for some time."""
+        """Register the deadline of an entry with a finite time to live."""
         candidate.waiting.terms = candidate.terms
         if math.isfinite(candidate.terms.time_to_live_s):
             self._n_deadlines += 1
             heappush(self._deadlines, (_deadline_s(candidate), self._n_deadlines, candidate))
 
     def overdue(self, now_s: float) -> Iterator[Candidate]:
-        """Those that still wait and may not any more; each is to be let go of before the next."""
+        """Yield queued entries past their deadline; remove each before the next."""
         while self._deadlines and self._deadlines[0][0] < now_s:
             at_s, _, candidate = heappop(self._deadlines)
             if candidate.line is not None and _deadline_s(candidate) == at_s:
@@ -209,7 +202,7 @@ class QueueLimits:
 
 
 def _rank(candidate: Candidate) -> int:
-    """Orders items that change places, the lowest first: by how often each was said, less the digits of its priority.
+    """Rank for swaps, lowest first: transmissions minus binary digits of the priority.
 
     >>> [n_said - priority.bit_length() for priority, n_said in ((20, 0), (20, 4), (1, 0))]
     [-5, -1, -1]
@@ -218,26 +211,27 @@ def _rank(candidate: Candidate) -> int:
 
 
 def _deadline_s(candidate: Candidate) -> float:
-    """Until when it is of use (s)."""
     return candidate.waiting.observed_s + candidate.terms.time_to_live_s
 
 
 class LinesOnTerms:
-    """Where what goes newest first, and what has blackouts, stands among the lines of a queue."""
+    """Queue classes of entries with newest-first order or blackouts."""
 
     def __init__(self) -> None:
-        self._blackouts: dict[Hashable, tuple[tuple[int, int], float]] = {}  # by line: about what, and how long
+        self._blackouts: dict[
+            Hashable, tuple[tuple[int, int], float]
+        ] = {}  # by line: subject and attribute, duration (s)
         self._said_s: dict[tuple[int, int], float] = {}  # by subject and attribute
 
     def place(
         self, candidate: Candidate, key: Hashable, rank: float, n_slots: int
     ) -> tuple[Hashable, float, Waiting | None]:
-        """The line of a candidate, its rank there, and what the line is valued by if it waits as one.
+        """Return queue class, rank and (if the class is valued as a whole) its value state.
 
         Args:
-            candidate: stands in no line.
-            key: of the line in which it stands on plain terms; rank: that it has there.
-            n_slots: own slots so far.
+            key: its class on default terms.
+            rank: its rank in ``key``.
+            n_slots: own slots up to now.
         """
         waiting, terms, about, shared = candidate.waiting, candidate.terms, candidate.about, None
         if terms.newest_first:
@@ -251,12 +245,12 @@ class LinesOnTerms:
         return key, rank, shared
 
     def bar(self, line: Hashable, now_s: float) -> Unsaid | None:
-        """Why nothing of a line may go now: it is in a blackout. None if it may."""
+        """Return ``BLACKOUT`` while a queue class is blocked; None if it may be sent."""
         about, blackout_s = self._blackouts.get(line, ((0, 0), 0.0))
         return Unsaid.BLACKOUT if blackout_s and now_s - self._said_s.get(about, -math.inf) < blackout_s else None
 
     def note_said(self, chosen: Sequence[Candidate], now_s: float) -> None:
-        """These go now: a blackout begins for what has one."""
+        """Start the blackouts of sent entries."""
         for candidate in chosen:
             if candidate.terms.blackout_s:
                 self._said_s[candidate.about] = now_s
@@ -266,7 +260,7 @@ class LinesOnTerms:
 
 
 def _rated_s(waiting: Waiting) -> float:
-    """The time to live, or the default of rules that need one (s)."""
+    """Time to live (s), with the default for rules that need a finite one."""
     time_to_live_s = waiting.terms.time_to_live_s
     return time_to_live_s if math.isfinite(time_to_live_s) else DEFAULT_TIME_TO_LIVE_S
 
@@ -277,11 +271,11 @@ class Goby:
     name = "goby"
 
     def place(self, waiting: Waiting) -> QueuePlace:
-        """One group for each rate of growth."""
+        """Group by rate of growth."""
         return QueuePlace(waiting.priority / _rated_s(waiting), -waiting.since_s)
 
     def value(self, waiting: Waiting, moment: Moment) -> float:
-        """Grows from 0, when it was taken or last said, to the priority after a time to live, and beyond.
+        """Grow from 0 at queueing or the last transmission to the priority after a time to live.
 
         >>> Goby().value(Waiting(priority=10, since_s=100.0, terms=Terms(time_to_live_s=60.0)), Moment(130.0, 1))
         5.0
@@ -290,17 +284,17 @@ class Goby:
 
 
 class Deadline:
-    """Priority over the time left until the value is of no use, times the chance that it is still lacking."""
+    """Priority over remaining time, times the probability that the entry is still lacking."""
 
     name = "deadline"
 
     def place(self, waiting: Waiting) -> QueuePlace:
-        """One group for each priority, time to live and number of times said; the earliest deadline first."""
+        """Group by priority, time to live and number of transmissions; earliest deadline first."""
         alike = waiting.priority, _rated_s(waiting), min(waiting.n_said, MOST_SAID)
         return QueuePlace(alike, -self._deadline_s(waiting))
 
     def value(self, waiting: Waiting, moment: Moment) -> float:
-        """The time left counts as ``LAST_SHARE`` of the time to live at least.
+        """Bound the remaining time from below by ``LAST_SHARE`` of the time to live.
 
         >>> Deadline().value(Waiting(priority=20, observed_s=0.0, terms=Terms(time_to_live_s=60.0)), Moment(50.0, 1))
         2.0

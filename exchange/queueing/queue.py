@@ -1,16 +1,15 @@
-"""What waits to be said: the open items of a vehicle, and the newest value of each status, in one weighted queue.
+"""Weighted transmission queue of one vehicle: open items and newest statuses.
 
-What goes into a packet is the most valuable that fits, again and again, and of equals the lower item UID, items before
-statuses; the policy study chooses by the same rule, and a test compares the two. That takes no look at all that waits.
-Candidates that keep their order while they wait stand in one *line*, see `exchange.values`; a slot compares the heads
-of the lines, and takes from them until nothing more fits. It costs as much as there are lines, and as it sends.
+Repeatedly the most valuable entry that fits goes into the packet; ties go to the lower item UID, items before statuses.
+The policy study uses the same rule; a test compares both. Entries whose order is constant while they wait share one
+queue class (*line*, see `exchange.values`). A slot compares only the heads of the classes: its cost grows with the
+number of classes and of entries sent.
 
-A candidate too large for the room left is passed over. A line holds candidates of about one size, so if more than
-``LOOK_PAST`` of it do not fit, the rest is taken not to fit either. Where candidates of a line have one size exactly,
-that is so; in a packed form they differ by some bits, and one that would have fitted may be missed.
+Entries larger than the remaining capacity are skipped. After ``LOOK_PAST`` skipped entries of a class, the rest of it
+is skipped too: exact for equal sizes, approximate for packed ones, which differ by some bits.
 
-A queue is limited once it is full or a need asks for it, see `exchange.queueing.limits`. What does not go in, or has to
-make room, is told by an `Expiry`.
+Limits apply once the queue is full or a need asks for them (`exchange.queueing.limits`). An `Expiry` reports each
+entry that is refused or displaced.
 """
 
 from __future__ import annotations
@@ -28,27 +27,25 @@ from exchange.values import ADDITIVE, STATUS_COLUMN, Candidate, Moment, ValueRul
 from worldmodel import PLAIN, Terms
 
 SLACK = 16
-"""Stale entries of a line, beside as many as there are candidates in it, before it is rebuilt."""
+"""Stale entries of a line, beside its number of candidates, that trigger a rebuild."""
 LOOK_PAST = 3
-"""Candidates of one line that may not fit before the rest of it is left."""
+"""Entries of one line that may be skipped before the rest of it is skipped."""
 RESTING = "resting"
-"""Key of the line of what rests. Its priority is 0, and only what has a higher one is said."""
+"""Key of the line of suspended entries, which are not sent; its priority is 0."""
 
 Head = tuple[float, tuple[int, ...], Candidate]
-"""Value, highest first by its sign; what orders equals; candidate."""
+"""Negated value, tie-breaker, candidate."""
 Entry = tuple[float, tuple[int, ...], int, Candidate]
-"""Rank, lowest first; what orders equals; version; candidate."""
+"""Negated rank, tie-breaker, version, candidate."""
 
 
 class Line:
-    """Candidates that keep their order while they wait, the best first.
+    """Queue class: candidates whose order is constant while they wait, best first.
 
     Attributes:
-        key: of the line in its queue.
-        priority: of all of them.
-        shared: what a line is valued by that waits as one; None if each candidate waits for itself.
-        n_waiting, n_repeated: how many wait in it, and how many of these have been said before.
-        entries: a heap of those that wait, and of stale entries.
+        shared: value state if the line is valued as a whole; None if each candidate has its own.
+        n_repeated: waiting candidates that were sent before.
+        entries: heap of waiting and stale entries.
     """
 
     __slots__ = ("entries", "key", "n_repeated", "n_waiting", "priority", "shared")
@@ -63,20 +60,17 @@ class Line:
 
 
 class Room(Protocol):
-    """A packet that is being filled."""
+    """Packet under construction."""
 
     def add(self, fragment: Fragment) -> bool:
-        """Put a fragment in; False if it does not fit: then nothing has changed."""
+        """Add a fragment; return False without a change if it does not fit."""
 
 
 class Lines:
-    """The lines of one vehicle.
-
-    Args:
-        rule: says what is worth most.
+    """Queue classes of one vehicle.
 
     Attributes:
-        on_terms: says where else than usual a candidate stands, and what is in a blackout; None until asked for.
+        on_terms: placement and blackouts by delivery requirements; None while all are default.
     """
 
     def __init__(self, rule: ValueRule) -> None:
@@ -86,22 +80,17 @@ class Lines:
 
     @property
     def n_waiting(self) -> int:
-        """How many candidates stand in them."""
+        """Number of candidates in all lines."""
         return sum(line.n_waiting for line in self._lines.values())
 
     def bar(self, line: Line, now_s: float) -> Unsaid | None:
-        """Why nothing of a line may go; None if it may."""
+        """Return why a line may not be sent; None if it may."""
         if line.key == RESTING:
             return Unsaid.RELAYED
         return None if self.on_terms is None else self.on_terms.bar(line.key, now_s)
 
     def choose(self, room: Room, moment: Moment) -> tuple[list[Candidate], Counter[Unsaid]]:
-        """Fill a packet; returns what goes, the most valuable first, and how many do not go, by the reason.
-
-        Args:
-            room: the packet.
-            moment: of the own slot.
-        """
+        """Fill a packet; return its entries, most valuable first, and the unsent ones by reason."""
         unsaid: Counter[Unsaid] = Counter()
         heads, n_waiting, n_repeated = self._heads(moment, unsaid)
         passed: dict[Hashable, list[tuple[Line, Entry]]] = {}
@@ -142,7 +131,7 @@ class Lines:
         return chosen, unsaid
 
     def _heads(self, moment: Moment, unsaid: Counter[Unsaid]) -> tuple[list[Head], int, int]:
-        """Heads of the lines that may go, how many wait in these, and how many of them have been said before."""
+        """Return the heads of sendable lines, their number of candidates, and of those sent before."""
         heads: list[Head] = []
         n_waiting = n_repeated = 0
         for line in list(self._lines.values()):
@@ -158,7 +147,6 @@ class Lines:
         return heads, n_waiting, n_repeated
 
     def _compare(self, heads: list[Head], line: Line, moment: Moment) -> None:
-        """Let the best of a line that is not passed over compete with the others."""
         entries = line.entries
         while entries and entries[0][2] != entries[0][3].version:
             heappop(entries)
@@ -168,7 +156,7 @@ class Lines:
             heappush(heads, (-value, head.tie, head))
 
     def remove(self, candidate: Candidate) -> None:
-        """Take a candidate out of the line in which it stands."""
+        """Remove a candidate from its line."""
         line = self._lines[candidate.line]
         candidate.version += 1
         candidate.line = None
@@ -179,12 +167,7 @@ class Lines:
             heapify(line.entries)
 
     def place(self, candidate: Candidate, n_slots: int) -> None:
-        """Put a candidate where it belongs, before those of lower rank.
-
-        Args:
-            candidate: stands in no line.
-            n_slots: own slots so far.
-        """
+        """Put a candidate into its line; ``n_slots`` counts own slots up to now."""
         waiting = candidate.waiting
         place, shared = self._rule.place(waiting), None
         key: Hashable
@@ -207,17 +190,16 @@ class Lines:
 
 
 class Queue:
-    """The candidates of one vehicle for its next packet.
+    """Entries of one vehicle for its next packets.
 
     Args:
-        rule: says what is worth most.
-        limit: most items that wait in it.
+        limit: most items inside; None for no limit.
 
     Attributes:
-        open: item set of those that wait, outside of the queue too.
-        resting: item set of those that wait inside and are not said.
-        unsaid: how many candidates were not said in the last own slot, by the reason.
-        expired: what has come to be said no more since this was taken last.
+        open: item set of outstanding items, inside and outside.
+        resting: item set of suspended items inside.
+        unsaid: number of entries not sent in the last own slot, by reason.
+        expired: entries discarded since ``take_expired``.
     """
 
     def __init__(self, rule: ValueRule = ADDITIVE, limit: int | None = None) -> None:
@@ -228,24 +210,24 @@ class Queue:
         self._status: dict[tuple[int, int], Candidate] = {}  # by subject and attribute
         self._n_status = 0
         self._n_slots = 0
-        self._said: list[Candidate] = []  # items of the last own slot that wait again, where something limits
+        self._said: list[Candidate] = []  # items of the last own slot that wait again, under limits
         self.expired: list[Expiry] = []
         self.open = 0
         self.resting = 0
         self.unsaid: Counter[Unsaid] = Counter()
 
     def __len__(self) -> int:
-        """How many items wait in it."""
+        """Return the number of items inside."""
         return len(self._items)
 
     @property
     def statuses(self) -> list[Candidate]:
-        """The statuses that wait."""
+        """Queued statuses."""
         return [candidate for candidate in self._status.values() if candidate.line is not None]
 
     @property
     def items_weight(self) -> int:
-        """Priority times size, of all items that wait in it."""
+        """Sum of priority times size (bits) over all items inside."""
         return sum([candidate.waiting.priority * candidate.size_bits for candidate in self._items.values()])
 
     # What comes in -------------------------------------------------------------------------------
@@ -260,18 +242,15 @@ class Queue:
         now_s: float = 0.0,
         is_new_need: bool = False,
     ) -> None:
-        """Let an item wait; where there is no room, one of those that wait makes room, or it does.
+        """Queue an item; on overflow displace another or leave it outside.
 
-        What is said no more waits again if somebody comes to need it, or other terms ask for more, while it is of use.
+        A discarded item is queued again on a new need or stricter terms before its time to live ends.
 
         Args:
-            column: of the item.
-            fragment: the item.
-            waiting: what is known from when it waited before.
-            size_bits: about its size.
-            terms: of those who need it.
-            now_s: the time (s).
-            is_new_need: True if somebody needs it now who did not before.
+            waiting: state from its previous time in the queue.
+            size_bits: approximate size.
+            terms: of the vehicles that need it.
+            is_new_need: a vehicle needs it now that did not before.
         """
         self._heed(terms)
         limits = self._limits
@@ -284,7 +263,7 @@ class Queue:
         self._let_in(candidate, now_s)
 
     def take_status(self, fragment: Fragment, priority: int, size_bits: int, terms: Terms = PLAIN) -> None:
-        """Let the newest value of a status wait in place of the older one, with the weight that this has gained."""
+        """Replace the queued value of a status by the newest; its accumulated weight remains."""
         if terms is not PLAIN:
             self._heed(terms)
         about = fragment.facts[0].subject, fragment.facts[0].attribute
@@ -307,20 +286,20 @@ class Queue:
         self._lines.place(candidate, self._n_slots)
 
     def drop_status(self, about: tuple[int, int], now_s: float) -> None:
-        """Nobody needs a status any more, by subject and attribute."""
+        """Remove a status (subject and attribute) that no vehicle needs any more."""
         candidate = self._status.pop(about, None)
         if candidate is not None and candidate.line is not None:
             self._leave(candidate)
             self._tell(candidate, Expired.NOT_NEEDED, now_s)
 
     def drop(self, column: int) -> None:
-        """Let an item wait no longer; what it has gained counts if it comes in again."""
+        """Remove an item; its state counts if it is queued again."""
         if self.open >> column & 1:
             self.open ^= 1 << column
             self._withdraw(column)
 
     def revalue(self, column: int, priority: int, terms: Terms, now_s: float = 0.0) -> None:
-        """Another priority, or other terms, hold for an item that waits, inside or outside of the queue."""
+        """Change priority or terms of an item inside or outside."""
         self._heed(terms)
         candidate = self._items.get(column)
         if (limits := self._limits) is not None:
@@ -332,7 +311,7 @@ class Queue:
         self._let_in(candidate, now_s)
 
     def rest(self, items: int) -> None:
-        """Let these items rest and all others wake: what rests stays open, is not said, and gains nothing."""
+        """Suspend these items and resume all others; suspended items stay open and gain no value."""
         for column in members((items ^ self.resting) & self.open):
             candidate = self._items.get(column)
             if candidate is not None:  # else it waits outside
@@ -342,7 +321,7 @@ class Queue:
                 self._lines.place(candidate, self._n_slots)
 
     def _heed(self, terms: Terms) -> None:
-        """Have limits from now on, if the queue is full or these terms ask for more than plain ones do."""
+        """Create limits once the queue is full or ``terms`` are not the default."""
         if self._limits is None and (len(self._items) >= self._limit or (terms is not PLAIN and terms != PLAIN)):
             self._limits = QueueLimits(self._limit, self._items.values())
             self._lines.on_terms = LinesOnTerms()
@@ -350,12 +329,7 @@ class Queue:
     # What goes out -------------------------------------------------------------------------------
 
     def choose(self, room: Room, now_s: float) -> list[Candidate]:
-        """Fill a packet; returns what goes, the most valuable first.
-
-        Args:
-            room: the packet.
-            now_s: when the own slot opens.
-        """
+        """Fill the packet of an own slot at ``now_s``; return its entries, most valuable first."""
         if self._limits is not None:
             self._update(now_s)
         self._n_slots += 1
@@ -367,7 +341,7 @@ class Queue:
             candidate.waiting.note_said(moment)
             if candidate.column == STATUS_COLUMN:
                 continue
-            if candidate.terms.acknowledged:  # it waits again, from 0
+            if candidate.terms.acknowledged:  # queue again with value 0
                 self._lines.place(candidate, self._n_slots)
             else:
                 self._forget(candidate)
@@ -378,7 +352,6 @@ class Queue:
         return chosen
 
     def _note_unsaid(self, reasons: Counter[Unsaid], is_empty: bool) -> None:
-        """Keep why what waits was not said; ``is_empty`` if nothing was."""
         self.unsaid = reasons
         n_outside = 0 if self._limits is None else self._limits.n_outside
         if n_outside:
@@ -387,7 +360,7 @@ class Queue:
             reasons[Unsaid.NOTHING_OPEN] = 1
 
     def _update(self, now_s: float) -> None:
-        """Let in what waits outside, for what was said and is lacking still, too; let go of what is too old."""
+        """Let items in from outside, also in exchange for sent ones; discard overdue entries."""
         if (limits := self._limits) is not None:
             for candidate in limits.from_outside():
                 self._enter(candidate)
@@ -401,14 +374,13 @@ class Queue:
                 self._expire(candidate, now_s)
 
     def take_expired(self) -> tuple[Expiry, ...]:
-        """What has come to be said no more since this was asked last."""
+        """Return and clear the entries discarded since the last call."""
         expired, self.expired = tuple(self.expired), []
         return expired
 
     # Coming and going ----------------------------------------------------------------------------
 
     def _let_in(self, candidate: Candidate, now_s: float) -> None:
-        """Let an item in, or one out for it."""
         if (limits := self._limits) is not None:
             victim = limits.rival(candidate)
             if victim is not candidate:
@@ -419,7 +391,7 @@ class Queue:
         self._enter(candidate)
 
     def _put_out(self, victim: Candidate, limits: QueueLimits, now_s: float) -> None:
-        """Let an item make room: it waits outside if it is to be acknowledged, else it is said no more."""
+        """Displace an item: outside if it needs an acknowledgement, else discarded."""
         if victim.line is not None:
             self._let_go(victim)
         if victim.terms.acknowledged:
@@ -429,7 +401,6 @@ class Queue:
         self._tell(victim, Expired.OVERFLOW, now_s, comes_back=victim.terms.acknowledged)
 
     def _enter(self, candidate: Candidate) -> None:
-        """Put an item among those that wait."""
         self._items[candidate.column] = candidate
         if (limits := self._limits) is not None:
             limits.add(candidate)
@@ -438,7 +409,6 @@ class Queue:
         self._lines.place(candidate, self._n_slots)
 
     def _withdraw(self, column: int) -> None:
-        """Take an item from among those that wait, inside or outside of the queue."""
         if (candidate := self._items.get(column)) is not None:
             self._let_go(candidate)
             return
@@ -446,12 +416,10 @@ class Queue:
             limits.forget_outside(column)
 
     def _let_go(self, candidate: Candidate) -> None:
-        """Take an item out of the queue."""
         self._forget(candidate)
         self._leave(candidate)
 
     def _forget(self, candidate: Candidate) -> None:
-        """An item is none of those that wait inside."""
         del self._items[candidate.column]
         if (limits := self._limits) is not None:
             limits.remove(candidate)
@@ -466,7 +434,6 @@ class Queue:
             self._lines.remove(candidate)
 
     def _end(self, candidate: Candidate) -> None:
-        """An item is said no more for good."""
         self.open &= ~(1 << candidate.column)
         if (limits := self._limits) is not None:
             limits.end(candidate)
@@ -474,7 +441,6 @@ class Queue:
     # Reasons -------------------------------------------------------------------------------------
 
     def _expire(self, candidate: Candidate, now_s: float) -> None:
-        """Let go of what is older than its time to live."""
         if candidate.column == STATUS_COLUMN:
             self._leave(candidate)
             candidate.waiting.credit = 0
