@@ -1,9 +1,8 @@
-"""``python -m benchmarks [NAME...] [--json]``: every module here with a function ``rows`` is a benchmark.
+"""Run benchmarks: modules here with a function ``rows``.
 
-``contest``, ``healing``, ``holdings``, ``intervals``, ``mechanisms``, ``site``, ``tuning``,
-``under_loss`` and ``variants`` are none: they are commands of their own, as ``python -m benchmarks.tuning``.
-``printed`` takes options: it makes the figures of pages. ``dividing`` is a part of
-``organisation``, ``measuring`` of all.
+``dividing`` is part of ``organisation``; ``measuring`` holds shared functions. ``printed`` takes options, see ``python
+-m benchmarks printed --help``. Separate commands, such as ``python -m benchmarks.tuning``: ``contest``, ``healing``,
+``holdings``, ``intervals``, ``mechanisms``, ``site``, ``tuning``, ``under_loss`` and ``variants``.
 """
 
 from __future__ import annotations

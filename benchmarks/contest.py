@@ -1,8 +1,8 @@
-"""What cards of one split say together: ``python -m benchmarks.contest CARD... [--other CARD...]``.
+"""Compare the strategies of benchmark cards of one split.
 
-Scores; which pairs are told apart (step-down sign flips over instances, 5 %); regret, the mean over conditions (network
-and what is unforeseen) of what is lacking to the best of the nine shipped strategies in each, chosen in hindsight; and
-of another split by how many pairs stand in the same order.
+Prints scores, pairs without a significant difference (step-down sign flips over instances, 5 %), and regret: the mean
+gap per condition (network and unforeseen case) to the best of the nine shipped strategies there, in hindsight. With
+``--other``, it also counts the pairs in the same order on another split.
 """
 
 from __future__ import annotations

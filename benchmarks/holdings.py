@@ -1,10 +1,10 @@
-"""What each mechanism of the policies that state holdings bears, in the policy study: each is taken out by itself.
+"""Ablate each mechanism of the policies that report received sets, in the policy study.
 
-``python -m benchmarks.holdings [NAME...] [--trials N] [--json]`` plays the variants that are named, all of them without
-a name, each in a process of its own, since compiled code has built in what was there when it was made. A line for each
-load and fleet says the mean time until all hold an item and until its origin knows it (slots, 95 % interval), the
-items refused for want of room and the false beliefs. Items have 60 bits, packets 256, headers are charged; a batch has
-48 items in the fleet, Poisson load 0.12 a slot in the fleet, 1000 frames after 1000, with a twentieth of the trials.
+Each variant runs in its own process, because compiled code keeps the functions of its compilation. A line per load and
+fleet gives the mean time until all nodes hold an item and until its origin knows it (slots, 95 % interval), the share
+of items refused for lack of space, and false beliefs. Items have 60 bits, packets 256, headers included. A batch has 48
+items in the fleet. Poisson load is 0.12 items per slot in the fleet, over 1000 frames after 1000, with a twentieth of
+the trials.
 """
 
 from __future__ import annotations

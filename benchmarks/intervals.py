@@ -1,9 +1,9 @@
-"""Coverage of intervals, and how often equal strategies are told apart, in simulated studies.
+"""Estimate coverage of intervals and false positives of comparisons in simulated studies.
 
     python -m benchmarks.intervals --studies 1000
 
-Every row is a procedure of ``remoras compare`` on studies that are made up, of which the truth is known. Times have a
-mean of 1; a share of the runs does not get there, and counts with the horizon of 4. The same seed gives the same rows.
+Each row applies a procedure of ``remoras compare`` to simulated studies with known truth. Times have a mean of 1; a
+share of the runs is censored at the horizon of 4. Results are deterministic.
 """
 
 from __future__ import annotations

@@ -1,12 +1,10 @@
-"""What each mechanism is worth: missions with it and with it taken out, paired by seed.
+"""Ablate mechanisms: missions with and without each, paired by seed.
 
-``python -m benchmarks.mechanisms [NAME...] [--runs N]`` makes the runs of the mechanisms that are named, all of them
-without a name, with seeds from 1 on, and prints a row for each: what is measured, its mean with the mechanism, by how
-much it changes without, with the 95 % interval (Student's t) of the difference, and in how many pairs it is the same.
-A time counts with the whole duration where a mission is not completed.
+Runs the named mechanisms (default: all) with seeds from 1 on. A row gives the metric, its mean with the mechanism, the
+change without it, the 95 % interval (Student's t) of that difference, and the number of equal pairs. A mission that is
+not completed counts with its whole duration.
 
-A mechanism is taken out by keys of its scenario, or where there is no key by a patch that puts something simpler in its
-place for as long as the run lasts.
+Keys of the scenario disable a mechanism. Without a key, a patch replaces it by a simpler one during the run.
 """
 
 from __future__ import annotations

@@ -1,19 +1,20 @@
-"""Figures that pages print, made again: each is a template of its line in ``printed.toml``, with its runs.
+"""Reproduce the figures that pages print.
 
-    python -m benchmarks printed --sample 0.1      make a tenth of the lines again; exit 1 where a page prints another
-    python -m benchmarks printed --page docs/validation.md --write     make them again, and put them into the page
-    python -m benchmarks printed --list            the lines, and how many runs each takes
+    python -m benchmarks printed --sample 0.1      reproduce a tenth of the lines; exit 1 if a page differs
+    python -m benchmarks printed --page docs/validation.md --write     reproduce its lines and update the page
+    python -m benchmarks printed --list            the lines with their numbers of runs
 
-The figures themselves stand in the pages alone. A template is a Python format string: ``{run.mission_time_s.mean:.0f}``
-is the mean over the seeds of a field of the summary of the run named ``run``. What else can be asked of a field:
-``least``, ``greatest``, ``half`` (of the 95 % interval of the mean, Student's t), ``count`` (of true ones), ``each``
-(all values, commas between) and ``percent`` (of the mean). A milestone is a field by its name, and that of one vehicle
-or group by ``NAME_VEHICLE``. ``<key>`` stands for each value that ``where`` has for it, so that a table is one entry.
+Each line has a template and runs in ``printed.toml``; only the pages hold the figures. A template is a Python format
+string: ``{run.mission_time_s.mean:.0f}`` is the mean over the seeds of a summary field of the run named ``run``. Other
+statistics of a field: ``least``, ``greatest``, ``half`` (of the 95 % interval of the mean, Student's t), ``count`` (of
+true values), ``each`` (all values, comma-separated) and ``percent`` (of the mean). A milestone is a field by its name,
+that of one vehicle or group by ``NAME_VEHICLE``. ``<key>`` stands for each of its values in ``where``, so that a table
+is one entry.
 
-Arguments that begin with ``sweep STUDY`` are the runs of a study that have the values that follow, those with
-``mechanism NAME`` and ``with`` or ``without`` what ``benchmarks.mechanisms`` measures, in the field ``measured``.
-``pairs`` names differences of two runs, ``later = ["off", "on"]``, seed by seed: of these there are ``low`` and
-``high``, the ends of the interval, too, and ``share``, the mean in per cent of that of the second.
+Arguments ``sweep STUDY COLUMN=VALUE ...`` select runs of a study. Arguments ``mechanism NAME with`` or ``without``
+select a measurement of ``benchmarks.mechanisms``, in the field ``measured``. ``pairs`` names differences of two runs by
+seed, such as ``later = ["off", "on"]``. They also have ``low`` and ``high``, the ends of the interval, and ``share``,
+the mean in per cent of that of the second run.
 """
 
 from __future__ import annotations

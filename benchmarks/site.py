@@ -1,12 +1,9 @@
-"""The site term of the channel ``acoustic`` against a network that was measured: fitted on half of its links.
+"""Fit the site term of channel ``acoustic`` to half of a measured network and test the rest.
 
-``python -m benchmarks.site [--splits N] [--seeds N]`` prints what it finds; it is no race, so not among the benchmarks.
-
-Of each link of mission-2012 the excess is worked out: how many dB above the budget would lose what was lost. By the
-model these are an unknown level, S of the link and N of the receiver (``exchange.acoustics.site``), and a rest of
-``REST_DB``: a Gaussian process. Its two deviations are those of the greatest restricted likelihood, on a grid. Of links
-that were held back it says how likely each loss is. Where q was said and the share p lost, the score is
-p log q + (1 - p) log (1 - q), the mean log-likelihood of packets.
+The excess of a link of mission-2012 is the loss (dB) above the budget that explains its packet loss. The model has an
+unknown level, S of the link, N of the receiver (``exchange.acoustics.site``) and a residual of ``REST_DB``: a Gaussian
+process. Its two deviations maximise the restricted likelihood on a grid. The score of held-out links is the mean
+log-likelihood of packets, p log q + (1 - p) log (1 - q), for predicted loss q and measured loss p.
 """
 
 from __future__ import annotations

@@ -1,12 +1,11 @@
-"""Search of the strategies' parameters: ``python -m benchmarks.tuning [STRATEGY...] --out DIR``.
+"""Search parameters of strategies by successive halving (Jamieson, Talwalkar 2016).
 
-The search is the same for every strategy, with as many runs, in the same cases and on seeds that no shipped study
-uses. It halves successively (Jamieson, Talwalkar 2016): a Latin hypercube over the ranges of all parameters, the
-defaults among its points; the best few of them on fresh seeds; the best of these beside the defaults, on fresh seeds
-again. Of all times the mean counts, a run that never ends with the whole duration. The winner is better than the
-defaults if the 95 % interval of the paired difference is below zero; then it should replace them.
+All strategies get the same number of runs, the same cases and seeds that no shipped study uses. Round 1: a Latin
+hypercube over the ranges of all parameters, and the defaults. Round 2: the best few on fresh seeds. Round 3: the best
+against the defaults, on fresh seeds. The criterion is the mean mission time; a run without end counts with its whole
+duration. The winner should replace the defaults if the 95 % interval of the paired difference is below zero.
 
-A stopped search goes on from where it was if it is started with the same ``--out`` again.
+A run with the same ``--out`` resumes an interrupted search.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
-"""``python -m benchmarks.under_loss DIR...``: tables that the page on strategies prints of ``strategies-under-loss``.
+"""Print the tables of study ``strategies-under-loss`` for the page on strategies.
 
-DIR is the folder of the study, finished or not: a repeat counts once all its runs are made. A strategy that another
-folder has, too, counts as the last has it. A mission that never ends
-counts with its horizon. Differences are to the baseline of the study, run by run, each repeat first averaged over its
-conditions, with the standard deviation over the repeats.
+A folder holds a study, finished or not; incomplete repeats are ignored. If several folders have a strategy, the last
+one counts. A mission without end counts with its horizon. Differences to the baseline are paired by repeat, averaged
+over conditions first, with the standard deviation over the repeats.
 """
 
 from __future__ import annotations

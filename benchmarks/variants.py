@@ -1,9 +1,8 @@
-"""``python -m benchmarks.variants [--repeats N] [--set KEY=VALUE] [NAME...]``: missions where one thing is otherwise.
+"""Run missions with one respect of the shipped scenario changed, such as a lost vehicle.
 
-Each variant changes the shipped scenario in one respect; its seeds are 1 to N. Of each it prints how many runs were
-complete, with the Wilson interval, when those were over in the mean, when the latest of all was, in how many vehicles
-said that a job is impossible, and in how many a decoy was recovered; the mission's headline shares of which more is
-better, with the interval of the mean (Student's t); and of those that were not complete, how many said why not.
+Seeds are 1 to ``--repeats``. A line gives the completed runs with Wilson interval, their mean completion time, the end
+of the latest run, runs that declared a job impossible, runs that recovered a decoy, headline shares with the interval
+of the mean (Student's t), and the incomplete runs that state a reason.
 """
 
 from __future__ import annotations
