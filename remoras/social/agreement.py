@@ -1,8 +1,6 @@
-"""What a fleet agrees on before the mission, while its vehicles can still talk: the organisation, and with some
-strategies also the missions of all groups and what they mean for every role.
+"""Agreement of a fleet before the mission: organisation and, with some strategies, plans.
 
-Planning before the mission is planning at sea without messages: the same HTN domain, on the beliefs of a
-vehicle that has observed nothing yet.
+Planning before the mission uses the same HTN domain as at run time, without messages or observations.
 """
 
 from __future__ import annotations
@@ -26,15 +24,12 @@ from remoras.work import jobs_left, precedence, works
 
 @dataclass(frozen=True, slots=True)
 class Agreement:
-    """What every vehicle knows at the start.
+    """Common knowledge of all vehicles at the start.
 
     Attributes:
-        organisation: groups with the missions they have, and who plays which role.
-        objectives: of roles.
-        plans: of the groups whose missions are planned; all their steps have been said.
-        meets_after: for each group, those that meet before it, see ``remoras.nesting``.
-        supervisors: for each group, the groups whose heads may give it its mission.
-        at_sea: groups that are formed at sea, by name; the organisation does not have them.
+        plans: of groups planned before the mission; all their steps have been carried out.
+        meets_after, supervisors: by group, those meeting before it; those whose leaders may give its mission.
+        at_sea: groups formed at run time, absent from ``organisation``.
     """
 
     organisation: Organisation
@@ -44,7 +39,7 @@ class Agreement:
     supervisors: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     at_sea: Mapping[str, Group] = field(default_factory=dict)
     groups: tuple[Group, ...] = field(init=False)
-    """All groups that there may be."""
+    """All declared groups, including those formed at run time."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "groups", (*self.organisation.groups.values(), *self.at_sea.values()))
@@ -57,18 +52,10 @@ def agree(
     groups: Sequence[Group],
     until_s: float = math.inf,
 ) -> Agreement:
-    """The agreement that ``strategy`` starts from.
+    """Form groups, allocate roles and, where the strategy asks for it, plan all missions.
 
-    Args:
-        strategy: forms the groups and allocates roles.
-        mission: its social domain plans, its jobs are divided.
-        database: static data of all vehicles.
-        groups: with the demands of their roles, and the missions that some have from the start.
-        until_s: end of the mission.
-
-    Raises:
-        PlanningError: there is no plan for a mission that is to be planned before.
-        PluginError: the strategy raises or answers with something else.
+    Vehicles short of energy until ``until_s`` get less work. Raises PlanningError if a mission to be planned before has
+    no plan or a group would get two missions, PluginError if the strategy raises or returns a wrong type.
     """
     at_sea = {group.name: group for group in groups if group.formed_by is not None}
     groups = [group for group in groups if group.formed_by is None]

@@ -1,7 +1,4 @@
-"""Conclusions: what a mission lets a vehicle make known, asked in one place and held against the seam.
-
-Gatherings: which groups a vehicle takes for gathered at their rally points.
-"""
+"""Facts that a mission infers for a vehicle; groups believed gathered at rally points."""
 
 from __future__ import annotations
 
@@ -25,28 +22,23 @@ GATHERED_AT = "gatheredAt"
 
 
 class Gatherings:
-    """What one vehicle believes of the meetings.
+    """Groups that one vehicle believes gathered.
 
-    A meeting before those that it must follow does not count. One that a vehicle concluded while it was cut off counts
-    only as long as it is.
-
-    Args:
-        beliefs: of the vehicle.
-        groups: names.
-        meets_after: for each group, those that meet before it.
+    A gathering is valid only if no group that must meet before (``meets_after``) has gathered later. One inferred by an
+    isolated vehicle is valid only while the vehicle is isolated.
     """
 
     def __init__(self, beliefs: Beliefs, groups: Iterable[str], meets_after: Mapping[str, tuple[str, ...]]) -> None:
         self._beliefs = beliefs
         self._groups = tuple(groups)
         self._meets_after = meets_after
-        self._alone_s: dict[str, float] = {}  # when a group was taken for gathered while cut off
+        self._alone_s: dict[str, float] = {}  # time of gatherings inferred while isolated
         self.attribute = beliefs.model.tbox.attribute_named(GATHERED_AT).uid
         self.keys = frozenset((GATHERED_AT, group) for group in self._groups)
-        """Facts that say of a group that it is gathered."""
+        """Keys of the facts that state a gathering."""
 
     def begin(self, group: str, from_s: float) -> frozenset[Key]:
-        """A group begins anew: its meetings before do not count, nor do those that follow them. Return their keys."""
+        """Invalidate gatherings of a restarted group and of those that meet after it; return keys."""
         follow = (other for other, before in self._meets_after.items() if group in before)
         keys = frozenset((GATHERED_AT, met) for met in (group, *follow))
         for key in keys:
@@ -54,26 +46,22 @@ class Gatherings:
         return keys
 
     def note_alone(self, keys: Iterable[Key], now_s: float) -> None:
-        """These facts were concluded while the vehicle is cut off."""
+        """Mark facts inferred while the vehicle is isolated."""
         self._alone_s |= {group: now_s for _, group in self.keys.intersection(keys)}
 
     @property
     def concluded_alone(self) -> set[Key]:
-        """Facts that were concluded while the vehicle was cut off."""
+        """Facts inferred while the vehicle was isolated."""
         return {(GATHERED_AT, group) for group in self._alone_s}
 
     def is_undone(self, key: Key, cut_off: bool) -> bool:
-        """True if a fact was concluded by the vehicle while it was cut off, and it is so no longer."""
+        """Return whether the vehicle inferred a fact while isolated and has reconnected."""
         if cut_off or not self._alone_s or key not in self.keys or key[1] not in self._alone_s:
             return False
         return self._beliefs.observed_s(key) == self._alone_s[key[1]]
 
     def believed(self, cut_off: bool) -> set[str]:
-        """Groups believed to be together.
-
-        Args:
-            cut_off: True while the vehicle is.
-        """
+        """Return the groups believed gathered; ``cut_off`` is True while the vehicle is isolated."""
         keys = {group: (GATHERED_AT, group) for group in self._groups}
         met_s = {
             group: None if self.is_undone(key, cut_off) else self._beliefs.observed_s(key)
@@ -88,15 +76,9 @@ class Gatherings:
 
 
 class Conclusions:
-    """Findings of a mission for one vehicle, as facts.
+    """Findings of a mission for one vehicle, as facts; ``mission_name`` is for error messages.
 
-    Args:
-        me: own name.
-        mission: that is asked; mission_name: what messages call it.
-        beliefs: of the vehicle.
-
-    Attributes:
-        are_of_its_own: False if the mission lets vehicles conclude nothing for themselves.
+    ``are_of_its_own`` is False if the mission does not implement ``conclusions``.
     """
 
     def __init__(self, me: str, mission: SocialPart, mission_name: str, beliefs: Beliefs) -> None:
@@ -104,7 +86,7 @@ class Conclusions:
         self._mission = mission
         self._mission_name = mission_name
         self._beliefs = beliefs
-        self._until_s = -math.inf  # nothing is concluded before, without news
+        self._until_s = -math.inf  # no findings before, unless facts change
         self._asked_of: tuple[Organisation, tuple[str, ...]] | None = None
         model = beliefs.model
         self._is_told_always = {model.tbox.attribute_named(name).uid for name in ("position", BATTERY)}
@@ -112,24 +94,19 @@ class Conclusions:
         self.are_of_its_own = getattr(type(mission), "conclusions", None) is not SocialPart.conclusions
 
     def completion(self, objective: Objective) -> list[Fact]:
-        """What to make known when all has been done for ``objective``; often nothing."""
+        """Return the facts to state when ``objective`` is complete; often none."""
         return self._facts_of(self._completing(objective))
 
     def _ends(self, objective: Objective) -> set[Key]:
-        """Facts of which it is known that all has been done for ``objective``; often none."""
         return {(finding.attribute, finding.subject) for finding in self._completing(objective)}
 
     def taken_back(
         self, objectives: Iterable[Objective], gatherings: Gatherings, workload: Workload, negotiation: Negotiation
     ) -> set[Key]:
-        """Facts that count no longer as they were told, since objectives were given after their group had gathered.
+        """Return keys of facts invalidated by objectives assigned after their group gathered.
 
-        A head gives an objective then that was not reached, whoever said so: that it was, and that the group has
-        gathered, is over, and so is how the group's jobs were divided.
-
-        Args:
-            objectives: objectives that count now.
-            gatherings, workload, negotiation: of the vehicle; they take note of it.
+        A leader assigns such an objective only if it was not reached. This invalidates its completion, the gathering
+        and the division of jobs; ``gatherings``, ``workload`` and ``negotiation`` are updated.
         """
         over: set[Key] = set()
         met_s = {objective: self._beliefs.observed_s((GATHERED_AT, objective.group)) for objective in objectives}
@@ -148,7 +125,7 @@ class Conclusions:
         return over
 
     def note(self, changes: Iterable[Change]) -> None:
-        """Facts were recorded or merged: unless they are what each vehicle tells in its slots, they are news."""
+        """Ask the mission again if recorded or merged facts are more than periodic vehicle reports."""
         if self._until_s == -math.inf:
             return
         for change in changes:
@@ -168,13 +145,7 @@ class Conclusions:
         return () if finding is None else (finding,)
 
     def of_head(self, name: str, organisation: Organisation, picture: Picture, motion: Motion) -> list[Fact]:
-        """What a head concludes about its group.
-
-        Args:
-            name: of the group.
-            organisation: without the absent.
-            picture: what the vehicle knows of the peers; motion: its own.
-        """
+        """Return the facts that a leader infers about its group; ``organisation`` lacks the absent."""
         expected = "a list of Finding"
         group = organisation.groups[name]
         try:
@@ -188,7 +159,7 @@ class Conclusions:
         return self._facts_of(findings)
 
     def of_its_own(self, data: VehicleData, organisation: Organisation, picture: Picture, motion: Motion) -> list[Fact]:
-        """What a vehicle concludes for itself; arguments as of ``of_head``."""
+        """Return the facts that a vehicle infers about itself; arguments as in ``of_head``."""
         if self.holds(organisation, picture):
             return []
         findings = self._own(data, organisation, picture, motion)
@@ -197,7 +168,7 @@ class Conclusions:
         return self._facts_of(findings)
 
     def holds(self, organisation: Organisation, picture: Picture) -> bool:
-        """True while the mission has said that it concludes nothing; arguments as of ``of_head``."""
+        """Return whether the mission's last answer, no findings until a given time, is still valid."""
         of = self._asked_of
         if of is None or not picture.body.now_s < self._until_s:
             return False

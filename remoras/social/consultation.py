@@ -1,32 +1,24 @@
-"""Consultation: what is said in one TDMA frame about roles and objectives counts from its end.
+"""Consultation: requests about roles and objectives take effect at the end of their frame.
 
-In a frame every vehicle has had its say, so vehicles that hear their assignments in different slots of it start
-together, and none acts on half a discussion. What was said counts in the world model's order of facts, whatever the
-order in which it was heard, and only if ``remoras.authority`` grants it to its issuer. For the role of a vehicle, for
-an objective of a role and for the mission of a group the newest statement counts. Refused for now is what rests on news
-that may still come: that the issuer led the group, or that the assignee is a member. Who holds a job, or a role with
-room for few, follows from all that was said of it, see ``remoras.social.view``; of a head's role absent holders
-make room. A claim to lead a group whose head is there is refused, and waits; of those that count the greatest does, see
-``remoras.social.leadership``. The mission of a
-group counts at once: to plan it takes the rest of the frame.
+In a TDMA frame every vehicle transmits once. Vehicles that receive assignments in different slots therefore start
+together, and none acts on half a discussion. Requests take effect in the world model's order of facts, not in the order
+of reception, and only if ``remoras.authority`` permits them. For the role of a vehicle, an objective of a role and the
+mission of a group, the newest request is valid. Missions take effect at once: planning them takes the rest of the
+frame. Requests are deferred while facts that may still arrive could permit them: the leadership of the issuer, the
+membership of the assignee. Claims to lead a group whose leader is present are deferred as well
+(``remoras.social.leadership``).
 
-A group at sea is formed under a number, one more than that of its last formation, and dissolved under the same. What is
-said of it counts in the order of these numbers: formed, dissolved, formed anew. Of several that form it under one
-number the lower node wins. So what counts is the greatest of what was heard, whatever came first: formations are a
-join. What was said of a group before its newest formation, or before that was over, is about an earlier one, and counts
-no longer.
+A formation of a group at run time has a number, one more than the last; its dissolution has the same. Of several
+formations with one number, the lowest node wins. The greatest one received is valid, in any order of reception:
+formations are a join. A request older than the newest formation refers to an earlier one and is ignored.
 
-What a vehicle states while it is cut off counts for itself alone. When it comes back, roles are undone, and what it
-gave to roles and groups is told.
+Requests of an isolated vehicle take effect for that vehicle alone. When it reconnects, it undoes its role changes and
+sends the objectives and missions that it gave.
 
-All this is functions from one view of the organisation to the next.
-
-Role holders: who holds a role with a job or with room for few, by all that was said of it, whatever was heard first.
-
-An assignment finds room or waits. When a holder leaves, the newest of those that wait is let in, for want of newer
-word: what is said later takes the room from it, and it waits again. Where heads alone give out jobs, holders that have
-theirs from before a head led, or began anew, make room for whom it names: it may know nothing of what was told before,
-and nobody would do what it gives out again. So this is a function of what was said and of no order.
+Holders of a role with a job or a limited number of holders are a function of all valid instructions, in any order of
+reception. An assignment gets a vacancy or waits. When a holder leaves, the newest waiting vehicle is admitted, but a
+later assignment displaces it. Where only leaders assign jobs, their assignment displaces holders from before their term
+or restart: the leader may not know the earlier assignment.
 """
 
 from __future__ import annotations
@@ -72,25 +64,22 @@ MAY_COME = frozenset(
         Outcome.TERM_LEAPS,
     }
 )
-"""Refusals that rest on what may be heard of later."""
+"""Refusals that facts received later may revert."""
 FOR_ALL = frozenset({Act.SUCCEED, Act.CREATE, Act.DISSOLVE})
-"""Acts of which nothing comes where a vehicle states them for itself alone."""
+"""Acts without effect if an isolated vehicle states them for itself."""
 TENABLE = frozenset({Outcome.SUCCESS, Outcome.NO_ROOM})
-"""Outcomes of what counts for who holds a role, now or once there is room."""
+"""Outcomes that count for the holders of a role, at once or after a vacancy."""
 LAWFUL = UNCHANGED | {Outcome.SUCCESS, Outcome.NO_ROOM, Outcome.UNAVAILABLE, Outcome.NOT_IN_GROUP}
-"""Outcomes of requests that their issuers had the right to make."""
+"""Outcomes of requests that their issuers are authorised to make."""
 
 
 # From one view to the next ------------------------------------------------------------------------
 
 
 def consult(before: View, stated: Iterable[DatedRequest], alone: Collection[DatedRequest], now: Now) -> View:
-    """End of a round: what was said in it is added to what counts, unless something newer does.
+    """Apply the requests of a round in any order at its end, unless newer ones are valid.
 
-    Args:
-        before: what counts so far.
-        stated: in this round, in any order; alone: what this vehicle states for itself alone, since it is cut off.
-        now: what it sees.
+    ``alone`` are requests that this isolated vehicle states for itself.
     """
     leadership = before.leadership.miss(now.absent)
     view = replace(before, leadership=leadership, now=now, rulings=(), unlawful=frozenset())
@@ -116,7 +105,7 @@ def consult(before: View, stated: Iterable[DatedRequest], alone: Collection[Date
 
 
 def give_missions(before: View, stated: Iterable[DatedRequest], alone: bool, now: Now) -> View:
-    """Let missions that groups are given count, at once; arguments as of ``consult``."""
+    """Apply missions given to groups, at once; arguments as in ``consult``."""
     view = replace(before, now=now, rulings=(), unlawful=frozenset())
     for request in stated:
         view = _count(view, request, alone)
@@ -125,7 +114,7 @@ def give_missions(before: View, stated: Iterable[DatedRequest], alone: bool, now
 
 
 def come_back(before: View, me: str) -> View:
-    """The vehicle ``me`` is cut off no longer: it leaves what it took on alone; others hold again what they held."""
+    """Undo the role changes that ``me`` made while isolated."""
     isolated = Isolated(orders=before.isolated.orders)
     view = replace(before, now=Now(), rulings=(), unlawful=frozenset(), isolated=isolated)
     for role in before.isolated.taken:
@@ -136,13 +125,13 @@ def come_back(before: View, me: str) -> View:
 
 
 def _in_order(stated: Iterable[DatedRequest]) -> list[DatedRequest]:
-    """In the world model's order of facts, each once."""
+    """Sort by the world model's order of facts, without duplicates."""
     by_age = {request.age: request for request in stated}
     return [by_age[age] for age in sorted(by_age)]
 
 
 def _count_alone(before: View, stated: Iterable[DatedRequest]) -> View:
-    """What the vehicle states for itself alone counts, and it is kept what is to be undone."""
+    """Apply requests for this vehicle alone, and record role changes to undo at reconnection."""
     view = before
     for request in _in_order(stated):
         if request.asked.act not in FOR_ALL:
@@ -156,29 +145,25 @@ def _count_alone(before: View, stated: Iterable[DatedRequest]) -> View:
 
 
 def _kept(view: View, request: DatedRequest) -> View:
-    """With what was said alone, if it gives a role an objective or a group a mission: that is not undone."""
+    """Record an objective or mission given while isolated, to be sent at reconnection."""
     if request.asked.assignee:
         return view
     return replace(view, isolated=view.isolated._replace(orders=(*view.isolated.orders, request)))
 
 
-# What members say ---------------------------------------------------------------------------------
+# Requests of members ------------------------------------------------------------------------------
 
 
 def _count(view: View, request: DatedRequest, alone: bool = False, again: bool = False) -> View:
-    """A statement counts if its issuer may make it and nothing newer counts.
+    """Apply a request if its issuer is authorised and no newer request is valid.
 
-    Args:
-        view: what counts so far.
-        request: the statement.
-        alone: True if the vehicle states it for itself alone: then it leads its groups itself.
-        again: True if it was refused before.
+    If ``alone``, the vehicle states it for itself and counts as leader; ``again`` marks requests refused before.
     """
     age, asked = request.age, request.asked
     if asked.act in (Act.CREATE, Act.DISSOLVE):
         return _form(view, request, again)
     if age < view.formations.get(asked.group, NEVER).since:
-        return view  # it is about an earlier formation
+        return view  # it refers to an earlier formation
     if asked.act in (Act.RELEASE, Act.SUCCEED):
         view, is_assent = _assent(view, request, alone)
         if is_assent:
@@ -194,7 +179,7 @@ def _count(view: View, request: DatedRequest, alone: bool = False, again: bool =
         return view.organisation.is_member(vehicle, group) if alone else view.leadership.led(vehicle, group, age)
 
     yielding = view.now.absent | yielding_to(view, asked, age)
-    unavailable = NOBODY if is_of_few else view.now.unavailable  # who took jobs when is asked where it is settled
+    unavailable = NOBODY if is_of_few else view.now.unavailable  # ``settle`` asks who took jobs when
     organisation = view.organisation
     if asked.act is Act.SUCCEED:
         group = view.group(asked.group)
@@ -216,7 +201,7 @@ def _count(view: View, request: DatedRequest, alone: bool = False, again: bool =
 
 
 def _refused(view: View, request: DatedRequest, why: Outcome, wait: bool, again: bool) -> View:
-    """A statement is rejected, temporarily if ``wait``; that is noted unless it is rejected ``again``."""
+    """Record a refusal unless ``again``; if ``wait``, defer requests that may become permitted."""
     if why in MAY_COME and wait:
         view = replace(view, waiting={**view.waiting, request.age: request})
     if request.asked.act is Act.SUCCEED and why is Outcome.OUTSIDE and (claim := _claim_of(view, request)) is not None:
@@ -225,7 +210,6 @@ def _refused(view: View, request: DatedRequest, why: Outcome, wait: bool, again:
 
 
 def _take(view: View, asked: Request, outcome: Outcome, age: Age, yielding: frozenset[str]) -> View:
-    """What was asked is done, or it is noted why not; where there is no room, in the place of who is ``yielding``."""
     if outcome is Outcome.SUCCESS and asked.assignee:
         return view.do(asked, age, yielding)
     if outcome is Outcome.SUCCESS and asked.act is Act.MISSION:
@@ -240,10 +224,10 @@ def _take(view: View, asked: Request, outcome: Outcome, age: Age, yielding: froz
 
 
 def _form(view: View, request: DatedRequest, again: bool) -> View:
-    """A group is formed or dissolved, unless it may not be, or something newer is known of it.
+    """Form or dissolve a group, unless unauthorised or superseded.
 
-    Where its last formation is not known to be over, a new one ends it. What was said of the group before is over, and
-    what was said since is asked anew.
+    A new formation ends the previous one, even if its dissolution was not received. Earlier requests about the group
+    become void; later ones are evaluated again.
     """
     age, asked, number = request.age, request.asked, request.number
     is_over, name, rules = asked.act is Act.DISSOLVE, asked.group, view.rules
@@ -290,21 +274,21 @@ def _form(view: View, request: DatedRequest, again: bool) -> View:
 
 
 def _claim_of(view: View, request: DatedRequest) -> Claim | None:
-    """The claim that a statement makes or assents to; None if it says no term, or one that leaps."""
+    """Return the claim that a request makes or acknowledges; None without a valid term."""
     if request.number is None:
         return None
     return read_claim(Claim(request.number, -request.fact.target), view.greatest.get(request.asked.group))
 
 
 def _known(view: View, group: str, claim: Claim) -> View:
-    """With a claim, whether it counts or not: whoever made it, and all who heard of it first, may go by it."""
+    """Record a claim, valid or not: its issuer and its first receivers may act on it."""
     return replace(view, greatest={**view.greatest, group: max(claim, view.greatest.get(group, claim))})
 
 
 def _assent(view: View, request: DatedRequest, alone: bool) -> tuple[View, bool]:
-    """A head that leaves its role, or says that another leads its group, leads it no longer; True of the latter.
+    """End the term of a leader that leaves its role or acknowledges another; True of the latter.
 
-    If it leaves its role that is still to be done; it ends its lead though another may have its place by now.
+    A leader that leaves its role still has to leave it in the organisation, where another may have its place by now.
     """
     asked, age, leadership = request.asked, request.age, view.leadership
     if asked.act is Act.RELEASE:
@@ -318,7 +302,7 @@ def _assent(view: View, request: DatedRequest, alone: bool) -> tuple[View, bool]
 
 
 def _succeed(view: View, request: DatedRequest, again: bool) -> View:
-    """Take note of a claim to lead a group: the greatest that counts makes its vehicle the head."""
+    """Record a leadership claim; the greatest valid claim makes its vehicle the leader."""
     asked, age, now = request.asked, request.age, view.now
     if request.number is None:
         return view.refuse(request, Outcome.NO_AUTHORITY)
@@ -333,11 +317,11 @@ def _succeed(view: View, request: DatedRequest, again: bool) -> View:
     if not leadership.counts(asked.group, claimed):
         why = Outcome.HEAD_PRESENT if leadership.is_member(asked.group, claimed) else Outcome.OUTSIDE
         view = _refused(view, request, why, True, again)
-    return renew(_crown(view, asked.group), asked.group, asked.assignee)  # it led for a while, if not now
+    return renew(_crown(view, asked.group), asked.group, asked.assignee)  # it led for some time, even if not now
 
 
 def _by_leading(view: View, asked: Request) -> str | None:
-    """The group by whose lead alone a vehicle is a member of the one that it claims; None if it is one anyway."""
+    """Return the group through whose leadership alone the claimant is a member; None if none."""
     roles = view.organisation.roles_of(asked.assignee, asked.group)
     if all(view.leadership.is_claim(view.stated(asked.group, role.role, role.vehicle)) for role in roles):
         return view.came_in.get((asked.group, asked.assignee))
@@ -345,14 +329,13 @@ def _by_leading(view: View, asked: Request) -> str | None:
 
 
 def _crown_all(view: View) -> View:
-    """The claims that count now say who leads."""
     for group in view.leadership.claimed:
         view = _crown(view, group)
     return view
 
 
 def _crown(view: View, group: str) -> View:
-    """Whoever has made the greatest claim that counts leads a group; if none counts any more, who led before."""
+    """Install the vehicle of the greatest valid claim; without one, restore the previous leader."""
     leading = view.leadership.leading.get(group)
     claim = None if leading is None else leading.claim
     if claim == view.crowned.get(group):
@@ -363,9 +346,10 @@ def _crown(view: View, group: str) -> View:
 
 
 def _enthrone(view: View, group: Group, vehicle: str, age: Age) -> View:
-    """A vehicle leads a group, and plays what its role takes in the group above; whoever led steps down.
+    """Make a vehicle the leader, also in the role of the group above that its role requires.
 
-    What it took when it stepped down before it leaves, so that it plays the same for who never heard of that.
+    The previous leader takes a role of the succession. The new leader leaves the role it took when stepping down
+    earlier, so that vehicles that missed that step obtain the same organisation.
     """
     database, head_role = view.rules.database, group.head_role or ""
     before = [name for name in view.organisation.heads(group.name) if name != vehicle]
@@ -397,11 +381,11 @@ def _enthrone(view: View, group: Group, vehicle: str, age: Age) -> View:
 
 
 def _hand_over(view: View, to: Request, holders: Collection[str], age: Age) -> View:
-    """Holders leave a role for another, unless a newer word says something else of one of them."""
+    """Move a role from ``holders`` to another vehicle, unless a newer request about it is valid."""
     newest = dict(view.newest)
     for name in (*holders, to.assignee):
         if view.leadership.is_claim(view.stated(to.group, to.role, name)):
-            newest[to.group, to.role, name] = age  # it has or lacks the role by a lesser claim
+            newest[to.group, to.role, name] = age  # a lesser claim gave or took the role
     view = replace(view, newest=newest)
     for name in holders:
         if name != to.assignee:
@@ -410,15 +394,10 @@ def _hand_over(view: View, to: Request, holders: Collection[str], age: Age) -> V
 
 
 def claims(view: View, me: str, present: Organisation, headed: Collection[str] = ()) -> dict[str, int]:
-    """Groups that a vehicle claims to lead, each with the term of the claim as it is on the wire.
+    """Return the groups that a vehicle claims to lead, each with the encoded term of the claim.
 
-    It claims where there is no head and it is the first to succeed, and where it leads in dispute.
-
-    Args:
-        view: what counts.
-        me: name of the vehicle.
-        present: the organisation without the absent.
-        headed: groups whose heads are there, though ``present`` lacks them.
+    It claims where no leader is present and it is first in the succession, or where a greater claim disputes its lead.
+    ``present`` lacks absent vehicles; ``headed`` are groups with a present leader that ``present`` lacks.
     """
     database, claimed = view.rules.database, dict[str, int]()
     for group in present.groups.values():
@@ -426,7 +405,7 @@ def claims(view: View, me: str, present: Organisation, headed: Collection[str] =
             continue
         heads = [name for name in present.heads(group.name) if database[name].social_layer]
         if me in heads:
-            leads = view.greatest.get(group.name) != view.crowned.get(group.name)  # a greater claim does not count
+            leads = view.greatest.get(group.name) != view.crowned.get(group.name)  # a greater claim is not valid
         else:
             leads = not heads and successor(group, present, database, view.availability.unavailable) == me
         if leads:
@@ -442,14 +421,11 @@ def holders_after(
     room: float,
     led_since: Callable[[Instruction], Age | None] = lambda instruction: None,
 ) -> tuple[set[str], list[str]]:
-    """Who of at most ``room`` hold a role after all that was said of it, and who waits for room, the newest first.
+    """Return holders of a role after all instructions, and waiting vehicles, newest first.
 
-    Args:
-        instructions: in any order.
-        room: for so many.
-        led_since: since when the head that gave it has led: who holds the role from before makes room; or None.
+    ``led_since`` gives the start of the term of an instruction's leader, or None; it displaces earlier holders.
     """
-    holders: dict[str, bool] = {}  # with whether it was let in
+    holders: dict[str, bool] = {}  # True: admitted from the waiting vehicles
     waiting: dict[str, Age] = {}
     given_at: dict[str, Age] = {}
     for instruction in sorted(instructions):
@@ -479,14 +455,14 @@ def holders_after(
 
 
 def is_of_earlier_life(before: Age, after: Age) -> bool:
-    """True if whoever said the latter said the former before it began anew, and may know nothing of it."""
+    """Return whether the issuer has restarted since ``before`` and may not remember it."""
     return before[1] == after[1] and before[2] < after[2]
 
 
 def is_limited(view: View, asked: Request) -> bool:
-    """True if something is asked on which it depends who holds a role with a job or with room for few.
+    """Return whether a request concerns a role with a job or a limited number of holders.
 
-    Nobody waits for the role of a head that is succeeded: after it has left, the first in order claims the group.
+    The leader's role of a group with a succession is excluded: no vehicle waits for it, the successor claims it.
     """
     group = view.group(asked.group)
     is_claimed = asked.role == group.head_role and bool(group.succession)
@@ -497,7 +473,7 @@ def is_limited(view: View, asked: Request) -> bool:
 
 
 def yielding_to(view: View, asked: Request, age: Age) -> frozenset[str]:
-    """Holders of a role that have it from before the issuer led, and make room for whom it names."""
+    """Return the holders assigned before the issuer's term, which its assignment displaces."""
     since = _led_since(view, asked, age)
     if since is None:
         return NOBODY
@@ -506,15 +482,15 @@ def yielding_to(view: View, asked: Request, age: Age) -> frozenset[str]:
 
 
 def settle(view: View, asked: Request, age: Age) -> View:
-    """What is ``asked`` at ``age`` counts among all that was said of the role, and who holds it follows from that.
+    """Add a request to the instructions of its role and apply the resulting holders.
 
-    If the vehicle in question does not get the role for now, it is noted why: it waits for room, or takes no jobs.
+    If the assignee does not get the role, the reason is noted: no vacancy, or the vehicle takes no jobs.
     """
     place = asked.group, asked.role
     holding, gives, stands = _reconciled(view, place), asked.act is Act.ASSIGN, _stands(view, asked, age)
     instructions, holders = dict(holding.instructions), holding.holders
     is_full = len(holders) >= _room(view, place) and asked.assignee not in holders
-    if gives and stands and is_full and view.rules.authorities and holders <= view.now.absent:  # else heads say so
+    if gives and stands and is_full and view.rules.authorities and holders <= view.now.absent:  # else leaders do
         for name in holders:
             instructions[Instruction(age, False, name)] = Request(asked.issuer, Act.RELEASE, *place, name)
     instructions[Instruction(age, gives, asked.assignee)] = asked
@@ -530,13 +506,7 @@ def settle(view: View, asked: Request, age: Age) -> View:
 
 
 def renew(view: View, group: str, issuer: str) -> View:
-    """Who holds the jobs of a group follows from all that was said of them, now that more is known.
-
-    Args:
-        view: as it is.
-        group: its name.
-        issuer: that has claimed it, or of which it is known anew whether it takes jobs.
-    """
+    """Recompute holders of a group's jobs after ``issuer`` claimed it or changed availability."""
     jobs = {role.name for role in view.group(group).roles if role.job is not None}
     follows: list[Request] = []
     for place in [place for place in view.holdings if place[0] == group and place[1] in jobs]:
@@ -548,9 +518,9 @@ def renew(view: View, group: str, issuer: str) -> View:
 
 
 def let_in(view: View) -> View:
-    """Who waits plays a role for which there is room now, the newest first: holders may have left otherwise.
+    """Admit waiting vehicles to vacancies that other ways created, newest first.
 
-    Where vehicles divide jobs among themselves, holders that are absent may make room.
+    Where vehicles divide jobs among themselves, absent holders may also be displaced.
     """
     follows: list[Request] = []
     for place in sorted(place for place, holding in view.holdings.items() if holding.is_crowded):
@@ -565,7 +535,7 @@ def let_in(view: View) -> View:
 
 
 def _follow(view: View, place: RoleKey, holding: Holding, issuer: str) -> tuple[View, list[Request], list[str]]:
-    """Releases and assignments by which those hold a role that are to, after all that was said of it; and who waits."""
+    """Return the view, releases and assignments for the due holders, and waiting vehicles."""
     holders, waiting = _after(view, place, holding.instructions)
     after = Holding(holding.instructions, frozenset(holders), bool(waiting))
     follows = [Request(issuer, Act.RELEASE, *place, name) for name in sorted(holding.holders - holders)]
@@ -574,26 +544,26 @@ def _follow(view: View, place: RoleKey, holding: Holding, issuer: str) -> tuple[
 
 
 def _after(view: View, place: RoleKey, instructions: Mapping[Instruction, Request]) -> tuple[set[str], list[str]]:
-    """Who holds a role and who waits for room after all that counts of what was said of it."""
+    """Return holders and waiting vehicles after all valid instructions."""
     counting = [instruction for instruction, asked in instructions.items() if _stands(view, asked, instruction.age)]
     return holders_after(counting, _room(view, place), lambda last: _led_since(view, instructions[last], last.age))
 
 
 def _stands(view: View, asked: Request, age: Age) -> bool:
-    """True unless the issuer, as is known now, led no more by then, or the assignee took no jobs."""
+    """Return whether the issuer led by then, as known now, and the assignee took jobs."""
     if _is_for_heads(view, asked) and not view.leadership.led(asked.issuer, asked.group, age):
         return False
     return asked.act is not Act.ASSIGN or view.availability.takes(asked, view.group(asked.group), age, view.rules)
 
 
 def _led_since(view: View, asked: Request, age: Age) -> Age | None:
-    """Since when the issuer of an assignment has led, where heads alone give out the role; else None."""
+    """Return the start of the issuer's term, where only leaders assign the role; else None."""
     is_order = asked.act is Act.ASSIGN and _is_for_heads(view, asked)
     return view.leadership.since(asked.issuer, asked.group, age) if is_order else None
 
 
 def _is_for_heads(view: View, asked: Request) -> bool:
-    """True if heads alone may ask it: it gives out or takes back a role with a job that is another's."""
+    """Return whether only leaders may ask this: another vehicle's role with a job."""
     role = view.group(asked.group).role(asked.role)
     is_own = asked.issuer in ("", asked.assignee) and asked.act is Act.RELEASE
     return bool(asked.issuer and role and role.job and not is_own and not view.rules.authorities)
@@ -605,7 +575,7 @@ def _room(view: View, place: RoleKey) -> float:
 
 
 def _reconciled(view: View, place: RoleKey) -> Holding:
-    """What was said of a role, with what has become of it by other ways, such as a claim to lead the group."""
+    """Return the instructions of a role plus changes made otherwise, such as by claims."""
     before, now = view.holdings.get(place, Holding({}, NOBODY)), frozenset(view.organisation.members(*place))
     instructions = dict(before.instructions)
     for name in sorted(before.holders ^ now):

@@ -1,20 +1,18 @@
-"""Social layer: the flotilla as an organisation, and the missions it performs (REMORAS, section IV).
+"""Social layer: the flotilla as an organisation and its missions (REMORAS, section IV).
 
-Its eight modules, by the paper's names, and where they are:
+Its eight modules by the paper's names:
 
-* AUV database: ``database``, data of the vehicles;
+* AUV database: ``database``;
 * optimiser of organisational performances: ``strategy``, which allocates roles;
-* groups and roles: ``organisation``, which vehicles belong to and play which;
-* missions: ``missions``, what each group is to do;
-* mission planner: ``MissionPlanner``, which turns the missions of the groups that this vehicle leads into objectives;
+* groups and roles: ``organisation``;
+* missions: ``missions`` of each group;
+* mission planner: ``MissionPlanner``, which derives objectives from the missions of groups this vehicle leads;
 * individual objectives of a vehicle and collective objectives of a role: ``objectives_of``.
 
-Organisational data are facts of the world model and travel as such; ``consultation`` says from when they count, and
-``membership`` who is there.
-
-What was agreed is one value, what the vehicle acts on another: the same without those who are absent. A vehicle that is
-cut off tells those who may still hear it that it takes no jobs and leads no longer; then it leads itself, and what it
-orders is for itself alone. When it hears somebody again, it lets go of what it took on alone and takes jobs again.
+Organisational data travel as facts of the world model. ``consultation`` determines when they take effect,
+``membership`` the present members. The vehicle acts on the agreed organisation without absent members. An isolated
+vehicle states that it takes no jobs and leads no longer; then it leads itself with orders for itself alone. When it
+receives a peer again, it leaves the roles taken alone and takes jobs again.
 """
 
 from __future__ import annotations
@@ -68,14 +66,13 @@ from worldmodel import Block, Change
 
 
 class Considered(NamedTuple):
-    """What facts that changed, or the end of a round, mean for this vehicle.
+    """Effects of changed facts, or of the end of a round, on this vehicle.
 
     Attributes:
-        activities_due: True if its activities have to be chosen anew.
-        rulings: what became of requests, in its view.
-        events: "absent" or "present", and the peer that has become so.
-        facts: what this vehicle tells the others about itself on falling out and on coming back.
-        passed_on: what those who are absent now have told, and cannot repeat; each fact by itself.
+        activities_due: True if activities have to be selected again.
+        events: ("absent" or "present", peer).
+        facts: to state at isolation and reconnection.
+        passed_on: statements of vehicles now absent, to relay one by one.
     """
 
     activities_due: bool
@@ -92,27 +89,17 @@ NOBODY_THERE = "nobody who is there is able to do it"
 class SocialLayer:
     """Organisation, missions and objectives as one vehicle sees them.
 
-    ``planner`` and ``pursuit`` carry out the plans of its groups and its own. It ``says_impossible`` what it and others
-    are not able to do, if its mission has the words.
-
     Args:
-        me: own name.
-        database: static data of all vehicles.
-        beliefs: facts of this vehicle.
-        mission: turns missions into objectives and objectives into activities.
-        strategy: forms the organisation and allocates roles.
-        agreement: what was agreed before the mission.
-        rally_points_m: by name.
-        picture: what is known of the peers; its part ``groups`` is written here and nowhere else.
-        lease: how long a peer counts as present of which there is no word; until_s: the mission's end.
+        picture: knowledge about peers; only this class writes its part ``groups``.
+        until_s: end of the mission.
 
     Attributes:
-        view: what counts of the organisation; organisation: the same, groups and roles alone.
-        present: the organisation that the vehicle acts on: without the absent; where it is cut off, it leads itself.
-        reports: what is known of the energy and the sensors of all.
-        lease_s: how long a peer counts as present, in any case, of which there is no word.
-        is_cut_off: True while this vehicle has heard nobody at all for a lease: its orders are for itself alone.
-        is_in_doubt: True from when it has heard nobody for a part of the lease: what is another's it takes no more.
+        view: agreed organisation and its derivation; ``organisation`` is its groups and roles.
+        present: organisation to act on: without the absent; if isolated, led by this vehicle.
+        lease_s: upper limit of the silence of a present peer.
+        is_cut_off: True while isolated, with no reception for a lease; orders are then for itself alone.
+        is_in_doubt: True while possibly isolated, after part of a lease; it then takes no jobs of others.
+        says_impossible: whether the ontology has words for infeasible jobs.
     """
 
     def __init__(
@@ -150,7 +137,7 @@ class SocialLayer:
         self._rules, lease = rules, lease or Lease(math.inf, picture.frame_s)
         self._membership = Membership(me, database.names, lease)
         self.is_cut_off = self.is_in_doubt = False
-        self._is_out_of_reach = False  # it has said that it takes no jobs, since it is cut off
+        self._is_out_of_reach = False  # it has stated that it takes no jobs, because it is isolated
         self.lease_s, self._away_s = lease.longest_s, AWAY_FRAMES * lease.frame_s
         self._looked_s = self._was_away_s = self._began_s = 0.0
         self._missed = NOBODY
@@ -160,19 +147,19 @@ class SocialLayer:
         self._requests = Requests(beliefs, {**agreement.organisation.groups, **rules.at_sea})
         self._stated: list[DatedRequest] = []  # in this round
         self._stated_alone: list[DatedRequest] = []
-        self._is_asked_again = False  # claims are, that were refused since their heads were there
-        self._is_misjudged = False  # before this vehicle began anew it has said that it takes no jobs
+        self._is_asked_again = False  # evaluate claims again that a present leader blocked
+        self._is_misjudged = False  # it stated before a restart that it takes no jobs
         uids = self._uids = {attribute.name: attribute.uid for attribute in beliefs.model.tbox.attributes}
         self._patience = Patience()
         self._take_over(View.founded(agreement.organisation, rules))
         self._workload = Workload(me, rules, mission, beliefs, self.reports)
         self.pursuit = Pursuit(database[me], mission, self._mission_name, self._workload.has_words)
         self.says_impossible = self._workload.has_words
-        self._impossible: dict[str, frozenset[str]] = {}  # by group that it leads, as it has seen last
+        self._impossible: dict[str, frozenset[str]] = {}  # infeasible jobs by group that it leads
         self.judged: list[tuple[str, list[Fact]]] = []
-        """What it has to say of jobs being impossible or not: in words, and as facts."""
+        """Reports about jobs that became infeasible or feasible: text and facts."""
         self._led = self._leads_now()
-        self._is_news = True  # since the last round, of what its groups rest on
+        self._is_news = True  # facts that its groups depend on have changed since the last round
         planned = {group: agreement.plans[group] for group in self._led if group in agreement.plans}
         self.planner = MissionPlanner(me, mission.social_domain, beliefs, strategy, planned, agreement.at_sea)
         self.planner.resume(self.facts)
@@ -186,43 +173,43 @@ class SocialLayer:
 
     @property
     def facts(self) -> OwnFacts:
-        """What its plans are made of, as it is now."""
+        """Facts for planning, as they are now."""
         own = self._gatherings, self.is_cut_off, self.planner, self.objectives
         return OwnFacts(self._beliefs, self.database, self.present, self.view, *own)
 
     @property
     def missions(self) -> Mapping[str, tuple[str, ...]]:
-        """What each group is to do, by its name, as far as it is known."""
+        """Known missions of each group."""
         return missions_of(self.organisation.groups.values(), self.view.missions)
 
     def objectives_of(self, vehicle: str) -> tuple[Objective, ...]:
-        """Objectives of all roles that ``vehicle`` plays."""
+        """Return the objectives of all roles that ``vehicle`` holds."""
         played = {(role.group, role.role) for role in self.present.roles_of(vehicle)}
         return tuple(objective for objective in self.objectives.values() if (objective.group, objective.role) in played)
 
     def leads(self, group: str) -> bool:
-        """True if this vehicle is a head of ``group`` and has the social layer to lead it."""
+        """Return whether this vehicle leads ``group`` and has the social layer."""
         return group in self._led
 
     def _work(self, positions_m: Mapping[str, Point] | None = None, from_s: float = 0.0) -> Mapping[str, Work]:
         return self._workload.of_groups(self.footing, self._picture, positions_m, from_s)
 
-    # What the vehicle acts on --------------------------------------------------------------------
+    # Basis for decisions -------------------------------------------------------------------------
 
     @property
     def absent(self) -> frozenset[str]:
-        """Peers that are absent."""
+        """Absent peers."""
         return self._membership.absent
 
     @property
     def takes_no_jobs(self) -> frozenset[str]:
-        """Vehicles that take no jobs; one that is cut off still takes those that it gives itself."""
+        """Vehicles that take no jobs; an isolated one still takes those it gives itself."""
         unavailable = self.view.availability.unavailable
         return unavailable - {self.me} if self._is_out_of_reach and self.is_cut_off else unavailable
 
     @property
     def footing(self) -> Footing:
-        """All that the work of its groups depends on."""
+        """Basis for planning the work of its groups."""
         if not self.is_in_doubt:
             return Footing(self.present, self.takes_no_jobs, False)
         if not self.is_cut_off:
@@ -235,23 +222,22 @@ class SocialLayer:
 
     @property
     def is_patient(self) -> bool:
-        """True while it is cut off and leaves to others what it will do itself if they do not come."""
+        """True during the grace period: an isolated vehicle still leaves the jobs of others alone."""
         return self.is_cut_off and self._looked_s < self._patience.ends_s
 
     @property
     def meets_unheard(self) -> bool:
-        """True while it is patient and meets with whoever has come, heard or not."""
+        """True during the grace period after the others should have finished: reception is optional."""
         return self.is_patient and self._looked_s >= self._patience.theirs_until_s
 
     def _leads_now(self) -> tuple[str, ...]:
-        """Groups that this vehicle leads, as it sees them now."""
         if not self.database[self.me].social_layer:
             return ()
         return tuple(group for group in self.present.groups if self.me in self.present.heads(group))
 
     @property
     def is_due(self) -> bool:
-        """True if something was said that does not count yet."""
+        """True if requests await the end of the round."""
         return bool(self._stated or self._stated_alone or self._is_asked_again)
 
     @property
@@ -259,21 +245,18 @@ class SocialLayer:
         return Now(self.absent, self.takes_no_jobs, self._began_s, self._missed)
 
     def _take_over(self, view: View) -> None:
-        """Act on a view from now on, and on who is there."""
         self.view, self.organisation = view, view.organisation
         leads_alone = self.database[self.me].social_layer
         self.present = acted_on(self.organisation, self.me, self.absent, self.is_cut_off, leads_alone)
         if self.is_cut_off:
             self._with_all = with_work(self.present, self.organisation, self.absent)
 
-    # Hearing -------------------------------------------------------------------------------------
+    # Reception -----------------------------------------------------------------------------------
 
     def consider(self, changes: Sequence[Change], told: bool = True) -> Considered:
-        """Take note of changed facts; those that are organisational wait for the end of the round, but for missions.
+        """Process changed facts; organisational ones except missions wait for the end of the round.
 
-        Args:
-            changes: of the world model.
-            told: False if this vehicle keeps to itself what it states.
+        ``told`` is False for statements that this vehicle does not send.
         """
         if self.conclusions.are_of_its_own:
             self.conclusions.note(changes)
@@ -298,18 +281,13 @@ class SocialLayer:
             self._picture.groups.gathered = self._gatherings.believed(self.is_cut_off)
         self.planner.reconsider(keys, self._led, self.facts)
         if self.is_cut_off and any(job.done in keys for job in self._jobs.values()):
-            self.planner.plan_again(self._led)  # it is free for what others have left
+            self.planner.plan_again(self._led)  # it is free for remaining jobs
         return Considered(self.pursuit.let_go(keys), view.rulings if view else ())
 
     def _hear(self, changes: Iterable[Change], alone: bool) -> View | None:
-        """Take note of what blocks say of the organisation, and let missions that they give to groups count at once.
+        """Queue requests, apply missions at once; return the new view, or None without missions.
 
-        Args:
-            changes: that the blocks made to the world model.
-            alone: True if this vehicle states them for itself alone.
-
-        Returns:
-            The view with the missions; None if no group was given one.
+        ``alone`` marks statements of this vehicle for itself.
         """
         missions: list[DatedRequest] = []
         for change in changes:
@@ -328,7 +306,7 @@ class SocialLayer:
         return self.view
 
     def _note_availability(self, block: Block) -> None:
-        """Take note of what a vehicle says of itself; what this one said before it began anew is over."""
+        """Record statements of a vehicle about itself; ignore its own from before a restart."""
         for position, fact in enumerate(block.facts):
             if fact.subject != block.origin or fact.attribute not in (self._uids[AVAILABLE], self._uids[SENSORS_WORK]):
                 continue
@@ -343,12 +321,11 @@ class SocialLayer:
             self.view = replace(self.view, availability=availability)
 
     def _await_facts(self, rested_on: Iterable[Any]) -> None:
-        """Let the facts with these keys be considered from now on: plans rest on them."""
         kinds = {key[0] if isinstance(key, tuple) else key for key in rested_on}
         self._attributes.update(self._uids[kind] for kind in kinds if kind in self._uids)
 
     def _is_concerned(self, changes: Sequence[Change]) -> bool:
-        """True if any of the facts may matter here: most say where somebody is, and plans rest on them seldom."""
+        """Return whether any fact may matter here; most are positions, on which plans rarely depend."""
         attributes = self._attributes
         for change in changes:
             for fact in change.block.facts:
@@ -356,12 +333,12 @@ class SocialLayer:
                     return True
         return False
 
-    # Who is there --------------------------------------------------------------------------------
+    # Membership ----------------------------------------------------------------------------------
 
     def look_around(self, now_s: float) -> Considered | None:
-        """End of a round: see who is there; None if nothing changed. Roles of the absent fall free, heads replan."""
+        """Update membership at the end of a round; free roles of the absent; None without changes."""
         before = self.present
-        footing = self.footing if self.is_in_doubt else None  # before that it leaves nothing to others
+        footing = self.footing if self.is_in_doubt else None  # otherwise it leaves nothing to others
         word_s, names = self._picture.peers.word_s, self.database.names
         heard_s = self._negotiation.heard_or_expected_s(word_s, names, now_s)
         if now_s - self._looked_s > max(self._away_s, self.lease_s):
@@ -378,7 +355,7 @@ class SocialLayer:
             self._patience = self._patience_now(now_s)
         over = self._lose_patience(footing, now_s) if self.is_cut_off else None
         if self.is_in_doubt != (footing is not None):
-            self.planner.plan_again(self._led)  # what it leaves to others, or no longer
+            self.planner.plan_again(self._led)  # the jobs left to others have changed
         if changes is NO_CHANGES and over is None:
             return None
         self._is_news = True
@@ -400,11 +377,9 @@ class SocialLayer:
         return Considered(is_due, undone.rulings if undone else (), events, facts, passed_on)
 
     def _follow(self, changes: Changes) -> tuple[View | None, list[Fact], list[Fact]]:
-        """Act on who has come and gone.
+        """Apply membership changes.
 
-        Returns:
-            The view in which roles count no longer, or again, if this vehicle has come back; what it tells of itself;
-            what it gave while it was cut off.
+        Returns the view after reconnection (else None), facts about this vehicle, and orders given while isolated.
         """
         if changes.absent:
             self._is_asked_again = bool(self.view.leadership.claimed)
@@ -425,7 +400,6 @@ class SocialLayer:
         return undone, facts, [] if self.is_cut_off else self._untold()
 
     def _patience_now(self, now_s: float) -> Patience:
-        """What it leaves to the others now that it hears nobody."""
         at = Footing(self._with_all if self.is_cut_off else self.present, self.takes_no_jobs, False)
         peers, whole = self._picture.peers, self._workload.whole(at)
         work = self._workload.of_groups(at, self._picture, peers.positions_m, now_s)
@@ -433,11 +407,9 @@ class SocialLayer:
         return patience_with(of_groups, self.me, peers.known_s, self._rallies_m, now_s, self.lease_s)
 
     def _lose_patience(self, before: Footing | None, now_s: float) -> set[Key] | None:
-        """If it leaves something else to the others now: meetings that are over, since there is work for it after them.
+        """Replan if jobs left to others have changed; return keys of gatherings thus invalidated.
 
-        Args:
-            before: what it acted on when it looked around last; None if it left nothing to others.
-            now_s: end of the round.
+        ``before`` is the previous basis, None if the vehicle left nothing to others.
         """
         now, over = self.footing, set[Key]()
         if before is not None and (now.barred, now.takes_no_jobs) == (before.barred, before.takes_no_jobs):
@@ -452,11 +424,10 @@ class SocialLayer:
 
     @property
     def is_silent(self) -> bool:
-        """True while the strategy lets the vehicle send nothing."""
+        """True while the strategy forbids transmission."""
         return self._negotiation.silent
 
     def _renew_leads(self) -> None:
-        """The organisation or who is there has changed: missions of groups that this vehicle leads now are due."""
         before, self._led = self._led, self._leads_now()
         if before != self._led:
             self._negotiation.hold(set(self._led).difference(before))
@@ -465,21 +436,20 @@ class SocialLayer:
             )
 
     def _untold(self) -> list[Fact]:
-        """What the vehicle gave while it was cut off, of which nobody has heard: what it may still give."""
+        """Return facts given while isolated that the vehicle may still give."""
         isolated = self.view.isolated
         self.view = replace(self.view, isolated=isolated._replace(orders=()))
         facts = {order.asked: (order.fact.subject, order.fact.attribute, order.fact.value) for order in isolated.orders}
         return [fact for asked, fact in facts.items() if self._may_give(asked)]
 
     def _may_give(self, asked: Request) -> bool:
-        """True if the others will let this vehicle give that, as far as it knows."""
         outcome = may_assign(asked, self.present, self._rules, lambda name, group: name in self.present.heads(group))
         return outcome is Outcome.SUCCESS
 
     # The end of a round --------------------------------------------------------------------------
 
     def consult(self) -> Considered:
-        """End of a round: what was said in it of roles and objectives counts from now on."""
+        """Apply the requests about roles and objectives at the end of a round."""
         self._is_news, view = True, self._agree()
         self._negotiation.disregard(view.unlawful)
         rulings = [ruling for ruling in view.rulings if not ruling.repeats(self.objectives)]
@@ -501,7 +471,6 @@ class SocialLayer:
         return Considered(bool(objectives or stale or any(role.vehicle == self.me for role in moved)), rulings)
 
     def _agree(self) -> View:
-        """End of a round: what was said in it counts from now on."""
         before = self.organisation
         view = consult(self.view, self._stated, self._stated_alone, self._now)
         self._stated, self._stated_alone, self._is_asked_again = [], [], False
@@ -513,11 +482,9 @@ class SocialLayer:
         return view
 
     def negotiate(self, now_s: float, motion: Motion, calls: Mapping[str, float]) -> list[tuple[list[Fact], bool]]:
-        """End of a round: facts that this vehicle states together to organise its groups, and whether it tells them.
+        """Return facts to state together at the end of a round, each list with whether to send it.
 
-        Args:
-            motion: of this vehicle.
-            calls: how dissatisfied the vehicles are that call on this one, by name.
+        ``calls`` gives the dissatisfaction of vehicles that request help from this one, by name.
         """
         peers = self._picture.peers
         is_news, self._is_news = self._is_news or bool(peers.unheard or self.absent), False
@@ -539,12 +506,12 @@ class SocialLayer:
             facts = self._in_place_of_the_absent(own := [self._beliefs.fact(*fact) for fact in statement.facts])
             self._negotiation.note_added(now_s, [fact for fact in facts if fact not in own])
             facts += aims(statement.facts, self.objectives.values(), self._founding, self._beliefs, self._mission)
-            if not self._is_said(facts):  # as its plan may have, before
+            if not self._is_said(facts):  # its plan may have stated them
                 stated.append((facts, statement.told and not (is_order and self.is_cut_off)))
         return stated
 
     def _taken_back(self) -> list[Fact]:
-        """That vehicles which say that they take no jobs leave those that they have not heard to be theirs."""
+        """Return facts that release unavailable vehicles from roles that they have not acknowledged."""
         unheard = self._picture.peers.unheard
         names = [name for name in sorted(self.takes_no_jobs) if name in unheard] if unheard else ()
         return [
@@ -556,7 +523,7 @@ class SocialLayer:
         ]
 
     def plan_missions(self) -> Deliberation:
-        """Plan the missions that are due, and let the strategy allocate what the plans ask for."""
+        """Plan pending missions; let the strategy allocate the roles that the plans require."""
         work = self._work(dict(self._picture.peers.positions_m))
         planned = self.planner.plan(self.facts, self.missions, work, self.objectives.values())
         self._await_facts(self.planner.rests_on)
@@ -565,7 +532,7 @@ class SocialLayer:
         return replace(planned, facts=facts, parts=by_receiver(facts, self._beliefs, named, is_individual))
 
     def findings(self, motion: Motion) -> list[Fact]:
-        """What this vehicle concludes as the leader of its groups, as facts."""
+        """Return the facts that this vehicle infers as leader of its groups."""
         if not self._led:
             return []
         facts: list[Fact] = []
@@ -573,10 +540,10 @@ class SocialLayer:
         present = self.footing.present if self.is_cut_off else self.present
         for name in self._led:
             self._picture.groups.note_work(name, work[name].has_something_left, self._picture.body.now_s)
-            if self.is_patient:  # with its own work done it meets with whoever has come
+            if self.is_patient:  # with its own work done, it meets the vehicles that have come
                 self._picture.groups.meets_unheard = not self._has_left(work[name])
             if self.says_impossible and not self.is_patient:
-                of = work[name]  # who is cut off may only not have come yet to what no other one does
+                of = work[name]  # an isolated vehicle may not have reached jobs that it alone can do
                 impossible = of.short_handed if self.is_cut_off else of.impossible
                 if impossible is not self._impossible.get(name):
                     self._see_what_is_impossible(of, impossible)
@@ -584,13 +551,13 @@ class SocialLayer:
                 facts += self.conclusions.of_head(name, present, self._picture, motion)
         return facts
 
-    # What the vehicle states ---------------------------------------------------------------------
+    # Statements ----------------------------------------------------------------------------------
 
     def claims(self) -> list[list[Fact]]:
-        """Claims to lead groups: without a head, where it is the first to succeed, or led by it in dispute.
+        """Return acknowledgements of other leaders, then claims to lead groups.
 
-        Who has claimed a group within a lease was there by then, whoever hears it or not. Before claims come assents to
-        those of others for which this vehicle has stepped down.
+        It claims a group without a leader if it is first in the succession, or a disputed group that it leads. A leader
+        whose claim is less than a lease old counts as present. An isolated vehicle claims nothing.
         """
         assents, self._assents = self._assents, []
         if self.is_cut_off:
@@ -605,32 +572,30 @@ class SocialLayer:
         return [*assents, *(self._leads(group, self.me, term) for group, term in claimed)]
 
     def _leads(self, group: str, vehicle: str, term: int) -> list[Fact]:
-        """That a vehicle leads a group under a term: a claim of its own, or an assent to that of another."""
+        """Return a leadership claim, or the acknowledgement of another vehicle's claim."""
         return [self._beliefs.fact(group, HEADED_BY, vehicle), self._beliefs.fact(group, HEAD_TERM, term)]
 
     def _available(self, takes_jobs: bool) -> Fact:
-        """Whether this vehicle takes jobs."""
         return self._beliefs.fact(self.me, AVAILABLE, takes_jobs)
 
     def _leaving(self, roles: Iterable[RoleAssignment]) -> list[Fact]:
-        """This vehicle leaves these roles."""
         return [self._beliefs.fact(self.me, LEFT_ROLE, f"{role.group}.{role.role}") for role in roles]
 
     def _correction(self) -> list[Fact]:
-        """That this vehicle takes jobs, where others may hold what it said before it began anew; else nothing."""
+        """Return that this vehicle takes jobs, if it denied this before a restart."""
         if not self._is_misjudged or self.is_cut_off:
             return []
         self._is_misjudged = False
         return [] if self.me in self.view.availability.unavailable else [self._available(True)]
 
     def _is_said(self, facts: Iterable[Fact]) -> bool:
-        """True if this vehicle has stated all of that in this round, and nothing of it otherwise since."""
+        """Return whether this vehicle has stated all facts in this round and not changed them since."""
         mine = (one.fact for one in self._stated if one.asked.issuer == self.me)
         last = {(fact.subject, fact.value): fact.attribute for fact in mine}
         return all(last.get((fact[0], fact[2])) == fact[1] for fact in facts)
 
     def _in_place_of_the_absent(self, facts: Iterable[Fact]) -> list[Fact]:
-        """The same facts, and before each that gives away a role held by the absent, that these leave it."""
+        """Insert, before each fact that reassigns a role held by absent vehicles, their release."""
         stated: list[Fact] = []
         for fact in facts:
             if fact[1] == self._uids[PLAYS_ROLE]:
@@ -644,19 +609,15 @@ class SocialLayer:
         return stated
 
     def resign(self) -> list[Fact]:
-        """It leaves all roles: a vehicle that has to look after itself is of no use to its groups, now and later."""
+        """Return facts by which the vehicle leaves all roles and takes no more jobs."""
         self._is_out_of_reach = False
         return [*self._leaving(self.organisation.roles_of(self.me)), self._available(False)]
 
     def give_up(self, objective: Objective, blind: bool = False) -> list[Fact]:
-        """It cannot do what ``objective`` takes; empty if it has said so.
+        """Return facts that declare an objective infeasible for this vehicle; empty if stated.
 
-        It takes no jobs any more and leaves those that it has, but it stays with its groups. Where its sensors are to
-        blame it says that, leaves the jobs that take sensors, and takes others.
-
-        Args:
-            objective: that it gives up.
-            blind: True if its sensors were on for it and yielded nothing.
+        It leaves its jobs and takes none, but stays in its groups. If ``blind``, its sensors yielded nothing: it states
+        that, leaves only the jobs that need sensors, and takes others.
         """
         if objective in self._given_up:
             return []
@@ -672,7 +633,7 @@ class SocialLayer:
         self._is_out_of_reach = False
         with_job = {(g.name, role.name) for g in self.organisation.groups.values() for role in g.roles if role.job}
         of = self.organisation.groups[objective.group].role(objective.role)
-        if of is None or not of.founding:  # by its founding role it is with its group
+        if of is None or not of.founding:  # its founding role keeps it in the group
             with_job.add((objective.group, objective.role))
         roles = [role for role in self.organisation.roles_of(self.me) if (role.group, role.role) in with_job]
         return [*self._leaving(roles), self._available(False)]
@@ -682,14 +643,10 @@ class SocialLayer:
         return of is not None and takes_sensors(self._rules, of, Request(self.me, Act.ASSIGN, group, role, self.me))
 
     def addressed(self, change: Change) -> dict[str, set[str]]:
-        """Vehicles that have to hear of a block of this vehicle's own, by name, and the roles that it gives them.
+        """Return receivers that must acknowledge an own block, with the roles that it gives them.
 
-        What is said of a vehicle's roles concerns that vehicle; objectives alone concern the group.
-
-        All members of a group have to hear of the objectives of its roles, unless these were planned before.
-
-        Args:
-            change: that the block made.
+        Facts about a vehicle's roles concern that vehicle. Objectives alone concern all members of the group, unless
+        planned before the mission.
         """
         receivers: dict[str, set[str]] = {}
         groups: set[str] = set()
@@ -707,20 +664,20 @@ class SocialLayer:
         receivers.pop(self.me, None)
         return receivers
 
-    # What is beyond it, and beyond all ------------------------------------------------------------
+    # Infeasible jobs ------------------------------------------------------------------------------
 
     def job_of(self, objective: Objective) -> str | None:
-        """The job of the role whose objective it is, if vehicles of this mission say what they are not able to do."""
+        """Return the job of the objective's role, if vehicles of this mission report inability."""
         group = self.organisation.groups.get(objective.group)
         role = None if group is None else group.role(objective.role)
         return role.job if role is not None and self.says_impossible else None
 
     def unable_to(self, job: str) -> list[Fact]:
-        """That each of its ways to do a job has failed; nothing if it lacks what the job takes, or has said so."""
+        """Return that all ways to do a job have failed; empty without the means or if reported."""
         return [self._beliefs.fact(self.me, UNABLE_TO, job)] if self._workload.is_able(job) else []
 
     def leave(self) -> list[tuple[str, list[Fact]]]:
-        """End of a round: jobs that it is not able to do, with the reason, and by which facts it leaves them."""
+        """Return the jobs to leave at the end of a round: reason and facts."""
         works = self._work()
         if not (self.pursuit.hopeless or self._workload.is_hindered or any(of.short_handed for of in works.values())):
             return []
@@ -736,12 +693,11 @@ class SocialLayer:
         return left
 
     def _why_not(self, work: Work, job: str) -> str:
-        """Why nobody does a job, in words."""
         few = [f"takes {vehicles_taken(work.jobs[job])} vehicles at once"] if job in work.short_handed else []
         return "; ".join([*few, *filter(None, [self._workload.why_not(job)])])
 
     def _see_what_is_impossible(self, work: Work, now: frozenset[str]) -> None:
-        """Take note of the jobs of a group that nobody who is there is able to do, or that are possible again."""
+        """Report jobs of a group that became infeasible for all present members, or feasible again."""
         self._impossible[work.group.name] = now
         for job in [role.job or "" for role in work.unfinished]:
             if (job in now) is not bool(self._beliefs.get((IS_IMPOSSIBLE, job))):
@@ -749,17 +705,17 @@ class SocialLayer:
                 self.judged.append((f"{job}: {why}", [self._beliefs.fact(job, IS_IMPOSSIBLE, job in now)]))
 
     def gives_out(self, group: str) -> bool:
-        """True while ``group`` has work, for somebody present, that this vehicle has to give out or to see done."""
+        """Return whether ``group`` has work that this vehicle has to assign or to confirm."""
         return group in self._negotiation.holding and self._has_left(self._work()[group])
 
     def _has_left(self, work: Work) -> bool:
-        """True if a group has something left that this vehicle does not leave to others."""
+        """Return whether a group has work left that this vehicle does not leave to others."""
         if not work.barred:
             return work.has_something_left
         return any(work.able(self.database[self.me], role) for role in work.unfinished)
 
     def _holds(self, work: Work) -> bool:
-        """True while a group still has work to hand out or to confirm, so that it does not count as gathered."""
+        """Return whether a group has work to assign or confirm, so that it is not gathered."""
         if not self._has_left(work):
             return False
         name = work.group.name
@@ -769,13 +725,13 @@ class SocialLayer:
         return self.leads(name) and self.planner.orders.waits_for(unheard, work.done)
 
     def completed(self, objective: Objective) -> list[Fact]:
-        """What to make known when all has been done for ``objective``."""
+        """Return the facts to state when ``objective`` is complete."""
         if facts := self.conclusions.completion(objective):
             self.finished.append(objective)
         return facts
 
     def activity_sets(self, position_m: Point) -> tuple[ActivitySet, ...]:
-        """Activities by which it pursues its objectives; those under way stay while the facts do that they rest on."""
+        """Return activities for its objectives; current ones stay while their facts are unchanged."""
         sets = self.pursuit.sets(self.objectives_of(self.me), self.facts, position_m)
         self._await_facts(self.pursuit.rests_on)
         return sets

@@ -1,27 +1,26 @@
 """Leadership: claims, terms, succession.
 
-The first in that order claims the group under the greatest term known and one more. Vehicles may see different peers,
-so several may claim. Which claims count, ``remoras.social.leadership`` says; of these the greatest wins, by term and
-then by lower node, in whatever order they are heard. Whoever led before and lets it count steps down and assents.
+If a group has no leader, the first in the succession claims it under the greatest known term plus one. Vehicles may see
+different peers, so several may claim. Of the valid claims the greatest wins, by term, then by lower node, in any order
+of reception. The previous leader then steps down and acknowledges the new one.
 
-A claim may count for some and for others not: who was out of reach may claim by a role that others have given away
-meanwhile, or take a head for absent that they hear. Then the head that they have claims again, under a greater term.
+A claim may be valid for some vehicles only: the claimant may hold a role that was reassigned while it was out of reach,
+or miss a leader that others receive. Then their leader claims again under a greater term.
 
-An order counts by who led when it was given, whatever is heard first: the order, or that its issuer leads. So this is a
-function of what was heard, and of whom this vehicle has missed, and of no order. Before all claims lead those that
-founded the group. Of the claims that count, and were made by a time, the greatest leads. A head that has left its role
-leads no longer.
+An order is valid if its issuer led when it was given, whether the order or the leadership is received first. Leadership
+is thus a function of the received facts and of the peers this vehicle has missed. Founding leaders precede all claims.
+Of the valid claims made by a given time, the greatest leads. A leader that has left its role leads no longer.
 
-Nobody takes the lead from a head that is there. So a claim counts only against heads that are excused: the hearer has
-not heard them for a lease since it heard the claim. Who led when the claim was made, and leads still, is asked; of two
-who claim in one vacancy the one that did not know of the other is refused by nobody. A head that has never left may
-claim again, and what others have claimed meanwhile is void, with all that they have ordered: those who went over to
-another come back. So the head itself decides whether its silence was an absence, and all follow it: it claims again, or
-it assents, which ends its lead for all who have heard it all the while. Who has lost its memory may assent to a claim
-whose vehicle has assented to it, or after which it has claimed again: such an assent says nothing. A claim by who is a
-member of the group only since it leads another counts as long as that lead does. (The vote before the claim in section
-9.6 of D. Ongaro, Consensus: Bridging Theory and Practice, Stanford 2014, keeps a server that is cut off from disturbing
-the others; here each hearer has that vote for itself.)
+A present leader blocks claims. A claim is valid only if all leaders of that time that still lead are presumed absent:
+the receiver of the claim has not received them for a lease since. Of two claims for one vacancy, the one that did not
+know of the other is blocked by none. A leader that never left may claim again; this voids claims made meanwhile and
+orders based on them. So a leader itself decides whether its silence was an absence: it claims again, or it
+acknowledges, which ends its term. A vehicle that has lost its memory may acknowledge a claim although the claimant has
+acknowledged it or it has claimed again: this has no effect. A claimant that is a member only because it leads another
+group needs that leadership for its claim.
+
+(Compare the pre-vote in section 9.6 of D. Ongaro, Consensus: Bridging Theory and Practice, Stanford 2014, which keeps
+an isolated server from disturbing others. Here each receiver has that vote for itself.)
 """
 
 from __future__ import annotations
@@ -38,19 +37,20 @@ from remoras.organisation import Group, Organisation, RoleAssignment
 HEADED_BY, HEAD_TERM = "headedBy", "headTerm"
 ROLE_ATTRIBUTES = PLAYS_ROLE, LEFT_ROLE = ("playsRole", "leftRole")
 N_TERMS = 256
-"""Terms on the wire are modulo this, and are read as those nearest to the greatest known (as in RFC 1982)."""
+"""Modulus of encoded terms, decoded as the nearest to the greatest known (as in RFC 1982)."""
 FURTHEST = 64
-"""Terms ahead of the greatest known that a claim may have. It is far more than a group has heads in one mission, so
-that nobody is locked out that has missed many claims; and a quarter of all terms, so that a claim and those which end
-it are still read alike by who has heard of neither."""
+"""Limit of a claim's term above the greatest known; missions have far fewer leader changes.
+
+As a quarter of all terms, it lets vehicles without any claim decode a claim and its acknowledgement alike.
+"""
 
 
 class Claim(NamedTuple):
-    """A claim to lead a group, to be compared: the greater wins.
+    """A leadership claim; the greater wins.
 
     Attributes:
-        term: how often the group has changed its head, this change included.
-        rank: minus the node of who claims.
+        term: number of leader changes of the group, this one included.
+        rank: negative node of the claimant.
     """
 
     term: int
@@ -58,11 +58,7 @@ class Claim(NamedTuple):
 
 
 def read_claim(claim: Claim, greatest: Claim | None) -> Claim | None:
-    """A claim with its term as one that goes on after 255; None if it leaps, or is from before the first.
-
-    Args:
-        claim: with its term as it is on the wire.
-        greatest: of the claims to lead the same group that are known.
+    """Return a claim with its decoded term; None if it leaps ahead or precedes the first term.
 
     >>> [read_claim(Claim(term, 0), None) for term in (64, 65, 255)]
     [Claim(term=64, rank=0), None, None]
@@ -75,24 +71,18 @@ def read_claim(claim: Claim, greatest: Claim | None) -> Claim | None:
 
 
 def next_term(greatest: Claim | None) -> int:
-    """The term of a new claim, one above all that are known, as it is on the wire; the first is 1."""
+    """Return the encoded term of a new claim, one above all known; the first is 1."""
     return 1 if greatest is None else (greatest.term + 1) % N_TERMS
 
 
 def successor(
     group: Group, organisation: Organisation, database: AUVDatabase, unavailable: Collection[str] = ()
 ) -> str | None:
-    """Who is to lead a group without a head; None if nobody is able to.
+    """Return the vehicle that should lead a group without a leader; None if no member can.
 
-    The members that play a role of the succession, are able to lead, and play no role of another group that is
-    incompatible with it, are ordered by the first such role, then by how
-    many roles with a job they are able to play, by energy and by name.
-
-    Args:
-        group: that has no head.
-        organisation: without vehicles that are absent.
-        database: static data of all vehicles.
-        unavailable: vehicles that take no jobs.
+    Candidates hold a role of the succession, can lead, and hold no role of another group incompatible with that. They
+    are ordered by the first such role, the number of job roles they can hold (none if ``unavailable``), energy and
+    name.
     """
     jobs = [role.name for role in group.roles if role.job is not None]
 
@@ -114,21 +104,16 @@ def successor(
 
 
 def is_able_to_lead(database: AUVDatabase, vehicle: str, group: Group) -> bool:
-    """True if the vehicle has the social layer and can play the head's role."""
+    """Return whether the vehicle has the social layer and can hold the leader's role."""
     data = database[vehicle]
     return data.social_layer and group.head_role is not None and data.can_play(group.name, group.head_role)
 
 
 def role_after(database: AUVDatabase, vehicle: str, group: Group, organisation: Organisation) -> RoleAssignment | None:
-    """The role that a head takes when it steps down: the first of the succession that it can play and that has room.
+    """Return the role a leader takes when it steps down: the first vacant one of the succession.
 
-    None if it plays another founding role of the group already, or can play none.
-
-    Args:
-        database: static data of all vehicles.
-        vehicle: who leads no longer.
-        group: that it has led.
-        organisation: after it has left the head's role.
+    None if it already holds another founding role of the group, or can hold none. ``organisation`` is the one after it
+    has left the leader's role.
     """
     founding = {role.name for role in group.roles if role.founding}
     if any(role.role in founding for role in organisation.roles_of(vehicle, group.name)):
@@ -144,13 +129,7 @@ def role_after(database: AUVDatabase, vehicle: str, group: Group, organisation: 
 
 
 def stepping_down(vehicle: str, organisation: Organisation, database: AUVDatabase) -> list[tuple[str, str, str]]:
-    """What a vehicle says that leads no longer: where others may succeed it, it takes a role of theirs.
-
-    Args:
-        vehicle: its name.
-        organisation: as agreed.
-        database: static data of all vehicles.
-    """
+    """Return facts that hand over all groups of the vehicle that have a succession."""
     facts: list[tuple[str, str, str]] = []
     for group in organisation.groups.values():
         role = group.head_role
@@ -158,21 +137,17 @@ def stepping_down(vehicle: str, organisation: Organisation, database: AUVDatabas
             continue
         left, _ = organisation.leave_role(vehicle, group.name, role)
         then = role_after(database, vehicle, group, left)
-        if then is not None:  # said first: only members have a say
+        if then is not None:  # first, since only members may make requests
             facts.append((vehicle, PLAYS_ROLE, group.path(then.role)))
         facts.append((vehicle, LEFT_ROLE, group.path(role)))
     return facts
 
 
 def yielding_above(group: Group, role: str, heads: Collection[str], organisation: Organisation) -> tuple[str, ...]:
-    """Who leaves a role of the group above for a new head that has to play it: who led before, or its sole holder.
+    """Return vehicles that leave a role of ``group`` to the new leader of the group below.
 
-    Who leads another group by that role keeps it.
-
-    Args:
-        group: above the one that has a new head; role: of it, by whose holder that is led.
-        heads: that the group below has had, also those that have stepped down.
-        organisation: as agreed.
+    These are the sole holder and former leaders of the group below (``heads``), except leaders of another group by that
+    role.
     """
     demands = group.role(role)
     is_sole = demands is not None and demands.maximum == 1
@@ -188,7 +163,7 @@ def yielding_above(group: Group, role: str, heads: Collection[str], organisation
 
 
 def excluded_by_leading(group: Group, vehicle: str, organisation: Organisation) -> tuple[RoleAssignment, ...]:
-    """Roles of a group that a vehicle plays and that are incompatible with leading it."""
+    """Return the vehicle's roles in a group that are incompatible with leading it."""
     head = group.role(group.head_role or "")
     if head is None or not head.incompatible:
         return ()
@@ -197,14 +172,9 @@ def excluded_by_leading(group: Group, vehicle: str, organisation: Organisation) 
 
 
 def playing(organisation: Organisation, vehicle: str, group: str, roles: Iterable[str]) -> Organisation:
-    """The organisation as it was when a vehicle claimed to lead a group: it plays the roles that it has left since.
+    """Return the organisation as of a claim: the claimant holds roles that it has left since.
 
-    Else a claim would count for those who hear of it before another has taken the place of its issuer, and not for
-    those who hear of it later.
-
-    Args:
-        organisation: as it is now.
-        vehicle: that claimed to lead; group: which; roles: of the succession that it has left since.
+    Otherwise a claim would be valid only for vehicles that receive it before the claimant is replaced.
     """
     for role in roles:
         for other in organisation.members(group, role):
@@ -214,13 +184,13 @@ def playing(organisation: Organisation, vehicle: str, group: str, roles: Iterabl
 
 
 Age = tuple[float, int, int, int, int]
-"""Place in the world model's order of facts: time, origin, epoch and order of the block, then position in it."""
+"""Place in the world model's order of facts: time, origin, epoch, order of block; position."""
 AGREED_BEFORE: Age = (-math.inf, 0, 0, 0, 0)
 _NOW: Age = (math.inf, 0, 0, 0, 0)
 
 
 class Claimed(NamedTuple):
-    """A claim to lead a group, since when it was made, and the vehicle that made it."""
+    """A leadership claim, its place in the order of facts, and the claimant."""
 
     claim: Claim
     since: Age
@@ -229,13 +199,13 @@ class Claimed(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Lead:
-    """What is known of the lead of one group.
+    """Knowledge about the leadership of one group.
 
     Attributes:
-        claims: to lead it, each with the heads that do not stand against it.
-        by_leading: of claims by who is a member by the lead of another group alone: that group.
-        began: vehicles that were given the role of the head, and when.
-        ended: vehicles that left it, and when; with the vehicle to whose claim they assented, if it was by that.
+        claims: each with the leaders presumed absent, which do not block it.
+        by_leading: for claimants that are members only through leading another group: that group.
+        began: vehicles that were given the leader's role, and when.
+        ended: vehicles that left it, and when; with the claimant if they left by acknowledging a claim, else None.
     """
 
     claims: Mapping[Claimed, frozenset[str]] = field(default_factory=dict)
@@ -246,32 +216,26 @@ class Lead:
 
 @dataclass(frozen=True, slots=True)
 class Leadership:
-    """When which vehicles led. What becomes known gives another value; the same one where it was known.
-
-    Attributes:
-        groups: the lead of each, by name.
-    """
+    """Terms of all leaders, by group; immutable. Updates return a new value, or self if known."""
 
     groups: Mapping[str, Lead]
     _counting: dict[str, list[Claimed]] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @classmethod
     def founded(cls, organisation: Organisation, at_sea: Iterable[str] = ()) -> Leadership:
-        """By what was agreed before the mission; nobody leads yet what is formed at sea."""
+        """Create from the organisation before the mission; groups formed at run time have no leader."""
         heads = {group: organisation.heads(group) for group in organisation.groups} | dict.fromkeys(at_sea, ())
         return cls({group: Lead(began=frozenset((name, AGREED_BEFORE) for name in of)) for group, of in heads.items()})
 
-    # What becomes known --------------------------------------------------------------------------
+    # Updates -------------------------------------------------------------------------------------
 
     def claim(
         self, group: str, claimed: Claimed, excused: Collection[str] = NOBODY, by_leading: str | None = None
     ) -> Leadership:
-        """A vehicle has claimed to lead a group.
+        """Add a claim.
 
-        Args:
-            group: its name; claimed: the claim.
-            excused: vehicles that do not stand against it, as far as is known here; what was excused once stays so.
-            by_leading: a group by whose lead alone the vehicle is a member: the claim counts if it led that by then.
+        ``excused`` are vehicles presumed absent, which stay so. ``by_leading``: group that alone makes the claimant a
+        member, so that the claim is valid only if it led that group by then.
         """
         lead = self.groups[group]
         before = lead.claims.get(claimed)
@@ -279,12 +243,12 @@ class Leadership:
             return self
         claims = {**lead.claims, claimed: (before or NOBODY).union(excused)}
         by = lead.by_leading if by_leading is None else {**lead.by_leading, claimed: by_leading}
-        # Groups stand in the order in which they were claimed first: so they are crowned, and assented to.
+        # Groups keep the order of their first claims, in which leaders are installed and acknowledged.
         others = {name: of for name, of in self.groups.items() if name != group or lead.claims}
         return Leadership({**others, group: replace(lead, claims=claims, by_leading=by)})
 
     def miss(self, absent: Collection[str]) -> Leadership:
-        """These do not stand any more against claims that do not count yet."""
+        """Presume these vehicles absent for all claims that are not yet valid."""
         after = self
         for group, lead in self.groups.items():
             excused = {
@@ -297,7 +261,7 @@ class Leadership:
         return after
 
     def change(self, group: str, vehicle: str, leads: bool, age: Age, to: str | None = None) -> Leadership:
-        """A vehicle was given the role of the head at ``age``, or has left it, or assents ``to`` another's claim."""
+        """Record that a vehicle got the leader's role, left it, or acknowledges the claim of ``to``."""
         lead, at = self.groups[group], (vehicle, age)
         if at in (lead.began if leads else lead.ended):
             return self
@@ -306,7 +270,7 @@ class Leadership:
         return self._with(group, replace(lead, ended={**lead.ended, at: to}))
 
     def begin(self, group: str, vehicle: str | None, age: Age) -> Leadership:
-        """A group is formed anew, led by ``vehicle`` since ``age``; it is dissolved if None."""
+        """Restart a group under ``vehicle`` since ``age``; None dissolves it."""
         groups = {
             name: replace(lead, by_leading={claimed: by for claimed, by in lead.by_leading.items() if by != group})
             for name, lead in self.groups.items()
@@ -317,14 +281,14 @@ class Leadership:
     def _with(self, group: str, lead: Lead) -> Leadership:
         return Leadership({**self.groups, group: lead})
 
-    # Which claims count --------------------------------------------------------------------------
+    # Valid claims --------------------------------------------------------------------------------
 
     def counting(self, group: str) -> list[Claimed]:
-        """The claims to lead a group that count, the lesser ones first."""
+        """Return the valid claims to lead a group, the lesser ones first."""
         if group in self._counting:
             return self._counting[group]
         counting: list[Claimed] = []
-        self._counting[group] = counting  # whoever stands against a claim leads by the lesser ones
+        self._counting[group] = counting  # a vehicle that blocks a claim leads by a lesser one
         for claimed, excused in sorted(self.groups[group].claims.items()):
             if not self.is_member(group, claimed):
                 continue
@@ -338,22 +302,22 @@ class Leadership:
         return counting
 
     def counts(self, group: str, claimed: Claimed) -> bool:
-        """True if a claim to lead a group counts."""
+        """Return whether a claim is valid."""
         return claimed in self.counting(group)
 
     def is_member(self, group: str, claimed: Claimed) -> bool:
-        """False if who claimed a group was a member of it by the lead of another alone, which it had not."""
+        """Return False if membership depended on leading another group, which the claimant did not."""
         of = self.groups[group].by_leading.get(claimed)
         return of is None or self.led(claimed.vehicle, of, claimed.since)
 
     def _has_led_since(self, group: str, claimed: Claimed) -> Age | None:
-        """Since when who claims has led and has not left itself, whoever has claimed meanwhile; None if it has not."""
+        """Return the start of the claimant's lead, which it has not left itself; None without one."""
         left = [age for age in self._ends(group, claimed.vehicle) if age <= claimed.since]
         began = (age for age in self._begins(group, claimed.vehicle) if age < claimed.since)
         return min((age for age in began if not any(age < end for end in left)), default=None)
 
     def _heads_against(self, group: str, claimed: Claimed) -> set[str]:
-        """Others that led a group when it was claimed, and lead it still, by the lesser claims."""
+        """Return others that led when the claim was made and still lead, by lesser claims."""
         names = {name for name, _ in self.groups[group].began} | {other.vehicle for other in self.counting(group)}
         return {
             name
@@ -362,7 +326,7 @@ class Leadership:
         }
 
     def _reigns(self, group: str) -> list[Claimed]:
-        """The claims by which a group was led one after another: each is greater, or the head before had left."""
+        """Return the claims that led in turn: each is greater, or its predecessor had left."""
         reigns: list[Claimed] = []
         for claimed in sorted(self.counting(group), key=lambda claimed: claimed.since):
             if not reigns or claimed.claim > reigns[-1].claim or self._has_left(group, reigns[-1], claimed.since):
@@ -370,17 +334,16 @@ class Leadership:
         return reigns
 
     def _begins(self, group: str, vehicle: str) -> list[Age]:
-        """When a vehicle came to lead a group, whoever led it besides."""
         began = [age for name, age in self.groups[group].began if name == vehicle]
         return began + [claimed.since for claimed in self.counting(group) if claimed.vehicle == vehicle]
 
     def _ends(self, group: str, vehicle: str) -> list[Age]:
-        """When a vehicle left the lead of a group, or assented to a claim that it had not answered, nor its author."""
+        """Return the times at which a vehicle left the lead or made a valid acknowledgement."""
         ended = self.groups[group].ended
         return [age for (name, age), to in ended.items() if name == vehicle and not self._is_void(group, name, age, to)]
 
     def _is_void(self, group: str, vehicle: str, age: Age, to: str | None) -> bool:
-        """True of an assent ``to`` whom assented to the vehicle since it claimed, or to whom this has claimed again."""
+        """Return whether ``to`` acknowledged the vehicle, or this claimed again, before its assent."""
         if to is None:
             return False
         lead = self.groups[group]
@@ -391,49 +354,48 @@ class Leadership:
         return any(since < at < age for at in (*ends, *answers))
 
     def _has_left(self, group: str, reign: Claimed, by: Age) -> bool:
-        """True if who leads a group by a claim had left by then."""
         return any(reign.since < age <= by for age in self._ends(group, reign.vehicle))
 
-    # Who led when --------------------------------------------------------------------------------
+    # Terms ---------------------------------------------------------------------------------------
 
     @property
     def claimed(self) -> list[str]:
-        """Groups that somebody has claimed to lead."""
+        """Groups with at least one claim."""
         return [group for group, lead in self.groups.items() if lead.claims]
 
     @property
     def leading(self) -> dict[str, Claimed]:
-        """The claim by which each group is led that is led by one."""
+        """Claim in force of each group led by a claim."""
         reigns = {group: self._reigns(group)[-1:] for group in self.claimed}
         return {group: last[0] for group, last in reigns.items() if last and not self._has_left(group, last[0], _NOW)}
 
     def without_claims(self, group: str) -> tuple[str, Age] | None:
-        """Who leads a group without a claim, and since when; None if nobody does."""
+        """Return the leader of a group without a claim and the start of its term; None if none."""
         names = [name for _, name in sorted((age, name) for name, age in self.groups[group].began)]
         since = {name: self.since(name, group, _NOW) for name in names}
         return next(((name, age) for name, age in since.items() if age is not None), None)
 
     def is_claim(self, age: Age) -> bool:
-        """True if what was said at ``age`` is a claim to lead a group."""
+        """Return whether the fact at ``age`` is a leadership claim."""
         return any(age == claimed.since for lead in self.groups.values() for claimed in lead.claims)
 
     def has_claimed(self, vehicle: str, group: str) -> bool:
-        """True if the vehicle has led the group, or has claimed to."""
+        """Return whether the vehicle was given the leader's role, or has claimed it."""
         lead = self.groups[group]
         return any(name == vehicle for name, _ in lead.began) or any(
             claimed.vehicle == vehicle for claimed in lead.claims
         )
 
     def has_led(self, vehicle: str, group: str, at: Age) -> bool:
-        """True if the vehicle has led the group at any time before ``at``."""
+        """Return whether the vehicle has led the group at any time before ``at``."""
         return any(age < at for age in self._begins(group, vehicle))
 
     def led(self, vehicle: str, group: str, at: Age) -> bool:
-        """True if the vehicle led the group at ``at``."""
+        """Return whether the vehicle led the group at ``at``."""
         return self.since(vehicle, group, at) is not None
 
     def since(self, vehicle: str, group: str, at: Age) -> Age | None:
-        """Since when the vehicle led the group at ``at``; None if it did not."""
+        """Return the start of the vehicle's term at ``at``; None if it did not lead."""
         if group not in self.groups:
             return None
         began = [age for name, age in self.groups[group].began if name == vehicle]

@@ -1,29 +1,24 @@
-"""Membership as a lease: who is there, as one vehicle sees it, by a rule that all vehicles apply alike.
+"""Membership as a lease: present members as one vehicle sees them.
 
-A peer of which there was no word for a lease is absent: it was not heard, and nobody told that it was. Absence is a
-view of one vehicle and no fact: nothing is taken away from the organisation, and a peer of which there is word again is
-present again. The start counts as word, and so does the time at which a vehicle that was away itself comes back. A
-vehicle that has heard nobody at all for a lease is cut off: then it is the vehicle itself that has left, whatever it
-believes of the others. Before that, one that has heard nobody for a part of the lease does not know who has left, and
-takes nobody else for absent: else a deaf head would order others about while their leases end one by one.
+A peer is absent if no evidence of it, direct or second-hand, arrived for a lease. Absence is a view of one vehicle, not
+a fact: the organisation stays unchanged, and new evidence makes the peer present again. The start counts as evidence,
+and so does the return of a vehicle that was itself away. A vehicle that has received no peer for a lease is isolated:
+it has left, whatever it believes of others. Before that, after part of a lease without reception, it presumes no
+further peer absent; otherwise a deaf leader would reassign jobs while leases end one by one.
 
-A silence that losses cannot explain need not last a lease. What counts for that are TDMA frames in which there was word
-of somebody, since in others the vehicle itself may have been deaf. In what share of them there was no word of a peer
-while it was present, by its own packets or by what others told, says how soon its silence means something: a peer is
-absent after so many frames that losses alone make such a silence with a stated probability: accrual, after Hayashibara
-et al., The phi accrual failure detector, SRDS 2004. So of one that many hear, nobody waits longer for being far off.
+A failure detector suspects a peer earlier if losses do not explain its silence. It counts TDMA frames with evidence of
+any peer, since in others the vehicle itself may have been deaf. From the share of these frames without evidence of the
+peer while present follows the silence that losses cause with a stated probability: accrual, after Hayashibara et al.,
+The phi accrual failure detector, SRDS 2004.
 
-Patience: what a vehicle that is cut off leaves to the others, and until when.
+Isolation grace period (`Patience`): an isolated vehicle cannot know whether others are lost or out of reach. It does
+its own jobs and goes to the rendezvous of its groups. Until the others should have finished and arrived, their jobs
+stay theirs; by then it meets with any that have come, seen or not. If this brings no contact either, it presumes the
+others lost and does all jobs not reported done.
 
-It cannot know whether the others are lost or out of its reach. So it does its own jobs and goes to the meeting of its
-groups. Until the others should have done what they have to do, and have come, their jobs are theirs; by then whoever
-can come has come, and it meets with them, seen or not. Only when that has brought no contact either, it takes the
-others to be lost and does what they have not told to be done.
-
-A job is its holder's. Whose it is if nobody is known to have it all who are cut off have to see alike, whatever each
-heard last: so it is whose the strategy's messages have made it, which all have heard again and again, and where they do
-not say, what follows from what all have known since before the mission (`owners`). That counts from when a vehicle has
-heard nobody for a part of a lease: what it took between then and the end of the lease nobody would know of.
+Jobs have owners: their holders, else the vehicles named by the strategy's messages, else those that follow from data
+known before the mission (`owners`), so that all isolated vehicles agree. This applies after part of a lease without
+reception: no peer would know of a job taken between then and the end of the lease.
 """
 
 from __future__ import annotations
@@ -38,22 +33,19 @@ from remoras.organisation import Organisation
 from remoras.work import Outlook, Point, Work
 
 AWAY_FRAMES = 1.5
-"""A vehicle that has not looked around for more TDMA frames than this was away itself."""
+"""TDMA frames without an update after which a vehicle counts as away itself."""
 
 
 SHORTEST_FRAMES, FADING_S = 10, 200.0
-"""Silence for which nobody is taken to have left, in TDMA frames and in seconds: a link may become worse or fade for
-minutes, which its mean loss does not tell."""
+"""Silence (TDMA frames, s) below which no peer is suspected: fading may last minutes."""
 
 
 class Lease(NamedTuple):
-    """How long a vehicle of which there is no word counts as present.
+    """Time for which a silent peer counts as present.
 
     Attributes:
-        longest_s: in any case; infinite where nobody speaks.
-        frame_s: length of a TDMA frame, in which each speaks once.
-        false_absence: probability of a silence by losses alone for which a peer is taken to have left; 0 if all have
-            the longest lease.
+        longest_s: upper limit; infinite without communication.
+        false_absence: probability that losses alone make a suspected peer's silence; 0 disables suspicion.
     """
 
     longest_s: float
@@ -61,7 +53,7 @@ class Lease(NamedTuple):
     false_absence: float = 0.0
 
     def frames_of(self, word: Link) -> int:
-        """TDMA frames with word of somebody that a peer may be silent in of which so much word is lost.
+        """Return the TDMA frames (with evidence of any peer) whose silence losses do not explain.
 
         >>> [Lease(880.0, 22.0, 1e-6).frames_of(Link(p, 64, p)) for p in (0.02, 0.4, 0.6, 0.8)]
         [10, 16, 28, 62]
@@ -71,7 +63,7 @@ class Lease(NamedTuple):
 
 
 class Changes(NamedTuple):
-    """Peers that have become absent and present, in the order of their names."""
+    """Peers that have become absent and present, by name."""
 
     absent: tuple[str, ...] = ()
     present: tuple[str, ...] = ()
@@ -79,20 +71,13 @@ class Changes(NamedTuple):
 
 NO_CHANGES = Changes()
 DOUBT = 0.25
-"""Share of a lease in which a vehicle that hears nobody may still judge others."""
+"""Share of a lease after which a vehicle without reception presumes no further peer absent."""
 
 
 def absent_peers(
     peers: Iterable[str], heard_s: Mapping[str, float], since_s: float, now_s: float, lease_s: float
 ) -> frozenset[str]:
-    """Peers whose lease is over.
-
-    Args:
-        peers: names.
-        heard_s: when a packet of each was last heard.
-        since_s: when the vehicle began to listen; leases begin then at the earliest.
-        now_s: time at which it looks around.
-        lease_s: how long a lease lasts.
+    """Return peers whose lease is over; ``since_s`` is the earliest start of a lease.
 
     >>> sorted(absent_peers(["AUV01", "AUV02"], {"AUV01": 50.0}, since_s=0.0, now_s=60.0, lease_s=60.0))
     ['AUV02']
@@ -113,14 +98,9 @@ def absent_peers(
 def acted_on(
     organisation: Organisation, me: str, absent: frozenset[str], is_cut_off: bool, leads_alone: bool
 ) -> Organisation:
-    """The organisation as a vehicle acts on it: without the absent, and where it is cut off, led by itself.
+    """Return the organisation without ``absent``; an isolated vehicle leads its own groups.
 
-    Args:
-        organisation: as agreed.
-        me: name of the vehicle.
-        absent: names of its absent peers.
-        is_cut_off: True if these are all.
-        leads_alone: True if the vehicle is able to lead.
+    ``leads_alone`` is True if the vehicle is able to lead.
     """
     seen = organisation.without(absent)
     if is_cut_off and leads_alone:
@@ -132,28 +112,22 @@ def acted_on(
 
 
 class Membership:
-    """Who is there, as one vehicle sees it.
-
-    Args:
-        me: name of the vehicle.
-        names: of all vehicles.
-        lease: how long a silent peer counts as present; after each TDMA frame the vehicle looks around.
-    """
+    """Present members as one vehicle sees them, updated after each TDMA frame."""
 
     def __init__(self, me: str, names: Iterable[str], lease: Lease) -> None:
         self._me = me
         self._peers = tuple(name for name in names if name != me)
         self._lease = lease
         self._away_s = AWAY_FRAMES * lease.frame_s
-        self._word_s, self._n_frames = 0.0, 0  # when there was word of anybody last, and in how many frames there was
-        self._spoke: dict[str, tuple[float, int]] = {}  # the same by peer
-        self._word = {name: LossEstimate() for name in self._peers}  # of frames with word of somebody, those without
+        self._word_s, self._n_frames = 0.0, 0  # last evidence of any peer; number of frames with such evidence
+        self._spoke: dict[str, tuple[float, int]] = {}  # per peer
+        self._word = {name: LossEstimate() for name in self._peers}  # frames with evidence of others alone
         self._looked_s = 0.0
         self._since_s = 0.0
         self.absent: frozenset[str] = frozenset()
-        """Names of the peers that are absent now."""
+        """Names of absent peers."""
         self.cut_off = False
-        """True while the vehicle has heard nobody at all for a lease."""
+        """True while the vehicle is isolated: no reception for a lease."""
 
     def look_around(
         self,
@@ -161,12 +135,11 @@ class Membership:
         heard_s: Mapping[str, float],
         word_s: float = 0.0,
     ) -> Changes:
-        """End of a TDMA frame: see who is absent and present now.
+        """Update membership at the end of a TDMA frame.
 
         Args:
-            now_s: time of the end of the frame.
-            heard_s: when there was word of each peer last, or its silence meant nothing.
-            word_s: when there was word of anybody last.
+            heard_s: time of the last evidence of each peer, or at which its silence was expected.
+            word_s: time of the last evidence of any peer.
         """
         if now_s - self._looked_s > self._away_s:
             self._since_s = now_s
@@ -184,7 +157,7 @@ class Membership:
         return Changes(tuple(sorted(self.absent - before)), tuple(sorted(before - self.absent)))
 
     def _silent_beyond_loss(self, heard_s: Mapping[str, float]) -> set[str]:
-        """Peers whose silence, in frames with word of somebody, is longer than losses explain."""
+        """Return peers suspected by the failure detector."""
         spoke, n_frames, silent = self._spoke, self._n_frames, set[str]()
         for name in self._peers:
             known, spoke_s = spoke.get(name), heard_s.get(name, 0.0)
@@ -198,20 +171,20 @@ class Membership:
         return silent
 
 
-# Patience ------------------------------------------------------------------------------------------
+# Isolation grace period ----------------------------------------------------------------------------
 
 
 LATE = 1.2
-"""A vehicle may take longer for what it has left, by this factor, than its data say."""
+"""Factor by which a vehicle may take longer for its remaining work than expected."""
 
 
 class Patience(NamedTuple):
-    """What a vehicle that is cut off leaves to others.
+    """Isolation grace period of a vehicle.
 
     Attributes:
-        theirs_until_s: until when the jobs of the others are theirs.
-        ends_s: until when they are nobody's.
-        barred: (vehicle, role) of jobs that are another's.
+        theirs_until_s: end of work and arrival of the others, until which it does not expect to meet them.
+        ends_s: time after which it takes over their jobs.
+        barred: (vehicle, role) of jobs that another vehicle owns.
     """
 
     theirs_until_s: float = -math.inf
@@ -220,7 +193,7 @@ class Patience(NamedTuple):
 
 
 def with_work(present: Organisation, organisation: Organisation, absent: Collection[str]) -> Organisation:
-    """The organisation as a vehicle that is cut off acts on it, with the roles of the absent but those of heads."""
+    """Return ``present`` with the roles of absent vehicles, except leaders' roles."""
     for role in sorted(organisation.assignments):
         if role.vehicle in absent and role.role != organisation.groups[role.group].head_role:
             present, _ = present.assign(role.vehicle, role.group, role.role)
@@ -228,10 +201,9 @@ def with_work(present: Organisation, organisation: Organisation, absent: Collect
 
 
 def owners(whole: Work) -> dict[str, str]:
-    """Who is to do the job of each role that has no holder: the longest first, each goes to who would be done first.
+    """Return owners of roles without holder: longest job first, to the earliest finisher.
 
-    Args:
-        whole: work of a group before the mission has begun.
+    ``whole`` is the work of a group before the mission.
     """
     owner_of: dict[str, str] = {}
     at = {data.name: Outlook(0.0, data.start_m) for data in whole.workers}
@@ -256,19 +228,11 @@ def patience_with(
     now_s: float,
     lease_s: float,
 ) -> Patience:
-    """What a vehicle has that is cut off: by what it knew last of where the others were, and what they had to do.
+    """Return the grace period from the last known positions and remaining jobs of the others.
 
-    As all who are cut off at once notice it within a lease, they wait so much longer for each other, and for the ways
-    from one meeting to the next.
-
-    Args:
-        all_work: of the groups, with those who are absent: before the mission has begun, and now; and who is to do
-            the jobs of roles, by the strategy's messages.
-        me: name of the vehicle.
-        known_s: when each vehicle was heard of last.
-        rallies_m: rally points by name.
-        now_s: from when it leaves that to others.
-        lease_s: how long a peer counts as present of which there is no word.
+    Vehicles isolated at once notice it within one lease; the period therefore adds a lease, and the way between rally
+    points. ``all_work`` gives per group: work before the mission and now, absent vehicles included, and the owners
+    known to the strategy. ``known_s`` is the time of the last evidence of each vehicle.
     """
     until_s, way_s, barred = now_s, 0.0, set[tuple[str, str]]()
     for whole, work, division in all_work:
@@ -291,13 +255,11 @@ def patience_with(
 
 
 class Footing(NamedTuple):
-    """What the vehicle acts on.
+    """Basis for planning.
 
     Attributes:
-        present: the organisation without the absent.
-        takes_no_jobs: vehicles that take none.
-        is_cut_off: it hears nobody.
-        barred: (vehicle, role) of jobs that it leaves to others, see ``Patience``.
+        present: organisation without absent vehicles.
+        barred: (vehicle, role) of jobs left to others, see ``Patience``.
     """
 
     present: Organisation

@@ -1,29 +1,29 @@
-"""Needs that follow from groups and roles: who needs a fact, as one vehicle believes.
+"""Information needs that follow from groups and roles, as one vehicle believes.
 
-What a vehicle tells concerns a group, and the members of that group need it; others neither pass it on nor keep it.
-Whom a fact concerns follows from what it is about:
+A fact concerns a group, whose members need it; other vehicles neither relay nor store it:
 
 ==========================  =========================================================================================
-a fact about                is needed by
+fact about                  needed by
 ==========================  =========================================================================================
-a job                       the members of the groups that have a role with this job; where its head holds what a group
-                            knows, its heads and who plays such a role
-a job that is done          the members of those groups, and the heads of the groups that supervise them
-an objective of a role      the members of its group; so it is with bids for roles, and claims
-who plays a role, or left   the vehicle itself; who is or was a member of the group; the heads that supervise it; the
-                            members of groups with a role that its holder has to play
-a group                     its members, and the heads of the groups that supervise it
-who leads a group           the same; who was a member, and may not know; the members of the groups that it supervises,
-                            and of the one to which its head has to belong
-a vehicle                   the members of all its groups; everybody if it is in none, and who is not to be believed
-anything else               everybody
+a job                       members of the groups that have a role with this job; where the leader holds the group's
+                            knowledge, leaders and holders of such a role
+a job that is done          members of those groups, leaders of the groups that supervise them
+an objective of a role,     members of its group
+bids for roles
+a role taken or left        the vehicle; current and former members of the group; supervising leaders; members of
+                            groups with a role that its holder has to play
+a group                     its members, leaders of the groups that supervise it
+the leader of a group       the same; former members; members of the groups that it supervises, and of the group to
+                            which its leader has to belong
+a vehicle                   members of all its groups; all vehicles if it is in none
+exclusion of a vehicle,     all vehicles
+anything else
 ==========================  =========================================================================================
 
-What concerns a group that is formed at sea concerns the members of the group whose head forms it, too, since any of
-them may come into it: before it is formed, while it is there, and when it is dissolved.
+Facts about a group formed at run time also concern the members of the forming group, which may join it.
 
-A vehicle answers by the organisation in its own view, and it hears of changes in groups of its own alone. So it may err
-on others: then it says something to vehicles that have left, or leaves out such as have joined, until it hears of it.
+A vehicle knows changes only in its own groups, so it may err about others: it then sends to vehicles that have left, or
+omits new members, until it receives the change.
 """
 
 from __future__ import annotations
@@ -36,22 +36,20 @@ from remoras.social.leadership import HEAD_TERM, HEADED_BY, ROLE_ATTRIBUTES
 from worldmodel import NOBODY, PLAIN, PropertyValue, TBox, Terms, Wanted
 
 Path = tuple[str, str]
-"""Group and role, or group and group."""
+"""Group and role, or two groups."""
 
 
 @dataclass(frozen=True)
 class Subjects:
-    """What instances are, and whom facts about them concern: the same for all vehicles of a fleet, by uid.
+    """Meaning of instances, and the vehicles that facts about them concern, by uid; fleet-wide.
 
     Attributes:
-        names: of the vehicles; their nodes are their uids.
-        groups: names of groups; roles: group and role.
-        jobs: group and role for every role with the job; the role is empty where a mission names the group alone.
-        done: (subject, attribute) of the facts that say that a job is done.
-        supervised: a group and one that it supervises, directly or through others, by names.
-        held: groups of which the head holds what is known of their jobs.
-        at_sea: groups that are formed at sea, by name.
-        for_all: attributes that concern everybody, whoever the fact is about.
+        names: of the vehicles; nodes are uids.
+        jobs: group and role for every role with the job; an empty role names the group alone.
+        done: (subject, attribute) of the facts that report completion of a job.
+        supervised: (supervising group, group), direct or indirect.
+        held: groups whose leader alone holds the knowledge of their jobs.
+        for_all: attributes that concern all vehicles.
     """
 
     names: Sequence[str]
@@ -67,13 +65,13 @@ class Subjects:
 
 @dataclass(frozen=True)
 class _Words:
-    """Nodes, as bit words, by group: what follows from one view of the organisation.
+    """Node bit sets that follow from one view of the organisation.
 
     Attributes:
-        members: of each group; heads: of it; above: heads of the groups that supervise it.
-        told_who_leads: who needs to know who leads it.
-        players: by group and role; tied: members of groups with a role that the holder of this one has to play.
-        company: members of all groups of a vehicle, by its node.
+        above: leaders of supervising groups.
+        told_who_leads: nodes that need to know the leader.
+        tied: members of groups with a role that the holder of this one has to play.
+        company: by node, members of all groups of the vehicle.
     """
 
     members: Mapping[str, int]
@@ -86,13 +84,9 @@ class _Words:
 
 
 class GroupNeeds:
-    """Who needs what, in the view of one vehicle: ``worldmodel.Needs`` of its exchange manager.
+    """Needs in the view of one vehicle: ``worldmodel.Needs`` of its exchange manager.
 
-    Args:
-        tbox: of the fleet.
-        priorities: of the attributes that are exchanged, by uid.
-        subjects: what instances are.
-        organisation: as agreed before the mission.
+    ``priorities`` has a priority for each exchanged attribute, by uid.
     """
 
     def __init__(
@@ -105,12 +99,12 @@ class GroupNeeds:
         self._says_who_plays = {tbox.attribute_named(name).uid for name in ROLE_ATTRIBUTES}
         role = tbox.class_named("Role").uid
         self._names_role = {a.uid for a in tbox.attributes if a.range_class == role}
-        self._ever: dict[str, int] = {}  # those whom each group concerns or has concerned
+        self._ever: dict[str, int] = {}  # current and former members
         self._organisation = organisation
         self._now = self._words(organisation)
 
     def renew(self, organisation: Organisation) -> bool:
-        """Answer by another view of the organisation from now on; True if that makes a difference."""
+        """Use another view of the organisation; return whether needs differ."""
         if organisation is self._organisation:
             return False
         ever, before = dict(self._ever), self._now
@@ -153,12 +147,12 @@ class GroupNeeds:
         return _Words(members, heads, above, told, players, tied, company)
 
     def priority_of(self, fact: PropertyValue, class_uid: int) -> Wanted:
-        """Which nodes need a fact, and how urgent it is; its attribute says the latter."""
+        """Return the nodes that need a fact, and the priority of its attribute."""
         priority = self._priorities.get(fact.attribute)
         return NOBODY if priority is None else (self._nodes(fact), priority)
 
     def terms_of(self, fact: PropertyValue, class_uid: int) -> Terms:
-        """How they want it served: as plain needs are."""
+        """Return the plain delivery requirements."""
         return PLAIN
 
     def _nodes(self, fact: PropertyValue) -> int:
@@ -180,7 +174,6 @@ class GroupNeeds:
         return self._everybody
 
     def _of_role(self, role: Path, fact: PropertyValue) -> int:
-        """Who needs to know that a vehicle plays a role, has left it, or works on its job."""
         group, name = role
         if fact.attribute not in self._says_who_plays:
             return self._now.members.get(group, self._everybody)

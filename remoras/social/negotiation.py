@@ -1,4 +1,4 @@
-"""A vehicle's part in dividing jobs during the mission, whatever the strategy: what it hears, what it states."""
+"""Division of jobs during the mission, for any strategy: received and stated messages."""
 
 from __future__ import annotations
 
@@ -29,17 +29,11 @@ if TYPE_CHECKING:
     from remoras.social.leadership import Age
 
 LEG = 1.5
-"""Who takes no part in the work expects the longest leg to last as much of one vehicle's share of all work."""
+"""Longest expected absence of a worker, as a factor on its share of all work."""
 
 
 def negotiated_attributes(strategy: Strategy, jobs: Mapping[str, Job], tbox: TBox) -> tuple[str, ...]:
-    """Attributes of the ontology by which the vehicles of a strategy organise themselves.
-
-    Args:
-        strategy: declares its messages.
-        jobs: their attributes take the place of ``JOB_DONE`` in the declaration.
-        tbox: of the mission.
-    """
+    """Return the ontology attributes of a strategy's messages; jobs' own replace ``JOB_DONE``."""
     known = {attribute.name for attribute in tbox.attributes}
     job_done = [job.done[0] for job in jobs.values()]
     declared = [name for key in strategy.declaration.messages for name in (job_done if key == JOB_DONE else [key])]
@@ -47,18 +41,10 @@ def negotiated_attributes(strategy: Strategy, jobs: Mapping[str, Job], tbox: TBo
 
 
 class Negotiation:
-    """The negotiators of one vehicle, one for each of its groups that has jobs.
+    """Negotiators of one vehicle, one for each of its groups that has jobs.
 
-    Args:
-        me: name of this vehicle.
-        strategy: makes the negotiators.
-        organisation: as agreed before the mission.
-        beliefs: facts of this vehicle.
-        rally_points_m: rally points by name.
-        rules: the jobs, and who has no part in dividing them: what such vehicles say of it does not count.
-
-    Attributes:
-        attributes: of the facts by which vehicles organise themselves.
+    ``rules`` name the jobs and the vehicles excluded from the division, whose messages about it are ignored.
+    ``attributes`` are the uids of negotiation attributes.
     """
 
     def __init__(
@@ -79,7 +65,7 @@ class Negotiation:
             tbox.attribute_named(name).uid for name in negotiated_attributes(strategy, rules.jobs, tbox)
         )
         plain = (*ROLE_ATTRIBUTES, *(job.done[0] for job in rules.jobs.values()))
-        self._of_all = frozenset(tbox.attribute_named(name).uid for name in plain)  # those apart may state them too
+        self._of_all = frozenset(tbox.attribute_named(name).uid for name in plain)  # excluded vehicles may too
         self._negotiators: dict[str, Negotiator] = {}
         self._rally_m: dict[str, Point | None] = {}
         self._rallies_m, self._at_sea, self._of = rally_points_m, rules.at_sea, strategy
@@ -92,19 +78,18 @@ class Negotiation:
         self._unlawful: Collection[Age] = ()
         self._round = 0
         self.until_news: dict[str, Move] = {}
-        """By group, the moves that stand until there is news."""
+        """By group, moves that stay valid until new information arrives."""
         self.holding = frozenset(self._negotiators)
-        """Groups that still have work to hand out, so they do not count as gathered."""
+        """Groups with work left to assign, which are therefore not gathered."""
         for group in rules.at_sea.values():
             self._add(group)
         self.silent = False
-        """True while the vehicle is to send nothing, by one of its negotiators."""
+        """True while a negotiator forbids transmission."""
         self._longest_away_s = 0.0
-        self._expected: frozenset[str] = frozenset()  # peers whose silence means nothing now
+        self._expected: frozenset[str] = frozenset()  # peers whose silence is expected now
         self._expected_s: dict[str, float] = {}
 
     def _add(self, group: Group) -> None:
-        """Take part in dividing the jobs of a group, if it has some and this vehicle has a part in that."""
         if any(role.job is not None for role in group.roles) and self._me not in self._apart:
             negotiator = negotiator_of(self._of, self._me, group)
             if negotiator is not None:
@@ -112,7 +97,7 @@ class Negotiation:
                 self._rally_m[group.name] = self._rallies_m.get(group.rally_point or "")
 
     def begin(self, group: str) -> None:
-        """A group begins anew: nothing is known of how its jobs were divided before."""
+        """Restart a group without knowledge of the earlier division of jobs."""
         self.until_news.pop(group, None)
         if self._negotiators.pop(group, None) is not None or group in self._at_sea:
             self._add(self._groups[group])
@@ -125,12 +110,9 @@ class Negotiation:
     def heard_or_expected_s(
         self, heard_s: Mapping[str, float], names: Collection[str], now_s: float
     ) -> Mapping[str, float]:
-        """When each vehicle was heard, or its silence last meant nothing, by the strategy.
+        """Return the time at which each vehicle was received, or its silence was last expected.
 
-        Args:
-            heard_s: when a packet of each was last heard.
-            names: of all vehicles.
-            now_s: end of the round.
+        ``heard_s`` is the time of the last packet from each; ``now_s`` the end of the round.
         """
         expected: Collection[str] = self._expected
         if not self.takes_part:
@@ -139,12 +121,9 @@ class Negotiation:
         return {name: max(heard_s.get(name, 0.0), self._expected_s.get(name, 0.0)) for name in names}
 
     def expect_away(self, all_work: Iterable[Work]) -> None:
-        """See how long others may be silent between two meetings: as long as their share of the work, and half as much.
+        """Set the longest expected silence between two meetings: 1.5 times a worker's share.
 
-        Only who takes no part in the work has to know; who does is told by its strategy.
-
-        Args:
-            all_work: of the groups, before it has begun.
+        Only vehicles that take no part in the work need it; strategies inform the others.
         """
         for work in all_work:
             for data in work.workers:
@@ -152,11 +131,11 @@ class Negotiation:
                 self._longest_away_s = max(self._longest_away_s, LEG * alone.free_s / len(work.workers))
 
     def hold(self, groups: Collection[str]) -> None:
-        """Take groups, which this vehicle leads from now on, for not gathered before it has looked at their work."""
+        """Mark newly led groups as not gathered until their work has been examined."""
         self.holding |= self._negotiators.keys() & set(groups)
 
     def note(self, change: Change) -> None:
-        """Keep what a peer states until the end of the round."""
+        """Queue a peer's statement until the end of the round."""
         block = change.block
         attribute = block.facts[0].attribute
         if self._negotiators and attribute in self.attributes:
@@ -165,7 +144,7 @@ class Negotiation:
                 self._heard.append(block)
 
     def note_added(self, now_s: float, left: Iterable[Fact]) -> None:
-        """Let the strategy hear in the next round which roles this vehicle said to be left, beside what it stated."""
+        """Pass the roles that this vehicle declared released to the strategy in the next round."""
         name = self._beliefs.name
         facts = tuple(
             (name(vehicle), LEFT_ROLE, name(role))
@@ -176,15 +155,10 @@ class Negotiation:
             self._added.append(Heard(self._me, self._beliefs.model.quantise_time(now_s), facts))
 
     def disregard(self, unlawful: Collection[Age]) -> None:
-        """Leave out of what was heard in this round what the issuers had no right to state.
-
-        Args:
-            unlawful: when each such fact was stated.
-        """
+        """Exclude unauthorised facts, given by their places in the order, from this round."""
         self._unlawful = unlawful
 
     def _take_heard(self) -> tuple[Heard, ...]:
-        """What was heard in this round."""
         blocks, self._heard = self._heard, []
         unlawful, self._unlawful = self._unlawful, ()
         heard, self._added = self._added, []
@@ -199,7 +173,7 @@ class Negotiation:
         return tuple(heard)
 
     def division(self, group: str) -> Mapping[str, str]:
-        """Who is to do the jobs of a group that no fact gives to anybody, by role, as far as its negotiator knows."""
+        """Return the owners of roles without holder that the negotiator knows."""
         negotiator = self._negotiators.get(group)
         return {} if negotiator is None else division_of(self._strategy, negotiator)
 
@@ -214,20 +188,19 @@ class Negotiation:
         links: Mapping[str, PeerLinks],
         is_news: bool = True,
     ) -> list[Statement]:
-        """End of a round: what this vehicle states to organise its groups.
+        """Return this vehicle's statements at the end of a round.
 
         Args:
-            now_s: time of the end of the round, as it is told.
-            work: of every group, by name, with this vehicle's position as it is.
-            heard_s: when a packet of each peer was last heard.
-            unheard: peers that have not acknowledged roles they were given, and these roles.
-            calls: how dissatisfied peers are, by their influence signals.
-            missions: groups of which the mission is known; of others there is nothing to divide yet.
-            links: what the links from and to each peer lose.
-            is_news: False if roles and missions are as they were at the end of the last round.
+            now_s: end of the round, as quantised in messages.
+            work: of every group, with this vehicle's actual position.
+            heard_s: time of the last packet from each peer.
+            unheard: unacknowledged roles, by peer.
+            calls: dissatisfaction of peers by their influence signals.
+            missions: groups with a known mission; others have nothing to divide yet.
+            is_news: False if roles and missions are unchanged since the last round.
 
         Raises:
-            PluginError: the strategy raises, or answers with something else than a move.
+            PluginError: the strategy raises, or returns something other than a move.
         """
         self._round += 1
         heard = self._take_heard()
@@ -241,7 +214,7 @@ class Negotiation:
                 self._heed(group, move, holding, expected)
                 continue
             if group not in work or self._me not in work[group].members:
-                continue  # there is no such group now, or it has left, to look after itself
+                continue  # the group does not exist now, or the vehicle has resigned
             if group not in missions:
                 holding.append(group)
                 continue
@@ -256,7 +229,7 @@ class Negotiation:
         return statements
 
     def _heed(self, group: str, move: Move, holding: list[str], expected: set[str]) -> None:
-        """Do what a move asks for beside its statements."""
+        """Apply a move apart from its statements."""
         self.silent = self.silent or move.silent
         expected.update(move.expected)
         if move.holding:

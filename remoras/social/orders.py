@@ -1,11 +1,8 @@
-"""Orders of group leaders: who receives which part of a plan, and members for a formed group.
+"""Orders of group leaders: parts of a plan per receiver, members for a formed group.
 
-A block goes in whole or not at all. Cut anywhere, a large plan would begin for nobody before its last fragment is
-heard. So each vehicle that is given work has a part of its own, with all that it needs to begin: its roles, and what
-their holders pursue on their own. Then comes what concerns all, such as where to meet, and last what the holders of
-new roles pursue together.
-
-What was proposed in a round, or counts already, is not said twice.
+A block is accepted whole or not at all, so one large block would start no vehicle before its last fragment arrives.
+Each vehicle with work therefore gets its own part: its roles and their individual objectives. Then follow facts for
+all, such as the rally point, then collective objectives of new roles. Proposed or valid facts are not stated again.
 """
 
 from __future__ import annotations
@@ -31,15 +28,10 @@ def by_receiver(
     role_named: Callable[[PropertyValue], tuple[str, str] | None],
     is_individual: Callable[[Objective], bool],
 ) -> list[list[Fact]]:
-    """The same facts in parts, those of single vehicles first, in the order in which these are given roles.
+    """Split facts into parts, single vehicles first, in the order in which these get roles.
 
-    An individual objective is in the part of each vehicle that is given its role.
-
-    Args:
-        facts: that a plan comes down to.
-        beliefs: of the vehicle, for names.
-        role_named: attribute and role of an organisational fact; None for any other fact.
-        is_individual: True for objectives that a vehicle pursues without others.
+    ``role_named`` returns attribute and role of an organisational fact, None for others. The individual objectives of a
+    role are in the part of each of its new holders.
     """
     named = [(fact, role_named(PropertyValue(*fact)) or ("", "")) for fact in facts]
     players: dict[str, list[str]] = {}  # by role
@@ -75,14 +67,9 @@ def aims(
     beliefs: Beliefs,
     mission: SocialPart,
 ) -> list[Fact]:
-    """Individual objectives of the roles given in ``facts``: whoever gets such a role may not have heard of them.
+    """Return individual objectives of the roles assigned in ``facts``, for new holders.
 
-    Args:
-        facts: stated of vehicles, by names.
-        objectives: that count.
-        founding: those agreed before the dive, of which everybody knows.
-        beliefs: of the vehicle.
-        mission: says which objectives a vehicle pursues without others.
+    ``founding`` objectives, agreed before the mission, are omitted.
     """
     roles = [value for _, attribute, value in facts if attribute == PLAYS_ROLE]
     if not roles:
@@ -97,25 +84,16 @@ def aims(
 
 
 def nearness(work: Work, vehicle: str) -> tuple[float, int]:
-    """How soon a vehicle would have done the first of the open jobs, to be compared: the lesser is nearer.
-
-    Args:
-        work: of the group that has the jobs.
-        vehicle: member or not.
-    """
+    """Return completion time (s) of the first open job the vehicle could do, and its node."""
     data, here = work.database[vehicle], Outlook(work.now_s, work.position_m(vehicle))
     thens = [work.after(here, data, role) for role in work.open if work.affords(here, data, role)]
     return min((then.free_s for then in thens if then is not None), default=math.inf), data.node
 
 
 def recruits(work: Work) -> list[RoleAssignment]:
-    """Members of the forming group that are to come into a group formed at sea, where it lacks holders of roles.
+    """Return members of the forming group for founding roles of a group formed at run time.
 
-    These are its founding roles without a job, but for that of the head, up to the fewest holders that each demands:
-    the nearest vehicles that are able to.
-
-    Args:
-        work: of the group.
+    Roles of leaders and roles with a job are excluded. Each role gets its minimum number of holders, nearest first.
     """
     group, organisation = work.group, work.organisation
     if group.formed_by is None:
@@ -134,34 +112,24 @@ def recruits(work: Work) -> list[RoleAssignment]:
 
 
 LAST_FORMATION = 255
-"""The ontology numbers formations up to this one."""
+"""Greatest formation number in the ontology."""
 
 
 class Orders:
-    """Orders of one head.
-
-    Args:
-        me: own name.
-        beliefs: of the vehicle.
-        strategy: allocates roles.
-        at_sea: groups that are formed at sea, by name.
-
-    Attributes:
-        issued: roles that it has given out; issued_objectives: objectives that it has given to roles.
-    """
+    """Orders of one leader; ``issued`` and ``issued_objectives`` are those it has given."""
 
     def __init__(self, me: str, beliefs: Beliefs, strategy: Strategy, at_sea: Mapping[str, Group]) -> None:
         self._me = me
         self._beliefs = beliefs
         self._strategy = strategy
         self._at_sea = at_sea
-        self._proposed: dict[RoleAssignment | Objective | Fact, None] = {}  # said in this round, not yet counting
-        self._awaited: dict[RoleAssignment, str] = {}  # jobs given out, of which nothing has come back
+        self._proposed: dict[RoleAssignment | Objective | Fact, None] = {}  # stated in this round, not yet valid
+        self._awaited: dict[RoleAssignment, str] = {}  # assigned jobs without acknowledgement
         self.issued: set[RoleAssignment] = set()
         self.issued_objectives: set[Objective] = set()
 
     def note(self, change: Change) -> None:
-        """Whoever says something about a job has heard that it is his."""
+        """Take a statement about a job as acknowledgement of its assignment to the issuer."""
         if self._awaited:
             issuer = self._beliefs.name(change.block.origin)
             jobs = {self._beliefs.name(fact.subject) for fact in change.block.facts}
@@ -172,18 +140,18 @@ class Orders:
                 del self._awaited[assignment]
 
     def waits_for(self, peers: Collection[str], done: Collection[str]) -> bool:
-        """True while one of ``peers`` was given a job that is not done and of which nothing has come back."""
+        """Return whether a peer has not acknowledged an assigned job that is not done."""
         return any(assignment.vehicle in peers and job not in done for assignment, job in self._awaited.items())
 
     def end_round(self, left: Iterable[RoleAssignment]) -> None:
-        """What was proposed in this round has been said; roles that vehicles have ``left`` are given out no longer."""
+        """Forget proposals of this round, and orders for roles that vehicles have ``left``."""
         self._proposed.clear()
         for assignment in left:
             self.issued.discard(assignment)
             self._awaited.pop(assignment, None)
 
     def forget(self, group: str) -> None:
-        """A group was formed or dissolved at sea: what was said of it before is over."""
+        """Forget all orders to a group that was formed or dissolved."""
         self.issued = {assignment for assignment in self.issued if assignment.group != group}
         self.issued_objectives = {objective for objective in self.issued_objectives if objective.group != group}
         self._awaited = {assignment: job for assignment, job in self._awaited.items() if assignment.group != group}
@@ -191,14 +159,9 @@ class Orders:
     # Steps ---------------------------------------------------------------------------------------
 
     def form(self, group: str, work: Mapping[str, Work], number: int) -> list[Fact]:
-        """Let a group be formed under whoever of the forming group is able to lead it and would be at its work first.
+        """Form a group under the able member of the forming group that would be first at its work.
 
-        Who forms it leads it itself if nobody else can.
-
-        Args:
-            group: its name.
-            work: of all groups, by name.
-            number: of the formation.
+        The forming leader takes the lead itself only if no other vehicle can.
         """
         of, former = self._at_sea[group], work[self._at_sea[group].formed_by or ""]
         able = [name for name in former.members if is_able_to_lead(former.database, name, of)]
@@ -208,24 +171,24 @@ class Orders:
         return self._say(self._beliefs.fact(group, FORMED_UNDER, head), self._beliefs.fact(group, FORMATION, number))
 
     def dissolve(self, group: str, number: int) -> list[Fact]:
-        """Let the formation of a group with that number be over."""
+        """Dissolve the formation of a group with that number."""
         return self._say(self._beliefs.fact(group, DISSOLVED, number))
 
     def _say(self, *facts: Fact) -> list[Fact]:
-        """Facts that are said together, once in a round."""
+        """Return facts stated together, once a round."""
         if facts[0] in self._proposed:
             return []
         self._proposed[facts[0]] = None
         return list(facts)
 
     def give_mission(self, group: str, mission: str, missions: Mapping[str, Collection[str]]) -> list[Fact]:
-        """Let a group have a mission, beside those that it has, unless that is known."""
+        """Add a mission to a group, unless known."""
         return [] if mission in missions.get(group, ()) else [self._beliefs.fact(group, "hasMission", mission)]
 
     def give(self, objective: Objective, objectives: Collection[Objective], again: bool = False) -> list[Fact]:
-        """Let a role have an objective, unless it has, or that was proposed.
+        """Give a role an objective, unless valid or proposed.
 
-        What a former head gave is given ``again``: nobody else knows which members have heard of it.
+        Objectives of a former leader are given ``again``: only that leader knows which members received them.
         """
         if objective in self._proposed or (objective in objectives and not again):
             return []
@@ -235,10 +198,7 @@ class Orders:
         return [self._beliefs.fact(subject, OBJECTIVE_PREFIX + objective.name, objective.argument)]
 
     def allocate(self, work: Work) -> list[Fact]:
-        """Let the strategy allocate roles to members of the group, on top of what was proposed in this round.
-
-        A group that is formed at sea recruits first, see ``recruits``.
-        """
+        """Allocate roles by the strategy, given the proposals of this round; recruit members first."""
         expected = work.organisation
         for assignment in self._proposed:
             if isinstance(assignment, RoleAssignment):

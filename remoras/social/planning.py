@@ -1,15 +1,12 @@
-"""Planning of missions: facts that the planner reads, plans, and their renewal.
+"""Planning of missions and pursuit of objectives.
 
-A plan is carried out as the tree that it is (``remoras.htn.execution``): its steps allocate roles, give missions and
-assign objectives, and a step that assigns one runs until its effects hold. When a role falls vacant for which a step is
-running, that step has failed, and its branch is planned anew. When a fact changes that the plan rests on, or somebody
-comes or leaves whom no running step needs, the whole mission is. What was proposed or counts already is not said twice.
+A plan is executed as a tree (``remoras.htn.execution``). Its steps allocate roles, give missions and assign objectives;
+the latter run until their effects hold. If the role of a running step becomes vacant, the step fails and its branch is
+replanned. If a fact changes on which the plan depends, or members outside running steps come or leave, the whole
+mission is replanned. Proposed or valid facts are not stated again.
 
-Pursuit: the activities by which a vehicle pursues the objectives of its roles.
-
-An objective that the mission's activity domain plans is pursued by an execution of that plan; what its running steps
-are as activities, the mission says. Where a step's behaviour has failed, its branch is planned anew, if there is
-another way.
+Objectives in the mission's activity domain are pursued by executing a plan; the mission maps running steps to
+activities. If a behaviour fails, its branch is replanned if an alternative exists.
 """
 
 from __future__ import annotations
@@ -44,16 +41,11 @@ from remoras.work import Point, Work, precedence
 
 @dataclass(frozen=True, slots=True)
 class OwnFacts:
-    """Beliefs of one vehicle, and what its social layer knows beside them; see ``SocialPart.social_domain``.
+    """Beliefs of one vehicle plus social facts; see ``SocialPart.social_domain``.
 
     Attributes:
-        beliefs: of the vehicle.
-        database: static data of all vehicles.
-        present: who plays what and is there.
-        view: missions that groups were given at sea, and formations of groups.
-        gatherings: which meetings count; is_cut_off: whether the vehicle hears nobody.
-        planner: of the missions that the vehicle plans.
-        objectives: of roles, by group, role and name.
+        is_cut_off: whether the vehicle is isolated.
+        objectives: by group, role and name.
     """
 
     beliefs: Beliefs
@@ -66,7 +58,7 @@ class OwnFacts:
     objectives: Mapping[tuple[str, str, str], Objective]
 
     def get(self, key: Key, default: Any = None, /) -> Any:
-        """The value of a fact, or ``default`` if it is not known."""
+        """Return the value of a fact, or ``default`` if unknown."""
         kind, about = key
         match kind:
             case "members":
@@ -102,12 +94,11 @@ class OwnFacts:
 
 @dataclass(frozen=True, slots=True)
 class Deliberation:
-    """What came of planning.
+    """Result of planning.
 
     Attributes:
-        facts: that it decided on.
-        impossible: missions for which there is no plan.
-        parts: the same facts by the vehicles that they concern, see ``remoras.social.orders``.
+        impossible: missions without a plan.
+        parts: the facts split by receiver (``remoras.social.orders``).
     """
 
     facts: list[Fact]
@@ -116,12 +107,7 @@ class Deliberation:
 
 
 def missions_of(groups: Iterable[Group], at_sea: Mapping[str, Sequence[str]]) -> dict[str, tuple[str, ...]]:
-    """What each group is to do, by its name, as far as it is known: one mission or several, side by side.
-
-    Args:
-        groups: with the missions that some have from the start.
-        at_sea: missions that groups were given since, by their names.
-    """
+    """Return the known missions of each group; ``at_sea`` are those given at run time."""
     missions_by_group: dict[str, tuple[str, ...]] = {}
     for group in groups:
         if missions := dict.fromkeys((*([group.mission] if group.mission else ()), *at_sea.get(group.name, ()))):
@@ -130,22 +116,15 @@ def missions_of(groups: Iterable[Group], at_sea: Mapping[str, Sequence[str]]) ->
 
 
 class MissionPlanner:
-    """Plans the missions of the groups that one vehicle leads, and lets the strategy allocate roles for them.
+    """Planner of the missions of groups that one vehicle leads; the strategy allocates roles.
 
     Args:
-        me: own name.
-        domain: HTN of the mission, from missions of groups to elementary tasks.
-        beliefs: of the vehicle.
-        strategy: allocates roles.
-        planned: plans of the groups whose missions were planned before, all of whose steps have been said.
-        at_sea: groups that are formed at sea, by name.
+        planned: plans made before the mission, whose steps have all been stated.
 
     Attributes:
-        due: groups whose missions are to be planned.
-        executions: the plans of the groups, as far as they are carried out.
-        allocated: groups whose roles the strategy has allocated since their missions were last planned anew.
-        lost: who has left a role or fallen silent in it, as often as that happened, by ``Group.Role``.
-        orders: what it has said by the steps of its plans.
+        due: groups with missions to plan.
+        allocated: groups with roles allocated since the last full planning.
+        lost: vehicles that left a role or became absent in it, once per event, by ``Group.Role``.
     """
 
     def __init__(
@@ -163,49 +142,39 @@ class MissionPlanner:
         self.lost: dict[str, tuple[str, ...]] = {}
         self._impossible: dict[str, NoPlan] = {}
         self.due: set[str] = set()
-        self._anew: set[str] = set()  # of those due, whose whole mission is planned
-        self._vacant: dict[str, set[tuple[str, str]]] = {}  # (group, role) that all have left, where somebody has left
+        self._anew: set[str] = set()  # due groups whose whole mission is replanned
+        self._vacant: dict[str, set[tuple[str, str]]] = {}  # vacant (group, role) of groups with a recent departure
         self.orders = Orders(me, beliefs, strategy, at_sea)
-        self._taken_over: set[str] = set()  # groups that another vehicle led when their missions were planned last
+        self._taken_over: set[str] = set()  # groups last planned under another leader
 
     def resume(self, known: FactsLike) -> None:
-        """Begin with the plans that were made before, whose steps need not be said.
-
-        Args:
-            known: facts.
-        """
+        """Start with plans made before, without stating their steps."""
         for execution in self.executions.values():
             for _ in execution.advance(known):
                 pass
 
-    # What is due ---------------------------------------------------------------------------------
+    # Due missions --------------------------------------------------------------------------------
 
     @property
     def rests_on(self) -> Iterator[Any]:
-        """Keys of all facts that its plans rest on or wait for."""
+        """Keys of all facts that its plans depend on or wait for."""
         for execution in self.executions.values():
             yield from execution.rests_on | execution.awaited
         for no_plan in self._impossible.values():
             yield from no_plan.rests_on
 
     def has_planned(self, group: str) -> bool:
-        """True once the mission of ``group`` has been planned."""
+        """Return whether the mission of ``group`` has been planned."""
         return group in self.executions or group in self._impossible
 
     def take_on(self, groups: Iterable[str]) -> None:
-        """Missions of these groups are due unless they have been planned."""
+        """Mark missions of these groups as due unless planned."""
         for group in groups:
             if not self.has_planned(group):
                 self._plan_anew(group)
 
     def reconsider(self, keys: Collection[Key], led: Iterable[str], facts: FactsLike) -> None:
-        """Facts have changed: steps may have ended, and plans may have to be made anew.
-
-        Args:
-            keys: of the facts.
-            led: groups that this vehicle leads.
-            facts: that it knows now.
-        """
+        """Settle steps and mark missions as due after facts with these keys have changed."""
         for group in led:
             execution = self.executions.get(group)
             if execution is not None and not execution.awaited.isdisjoint(keys):
@@ -215,7 +184,7 @@ class MissionPlanner:
                 self._plan_anew(group)
 
     def _settle(self, group: str, execution: Execution, facts: FactsLike) -> None:
-        """End the steps whose effects hold; if others have waited for that, the mission is due."""
+        """End steps whose effects hold; mark the mission as due if others waited for that."""
         if execution.settle(facts) and execution.is_waiting:
             self.due.add(group)
 
@@ -224,30 +193,20 @@ class MissionPlanner:
         self._anew.add(group)
 
     def lead(self, groups: Collection[str], taken_over: Collection[str]) -> None:
-        """Missions of these groups are this vehicle's to plan; of those taken over they are due.
-
-        Args:
-            groups: that it leads now.
-            taken_over: those of them that it did not lead before.
-        """
+        """Set the groups to plan; all missions of groups ``taken_over`` are due."""
         self.due.intersection_update(groups)
         self._taken_over = self._taken_over.intersection(groups).union(taken_over)
         for group in taken_over:
             self._plan_anew(group)
 
     def plan_again(self, groups: Iterable[str]) -> None:
-        """Members have come back or are free again: missions of these groups are due if they have been planned here."""
+        """Mark missions already planned here as due: members came back or became free."""
         for group in groups:
             if self.has_planned(group):
                 self._plan_anew(group)
 
     def lose(self, left: Iterable[RoleAssignment], present: Organisation) -> None:
-        """Vehicles have left roles, or fallen silent in them: if nobody plays one now, its running steps have failed.
-
-        Args:
-            left: roles and vehicles, of groups that this vehicle leads.
-            present: who plays what now.
-        """
+        """Record roles that vehicles left or became absent in; steps of vacant roles have failed."""
         for assignment in left:
             if self.has_planned(assignment.group):
                 path = f"{assignment.group}.{assignment.role}"
@@ -258,7 +217,7 @@ class MissionPlanner:
                 self.due.add(assignment.group)
 
     def forget(self, group: str) -> None:
-        """A group was formed or dissolved at sea: its plan is over, and what was said of it before."""
+        """Drop plan and orders of a group that was formed or dissolved."""
         if group in self.executions:
             self.executions[group].abandon()
         self._impossible.pop(group, None)
@@ -270,12 +229,7 @@ class MissionPlanner:
         self.orders.forget(group)
 
     def end_round(self, left: Iterable[RoleAssignment], facts: FactsLike) -> None:
-        """What was proposed in this round has been said, and counts unless somebody has refused it.
-
-        Args:
-            left: roles that vehicles have left: they are given out no longer.
-            facts: that the vehicle knows now.
-        """
+        """Settle steps and forget proposals of this round, and orders for roles in ``left``."""
         self.orders.end_round(left)
         for group, execution in self.executions.items():
             self._settle(group, execution, facts)
@@ -289,13 +243,9 @@ class MissionPlanner:
         work: Mapping[str, Work],
         objectives: Collection[Objective],
     ) -> Deliberation:
-        """Plan the missions that are due, or only the branches of them that have failed, and carry the plans on.
+        """Plan missions that are due, or only their failed branches, and advance execution.
 
-        Args:
-            known: facts that the plans rest on, and that tests and effects are asked of.
-            missions: of the groups, by name.
-            work: of the groups, by name.
-            objectives: that count already.
+        ``known`` are the facts for tests and effects, ``objectives`` the valid ones.
         """
         orders = self.orders
         handlers: dict[str, Callable[..., list[Fact]]] = {
@@ -330,11 +280,7 @@ class MissionPlanner:
         return Deliberation(facts, impossible)
 
     def _plan_whole(self, work: Work, tasks: Sequence[Task], known: FactsLike) -> list[NoPlan]:
-        """Plan the missions of a group anew; what is done of them stays done.
-
-        Returns:
-            Those of several for which there is no plan: the others are carried out without them.
-        """
+        """Replan all missions of a group, keeping completed steps; return those without a plan."""
         group, lacking = work.group.name, list[NoPlan]()
         self.allocated.discard(group)
         self._impossible.pop(group, None)
@@ -357,11 +303,7 @@ class MissionPlanner:
         return lacking
 
     def _mend(self, group: str, vacant: Collection[tuple[str, str]], known: FactsLike) -> bool:
-        """Roles have fallen vacant: plan the branches anew in which a step was running for one of them.
-
-        Returns:
-            True if there were some, and each has another way.
-        """
+        """Replan branches with running steps for vacant roles; return whether all have alternatives."""
         execution = self.executions.get(group)
         mended = False
         while execution is not None:
@@ -380,21 +322,14 @@ class MissionPlanner:
 
 
 Means = tuple[tuple[ActivitySet, ...], frozenset[Key]]
-"""Activities by which an objective is pursued, and the facts that this choice rests on."""
+"""Activities for an objective, and the keys of facts that this choice depends on."""
 
 
 class Pursuit:
-    """Activities of one vehicle, kept as long as the facts that they rest on.
+    """Activities of one vehicle, cached while the facts they depend on are unchanged.
 
-    Args:
-        data: of the vehicle.
-        mission: turns objectives into activities; mission_name: what messages call it.
-        leaves: True if the vehicle says what it has no way for, and leaves it; else that is a fault of the mission.
-
-    Attributes:
-        executions: plans of the objectives that it has had, as far as they are carried out.
-        hopeless: objectives for which it has no way now.
-        rests_on: keys of all facts that the activities rest on.
+    ``leaves`` is True if the vehicle reports and leaves objectives without a plan; else these are a fault of the
+    mission. ``hopeless`` are its current objectives without a plan.
     """
 
     def __init__(self, data: VehicleData, mission: SocialPart, mission_name: str, leaves: bool = False) -> None:
@@ -410,7 +345,7 @@ class Pursuit:
         self.executions: dict[Objective, Execution] = {}
 
     def let_go(self, keys: Collection[Key]) -> bool:
-        """Let go of activities that rest on any of the facts ``keys``; True if there were some."""
+        """Drop activities that depend on any of these facts; return whether any did."""
         if self.rests_on.isdisjoint(keys):
             return False
         stale = [objective for objective, (_, rests_on) in self._means.items() if not rests_on.isdisjoint(keys)]
@@ -419,13 +354,7 @@ class Pursuit:
         return bool(stale)
 
     def sets(self, objectives: Iterable[Objective], facts: FactsLike, position_m: Point) -> tuple[ActivitySet, ...]:
-        """Activities for these objectives; those under way are kept as they are.
-
-        Args:
-            objectives: of the vehicle's roles.
-            facts: what is known.
-            position_m: where the vehicle is.
-        """
+        """Return activities for these objectives; those under way stay as they are."""
         ordered = sorted(objectives, key=lambda o: (o.group, o.role, o.name, o.argument))
         for objective in self._means.keys() - set(ordered):
             if objective in self.executions:
@@ -439,13 +368,7 @@ class Pursuit:
         return tuple(activity_set for sets, _ in self._means.values() for activity_set in sets)
 
     def fail(self, objective: Objective, activities: Collection[str], facts: FactsLike) -> bool:
-        """The step for one of these activities has failed. True if the objective is pursued in another way now.
-
-        Args:
-            objective: whose step it is.
-            activities: names.
-            facts: what is known.
-        """
+        """Fail the step of these activities; return whether the objective has an alternative."""
         execution = self.executions.get(objective)
         failed = [step.place for step in execution.running if step.task.name in activities] if execution else []
         if execution is None or not failed or not execution.fail(failed[0], facts):
@@ -475,13 +398,10 @@ class Pursuit:
         return sets, rests_on | execution.rests_on | execution.awaited
 
     def _planned(self, domain: Domain, objective: Objective, facts: FactsLike) -> Execution | NoPlan:
-        """The plan for an objective, made anew unless a branch of it has just been, and carried on.
+        """Return the advanced plan of an objective, renewed unless a branch has just been replanned.
 
-        Returns:
-            It under way; or why there is no way, if the vehicle then leaves the objective.
-
-        Raises:
-            PlanningError: it cannot be pursued, even before anything has failed.
+        Without a plan: NoPlan if the vehicle ``leaves`` objectives; else PlanningError if there was none, or the
+        abandoned plan.
         """
         execution, task = self.executions.get(objective), Task(PURSUE + objective.name, (objective, self._data))
         if execution is None:
@@ -505,7 +425,7 @@ class Pursuit:
         self.hopeless.discard(objective)
         self._mended.discard(objective)
         for _ in execution.advance(facts):
-            pass  # the vehicle performs what its decision chooses of the running steps
+            pass  # the executive layer selects among the running steps
         return execution
 
     def _answer(self, objective: Objective, hook: str, asked: Callable[[], Means]) -> Means:

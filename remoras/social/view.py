@@ -1,13 +1,11 @@
-"""View: what counts of the organisation, as one vehicle knows it. An immutable value, folded round by round.
+"""Immutable view of the organisation as one vehicle knows it, updated round by round.
 
-A view follows from the one before it, from what was stated since, and from whom the vehicle takes for absent
+A view follows from its predecessor, the requests since, and the peers taken for absent
 (``remoras.social.consultation``). It records nothing, sends nothing and reads no clock.
 
-Availability: which vehicles take jobs, by what each of them says of itself. An immutable value.
-
-A vehicle that is cut off or has resigned takes none, until it says that it does again; one whose sensors yield nothing
-takes none for which it needs them. What was given to it before it said so stays with it until it leaves that. So it is
-a function of what was said, whatever was heard first: the order, or that its assignee takes none.
+Availability follows from each vehicle's statements about itself, in any order of reception. Isolated or resigned
+vehicles take no jobs until they state otherwise; one with failed sensors takes none that need them. Jobs assigned
+before such a statement stay until the vehicle leaves them.
 """
 
 from __future__ import annotations
@@ -34,19 +32,15 @@ from remoras.social.workload import takes_sensors
 from worldmodel import Block, PropertyValue
 
 OBJECTIVE_PREFIX = "objective"
-"""Attributes whose name begins so give a role an objective."""
+"""Prefix of attributes that give a role an objective."""
 HAS_MISSION = "hasMission"
 FORMED_UNDER, FORMATION, DISSOLVED = FORMATION_ATTRIBUTES = ("formedUnder", "formation", "dissolved")
 
 
 class DatedRequest(NamedTuple):
-    """What the issuer of a fact asks for.
+    """Request that a fact expresses.
 
-    Attributes:
-        age: when it was stated.
-        asked: the request.
-        fact: that it is.
-        number: of a formation, or the term of a claim as it is on the wire; None where the block does not say.
+    ``number`` is that of a formation, or the encoded term of a claim; None if the block has none.
     """
 
     age: Age
@@ -56,15 +50,7 @@ class DatedRequest(NamedTuple):
 
 
 class Requests:
-    """Facts as requests.
-
-    Args:
-        beliefs: of the vehicle, for names.
-        groups: all that there may be, by name.
-
-    Attributes:
-        attributes: of the facts that are requests.
-    """
+    """Reader of requests from facts; ``attributes`` are the uids of such facts."""
 
     def __init__(self, beliefs: Beliefs, groups: Mapping[str, Group]) -> None:
         self._name = beliefs.name
@@ -78,19 +64,19 @@ class Requests:
         uids = {attribute.name: attribute.uid for attribute in self._attributes}
         acts = {HAS_MISSION: Act.MISSION, HEADED_BY: Act.SUCCEED, FORMED_UNDER: Act.CREATE, DISSOLVED: Act.DISSOLVE}
         numbers = {HEADED_BY: HEAD_TERM, FORMED_UNDER: FORMATION, DISSOLVED: DISSOLVED}
-        self._acts = {uids[name]: act for name, act in acts.items() if name in uids}  # some need groups at sea
+        self._acts = {uids[name]: act for name, act in acts.items() if name in uids}  # some need ``at_sea``
         self._numbered_by = {uids[name]: uids[number] for name, number in numbers.items() if name in uids}
         self.attributes = self._of_roles | self._acts.keys()
 
     def role_named(self, fact: PropertyValue) -> tuple[str, str] | None:
-        """Attribute and role (``Group.Role``) of a fact about roles and objectives; None for any other fact."""
+        """Return attribute and ``Group.Role`` of a fact about a role or objective; None for others."""
         if fact.attribute not in self._of_roles:
             return None
         name = self._attributes[fact.attribute].name
         return name, self._name(fact.subject if name.startswith(OBJECTIVE_PREFIX) else fact.target)
 
     def of(self, block: Block) -> list[DatedRequest]:
-        """What the issuer of a block asks for."""
+        """Return the requests in a block."""
         return [
             DatedRequest((*block.key, position), self._asked(fact, block), fact, self._number(fact, block))
             for position, fact in enumerate(block.facts)
@@ -116,7 +102,7 @@ class Requests:
         return Request(issuer, act, group, role, name(fact.subject))
 
     def _number(self, fact: PropertyValue, block: Block) -> int | None:
-        """The number that a block states of the same subject beside a fact; None if it states none."""
+        """Return the number that the block states about the fact's subject; None without one."""
         attribute = self._numbered_by.get(fact.attribute)
         beside = (
             stated.value for stated in block.facts if (stated.subject, stated.attribute) == (fact.subject, attribute)
@@ -130,13 +116,13 @@ AVAILABLE = "available"
 
 @dataclass(frozen=True, slots=True)
 class Availability:
-    """Who takes jobs, as one vehicle knows it.
+    """Vehicles that take jobs, as one vehicle knows.
 
     Attributes:
-        told: whether it takes jobs, as each vehicle has said, and when.
-        blind_since: vehicles whose sensors yield nothing.
-        news: vehicles of which something was heard since the end of the last round.
-        since: vehicles that take no jobs; unavailable: the same, by their names alone.
+        told: by vehicle, whether it takes jobs, with the place of each statement in the order of facts.
+        blind_since: vehicles with failed sensors.
+        news: vehicles with a statement since the last round.
+        since: vehicles that take no jobs; ``unavailable`` is the set of their names.
     """
 
     told: Mapping[str, Mapping[Age, bool]] = field(default_factory=dict)
@@ -157,24 +143,17 @@ class Availability:
         object.__setattr__(self, "unavailable", frozenset(since))
 
     def hear(self, name: str, takes_jobs: bool, age: Age) -> Availability:
-        """A vehicle has said whether it takes jobs."""
+        """Add a vehicle's statement whether it takes jobs."""
         told = {**self.told, name: {**self.told.get(name, {}), age: takes_jobs}}
         return replace(self, told=told, news=self.news | {name})
 
     def hear_of_sensors(self, name: str, work: bool, age: Age) -> Availability:
-        """A vehicle has said whether its sensors yield anything; that they do not it says for good."""
+        """Add a vehicle's statement whether its sensors work; failure is permanent."""
         blind = {} if work else {name: min(age, self.blind_since.get(name, age))}
         return replace(self, blind_since={**self.blind_since, **blind}, news=self.news | {name})
 
     def takes(self, asked: Request, group: Group, age: Age, rules: Rules) -> bool:
-        """True if the assignee takes a role of a group that was given to it at ``age``; anybody takes one without job.
-
-        Args:
-            asked: gives the role.
-            group: specification.
-            age: when it was given.
-            rules: which jobs take sensors.
-        """
+        """Return whether the assignee takes the role, if it has a job, as assigned at ``age``."""
         role = group.role(asked.role)
         if role is None or role.job is None:
             return True
@@ -184,17 +163,16 @@ class Availability:
 
 
 UNCHANGED = frozenset({Outcome.ROLE_ALREADY_HANDLED, Outcome.ROLE_NOT_HANDLED})
-"""Outcomes of what is so already: neither a change nor a refusal."""
+"""Outcomes of requests that are already fulfilled."""
 
 
 class Formation(NamedTuple):
-    """What was said of a group that is formed at sea, to be compared: the greater counts.
+    """State of a group formed at run time; the greater is valid.
 
     Attributes:
-        number: of the formation, from 1.
-        is_over: it is dissolved.
-        rank: minus the node of who formed it; 0 where it is over.
-        since: when that was said; what was said of the group before is about an earlier formation.
+        number: from 1.
+        rank: negative node of the forming vehicle; 0 if dissolved.
+        since: place in the order of facts; earlier requests refer to an earlier formation.
     """
 
     number: int
@@ -207,7 +185,7 @@ NEVER = Formation(0, True, 0, AGREED_BEFORE)
 
 
 class Instruction(NamedTuple):
-    """When a role was given to a vehicle or taken from it; what was said at one time takes it before it gives it."""
+    """Assignment or release of a role; at equal age, releases sort first."""
 
     age: Age
     gives: bool
@@ -215,13 +193,7 @@ class Instruction(NamedTuple):
 
 
 class Holding(NamedTuple):
-    """What was said of the holders of one role.
-
-    Attributes:
-        instructions: by which it was given and taken.
-        holders: who held it when these were looked at last.
-        is_crowded: somebody waits for room.
-    """
+    """Instructions about one role, its holders at the last evaluation, whether vehicles wait."""
 
     instructions: Mapping[Instruction, Request]
     holders: frozenset[str]
@@ -229,7 +201,7 @@ class Holding(NamedTuple):
 
 
 def founding_holdings(organisation: Organisation) -> dict[RoleKey, Holding]:
-    """Who holds which role by what was agreed before the mission."""
+    """Return the holders of all roles agreed before the mission."""
     held: dict[RoleKey, list[str]] = {}
     for assignment in sorted(organisation.assignments):
         held.setdefault((assignment.group, assignment.role), []).append(assignment.vehicle)
@@ -243,11 +215,11 @@ def founding_holdings(organisation: Organisation) -> dict[RoleKey, Holding]:
 
 
 class Isolated(NamedTuple):
-    """What a vehicle that is cut off has changed for itself.
+    """Changes that an isolated vehicle made for itself.
 
     Attributes:
-        taken, displaced: roles that were taken and left, to be undone when it comes back.
-        orders: what it gave to roles and groups, to be told then: nobody else has heard of that.
+        taken, displaced: roles taken and left, undone at reconnection.
+        orders: objectives and missions, sent at reconnection.
     """
 
     taken: tuple[RoleAssignment, ...] = ()
@@ -256,13 +228,12 @@ class Isolated(NamedTuple):
 
 
 class Now(NamedTuple):
-    """What a vehicle sees at the end of a round.
+    """Observations of a vehicle at the end of a round.
 
     Attributes:
-        absent: vehicles that make room for others.
-        unavailable: those that take no jobs.
-        began_s: until when it was away itself for a lease (s): of claims from before it cannot say whether their heads
-            were there. missed: itself, and whom it has not heard since.
+        absent: vehicles that others may displace.
+        began_s: end of its last own absence of a lease (s); it cannot judge leaders' presence before.
+        missed: itself, and the vehicles not received since.
     """
 
     absent: frozenset[str] = NOBODY
@@ -273,26 +244,21 @@ class Now(NamedTuple):
 
 @dataclass(frozen=True)
 class View:
-    """The organisation as one vehicle knows it, what it follows from, and what the last round has come to.
+    """Organisation as one vehicle knows it, its derivation, and the results of the last round.
 
-    Views are equal if the same follows from them, whatever came of the last round.
+    Equality ignores the results of the last round.
 
     Attributes:
-        rules: of who may change what.
-        organisation: groups and roles as agreed.
-        leadership: who led when; availability: who takes jobs since when.
-        newest: when the statement that counts was made, by what it is about (``Request.about``).
-        holdings: of roles with a job or with room for few, what was said of their holders.
-        missions: that groups were given at sea, by their names, in the order in which they were given last.
-        formations: the newest of each group that is formed at sea.
-        waiting: requests that are refused for now; at_sea: all about groups that are formed at sea, since they were.
-        greatest: the greatest claim to lead each group, whether it counts or not; crowned: the one by which it is led.
-        came_in: by leading which group a vehicle came into another, by that and its name.
-        stepped_down: what a head took when it stepped down, by group and its name.
-        isolated: what was changed while the vehicle is cut off.
-        now: what the vehicle sees.
-        rulings: what became of every request in the last round, changes and refusals, in order.
-        unlawful: when statements were made that their issuers had no right to make.
+        newest: place of the valid request in the order of facts, by subject (``Request.about``).
+        holdings: of roles with a job or a limited number of holders.
+        missions: given at run time, by group, in the order last given.
+        formations: newest of each group formed at run time.
+        waiting: deferred requests.
+        at_sea: requests about groups formed at run time, since their formation.
+        greatest: greatest claim known for each group, valid or not; ``crowned`` is the one in force.
+        came_in: group whose leadership brought a vehicle into another, by (that group, vehicle).
+        stepped_down: role that a leader took when it stepped down, by (group, vehicle).
+        rulings: outcomes of the last round, in order; ``unlawful`` are unauthorised statements.
     """
 
     rules: Rules = field(compare=False, repr=False)
@@ -316,47 +282,47 @@ class View:
 
     @classmethod
     def founded(cls, organisation: Organisation, rules: Rules) -> View:
-        """What was agreed before the mission."""
+        """Create from the organisation agreed before the mission."""
         leadership = Leadership.founded(organisation, rules.at_sea)
         return cls(rules, organisation, leadership, holdings=founding_holdings(organisation))
 
-    # What follows from it ------------------------------------------------------------------------
+    # Queries -------------------------------------------------------------------------------------
 
     def group(self, name: str) -> Group:
-        """Specification of a group, whether there is one or it is yet to be formed at sea."""
+        """Return the specification of a group, formed or not."""
         return self.rules.at_sea.get(name) or self.organisation.groups[name]
 
     def is_head(self, asked: Request) -> bool:
-        """True if the role is that of the head of its group."""
+        """Return whether the role is that of the group's leader."""
         return asked.role == self.group(asked.group).head_role
 
     def stated(self, *about: str) -> Age:
-        """When the statement that counts was made; ``AGREED_BEFORE`` if nothing was said of it at sea."""
+        """Return the place of the valid request; ``AGREED_BEFORE`` without one at run time."""
         return self.newest.get(about, AGREED_BEFORE)
 
     def formation(self, group: str) -> int:
-        """How often a group has been formed, as far as is known."""
+        """Return the number of known formations of a group."""
         return self.formations.get(group, NEVER).number
 
-    # What the last round has come to -------------------------------------------------------------
+    # Results of the last round -------------------------------------------------------------------
 
     def granted(self, *events: str) -> list[Request]:
-        """Requests of which these events came, in order."""
+        """Return the requests with these events, in order."""
         return [ruling.asked for ruling in self.rulings if ruling.event in events]
 
     @property
     def assigned(self) -> list[RoleAssignment]:
-        """Roles that vehicles took, in the order in which they did."""
+        """Roles taken in the last round, in order."""
         return [RoleAssignment(asked.group, asked.role, asked.assignee) for asked in self.granted("assigned")]
 
     @property
     def left(self) -> list[RoleAssignment]:
-        """Roles that vehicles left, in the order in which they did."""
+        """Roles released in the last round, in order."""
         return [RoleAssignment(asked.group, asked.role, asked.assignee) for asked in self.granted("left")]
 
     @property
     def objectives(self) -> dict[tuple[str, str, str], Objective]:
-        """Objectives that were given to roles, by group, role and name."""
+        """Objectives given in the last round, by group, role and name."""
         return {
             (of.group, of.role, of.objective): Objective(of.group, of.role, of.objective, of.argument)
             for of in self.granted("given")
@@ -365,21 +331,21 @@ class View:
 
     @property
     def renewed(self) -> tuple[str, ...]:
-        """Groups that were formed or dissolved: what was agreed in them before is over."""
+        """Groups formed or dissolved in the last round; their earlier agreements are void."""
         return tuple(dict.fromkeys(asked.group for asked in [*self.granted("formed"), *self.granted("dissolved")]))
 
     @property
     def keys(self) -> set[Key]:
-        """Facts that have changed with missions and formations."""
+        """Keys of facts changed by missions and formations."""
         missions = [asked for asked in self.granted("given") if asked.act is Act.MISSION]
         has = {(HAS_MISSION, asked.group) for asked in missions}
         has |= {("given", f"{asked.group}.{asked.argument}") for asked in missions}
         return has | {("formed", group) for group in self.renewed}
 
-    # The next one --------------------------------------------------------------------------------
+    # Transitions ---------------------------------------------------------------------------------
 
     def assign(self, asked: Request, yielding: frozenset[str] = NOBODY) -> View:
-        """A vehicle plays a role; where there is no room, in the place of holders that all are absent or yield."""
+        """Assign a role; without vacancy, displace its holders if all are absent or ``yielding``."""
         view, place = self, (asked.group, asked.role)
         organisation, outcome = view.organisation.assign(asked.assignee, *place)
         holders = view.organisation.members(*place)
@@ -390,12 +356,12 @@ class View:
         return view if outcome is not Outcome.SUCCESS else replace(view, organisation=organisation).note(asked, outcome)
 
     def leave(self, asked: Request) -> View:
-        """A vehicle plays a role no longer."""
+        """Release a role."""
         organisation, outcome = self.organisation.leave_role(asked.assignee, asked.group, asked.role)
         return replace(self, organisation=organisation).note(asked, outcome)
 
     def do(self, asked: Request, age: Age | None = None, yielding: frozenset[str] = NOBODY) -> View:
-        """A vehicle plays a role, or no longer; where it is that of the head, it leads since ``age``, or no longer."""
+        """Assign or release a role; a leader's term begins or ends at ``age``, if given."""
         plays = asked.act is not Act.RELEASE
         view = self.assign(asked, yielding) if plays else self.leave(asked)
         if age is None or view.organisation is self.organisation or not self.is_head(asked):
@@ -403,15 +369,15 @@ class View:
         return replace(view, leadership=view.leadership.change(asked.group, asked.assignee, plays, age))
 
     def overrule(self, asked: Request, age: Age) -> View:
-        """The same as of ``age``, unless something newer counts."""
+        """Assign or release a role as of ``age``, unless a newer request is valid."""
         if self.newest.get(asked.about, age) > age:
             return self
         return replace(self, newest={**self.newest, asked.about: age}).do(asked)
 
     def note(self, asked: Request, outcome: Outcome) -> View:
-        """With what became of a request, unless it is so already."""
+        """Append the outcome of a request, unless already fulfilled."""
         return self if outcome in UNCHANGED else replace(self, rulings=(*self.rulings, Ruling(asked, outcome)))
 
     def refuse(self, request: DatedRequest, outcome: Outcome) -> View:
-        """A statement that its issuer had no right to make counts for nothing."""
+        """Mark a request as unauthorised."""
         return replace(self, unlawful=self.unlawful | {request.age}).note(request.asked, outcome)

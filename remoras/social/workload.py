@@ -1,10 +1,7 @@
-"""What there is left to do, as one vehicle knows it: the work of its groups, worked out anew where that has changed.
+"""Remaining work of a vehicle's groups, as it knows them, updated where facts have changed.
 
-Reports: what vehicles tell of their energy and their sensors, on which it depends what work they are able to do.
-
-Energy is the share of the battery that a vehicle tells in its slots. That its sensors yield nothing where they should
-it tells when it notices, and for good: nobody switches them on to see. The optimiser gives nobody work that it cannot
-finish on its energy or needs sensors for that are dead; see ``Work.affordable``.
+Vehicles report the remaining share of their battery in each slot, and failed sensors once, permanently. The optimiser
+assigns no work that exceeds a vehicle's energy or needs failed sensors (``Work.affordable``).
 """
 
 from __future__ import annotations
@@ -26,16 +23,16 @@ from worldmodel import Change, PropertyValue
 
 BATTERY, SENSORS_WORK = "batteryFraction", "sensorsWork"
 AMPLE = 1.1
-"""Who begins with so many times what it could spend in transit until the mission ends is never short of energy."""
+"""Initial energy, as a multiple of transit until the mission's end, that counts as ample."""
 
 
 def without_sensors(data: VehicleData) -> VehicleData:
-    """What a vehicle is able to do whose sensors are dead follows from its data without them."""
+    """Return the data of a vehicle whose sensors have failed."""
     return replace(data, sensors=())
 
 
 def takes_sensors(rules: Rules, group: Group, asked: Request) -> bool:
-    """True if the assignee of a request needs its sensors for the job of the role that it asks for, in ``group``."""
+    """Return whether the assignee needs its sensors for the job of the requested role."""
     role = group.role(asked.role)
     job = rules.jobs.get(role.job) if role is not None and role.job is not None else None
     return job is not None and not job.is_able(without_sensors(rules.database[asked.assignee]))
@@ -44,14 +41,9 @@ def takes_sensors(rules: Rules, group: Group, asked: Request) -> bool:
 def scarce_energy_j(
     vehicles: Iterable[VehicleData], told: Mapping[str, tuple[float, float]], now_s: float, until_s: float
 ) -> dict[str, float]:
-    """What vehicles have left that could not go on in transit until the end of the mission, by name.
+    """Return the remaining energy (J) of vehicles that cannot afford transit until the end.
 
-    Since it was told, a vehicle is taken to have worked at survey speed.
-
-    Args:
-        vehicles: data of those that may be short of it; batteries are full at the start.
-        told: share of the battery and when that was told, by vehicle.
-        now_s: time; until_s: end of the mission.
+    ``told`` gives battery share (0..1) and time of the report; since then survey speed is assumed.
     """
     scarce_j = {}
     for data in vehicles:
@@ -63,17 +55,12 @@ def scarce_energy_j(
 
 
 class Reports:
-    """What one vehicle knows of the energy and the sensors of all.
-
-    Args:
-        beliefs: of the vehicle.
-        database: static data of all vehicles.
-        until_s: end of the mission.
+    """Knowledge of one vehicle about the energy and sensors of all.
 
     Attributes:
-        blind: vehicles that say of themselves that their sensors yield nothing.
-        database: data of all vehicles, of these without sensors.
-        frugal: vehicles that may not have enough energy for the mission; of all others it need not be asked.
+        blind: vehicles that report failed sensors.
+        database: data of all vehicles, those without sensors.
+        frugal: vehicles that may lack energy for the mission.
     """
 
     def __init__(self, beliefs: Beliefs, database: AUVDatabase, until_s: float) -> None:
@@ -85,13 +72,13 @@ class Reports:
         self.blind: frozenset[str] = frozenset()
 
     def note(self, blind: Collection[str]) -> None:
-        """See whose sensors are dead."""
+        """Set the vehicles with failed sensors."""
         self.blind = frozenset(blind)
         data = self.database.values()
         self.database = AUVDatabase(tuple(without_sensors(d) if d.name in self.blind else d for d in data))
 
     def scarce_energy_j(self, now_s: float) -> dict[str, float]:
-        """What vehicles have left, of those that may not have enough for the rest of the mission."""
+        """Return the remaining energy (J) of vehicles that may lack energy, by name."""
         told = {}
         for name in self.frugal:
             share, told_s = self._beliefs.get((BATTERY, name)), self._beliefs.observed_s((BATTERY, name))
@@ -101,17 +88,10 @@ class Reports:
 
 
 class Workload:
-    """Jobs and work as one vehicle sees them.
+    """Cache of jobs and work as one vehicle sees them.
 
-    What is left of a job follows from facts about its own instance, and from those that it says it rests on, so only
-    these make it worked out anew.
-
-    Args:
-        me: own name.
-        rules: who may do jobs, with the static data of all vehicles.
-        mission: its jobs, and when enough of them is done.
-        beliefs: of the vehicle.
-        reports: what it knows of the energy and the sensors of all.
+    The rest of a job follows from facts about its own instance and facts it declares to depend on; only these trigger
+    an update.
     """
 
     def __init__(self, me: str, rules: Rules, mission: SocialPart, beliefs: Beliefs, reports: Reports) -> None:
@@ -121,7 +101,7 @@ class Workload:
         self._mission = mission
         self._jobs = jobs = mission.jobs
         self._beliefs = beliefs
-        self._about: dict[int, set[str]] = {}  # names of the jobs that facts about an instance are about
+        self._about: dict[int, set[str]] = {}  # jobs by instance
         for name, job in jobs.items():
             for instance in (name, job.done[1]):
                 self._about.setdefault(beliefs.uid(instance), set()).add(name)
@@ -129,25 +109,25 @@ class Workload:
         words = {attribute.name: attribute.uid for attribute in tbox.attributes}
         self._unable_to = words.get(UNABLE_TO)
         self.has_words = self._unable_to is not None
-        self._resting: dict[tuple[int, int], set[str]] = {}  # the same of other facts, by subject and attribute
+        self._resting: dict[tuple[int, int], set[str]] = {}  # jobs that depend on other facts, by (subject, attribute)
         for name, job in jobs.items():
             for attribute, instance in getattr(job, "rests_on", ()):
                 self._resting.setdefault((beliefs.uid(instance), words[attribute]), set()).add(name)
         self.unable: frozenset[tuple[str, str]] = frozenset()
         self._is_hindered = False
         self.is_anew = False
-        """True once others may be able to do what than before; whoever has taken note of that sets it back."""
+        """True once abilities have changed; the reader resets it."""
         self._stale = set(jobs)
         self._left: dict[str, Job] = {}
         self._done: frozenset[str] = frozenset()
         self._given_anew: frozenset[str] = frozenset()
-        self._n_given_anew = 0  # when what is left was worked out last
+        self._n_given_anew = 0  # as of the last update
         self._is_enough = False
         self._asked: tuple[object, ...] | None = None
         self._kept: dict[str, Work] = {}
 
     def note(self, changes: Iterable[Change]) -> bool:
-        """Facts were recorded or merged: jobs that some of them are about, if any, have to be worked out anew."""
+        """Mark jobs affected by changed facts as stale; return whether any fact is about a job."""
         about, is_about_jobs, unable_to, resting = self._about, False, self._unable_to, self._resting
         for change in changes:
             for fact in change.block.facts:
@@ -161,14 +141,12 @@ class Workload:
         return is_about_jobs
 
     def _note_unable(self, change: Change, fact: PropertyValue) -> None:
-        """A vehicle says of itself what it is not able to do."""
         if fact.subject == change.block.origin:
             said = self._beliefs.name(fact.subject), self._beliefs.name(fact.target)
             self.is_anew = self.is_anew or said not in self.unable
             self.unable |= {said}
 
     def _note_resting(self, fact: PropertyValue) -> None:
-        """Jobs that rest on a fact, if any, have to be worked out anew."""
         for name in self._resting[fact.subject, fact.attribute]:
             self._stale.add(name)
             job = cast(HinderedJob, self._jobs[name])
@@ -177,13 +155,13 @@ class Workload:
 
     @property
     def is_hindered(self) -> bool:
-        """True if anything is in the way of some job."""
+        """True if any job has a blocking condition."""
         if self._stale:
             self._work_out()
         return self._is_hindered or bool(self.unable)
 
     def is_able(self, job: str) -> bool:
-        """True if this vehicle is able to do a job, by what is known of it and of the job."""
+        """Return whether this vehicle is able to do a job, as far as known."""
         if self._stale:
             self._work_out()
         left = self._left.get(job)
@@ -191,22 +169,21 @@ class Workload:
         return is_able and (self._me, job) not in self.unable
 
     def why_not(self, job: str) -> str:
-        """What is in the way of a job, in words."""
+        """Describe the blocking conditions of a job."""
         known = self._left.get(job, self._jobs[job])
         failed = [f"{vehicle} has no way left" for vehicle, of in sorted(self.unable) if of == job]
         return "; ".join([*hindrances(known), *failed])
 
     def give_anew(self, ends: Collection[Key]) -> None:
-        """The facts by which jobs end count no longer as they were told: these jobs were given anew."""
+        """Mark jobs as reassigned: their completion facts are no longer valid."""
         again = {name for name, job in self._jobs.items() if job.done in ends}
         self._stale |= again
         self._given_anew |= again
 
     def told_by(self, vehicles: Collection[str]) -> list[Fact]:
-        """That jobs are done, where these vehicles were the last to say so.
+        """Return completion facts last reported by these vehicles, which are absent.
 
-        They have fallen silent and cannot repeat it; who has heard it passes it on, or a head that has not would wait
-        for whoever it believes to be at the job.
+        They cannot repeat them, and a leader without them would wait for the supposed holder.
         """
         keys = (job.done for job in self._jobs.values())
         return [
@@ -218,14 +195,10 @@ class Workload:
     def of_groups(
         self, at: Footing, picture: Picture, positions_m: Mapping[str, Point] | None, from_s: float
     ) -> Mapping[str, Work]:
-        """The work of every group, by its name.
+        """Return the work of every group.
 
-        Args:
-            at: the organisation that the vehicle acts on, and who takes no jobs.
-            picture: for the time, and for positions where somebody is short of energy.
-            positions_m: last positions known, by vehicle; None where it does not matter who is where: the work is then
-                kept until it changes.
-            from_s: time from which outlooks count.
+        ``positions_m`` are the last known positions; if None, positions do not matter and the result is cached until it
+        changes. ``from_s`` is the start of outlooks.
         """
         asked = *at, self._reports.blind, self.unable
         if self._stale:
@@ -241,7 +214,7 @@ class Workload:
         return WorksSeen(self._kept, positions_m, from_s)
 
     def whole(self, at: Footing) -> dict[str, Work]:
-        """The work of every group before anything is done and anybody has moved, by its name."""
+        """Return the work of every group at its start, with all jobs and vehicles at their starts."""
         return works(at.present, self._reports.database, self._jobs, frozenset(), {}, self._apart)
 
     def _works(
@@ -259,7 +232,6 @@ class Workload:
         return by_group
 
     def _work_out(self) -> None:
-        """Work out anew what is left of the jobs that facts were told about."""
         left, done = jobs_left({name: job for name, job in self._jobs.items() if name in self._stale}, self._beliefs)
         known = self._left | left
         is_anew = any(hindrances(job) != hindrances(self._left.get(name, job)) for name, job in left.items())
@@ -276,4 +248,4 @@ class Workload:
         if not is_anew and before == (self._left.keys(), self._done, self._is_enough, self._n_given_anew):
             self._kept = {name: work.with_less(self._left) for name, work in self._kept.items()}
         else:
-            self._asked = None  # what is kept rests on what was known before
+            self._asked = None  # the cache depends on earlier facts
