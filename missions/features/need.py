@@ -362,7 +362,7 @@ def of_faults(scenario: Scenario, made: Mission) -> Iterator[ConfigurationFault]
 
 
 def n_expired(run: MeasuredRun) -> int | Absent:
-    """Number of items or states that expired or exceeded a queue limit, if a need sets one."""
+    """Number of items or statuses that expired or exceeded a queue limit, if a need sets one."""
     tables: tuple[NeedTable, ...] = run.scenario.of_feature(KEY)
     if not any(table.ttl_s is not None or table.queue_limit is not None for table in tables):
         return NOT_APPLICABLE

@@ -1,4 +1,4 @@
-"""Runs: a scenario set up, run, measured, written and read back. Each part is loaded when it is first used."""
+"""Runs of a scenario: setup, execution, metrics, results. Modules load on first use."""
 
 from typing import TYPE_CHECKING
 

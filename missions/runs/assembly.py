@@ -1,4 +1,4 @@
-"""Assembly: a fleet, and each of its vehicles, from a setup and a seed."""
+"""Assembly of a fleet and its vehicles from a setup and a seed."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from worldmodel import WorldModel
 
 
 def channel_of(setup: Setup, seed: int) -> BroadcastChannel:
-    """The channel of the scenario, with the draws of a seed."""
+    """Return the scenario's channel, with the draws of a seed."""
     scenario, deployment = setup.scenario, setup.deployment
     model = scenario.channel.settings()
     return BroadcastChannel(
@@ -51,7 +51,7 @@ def channel_of(setup: Setup, seed: int) -> BroadcastChannel:
 
 
 def faults_in(setup: Setup, seed: int) -> tuple[Fault, ...]:
-    """What befalls the vehicles in the run with that seed."""
+    """Return the faults of the run with this seed."""
     scenario = setup.scenario
     organisation = setup.agreement.organisation
     return drawn(scenario.fault, seed, setup.database, organisation, scenario.scenario.duration_s)
@@ -59,15 +59,9 @@ def faults_in(setup: Setup, seed: int) -> tuple[Fault, ...]:
 
 @dataclass(frozen=True)
 class Shared:
-    """What the vehicles of one run have in common.
+    """Data shared by the vehicles of one run.
 
-    Attributes:
-        setup: the scenario resolved.
-        seed: root of all draws.
-        world: of the mission, as its sensors perceive it.
-        recorder: takes the rows.
-        observers: of the features that are on.
-        vehicle: class of the vehicles.
+    ``world`` is the mission's, as sensors perceive it; ``observers`` are the run hooks of the features in use.
     """
 
     setup: Setup
@@ -79,17 +73,17 @@ class Shared:
 
     @property
     def clocks(self) -> dict[int, ShownTime]:
-        """Clocks that may be off, by the node of their vehicle."""
+        """Clocks that may be wrong, by node."""
         return {node: clock for observer in self.observers for node, clock in observer.clocks.items()}
 
 
 class VehicleLife(NamedTuple):
-    """A vehicle from when it begins, or begins anew, on.
+    """Incarnation of a vehicle.
 
     Attributes:
-        real: its data as it really is.
-        began_s: when it begins, by its own clock (s).
-        epoch: how often it has begun anew.
+        real: its true data.
+        began_s: start by its own clock.
+        epoch: number of restarts before.
     """
 
     real: VehicleData
@@ -98,13 +92,7 @@ class VehicleLife(NamedTuple):
 
 
 def actual(setup: Setup, data: VehicleData, seed: int) -> VehicleData:
-    """A vehicle as it really is in the run with that seed, by the features that say so.
-
-    Args:
-        setup: the scenario resolved.
-        data: of the vehicle as the fleet knows it.
-        seed: root of all draws.
-    """
+    """Apply the features' deviations in the run with this seed to the data of a vehicle."""
     for feature in setup.features:
         data = feature.real(setup.scenario, data, seed)
     return data
@@ -117,15 +105,12 @@ def assemble(
     salt: bytes | None = None,
     vehicle: Callable[..., Vehicle] = Vehicle,
 ) -> Fleet:
-    """A fleet ready to run.
+    """Assemble a fleet ready to run.
 
     Args:
-        setup: the scenario resolved.
-        seed: root of all draws.
         channel: replaces the scenario's, for tests and experiments.
-        salt: of the packets of a scenario with a key, a fresh one if None. Never take one twice but to open what was
-            sent under it.
-        vehicle: makes the vehicles, of what ``Vehicle`` takes.
+        salt: of encrypted packets; fresh if None. Reuse one only to decrypt packets sent with it.
+        vehicle: factory with the parameters of ``Vehicle``.
     """
     if setup.scenario.communication.key_file:
         setup = replace(setup, codec=renewed(setup.codec, None if salt is None else lambda sender: salt))
@@ -158,14 +143,7 @@ def assemble(
 
 
 def feature_observers(setup: Setup, recorder: Recorder, seed: int, is_alone: bool = False) -> list[Observer]:
-    """What takes part in a run of the features that are on, and of a strategy that shares at once.
-
-    Args:
-        setup: the scenario resolved.
-        recorder: of the run.
-        seed: root of all draws.
-        is_alone: True for a vehicle by itself.
-    """
+    """Return the run hooks of the features in use, and of a strategy with instant sharing."""
     joining = Joining(
         setup.scenario,
         setup.tbox,
@@ -183,7 +161,6 @@ def feature_observers(setup: Setup, recorder: Recorder, seed: int, is_alone: boo
 
 
 def _lease(shared: Shared) -> Lease:
-    """How long a silent vehicle counts as present: for ever where nobody speaks."""
     setup = shared.setup
     communication, frame_s = setup.scenario.communication, setup.schedule.frame_s
     declaration = setup.strategy.declaration
@@ -194,21 +171,13 @@ def _lease(shared: Shared) -> Lease:
 
 
 def _known_as_it_is(setup: Setup, fleet: Sequence[VehicleData]) -> Setup:
-    """The setup where all know how fast each vehicle really is, and have agreed on that."""
     database, scenario = AUVDatabase(tuple(fleet)), setup.scenario
     agreement = agree(setup.strategy, setup.mission, database, groups_of(scenario), scenario.scenario.duration_s)
     return replace(setup, database=database, agreement=agreement)
 
 
 def vehicle_anew(host: Fleet | Solo, shared: Shared, before: Vehicle, remembers: bool) -> Vehicle:
-    """A vehicle that begins anew now, of the one that it was.
-
-    Args:
-        host: of the vehicle.
-        shared: what the vehicles of the run have in common.
-        before: what it was.
-        remembers: False if its memory is lost.
-    """
+    """Restart a vehicle now; ``remembers`` is False if its memory is lost."""
     now_s = host.shown_s(before)
     anew = vehicle_of(host, shared, VehicleLife(before.real, now_s, before.beliefs.model.epoch + 1))
     anew.go_on(before, now_s, remembers)
@@ -216,13 +185,7 @@ def vehicle_anew(host: Fleet | Solo, shared: Shared, before: Vehicle, remembers:
 
 
 def vehicle_of(host: Fleet | Solo, shared: Shared, life: VehicleLife) -> Vehicle:
-    """A vehicle that believes what the fleet knows of it, and moves as it really is.
-
-    Args:
-        host: of the vehicle.
-        shared: what the vehicles of the run have in common.
-        life: of the vehicle.
-    """
+    """Assemble a vehicle that believes the fleet's data of it and moves by its true data."""
     setup = shared.setup
     data, names = setup.database[life.real.name], setup.database.names
     clock = shared.clocks.get(data.node)
@@ -256,7 +219,6 @@ def vehicle_of(host: Fleet | Solo, shared: Shared, life: VehicleLife) -> Vehicle
 
 
 def _executive(setup: Setup, vehicle: str) -> ExecutiveLayer:
-    """The executive layer of a vehicle."""
     working: set[tuple[str, str]] = set()
     equals: dict[tuple[str, str], set[tuple[str, str]]] = {}
     for group in setup.agreement.groups:
@@ -264,7 +226,7 @@ def _executive(setup: Setup, vehicle: str) -> ExecutiveLayer:
         for role in group.roles:
             if role.job and role.influences:
                 working.add((group.name, role.name))
-            for other in role.influences:  # who address each other, and one of whom has a job
+            for other in role.influences:  # roles that address each other, at least one with a job
                 to = by_name.get(other, role)
                 if other == role.name or (role.name in to.influences and (role.job or to.job)):
                     equals.setdefault((group.name, role.name), set()).add((group.name, other))
@@ -273,7 +235,7 @@ def _executive(setup: Setup, vehicle: str) -> ExecutiveLayer:
 
 
 def _manager(shared: Shared, model: WorldModel) -> tuple[ExchangeManager, RenewedNeeds | None]:
-    """The exchange manager of a vehicle, and who needs what where that may change."""
+    """Return the exchange manager of a vehicle, and its needs if they can change."""
     setup = shared.setup
     communication = setup.scenario.communication
     subjects, organisation = setup.subjects, setup.agreement.organisation

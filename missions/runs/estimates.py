@@ -1,9 +1,9 @@
-"""Estimates: what the work of a fleet takes by its data, and where energy or time cannot do it, told before a mission.
+"""Feasibility estimates before a mission: time and energy that the jobs of a fleet take.
 
-The work is divided as a planner would begin: the longest job first, always to the vehicle that would then have done all
-of its own first (Graham 1969, list scheduling). A vehicle goes to a job in transit, works at survey speed, waits with
-its hotel load until the last one is done, and comes home with a margin; ways to a meeting are left out. That is no
-bound: strategies may divide better, share a job, or lose time. So what comes of it is a warning and not a fault.
+Jobs are allocated by list scheduling (Graham 1969): the longest first, each to the vehicle that would complete it
+first. A vehicle travels in transit, works at survey speed, waits at hotel load until the last job is done, and returns
+home with a margin. Ways to a rendezvous are ignored. The estimate is no bound: strategies may allocate better, share
+jobs or lose time. It therefore gives a warning, not a fault.
 
 Check value: a job 100 m away that takes 600 s, at 2 m/s in transit and 1 m/s at work, with 10 W + 10 W/(m/s)^3 speed^3,
 needs 50 s x 90 W + 600 s x 20 W + 125 s x 20 W = 19 kJ, with the way home of 100 m times 1.25.
@@ -23,11 +23,9 @@ from remoras.work import HOME_MARGIN, Job, Outlook, jobs_left
 
 @dataclass(frozen=True)
 class Caution:
-    """Something that a scenario allows and that can hardly end well.
+    """Warning about a scenario that is valid but unlikely to succeed.
 
-    Args:
-        key: of the scenario.
-        text: what is needed against what is there, with figures.
+    key: of the scenario. text: the requirement against the available amount, with figures.
     """
 
     key: str
@@ -39,7 +37,7 @@ class Caution:
 
 @dataclass
 class _Part:
-    """What one vehicle has of the work: its jobs, when and where it has done them, its way (m) and its work (s)."""
+    """Allocated jobs of one vehicle, with its travel (m), work (s) and expected completion."""
 
     data: VehicleData
     outlook: Outlook
@@ -48,7 +46,7 @@ class _Part:
     work_s: float = 0.0
 
     def take(self, job: Job, then: Outlook) -> None:
-        """Do a job next."""
+        """Append a job."""
         all_s = then.free_s - self.outlook.free_s
         way_m = min(distance(self.outlook.position_m, job.place_m), all_s * self.data.transit_speed_mps)
         self.jobs.append(job.name)
@@ -58,11 +56,11 @@ class _Part:
 
     @property
     def home_m(self) -> float:
-        """Way home from its last job."""
+        """Distance (m) home from the last job."""
         return distance(self.outlook.position_m, self.data.start_m)
 
     def energy_j(self, end_s: float) -> float:
-        """What it needs if the last vehicle has done its work at ``end_s``."""
+        """Energy (J) required if the last vehicle completes its work at ``end_s``."""
         data = self.data
         survey_w, transit_w = data.power_w(data.survey_speed_mps), data.power_w(data.transit_speed_mps)
         moving_j = transit_w * self.way_m / data.transit_speed_mps
@@ -71,11 +69,7 @@ class _Part:
 
 
 def cautions(setup: Setup) -> Iterator[Caution]:
-    """What the energy of vehicles, or the duration of the mission, cannot do by the data; one for a vehicle or a job.
-
-    Args:
-        setup: a scenario resolved.
-    """
+    """Yield a warning for each vehicle or job that exceeds energy or mission duration."""
     duration_s = setup.scenario.scenario.duration_s
     jobs, _ = jobs_left(setup.mission.jobs, NOTHING_KNOWN)
     alone = {name: soonest_s for name, job in jobs.items() if (soonest_s := _soonest(setup, job)) is not None}
@@ -102,7 +96,10 @@ def cautions(setup: Setup) -> Iterator[Caution]:
 
 
 def _soonest(setup: Setup, job: Job) -> tuple[str, float] | None:
-    """The vehicle that would have done a job first if it began with it, and when; None if nobody is able."""
+    """Return the vehicle that would complete a job first if it began with it, and when.
+
+    None if no vehicle is able.
+    """
     times = [
         (then.free_s, data.name)
         for data in _able(setup, job)
@@ -112,7 +109,6 @@ def _soonest(setup: Setup, job: Job) -> tuple[str, float] | None:
 
 
 def _able(setup: Setup, job: Job) -> list[VehicleData]:
-    """Vehicles that can play a role with the job, and have what it takes."""
     roles = [
         (group.name, role.name) for group in setup.agreement.groups for role in group.roles if role.job == job.name
     ]
@@ -124,7 +120,7 @@ def _able(setup: Setup, job: Job) -> list[VehicleData]:
 
 
 def _divided(setup: Setup, jobs: Mapping[str, Job]) -> list[_Part]:
-    """The part of each vehicle; jobs go out in the order given."""
+    """Allocate the jobs in the order given."""
     parts = {name: _Part(data, Outlook(0.0, data.start_m)) for name, data in setup.database.items()}
     for job in jobs.values():
         ends = [

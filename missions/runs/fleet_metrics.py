@@ -1,9 +1,8 @@
 """Metrics of the fleet: motion, separation, energy, connectivity.
 
-A studied or drawn run is cut into windows in which every vehicle has two TDMA slots. Study files, `remoras plot` and
-Python callers name what is here: ``missions.runs.fleet_metrics:CONNECTED``.
-
-They are computed from tables that every run has, so they hold for every mission whose work is jobs of roles.
+Connectivity uses windows in which every vehicle has two TDMA slots. Users name objects of this module in studies,
+`remoras plot` and Python, such as ``missions.runs.fleet_metrics:CONNECTED``. All are computed from tables that every
+run has, so they apply to every mission whose work is jobs of roles.
 """
 
 from __future__ import annotations
@@ -32,17 +31,17 @@ if TYPE_CHECKING:
 SLOTS_EACH = 2
 """Slots of every vehicle in a window."""
 PACKETS = ("slot", "time_s", "sender", "size_bits", "receivers", "lost_by", "collided_at")
-"""Columns that are read."""
+"""Columns read."""
 
 
 class Window(NamedTuple):
-    """A stretch of a run.
+    """Interval of a run.
 
     Attributes:
-        from_s: when its first packet began.
-        is_connected: what any vehicle said could reach every other.
-        n_components: parts of the fleet that are tied by links used both ways.
-        cutting: vehicles without which one of these parts would fall apart.
+        from_s: start of its first packet.
+        is_connected: a path led from each vehicle to every other.
+        n_components: parts of the fleet connected by bidirectional links.
+        cutting: vehicles whose removal splits such a part.
     """
 
     from_s: float
@@ -52,11 +51,9 @@ class Window(NamedTuple):
 
 
 def windows(vehicles: Sequence[str], packets: Iterable[Mapping[str, Any]]) -> Iterator[Window]:
-    """The windows of a run, in time order; a last one that the end of the run cuts short is left out.
+    """Yield the windows of a run in time order, without a last incomplete one.
 
-    Args:
-        vehicles: all of them: one that is lost is a part of its own.
-        packets: rows of the table of packets.
+    vehicles: all; a lost one is a separate part. packets: rows of the table.
     """
     n_slots = SLOTS_EACH * len(vehicles)
     by_window: dict[int, list[Mapping[str, Any]]] = defaultdict(list)
@@ -138,11 +135,11 @@ CONNECTIVITY = Figure("connectivity", "Connectivity of the fleet", _draw, needs=
 
 
 def idle_s(run: MeasuredRun) -> float | None:
-    """Mean time, over the vehicles that are able to do a job, in which a vehicle did none until the mission's end.
+    """Mean idle time (s) until the mission's end, over the vehicles able to do a job.
 
-    A vehicle does a job, or is on the way to it, while the decision of its executive layer serves a role that has one.
-    It is idle while it waits, stands, follows, or heads for a meeting. It is not before it joins, nor from its loss on.
-    None if no vehicle is able to do a job.
+    A vehicle is busy while its executive decision serves a role with a job, travel included. It is idle while it waits,
+    follows or heads for a rendezvous, but not before it joins or after its loss. None if no vehicle is able to do a
+    job.
     """
     work = job_roles(run.scenario)
     joined_s, lost_s = _joined_s(run), _first_s(run, Absence.LOSS, False)
@@ -155,7 +152,7 @@ def idle_s(run: MeasuredRun) -> float | None:
 
 
 def _first_s(run: MeasuredRun, how: Absence, over: bool) -> dict[str, float]:
-    """When a vehicle was first away so by a declared fault, or was back from it, by vehicle."""
+    """Return the time of each vehicle's first declared absence of this kind, or of its end."""
     reached = [
         (row[1], row[0])
         for row in run.recorder.rows("faults")
@@ -165,13 +162,13 @@ def _first_s(run: MeasuredRun, how: Absence, over: bool) -> dict[str, float]:
 
 
 def _joined_s(run: MeasuredRun) -> dict[str, float]:
-    """When vehicles joined that were not there from the start; infinite for those that never did."""
+    """Return the time at which late vehicles joined; infinite if never."""
     away = _first_s(run, Absence.BEFORE, False)
     return {vehicle: _first_s(run, Absence.BEFORE, True).get(vehicle, math.inf) for vehicle in away}
 
 
 def _working(run: MeasuredRun, vehicle: str, work: set[tuple[str, str]], end_s: float) -> Iterator[tuple[float, float]]:
-    """Spells in which a vehicle's decision served a role with a job, in time order and apart from each other."""
+    """Yield the intervals in which a vehicle served a role with a job, in time order."""
     serving: set[tuple[str, str]] = set()
     since_s = 0.0
     for time_s, name, group, role, event in run.recorder.rows("roles"):
@@ -188,37 +185,37 @@ def _working(run: MeasuredRun, vehicle: str, work: set[tuple[str, str]], end_s: 
 
 
 def job_roles(scenario: Scenario) -> set[tuple[str, str]]:
-    """(group, role) of the roles that have a job."""
+    """Return the roles with a job, as (group, role)."""
     return {(group.name, role.name) for group in scenario.group for role in group.role if role.job is not None}
 
 
 def vehicles_for_jobs(scenario: Scenario) -> tuple[str, ...]:
-    """Vehicles that are able to play a role that has a job."""
+    """Return the vehicles able to play a role with a job."""
     names = {name for group, role in job_roles(scenario) for name in (role, f"{group}.{role}")}
     return tuple(vehicle.name for vehicle in scenario.vehicle if not names.isdisjoint(vehicle.playable_roles or ()))
 
 
 def closest_approach_m(run: MeasuredRun) -> float | None:
-    """Least distance of two vehicles in one depth layer; None if no two ever shared one."""
+    """Least distance (m) between vehicles in one depth layer; None if none ever shared one."""
     least_m = _least_distances_m(run)
     return round(min(least_m), 3) if least_m else None
 
 
 def conflicts(run: MeasuredRun) -> int:
-    """Pairs of vehicles in one depth layer that were ever nearer to each other than the scenario has them come."""
+    """Number of vehicle pairs in one depth layer that violated the separation."""
     allowed_m = run.scenario.guidance.separation_m - TOLERANCE_M
     return sum(distance_m < allowed_m for distance_m in _least_distances_m(run))
 
 
 def _least_distances_m(run: MeasuredRun) -> list[float]:
-    """Least distance of every two vehicles in one depth layer, while both were there.
+    """Least distance (m) of every pair in one depth layer, while both were present.
 
-    A vehicle that joins late counts from then on, one that is lost or without energy floats up and counts until then.
-    Where vehicles leave their depths, two share a layer as long as they do.
+    A late vehicle counts from its arrival; one that is lost or without energy floats up and counts until then. A pair
+    whose depths vary counts only while it shares a layer.
     """
-    import numpy as np  # takes longer to load than a scenario to check, which names these metrics
+    import numpy as np  # slow to load, and checking a scenario loads these metrics
 
-    rows = run.recorder.rows("trajectories")  # all that have a track, in one order at every tick
+    rows = run.recorder.rows("trajectories")  # all vehicles with a track, in the same order at every tick
     names = [row[1] for row in itertools.takewhile(lambda row: row[0] == rows[0][0], rows)]
     if not names:
         return []
@@ -251,13 +248,13 @@ def _least_distances_m(run: MeasuredRun) -> list[float]:
 
 
 def _present(run: MeasuredRun, times_s: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
-    """Whether each vehicle is in its layer at each of the times: there, running and with energy."""
+    """Return presence by time and vehicle: in the mission, running and with energy."""
     import numpy as np
 
     names = {vehicle.name: number for number, vehicle in enumerate(run.scenario.vehicle)}
     changes = [row for row in run.recorder.rows("faults") if absence(row[2])]
     present = np.ones((len(times_s), len(names)), dtype=bool)
-    n_faults: Counter[str] = Counter()  # under way at each vehicle: it is back once all are over
+    n_faults: Counter[str] = Counter()  # active per vehicle, which is back once all are over
     for at_s, vehicle, _, detail in changes:
         n_faults[vehicle] += -1 if detail == OVER else 1
         present[np.searchsorted(times_s, at_s) :, names[vehicle]] = n_faults[vehicle] <= 0
@@ -265,17 +262,15 @@ def _present(run: MeasuredRun, times_s: npt.NDArray[np.float64]) -> npt.NDArray[
 
 
 def _disables(kind: str) -> bool:
-    """True for the kind of a fault after which others have to take over."""
     kind_of_fault = kind_of_row(kind)
     return kind_of_fault is not None and kind_of_fault.DISABLES
 
 
 def recovery_time_s(run: MeasuredRun) -> float | Absent | None:
-    """From the first fault that disables a vehicle until others hold all roles with jobs that it held then.
+    """Time (s) from the first disabling fault until peers hold its vehicle's roles with jobs.
 
-    Roles that nobody took over before the mission completed had no work left, and do not count. None if the mission
-    did not complete and such a role was never taken over. It does not apply without such a fault, and where the
-    vehicle held no work.
+    Roles not taken over before completion had no work left and are ignored. None if the mission did not complete and
+    such a role was never taken over. Not applicable without such a fault or if the vehicle held no work.
     """
     first = next((row for row in run.recorder.rows("faults") if row[3] != OVER and _disables(row[2])), None)
     if first is None:

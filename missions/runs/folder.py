@@ -1,9 +1,9 @@
-"""Folder of results: what is new is written beside it and takes its place whole.
+"""Atomic replacement of a results folder.
 
-A kill at any moment leaves the older run or the new one. What was made from the older run goes with it: its tables, and
-its figures with their captions. Other files stay. What is not of a run can be written so, too. Where a folder cannot be
-moved (one works in it, it is mounted, it holds no results yet) its files are replaced one by one; until the last one is
-there, readers refuse the folder.
+New results are written beside the folder, then exchanged with it: a kill at any moment leaves the old or the new run.
+Tables and figures (with captions) of the old run are removed; other files stay. The mechanism also serves other
+content. A folder that cannot be moved (current directory, mount point, no results yet) is updated file by file; readers
+reject it until the last file is in place.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ if sys.platform != "win32":
 
 SUMMARY, MANIFEST, REPLAY = "summary.json", "manifest.json", "replay.html"
 FIGURES = (".png", ".svg", ".pdf", ".csv")
-"""Endings of figures and their numbers; one with a caption, a text file of its name, is of the run beside it."""
+"""Suffixes of figures and their data; a text file of the same name marks a run's figure."""
 AT_WORKING_FOLDER, EXCHANGE = -100, 2
 """Arguments of the system call ``renameat2``."""
 
 
 def check_output(folder: Path, force: bool) -> None:
-    """Raise OutputError unless results can be written to ``folder`` without losing anything."""
+    """Raise OutputError unless results can be written to ``folder`` without data loss."""
     try:
         _recover(folder)
         if folder.exists() and not folder.is_dir():
@@ -49,7 +49,7 @@ def check_output(folder: Path, force: bool) -> None:
 
 
 def files_of_run(names: Set[str]) -> set[str]:
-    """Of the names of files in a folder, those that a run wrote or that were drawn of it; none if it has no results."""
+    """Return the files that a run wrote or that were plotted from it; none without results."""
     if SUMMARY not in names:
         return set()
     captions = {Path(name).stem for name in names if name.endswith(".txt")}
@@ -62,12 +62,11 @@ def files_of_run(names: Set[str]) -> set[str]:
 def new_content(
     folder: Path, of_older: Callable[[Set[str]], set[str]] = files_of_run, last: str | None = MANIFEST
 ) -> Iterator[Path]:
-    """An empty folder to fill; at the end it takes the place of ``folder``, at an error it goes.
+    """Yield an empty folder that replaces ``folder`` at the end, or is removed after an error.
 
     Args:
-        folder: made if it is not there.
-        of_older: of the names of files in the folder, those that go.
-        last: name of a file without which readers find nothing; None if there is none.
+        of_older: selects the names of files to remove.
+        last: file without which readers find nothing, if any.
 
     Raises:
         OutputError: another run is writing the same folder.
@@ -99,7 +98,7 @@ def _names(place: Path) -> set[str]:
 
 
 def _can_be_moved(place: Path, of_older: Callable[[Set[str]], set[str]]) -> bool:
-    """True if a folder holds what goes, or nothing, and neither the user nor the system holds on to it."""
+    """True if a folder has only replaceable content and is neither in use nor mounted."""
     if (names := _names(place)) and not of_older(names):
         return False
     if Path.cwd().is_relative_to(place) or place.is_mount():
@@ -109,7 +108,7 @@ def _can_be_moved(place: Path, of_older: Callable[[Set[str]], set[str]]) -> bool
 
 @contextmanager
 def _held(draft: Path, folder: Path) -> Iterator[None]:
-    """Keep other runs from the draft; the system lets go of it when the process ends, however it ends."""
+    """Lock the draft against other runs; the system releases it at process exit."""
     draft.mkdir(exist_ok=True)
     if sys.platform == "win32":
         yield
@@ -120,7 +119,7 @@ def _held(draft: Path, folder: Path) -> Iterator[None]:
             fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise OutputError(f"--out {folder}: another run is writing this folder") from None
-        except OSError:  # a disk without locks
+        except OSError:  # file system without locks
             pass
         yield
     finally:
@@ -128,7 +127,7 @@ def _held(draft: Path, folder: Path) -> Iterator[None]:
 
 
 def _clear(draft: Path) -> None:
-    """Take out of a draft what a run that was killed has left in it."""
+    """Remove files that a killed run left in a draft."""
     for path in draft.iterdir():
         if path.is_dir() and not path.is_symlink():
             shutil.rmtree(path)
@@ -137,7 +136,7 @@ def _clear(draft: Path) -> None:
 
 
 def _exchange(place: Path, draft: Path, of_older: Callable[[Set[str]], set[str]]) -> None:
-    """Let a draft take the place of a folder; files of the folder that do not go come along."""
+    """Replace a folder by a draft, carrying over the files to keep."""
     if not place.is_dir():
         draft.rename(place)
         return
@@ -162,7 +161,7 @@ def _exchange(place: Path, draft: Path, of_older: Callable[[Set[str]], set[str]]
 
 
 def _swapped(path: Path, other: Path) -> bool:
-    """Exchange the names of two folders in one step; False where the system cannot."""
+    """Exchange two folder names atomically; return False if unsupported."""
     if sys.platform != "linux":
         return False
     exchange = getattr(ctypes.CDLL(None), "renameat2", None)
@@ -173,7 +172,7 @@ def _swapped(path: Path, other: Path) -> bool:
 
 
 def _recover(folder: Path) -> None:
-    """Put a folder back whose exchange in two steps was cut between them; else clear what such an exchange left."""
+    """Complete or undo a two-step exchange that was interrupted."""
     before = _beside(folder.resolve(), "before")
     if not before.is_dir():
         return
@@ -184,7 +183,7 @@ def _recover(folder: Path) -> None:
 
 
 def _fill(place: Path, draft: Path, of_older: Callable[[Set[str]], set[str]], last: str | None) -> None:
-    """Put the files of a draft into a folder, one of them last: until it is there, a reader finds nothing."""
+    """Move a draft's files into a folder, ``last`` at the end."""
     if last is not None:
         (place / last).unlink(missing_ok=True)
     for name in sorted(of_older(_names(place)), key=lambda name: name == SUMMARY):
@@ -194,7 +193,7 @@ def _fill(place: Path, draft: Path, of_older: Callable[[Set[str]], set[str]], la
 
 
 def _linked(source: str, target: str) -> None:
-    """A second name of a file, or a copy where the disk has none: until the exchange the first one stays."""
+    """Hard-link a file, or copy it where links are unsupported."""
     with suppress(OSError):
         os.link(source, target, follow_symlinks=False)
         return

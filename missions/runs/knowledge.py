@@ -1,4 +1,4 @@
-"""What the vehicles of a recorded run knew: written as RDF, and asked in SPARQL."""
+"""Knowledge of the vehicles in a recorded run: RDF export and SPARQL queries."""
 
 from __future__ import annotations
 
@@ -17,15 +17,9 @@ if TYPE_CHECKING:
 
 
 def knowledge(results: RunReader, vehicle: str | None = None, at_s: float | None = None) -> dict[str, Knowledge]:
-    """What vehicles knew, by their names.
+    """Return the knowledge of one vehicle, or of all if None, by name.
 
-    Args:
-        results: of the run.
-        vehicle: the one to ask; all if None.
-        at_s: a time of the run; its end if None.
-
-    Raises:
-        OutputError: there is no such vehicle, time or table.
+    at_s: None for the end of the run. Raises OutputError for an unknown vehicle, time or table.
     """
     summary = results.summary
     moment = summary["mission_time_s"] + (summary.get("settling_s") or 0.0) if at_s is None else at_s
@@ -41,21 +35,17 @@ def query(
     at_s: float | None = None,
     most_rows: int | None = None,
 ) -> tuple[Sequence[str], list[tuple[Any, ...]]]:
-    """Ask what vehicles knew.
+    """Run a SPARQL query on the vehicles' knowledge; return column names and rows.
 
     Args:
-        results: of the run.
         sparql: a SELECT or ASK query.
-        vehicle: the one to ask; if None, all are asked in turn, and the first column says which a row is from.
-        at_s: a time of the run; its end if None.
-        most_rows: at which it stops; None for all.
-
-    Returns:
-        Names of the columns, and the rows.
+        vehicle: if None, all in turn; the first column names the vehicle.
+        at_s: None for the end of the run.
+        most_rows: None for all.
 
     Raises:
-        OutputError: there is no such vehicle, time or table.
-        QueryError: the query cannot be read.
+        OutputError: unknown vehicle, time or table.
+        QueryError: the query cannot be parsed.
     """
     known = knowledge(results, vehicle, at_s)
     return ask(known if vehicle is None else known[vehicle], sparql, most_rows)
@@ -70,24 +60,15 @@ def write_knowledge(
     at_s: float | None = None,
     items: bool = False,
 ) -> dict[str, int]:
-    """Write what vehicles knew as RDF.
+    """Write the vehicles' knowledge as RDF; return the number of facts by vehicle.
 
     Args:
-        results: of the run.
-        form: format of the file.
-        out: the file; its folder is made if it is not there.
-        force: replace a file that is there.
-        vehicle: the one whose knowledge is written, each origin's as a named graph where the format has them; if None,
-            what all vehicles knew, each vehicle's as a named graph where the format has them, else their union.
-        at_s: a time of the run; its end if None.
-        items: write the canonical graph of items, for which N-Triples is the format.
-
-    Returns:
-        The number of facts that each vehicle knew, by its name.
+        vehicle: with one, named graphs are its origins; with None, the vehicles. Formats without graphs get the union.
+        at_s: None for the end of the run.
+        items: write the canonical graph of items, in N-Triples only.
 
     Raises:
-        OutputError: there is no such vehicle, time or table, the format is not that of the canonical graph, or the
-            file is there or cannot be written.
+        OutputError: unknown vehicle, time or table, wrong format, or the file exists or cannot be written.
     """
     if items and form is not RdfFormat.N_TRIPLES:
         raise OutputError(f"--items: the canonical graph of items is written as nt, and the format is {form.value}")
@@ -109,14 +90,9 @@ def write_knowledge(
 
 
 def form_of(format: str, about: tuple[str | None, float | None, bool]) -> RdfFormat | None:
-    """The format of RDF of that name, None if it is none; then nothing may be asked that knowledge alone has.
+    """Return the RDF format of this name, None for other formats.
 
-    Args:
-        format: its name.
-        about: vehicle, time and items as ``write_knowledge`` has them.
-
-    Raises:
-        OutputError: something is asked that a file of this format does not have.
+    ``about`` is vehicle, time and items of ``write_knowledge``. Raises OutputError if it is set for another format.
     """
     if format in {*RdfFormat}:
         return RdfFormat(format)
@@ -127,7 +103,7 @@ def form_of(format: str, about: tuple[str | None, float | None, bool]) -> RdfFor
 
 
 def knowledge_path(folder: Path, form: RdfFormat, vehicle: str | None, items: bool) -> Path:
-    """Where knowledge is written if nothing else is said: into the folder of the run.
+    """Return the default path of exported knowledge, in the folder of the run.
 
     >>> knowledge_path(Path("r"), RdfFormat.N_TRIPLES, "AUV01", True).as_posix()
     'r/items-AUV01.nt'

@@ -1,10 +1,9 @@
-"""Knowledge of a vehicle at a time, rebuilt from the tables of a run.
+"""Knowledge of a vehicle at a given time, reconstructed from the tables of a run.
 
-The tables say it all. A block of facts is in a vehicle's world model from when the vehicle recorded it, or had received
-the last of its items, or the packet with it as status; under a bound from when its origin told it, and whoever begins
-anew without memory has all of it again. What was heard after the mission, where the exchange went on, stands in a table
-of its own. Merging has one
-outcome whatever the order, so the model that is built of these blocks is the one that the vehicle had.
+A vehicle has a block of facts from when it recorded the block, received its last item, or received it as a status. With
+instant sharing it has the block from when the origin recorded it, and again after a restart without memory. Receptions
+of the exchange after the mission are in a separate table. Merging does not depend on order, so the model built from
+these blocks equals the vehicle's.
 """
 
 from __future__ import annotations
@@ -54,11 +53,7 @@ from worldmodel.valuetext import from_text, uncertainty_from_text
 
 
 class Senders:
-    """The senders of the packets that brought items and statuses.
-
-    Args:
-        results: of the run.
-    """
+    """Senders of the packets that delivered items and statuses."""
 
     def __init__(self, results: RunResults) -> None:
         self._heard: dict[tuple[str, str], list[tuple[float, str]]] = defaultdict(list)
@@ -68,7 +63,7 @@ class Senders:
                     self._heard[vehicle, uid].append((at_s, row["sender"]))
 
     def sender(self, vehicle: str, uids: Iterable[str], by_s: float) -> str | None:
-        """The sender of the last packet with one of these items that ``vehicle`` heard until then; None if none."""
+        """Return the sender of the last packet with one of these items until ``by_s``, or None."""
         heard = [reception for uid in uids for reception in self._heard.get((vehicle, uid), ()) if reception[0] <= by_s]
         return max(heard, key=lambda reception: reception[0])[1] if heard else None
 
@@ -76,16 +71,13 @@ class Senders:
 T = TypeVar("T")
 Row = Mapping[str, Any]
 GAVE_UP = frozenset({f"dropped block: {FaultCode.TIMED_OUT}", f"refused block: {FaultCode.CROWDED_OUT}"})
-"""Kinds of faults by which a vehicle forgot blocks that it had heard; see ``remoras.radio``."""
+"""Faults by which a vehicle discarded received blocks; see ``remoras.radio``."""
 
 
 class RebuiltLife(NamedTuple):
-    """A life of a vehicle.
+    """Incarnation of a vehicle.
 
-    Attributes:
-        from_s: when it began.
-        epoch: how many there were before.
-        remembers: True if it began with what the vehicle had known.
+    ``epoch`` counts the previous ones; ``remembers`` is True if the memory was kept.
     """
 
     from_s: float
@@ -94,7 +86,7 @@ class RebuiltLife(NamedTuple):
 
 
 def lives_of(faults: Iterable[Row], vehicle: str) -> list[RebuiltLife]:
-    """The lives of a vehicle, by the table ``faults``."""
+    """Return the incarnations of a vehicle from the table ``faults``."""
     lives, remembers = [RebuiltLife(0.0, 0, False)], dict[str, bool]()
     for row in (fault for fault in faults if fault["vehicle"] == vehicle):
         kind = row["kind"]
@@ -106,18 +98,14 @@ def lives_of(faults: Iterable[Row], vehicle: str) -> list[RebuiltLife]:
 
 
 def gave_up_s(faults: Iterable[Row], vehicle: str) -> list[float]:
-    """When a vehicle forgot blocks that waited, by the table ``faults`` (s), in order."""
+    """Return the times (s) at which a vehicle discarded pending blocks, in order."""
     return sorted({row["time_s"] for row in faults if row["vehicle"] == vehicle and row["kind"] in GAVE_UP})
 
 
 def tidied_s(faults: Iterable[Row], vehicle: str, schedule: TdmaSchedule, end_s: float) -> list[float]:
-    """When a vehicle tidied: at the ends of the TDMA frames of the mission in which it was there (s), in order.
+    """Return the times (s) of pruning: frame ends of the mission with the vehicle present.
 
-    Args:
-        faults: rows of the table ``faults``.
-        vehicle: its name.
-        schedule: TDMA.
-        end_s: end of the mission (s); in the exchange that may follow nobody tidies.
+    end_s: end of the mission; the exchange after it does not prune.
     """
     changes = [
         (row["time_s"], -1 if row["detail"] == OVER else 1)
@@ -139,17 +127,16 @@ def fill(
     given_up_s: Iterable[float],
     frame_ends_s: Iterable[float],
 ) -> None:
-    """Let a model hold what a vehicle held.
+    """Replay a vehicle's merges and pruning into an empty model.
 
-    Merging has one outcome whatever the order. What was given up or pruned has none, since a ban keeps from pruning
-    what it hides: so blocks go in in the order in which the vehicle had them, and it is tidied where the vehicle was.
+    Merging does not depend on order, but discarding and pruning do, as an exclusion protects what it hides from
+    pruning. So blocks are merged in the vehicle's order, with pruning in between.
 
     Args:
-        model: that knows nothing.
-        known: since when the vehicle had which blocks (s).
-        at_s: the time for which it is asked (s).
-        given_up_s: when it forgot blocks (s).
-        frame_ends_s: when it tidied, before it recorded anything at that time (s).
+        known: time of possession (s) and block.
+        at_s: time asked for.
+        given_up_s: times at which blocks were discarded.
+        frame_ends_s: times of pruning, before the vehicle recorded anything at that time.
     """
     rest = deque(sorted((arrival for arrival in known if arrival[0] <= at_s), key=itemgetter(0)))
     times_s = [(time_s, True) for time_s in given_up_s]
@@ -165,7 +152,7 @@ def fill(
 
 
 def blocks_of(rows: Iterable[Row]) -> Iterator[list[Row]]:
-    """The rows of the table ``items`` block by block."""
+    """Yield the rows of the table ``items`` by block."""
     block: list[Row] = []
     for row in rows:
         if block and not _goes_on(block, row):
@@ -177,7 +164,7 @@ def blocks_of(rows: Iterable[Row]) -> Iterator[list[Row]]:
 
 
 def _goes_on(block: Sequence[Row], row: Row) -> bool:
-    """True if a row is of the same block as those before it; two statuses may have one name, but begin alike."""
+    """True if a row belongs to the block before; two statuses can share a name, but start alike."""
     first = block[0]
     if "@" not in row["uid"]:
         return guid_of(row["uid"]) == guid_of(first["uid"])
@@ -189,13 +176,13 @@ def _goes_on(block: Sequence[Row], row: Row) -> bool:
 
 
 def memories(lives: Sequence[RebuiltLife]) -> Iterator[tuple[float, float]]:
-    """From when to when a vehicle kept in mind what it heard; a restart with its memory ends nothing."""
+    """Yield the intervals (s) between losses of memory."""
     begins_s = [life.from_s for life in lives if not life.remembers]
     yield from zip(begins_s, [*begins_s[1:], math.inf], strict=True)
 
 
 def left_over(events: Iterable[tuple[T, bool]]) -> frozenset[T]:
-    """What was put in (True) and has not been taken out (False) since."""
+    """Return the members added (True) and not removed (False) since."""
     members: set[T] = set()
     for member, is_in in events:
         (members.add if is_in else members.discard)(member)
@@ -203,7 +190,7 @@ def left_over(events: Iterable[tuple[T, bool]]) -> frozenset[T]:
 
 
 def formed(agreement: Agreement, changes: Iterable[Row]) -> tuple[dict[str, Group], list[Row]]:
-    """Groups that there are after changes of the organisation, and what they were given since they were formed last."""
+    """Return the groups after changes, and the assignments since their formation."""
     groups, given = dict(agreement.organisation.groups), list[Row]()
     for row in changes:
         name = row["group"]
@@ -218,10 +205,10 @@ def formed(agreement: Agreement, changes: Iterable[Row]) -> tuple[dict[str, Grou
 
 
 class Belief(NamedTuple):
-    """The latest value of an attribute of an instance, by names; when and by whom it was observed.
+    """Latest value of an attribute of an instance, with time and origin, by names.
 
-    The value is text as in the table ``items``, but a number that can only be whole has no point. ``uncertainty`` is
-    the standard deviation of a number or point, the probability of any other value, or None.
+    ``value`` is text as in the table ``items``, without decimal point for whole numbers. ``uncertainty`` is the
+    standard deviation of a number or point, the probability of any other value, or None.
     """
 
     subject: str
@@ -234,16 +221,14 @@ class Belief(NamedTuple):
 
 @dataclass(frozen=True, repr=False)
 class KnownAt:
-    """What one vehicle knew at one time, after all that happened then.
+    """Knowledge of one vehicle at one time, after all events of that time.
 
     Attributes:
-        vehicle: its name; at_s: the time.
-        model: its world model.
-        receptions: when and from whom it received what others observed.
-        organisation: who plays what, as agreed and said so far; present: the same without the absent, as the vehicle
-            acts on it.
-        absent: peers that it takes for absent.
-        objectives: of roles; missions: of groups, by their names.
+        receptions: time and sender of received observations.
+        organisation: roles as agreed and reported so far.
+        present: organisation without absent vehicles, on which the vehicle acts.
+        absent: peers presumed absent.
+        missions: by group.
     """
 
     vehicle: str
@@ -270,7 +255,7 @@ class KnownAt:
 
     @property
     def beliefs(self) -> Iterator[Belief]:
-        """The latest value of everything that it has heard of or observed, by subject and attribute."""
+        """Yield the latest value of each known property, by subject and attribute."""
         names = Beliefs(self.model)
         model = self.model
         held = chain(model.blocks(), model.private_blocks(), model.statuses())
@@ -280,7 +265,7 @@ class KnownAt:
                 yield self._belief(names, latest)
 
     def value(self, subject: str, attribute: str) -> Any:
-        """The latest value that it knows of an attribute of an instance; None if it knows none.
+        """Return the latest known value of a property; None without one.
 
         Raises:
             UnknownNameError: no such instance or attribute.
@@ -297,29 +282,28 @@ class KnownAt:
         drift: float | None = None,
         shared: float = 0.0,
     ) -> Fused | None:
-        """What all vehicles say of an attribute of an instance at ``at_s``, together, as far as this one has heard.
+        """Fuse all observations of a property that this vehicle has received, at ``at_s``.
 
-        Every observation with an uncertainty counts, but none of banned vehicles; ``worldmodel.fusion`` says how.
+        Every observation with an uncertainty counts, except those of excluded origins; see ``worldmodel.fusion``.
 
         Args:
-            subject: name of the instance; attribute: its name.
-            prior: weight of each symbol or truth value before anything was observed; even if None.
-            independent: False where vehicles may have taken over what others said: the most certain counts alone.
-            drift: how far what is observed walks at random, per square root of a second; as the ontology says if None.
-            shared: standard deviation of the error that all observations of one vehicle have in common.
+            prior: weight of each symbol or truth value before any observation; uniform if None.
+            independent: False if vehicles may repeat others' values: only the most certain one counts.
+            drift: random walk of the property, per square root of a second; the ontology's if None.
+            shared: standard deviation of the error common to all observations of one vehicle.
 
         Raises:
             UnknownNameError: no such instance or attribute.
-            FactError: a prior, drift or shared error that cannot be.
+            FactError: an impossible prior, drift or shared error.
         """
         key = attribute, subject
         return Beliefs(self.model).fused(key, prior, independent, drift=drift, shared=shared, at_s=self.at_s)
 
     @property
     def doubted(self) -> tuple[str, ...]:
-        """The vehicle that contradicts what others say of numbers and points, beyond the uncertainty that they state.
+        """Vehicles whose numbers and points contradict others beyond the stated uncertainty.
 
-        None if all agree, both if it is one of two; see ``worldmodel.fusion``. Nothing is left out for that.
+        Of two that contradict each other, both. Nothing is excluded; see ``worldmodel.fusion``.
         """
         model = self.model
         slots = (
@@ -334,14 +318,9 @@ class KnownAt:
     def history(
         self, subject: str, attribute: str, since_s: float | None = None, until_s: float | None = None
     ) -> tuple[Belief, ...]:
-        """All that it has heard of an attribute of an instance, oldest first, without what banned vehicles said.
+        """Return the known observations of a property, oldest first, without excluded origins.
 
-        Args:
-            subject: name of the instance; attribute: its name.
-            since_s: observed at this time or later; until_s: at this time or before.
-
-        Raises:
-            UnknownNameError: no such instance or attribute.
+        since_s, until_s: bounds on the time of observation, inclusive. Raises UnknownNameError.
         """
         names = Beliefs(self.model)
         slot = names.uid(subject), self.model.tbox.attribute_named(attribute).uid
@@ -349,7 +328,7 @@ class KnownAt:
 
     @property
     def banned(self) -> Mapping[str, float]:
-        """From which time on it does not believe vehicles (s), by their names."""
+        """Start (s) of the exclusion of each excluded vehicle."""
         names = Beliefs(self.model)
         return {names.name(origin): from_s for origin, from_s in self.model.banned.items()}
 
@@ -362,17 +341,12 @@ class KnownAt:
         )
 
     def _is_whole(self, attribute: str) -> bool:
-        """True for a number that can only be whole."""
         of = self.model.tbox.attribute_named(attribute)
         return of.kind is ValueKind.NUMBER and of.fields[0].is_whole
 
 
 class Memory:
-    """What all vehicles of a recorded run knew, at any time of it.
-
-    Args:
-        results: of the run.
-        setup: of its scenario.
+    """Knowledge of all vehicles in a recorded run, at any time.
 
     Raises:
         OutputError: a table is missing or damaged.
@@ -395,10 +369,10 @@ class Memory:
         return Senders(self._results)
 
     def known(self, vehicle: str, at_s: float) -> KnownAt:
-        """What ``vehicle`` knew at ``at_s``.
+        """Return the knowledge of ``vehicle`` at ``at_s``.
 
         Raises:
-            OutputError: there is no such vehicle, or the run has no such time.
+            OutputError: unknown vehicle, or a time outside the run.
         """
         setup = self._setup
         names = tuple(setup.database)
@@ -446,7 +420,7 @@ class Memory:
         )
 
     def _receptions(self, vehicle: str, at_s: float, model: WorldModel) -> Iterator[Reception]:
-        """When and from whom a vehicle received what its world model holds of others."""
+        """Yield time and sender of each received block in the model."""
         setup, statuses = self._setup, set(model.statuses())
         nodes, by_packets = setup.nodes, setup.strategy.declaration.communicates
         for since_s, block, items, until_s in self._known_s[vehicle]:
@@ -462,7 +436,7 @@ class Memory:
     # Reading -------------------------------------------------------------------------------------
 
     def _read(self, results: RunResults) -> None:
-        """Put blocks together again, and see since when each vehicle has them, and until it lost its memory."""
+        """Reassemble blocks, with the interval in which each vehicle had them."""
         setup = self._setup
         exhausted_s = {row["vehicle"]: row["time_s"] for row in self._faults if row["kind"] == "energy"}
         received: dict[str, dict[str, list[float]]] = defaultdict(lambda: defaultdict(list))  # by item and vehicle
@@ -471,7 +445,7 @@ class Memory:
                 received[row["item"]][row["vehicle"]].append(row["time_s"])
         told = [self._told(rows) for rows in blocks_of(results.table(ITEMS.name).to_pylist())]
         statuses = self._heard_statuses(results, told, exhausted_s)
-        by_packets = setup.strategy.declaration.communicates  # else all know at once what is told
+        by_packets = setup.strategy.declaration.communicates  # else all vehicles know each block at once
         for number, (block, origin, recorded_s, kind, items) in enumerate(told):
             self._hold(origin, [[recorded_s]], block, items)
             heard = [received[uid] for uid in items]
@@ -489,29 +463,24 @@ class Memory:
                 self._hold(name, times_s, block, items)
 
     def _hold(self, name: str, times_s: Iterable[Sequence[float]], block: Block, items: tuple[str, ...]) -> None:
-        """Note since when a vehicle had a block, in each span of its memory in which it heard all items of it.
+        """Record a vehicle's block for each memory interval in which it received all of its items.
 
-        Args:
-            name: of the vehicle.
-            times_s: when it heard each of the items.
-            block: of these items; items: their names.
+        times_s: reception times per item.
         """
         for from_s, until_s in memories(self._lives[name]):
             heard_s = [[time_s for time_s in of_item if from_s <= time_s < until_s] for of_item in times_s]
             if all(heard_s):
                 since_s = max(map(min, heard_s))
-                again_s = [time_s for time_s in heard_s[0] if time_s > since_s]  # it was given up and came again
-                again_s = [] if block.is_status else again_s  # others may have relayed it, too
+                again_s = [time_s for time_s in heard_s[0] if time_s > since_s]  # discarded and received again
+                again_s = [] if block.is_status else again_s  # others may have relayed it
                 self._known_s[name] += [_Held(one_s, block, items, until_s) for one_s in (since_s, *again_s)]
 
     def _heard_statuses(
         self, results: RunResults, told: Sequence[_Told], exhausted_s: Mapping[str, float]
     ) -> dict[int, dict[str, list[float]]]:
-        """When each vehicle heard the statuses that were sent, by their numbers; of one name the newest is sent.
+        """Return the reception times of statuses by number and vehicle.
 
-        Args:
-            told: what vehicles recorded, in their order.
-            exhausted_s: when vehicles ran out of energy, after which they hear nothing.
+        Of statuses with one name the newest is sent. ``exhausted_s``: time after which a vehicle receives nothing.
         """
         recorded: dict[str, list[int]] = defaultdict(list)
         for number, status in enumerate(told):
@@ -532,7 +501,7 @@ class Memory:
             }
             for uid in row["status_uids"]:
                 numbers = [n for n in recorded[uid] if told[n].recorded_s <= row["time_s"]]
-                if not numbers:  # damage has made it up, and who heard it relayed it
+                if not numbers:  # made up by damage, then relayed
                     continue
                 of_uid = received[numbers[-1]]
                 for name, at_s in heard_s.items():
@@ -541,10 +510,9 @@ class Memory:
         return received
 
     def _told(self, rows: Sequence[Row]) -> _Told:
-        """A block of the rows of its facts."""
         first, model = rows[0], self._names
         origin, epoch, sequence = guid_of(first["uid"])
-        if sequence == STATUS:  # its name says by whom it is and when, not in which life
+        if sequence == STATUS:  # the name has origin and time, not the incarnation
             epoch = max(life.epoch for life in self._lives[first["origin"]] if life.from_s <= first["recorded_s"])
         facts = tuple(fact_of_row(model, row) for row in rows)
         block = Block(origin, sequence, model.quantise_time(first["time_s"]), facts, epoch)
@@ -553,7 +521,7 @@ class Memory:
 
 
 class _Held(NamedTuple):
-    """A block that a vehicle knew: since when, by which items, and until it lost its memory."""
+    """Block known to a vehicle, until it lost its memory."""
 
     since_s: float
     block: Block
@@ -562,7 +530,7 @@ class _Held(NamedTuple):
 
 
 class _Told(NamedTuple):
-    """A block that a vehicle recorded: by whom, when, what became of it, and the names that it has in tables."""
+    """Recorded block, with its name in the tables."""
 
     block: Block
     origin: str
@@ -579,7 +547,7 @@ def _by_vehicle(results: RunResults, table: str) -> dict[str, list[dict[str, Any
 
 
 def _uid(model: WorldModel, name: str) -> int:
-    """An instance by name; one that was created in the mission is called by its class and uid."""
+    """Return an instance uid by name; instances created at run time have it as suffix."""
     try:
         return model.instance_named(name).uid
     except UnknownNameError:
@@ -587,7 +555,7 @@ def _uid(model: WorldModel, name: str) -> int:
 
 
 def fact_of_row(model: WorldModel, row: Mapping[str, Any]) -> PropertyValue:
-    """The fact that a row of the table ``items`` has; ``model`` needs to know the common instances alone."""
+    """Return the fact of a row of the table ``items``; ``model`` needs only common instances."""
     attribute = model.tbox.attribute_named(row["attribute"])
     is_link = attribute.kind is ValueKind.LINK
     value = _uid(model, row["value"]) if is_link else from_text(model.tbox, attribute, row["value"])

@@ -1,4 +1,4 @@
-"""Metrics that every run has, whatever its mission, each beside the function that computes it."""
+"""Metrics of every run, whatever its mission, each next to its function."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ NEVER_RECEIVED = "What was never received is left out."
 
 
 def n_doubted(run: MeasuredRun) -> int | Absent:
-    """How many vehicles contradict what others say of numbers and points; see ``worldmodel.fusion``."""
+    """Number of vehicles whose numbers and points contradict others'; see ``worldmodel.fusion``."""
     tbox = run.setup.tbox
     slots = stated(run.recorder.rows("items"), tbox, run.setup.database)
     if not any(len({one.origin for one in observations}) > 1 for observations in slots.values()):
@@ -39,31 +39,31 @@ def n_doubted(run: MeasuredRun) -> int | Absent:
 
 
 def energy_j(run: MeasuredRun) -> float:
-    """Energy that all vehicles had used by the end of the run."""
+    """Energy (J) used by all vehicles by the end of the run."""
     rows = run.recorder.rows("trajectories")
     last = itertools.takewhile(lambda row: row[0] == rows[-1][0], reversed(rows))
     return round(math.fsum(row[6] for row in last), 2)
 
 
 def n_bits(run: MeasuredRun) -> int:
-    """Bits that the modems sent."""
+    """Bits transmitted."""
     return sum(row[3] for row in run.recorder.rows("packets"))
 
 
 def bits_of(content: Content) -> Callable[[MeasuredRun], int]:
-    """The metric that counts the bits sent for a purpose; those of all purposes add up to ``n_bits``."""
+    """Return the metric of bits sent for a purpose; all purposes sum to ``n_bits``."""
     return lambda run: run.recorder.bits[content]
 
 
 def modem_energy_j(run: MeasuredRun) -> float:
-    """Energy, of that of the vehicles, that the modems sent with, and listened with if that is counted."""
+    """Energy (J) of the modems for transmission and, if modelled, reception."""
     modem = modem_energy(run.scenario)
     sent_j = n_bits(run) * modem.transmit_j_per_bit + len(run.recorder.rows("packets")) * modem.transmit_j_per_packet
     return round(sent_j + (modem.listening_w * _powered_s(run) if modem.listening_w else 0.0), 2)
 
 
 def _powered_s(run: MeasuredRun) -> float:
-    """Time that vehicles had power, all together: the ticks in which they used any."""
+    """Total time (s) in which vehicles had power: ticks with consumption."""
     used_j: dict[str, float] = {}
     n_ticks = 0
     for _, vehicle, _, _, _, _, energy_j, _ in run.recorder.rows("trajectories"):
@@ -73,7 +73,7 @@ def _powered_s(run: MeasuredRun) -> float:
 
 
 def observations_per_min(run: MeasuredRun) -> float:
-    """Items of others that a vehicle received in a minute, as a mean over vehicles and mission."""
+    """Items of others received per minute, mean over vehicles and mission."""
     n_received = sum(event == "received" for *_, event in run.recorder.rows("knowledge"))
     minutes = run.end_s / 60.0
     n_vehicles = len(run.scenario.vehicle)
@@ -81,33 +81,33 @@ def observations_per_min(run: MeasuredRun) -> float:
 
 
 def delivery_ratio(run: MeasuredRun) -> float | None:
-    """Packets received among all (packet, receiver) pairs, those that collided too; None if nothing was sent."""
+    """Packets received per (packet, receiver) pair, collisions included; None without packets."""
     received = sum(len(row[6]) for row in run.recorder.rows("packets"))
     lost = sum(len(row[7]) + len(row[-1]) for row in run.recorder.rows("packets"))
     return received / (received + lost) if received + lost else None
 
 
 def mean_latency_s(run: MeasuredRun) -> float | None:
-    """Mean time from an item's observation to its reception, over all (item, receiver) pairs."""
+    """Mean time (s) from observation to reception, over all (item, receiver) pairs."""
     latencies = latencies_s(run.recorder)
     return round(math.fsum(latencies) / len(latencies), 4) if latencies else None
 
 
 def p95_latency_s(run: MeasuredRun) -> float | None:
-    """Latency that 95 % of all (item, receiver) pairs stay below."""
+    """95 % quantile of the latency (s) over all (item, receiver) pairs."""
     latencies = latencies_s(run.recorder)
     return round(quantile(latencies, 0.95), 4) if latencies else None
 
 
 def latencies_s(recorder: MeasuredTables) -> list[float]:
-    """Times from the observation of items to their receptions, ascending; what damage made up was never observed."""
+    """Return latencies (s) of received items, ascending; items made up by damage are ignored."""
     observed = {item: time_s for time_s, _, item, _, event in recorder.rows("knowledge") if event == "observed"}
     received = [(row[0], row[2]) for row in recorder.rows("knowledge") if row[4] == "received"]
     return sorted(time_s - observed[item] for time_s, item in received if item in observed)
 
 
 def quantile(ordered: Sequence[float], share: float) -> float:
-    """Quantile of ascending values, linear between them.
+    """Interpolate a quantile linearly between ascending values.
 
     >>> quantile([0.0, 1.0, 2.0, 3.0], 0.5)
     1.5
@@ -119,12 +119,11 @@ def quantile(ordered: Sequence[float], share: float) -> float:
 
 
 def consistency(recorder: MeasuredTables, n_vehicles: int) -> tuple[float | None, float | None]:
-    """(consistency_time_s, consistent_fraction): how soon the fleet has one picture, and of how much of it.
+    """Return (consistency_time_s, consistent_fraction) of the fleet's items.
 
-    An item is consistent once every vehicle of the fleet has held it, one that has fallen silent too. The time is the
-    mean over such items, from the observation of each until its last vehicle held it first, for whoever begins anew, or
-    gives a block up, may receive it again. None if there is no such item. The fraction is their share of all items
-    observed by the end of the run; None if there were none.
+    An item is consistent once every vehicle, silent ones included, has held it. The time is the mean over these items
+    from observation until the last vehicle first held it; later receptions do not count. None without such an item. The
+    fraction is their share of all items observed; None without items.
     """
     observed_s: dict[str, float] = {}
     lacking: dict[str, int] = {}
@@ -145,9 +144,9 @@ def consistency(recorder: MeasuredTables, n_vehicles: int) -> tuple[float | None
 
 
 def consistency_time_s(run: MeasuredRun) -> float | Absent | None:
-    """Mean time in which the whole fleet came to know an item, see ``consistency``.
+    """Mean time (s) until the whole fleet knows an item, see ``consistency``.
 
-    It does not apply where needs follow from groups: there nobody is to know everything.
+    Not applicable if needs follow from groups: then no item is meant for all.
     """
     if run.setup.subjects is not None:
         return NOT_APPLICABLE
@@ -156,19 +155,19 @@ def consistency_time_s(run: MeasuredRun) -> float | Absent | None:
 
 
 def consistent_fraction(run: MeasuredRun) -> float | Absent | None:
-    """Share of items that the whole fleet came to know, see ``consistency`` and ``consistency_time_s``."""
+    """Share of items known to the whole fleet, see ``consistency``."""
     if run.setup.subjects is not None:
         return NOT_APPLICABLE
     return consistency(run.recorder, len(run.scenario.vehicle))[1]
 
 
 def settling_s(run: MeasuredRun) -> float | Absent:
-    """How long the exchange went on after the mission; nothing where it did not."""
+    """Duration (s) of the exchange after the mission, if it is on."""
     return NOT_APPLICABLE if run.settled is None else round(run.settled.time_s, 4)
 
 
 def is_settled(run: MeasuredRun) -> bool | Absent:
-    """True if the exchange after the mission left nothing that anybody lacked."""
+    """True if no vehicle lacked anything after the final exchange."""
     return NOT_APPLICABLE if run.settled is None else run.settled.complete
 
 
@@ -238,22 +237,21 @@ CORE_METRICS = (
     Metric("conflicts", "", LOWER, "conflicts", conflicts, note="Pairs of vehicles that came too near to each other."),
     *(metric for feature in features().values() for metric in feature.last_metrics),
 )  # fmt: skip
-"""Metrics of every run, and those that features bring, which do not apply to runs that do not use these."""
+"""Metrics of every run; those of features apply only where the feature is in use."""
 
 
 def metrics_of(
     scenario: Scenario, mission: type[Mission] | None = None, own: Mapping[str, Metric] | None = None
 ) -> Mapping[str, Metric]:
-    """Metrics of the runs of a scenario by name: those of every run, of its mission, and those that it names itself.
+    """Return the metrics of a scenario's runs by name: general, of its mission, and its own.
 
     Args:
-        scenario: the whole input.
-        mission: the class of its mission, if that is loaded already.
-        own: what ``own_metrics`` gives, if these are loaded already.
+        mission: loads the class if None.
+        own: loads ``own_metrics`` if None.
 
     Raises:
-        ConfigurationError: a metric has no direction, or two have one name or one label.
-        PluginError: one cannot be had.
+        ConfigurationError: a metric has no direction, or two share a name or label.
+        PluginError: one cannot be loaded.
     """
     reference = scenario.scenario.mission
     metrics = collected(reference, (*CORE_METRICS, *(mission or mission_class(reference)).metrics))
@@ -263,24 +261,19 @@ def metrics_of(
 
 
 def own_metrics(scenario: Scenario) -> dict[str, Metric]:
-    """Metrics that a scenario names itself, by what it names them.
+    """Return the metrics that a scenario names itself, by reference.
 
     Raises:
-        PluginError: one cannot be had.
+        PluginError: one cannot be loaded.
     """
     return {reference: metric_named(reference) for reference in scenario.scenario.metrics}
 
 
 def with_own(known: Mapping[str, Metric], metric: Metric, source: str, key: str, reference: str) -> dict[str, Metric]:
-    """Metrics by name, and a further one, as a user names it.
+    """Return metrics by name with another one added, as a user names it.
 
-    Args:
-        known: metrics by name.
-        metric: the further one.
-        source: the file, for messages; key: in which it is named; reference: as what.
-
-    Raises:
-        ConfigurationError: it has the name or the label of another one.
+    source, key, reference: file, key and text of the name, for messages. Raises ConfigurationError for a duplicate name
+    or label.
     """
     try:
         return collected(source, (*known.values(), metric))

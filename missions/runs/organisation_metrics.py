@@ -1,7 +1,7 @@
-"""Metrics of the organisation: how far the vehicles' views of it differ, who holds too much, what was refused.
+"""Metrics of the organisation: divergence of views, conflicts of holders, refused requests.
 
-They are computed from the table ``organisation``, which says of every vehicle when its view changed: of a role that a
-vehicle plays, its own view is the truth. Vehicles that are out of the mission do not count meanwhile.
+They are computed from the table ``organisation``, which records every change of each vehicle's view. A vehicle's own
+view of its roles is the truth. Absent vehicles do not count meanwhile.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ RoleKey = tuple[str, str]
 
 
 class _Event(NamedTuple):
-    """A view changed; where ``role`` is None, the vehicle came into the mission (``holds``) or went out of it."""
+    """Change of a view; with ``role`` None the vehicle enters (``holds``) or leaves the mission."""
 
     time_s: float
     vehicle: str
@@ -31,7 +31,7 @@ class _Event(NamedTuple):
 
 
 def _events(run: MeasuredRun) -> list[_Event]:
-    """All changes in time order; of those at one time vehicles come and go first."""
+    """Return all changes in time order; at equal times, vehicles enter and leave first."""
     changes = [
         _Event(row[0], row[1], row[2], (row[3], row[4]), row[5] == "assigned")
         for row in run.recorder.rows("organisation")
@@ -52,13 +52,12 @@ def _comings_and_goings(run: MeasuredRun) -> Iterator[_Event]:
 
 
 class _Views:
-    """The views of all vehicles at one moment, and how many pairs of them differ.
+    """Views of all vehicles at one moment, and the pairs that differ.
 
     Args:
-        names: of the vehicles.
-        left_out: roles that are compared by nobody.
-        rooms: most holders of the roles that have a limit.
-        by_groups: vehicles need to know of the roles of their own groups alone.
+        left_out: roles that are not compared.
+        rooms: greatest number of holders of limited roles.
+        by_groups: vehicles need to know only the roles of their groups.
     """
 
     def __init__(
@@ -73,7 +72,6 @@ class _Views:
         self._wrong: dict[tuple[str, str], set[RoleKey]] = {(v, p): set() for v in names for p in names}
 
     def apply(self, event: _Event) -> None:
-        """Take note of a change."""
         viewer, peer, role = event.vehicle, event.peer, event.role
         if role is None:
             (self._inside.add if event.holds else self._inside.discard)(viewer)
@@ -91,13 +89,13 @@ class _Views:
 
     @property
     def divergence(self) -> float | None:
-        """Share of the pairs (viewer, peer) in which the viewer errs on what the peer plays; None without pairs."""
+        """Share of (viewer, peer) pairs with an error on the peer's roles; None without pairs."""
         n_inside = len(self._inside)
         n_wrong = sum(self._inside.issuperset(pair) and self._errs(pair[0], on) for pair, on in self._wrong.items())
         return n_wrong / (n_inside * (n_inside - 1)) if n_inside > 1 else None
 
     def _errs(self, viewer: str, wrong: set[RoleKey]) -> bool:
-        """True if a viewer that is wrong on these roles needs to know better."""
+        """True if the viewer needs to know these roles."""
         if not self._by_groups or not wrong:
             return bool(wrong)
         own = {group for group, _ in self._views[viewer, viewer]}
@@ -105,19 +103,19 @@ class _Views:
 
     @property
     def true_roles(self) -> Iterator[RoleAssignment]:
-        """What every vehicle that is in the mission takes itself to play, which is what it does play."""
+        """Roles that the present vehicles play by their own views."""
         for name in self._inside:
             yield from (RoleAssignment(*role, name) for role in self._views[name, name])
 
     @property
     def is_in_conflict(self) -> bool:
-        """True if more vehicles take themselves to hold some role than it has room for."""
+        """True if a role has more holders, by their own views, than allowed."""
         holders = Counter(role for name in self._inside for role in self._views[name, name] if role in self._rooms)
         return any(n > self._rooms[role] for role, n in holders.items())
 
 
 def _moments(run: MeasuredRun) -> Iterator[tuple[float, _Views]]:
-    """The views of all vehicles, each time with how long they stood so (s)."""
+    """Yield duration (s) and views of each constant interval."""
     keeps_jobs = run.setup.strategy.declaration.private_jobs
     groups = run.setup.agreement.groups
     roles = {(group.name, role.name): role for group in groups for role in group.roles}
@@ -139,10 +137,10 @@ def _moments(run: MeasuredRun) -> Iterator[tuple[float, _Views]]:
 
 
 def view_divergence(run: MeasuredRun) -> float | None:
-    """Share of the time, over all pairs of vehicles, in which the one errs on which roles the other plays.
+    """Share of time, over all pairs of vehicles, with an error on the other's roles.
 
-    Roles with a job are left out where the strategy declares that vehicles note theirs for themselves alone; where
-    needs follow from groups, so are those of groups that the one is no member of.
+    Roles with a job are ignored if the strategy keeps them private. If needs follow from groups, so are roles of groups
+    without the viewer.
     """
     shares = [(spell_s, share) for spell_s, views in _moments(run) if (share := views.divergence) is not None]
     total_s = math.fsum(spell_s for spell_s, _ in shares)
@@ -150,16 +148,16 @@ def view_divergence(run: MeasuredRun) -> float | None:
 
 
 def holder_conflict_fraction(run: MeasuredRun) -> float | None:
-    """Share of the time in which more vehicles took themselves to hold some role than it has room for."""
+    """Share of time in which a role has more holders, by their own views, than allowed."""
     spells = [(spell_s, views.is_in_conflict) for spell_s, views in _moments(run)]
     total_s = math.fsum(spell_s for spell_s, _ in spells)
     return round(math.fsum(spell_s for spell_s, conflict in spells if conflict) / total_s, 6) if total_s > 0.0 else None
 
 
 def malformed_spells(run: MeasuredRun) -> Iterator[tuple[float, tuple[Malformed, ...]]]:
-    """Spells of the run (s), and what did not hold of the specification of the organisation in each.
+    """Yield intervals (s) with the violations of the organisation's specification in each.
 
-    The organisation is what every vehicle in the mission takes itself to play.
+    The organisation is the union of the present vehicles' own roles.
     """
     groups = tuple(run.setup.agreement.organisation.groups.values())
     known: frozenset[RoleAssignment] | None = None
@@ -172,12 +170,12 @@ def malformed_spells(run: MeasuredRun) -> Iterator[tuple[float, tuple[Malformed,
 
 
 def malformed_s(run: MeasuredRun) -> float:
-    """How long the organisation was not well formed, see ``remoras.nesting``."""
+    """Time (s) in which the organisation was not well formed, see ``remoras.nesting``."""
     return round(math.fsum(spell_s for spell_s, faults in malformed_spells(run) if faults), 4)
 
 
 def missed(run: MeasuredRun) -> dict[str, float]:
-    """How long each demand of the specification did not hold (s), by its key: ``group.West.role.Hand.minimum``."""
+    """Return the time (s) of each violation by its key, as ``group.West.role.Hand.minimum``."""
     lasted: dict[str, float] = {}
     for spell_s, faults in malformed_spells(run):
         for fault in faults:
@@ -186,5 +184,5 @@ def missed(run: MeasuredRun) -> dict[str, float]:
 
 
 def n_refused_acts(run: MeasuredRun) -> int:
-    """Requests to change the organisation that vehicles refused, each vehicle's refusal counted."""
+    """Number of refused requests to change the organisation, counted per refusing vehicle."""
     return sum(row[5] == "refused" for row in run.recorder.rows("organisation"))

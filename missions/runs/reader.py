@@ -1,7 +1,7 @@
-"""Reader of one run, alike for a run in memory, in a folder, under way, and among the kept tables of a sweep.
+"""Reader of one run: in memory, in a folder, in progress, or in the kept tables of a sweep.
 
-Metrics, figures, the replay, exports, queries and ``known`` read runs by it. It has numbers of the summary, and rows of
-tables to the step of their units: so the same run gives the same value, wherever it is.
+Metrics, figures, the replay, exports and queries read runs through it. Tables are quantised to the step of their units,
+so a run gives the same values from every source.
 """
 
 from __future__ import annotations
@@ -35,22 +35,22 @@ if TYPE_CHECKING:
 
 
 class RunReader(ABC):
-    """One run: a ``missions.figure.RunResults`` and a ``missions.metric.MeasuredRun``."""
+    """Run that serves as ``missions.figure.RunResults`` and ``missions.metric.MeasuredRun``."""
 
     @property
     @abstractmethod
     def summary(self) -> dict[str, Any]:
-        """The figures of the run."""
+        """Metrics and outcome of the run."""
 
     @property
     @abstractmethod
     def manifest(self) -> dict[str, Any]:
-        """What is needed to repeat the run."""
+        """Data needed to repeat the run."""
 
     @property
     @abstractmethod
     def scenario(self) -> Scenario:
-        """The whole input of the run."""
+        """Resolved scenario."""
 
     @property
     @abstractmethod
@@ -59,14 +59,14 @@ class RunReader(ABC):
 
     @abstractmethod
     def _read(self, name: str) -> pa.Table:
-        """A table that is there."""
+        """Return an existing table."""
 
     def has(self, name: str) -> bool:
-        """True if there is a table of that name: its mission or a feature may not have it."""
+        """True if the table exists; missions and features may lack it."""
         return name in self.tables
 
     def table(self, name: str) -> pa.Table:
-        """An Arrow table; ``.to_pandas()`` makes a data frame of it.
+        """Return an Arrow table; ``.to_pandas()`` converts it to a data frame.
 
         Raises:
             OutputError: there is no such table, or it is damaged.
@@ -76,20 +76,20 @@ class RunReader(ABC):
         return self._read(name)
 
     def rows(self, name: str) -> list[dict[str, Any]]:
-        """Rows of a table by the names of its columns; none of a table that is not there."""
+        """Return the rows of a table by column; none if it does not exist."""
         rows: list[dict[str, Any]] = self.table(name).to_pylist() if self.has(name) else []
         return rows
 
     def units(self, name: str) -> dict[str, str]:
-        """Units of a table's columns; columns without a unit are left out."""
+        """Return the units of a table's columns that have one."""
         return {field.name: field.metadata[b"unit"].decode() for field in self.table(name).schema if field.metadata}
 
     @cached_property  # 10 ms to parse, asked by each part of a figure
     def scenario_tables(self) -> dict[str, Any]:
-        """The resolved scenario as TOML has it, which other versions can read too.
+        """Resolved scenario as TOML tables, readable by other versions.
 
         Raises:
-            OutputError: it is no TOML.
+            OutputError: invalid TOML.
         """
         try:
             return tables_of(self.manifest["scenario"], MANIFEST)
@@ -100,24 +100,24 @@ class RunReader(ABC):
 
     @cached_property  # it keeps the rows that metrics share
     def recorder(self) -> KeptTables:
-        """The tables as rows in time order."""
+        """Tables as rows in time order."""
         return KeptTables(self)
 
     @cached_property  # reads the ontology
     def setup(self) -> Setup:
-        """What was settled before the mission began."""
-        from missions.runs.setup import resolved  # which asks for the metrics of a scenario, and few metrics for it
+        """Setup before the mission."""
+        from missions.runs.setup import resolved  # lazy: avoids an import cycle with the metrics of scenarios
 
         return resolved(self.scenario)
 
     @property
     def mission(self) -> Mission:
-        """The mission of the scenario."""
+        """Mission of the scenario."""
         return mission_of(self.scenario)
 
     @property
     def milestones(self) -> tuple[Milestone, ...]:
-        """What happened when, in time order."""
+        """Milestones in time order."""
         keys = ("time_s", "name", "vehicle", "group")
         return tuple(Milestone(*(row[key] for key in keys)) for row in self.summary["milestones"])
 
@@ -128,12 +128,12 @@ class RunReader(ABC):
 
     @property
     def completed(self) -> bool:
-        """True if the mission is complete."""
+        """True if the mission completed."""
         return bool(self.summary["completed"])
 
     @property
     def reason(self) -> str:
-        """Why it is not complete; empty if it is."""
+        """Reason for failure; empty after success."""
         return str(self.summary["reason"])
 
     @property
@@ -143,12 +143,12 @@ class RunReader(ABC):
 
     @property
     def goal_fraction(self) -> float:
-        """Share of the mission's whole goal that was reached, 0..1."""
+        """Share of the mission's whole goal that was achieved, 0..1."""
         return float(self.summary["goal_fraction"])
 
     @property
     def reachable_fraction(self) -> float:
-        """Share that was reached, or was within reach at the end, 0..1."""
+        """Share achieved, or achievable at the end, 0..1."""
         return float(self.summary["reachable_fraction"])
 
     @property
@@ -158,21 +158,21 @@ class RunReader(ABC):
 
     @property
     def n_false_beliefs(self) -> int:
-        """How often a vehicle came to believe that a peer held what that peer lacked."""
+        """Number of wrong beliefs that a peer held a block."""
         return int(self.summary["false_beliefs"])
 
     @property
     def wrong_belief_fraction(self) -> float | None:
-        """Share of the beliefs of who does a job that were wrong, 0..1; None if there were none."""
+        """Share of wrong beliefs about job holders, 0..1; None without beliefs."""
         fraction = self.summary["wrong_belief_fraction"]
         return None if fraction is None else float(fraction)
 
     @property
     def settled(self) -> Settled | None:
-        """How the exchange after the mission ended; None where there was none."""
+        """Outcome of the exchange after the mission; None without one."""
         if "settling_s" not in self.summary:
             return None
-        from remoras.settling import Settled  # which loads the fleet; who reads tables need not
+        from remoras.settling import Settled  # slow: loads the fleet
 
         return Settled(float(self.summary["settling_s"]), bool(self.summary["settled"]))
 
@@ -180,15 +180,15 @@ class RunReader(ABC):
 
     @cached_property  # all blocks of the run
     def _memory(self) -> Memory:
-        from missions.runs.known import Memory  # who only reads tables need not load what runs
+        from missions.runs.known import Memory  # slow: loads the simulation
 
         return Memory(self, self.setup)
 
     def known(self, vehicle: str, at_s: float) -> KnownAt:
-        """What ``vehicle`` knew at ``at_s``: its world model, and the organisation in its view.
+        """Return the knowledge of ``vehicle`` at ``at_s``: world model and organisation.
 
         Raises:
-            OutputError: no such vehicle, time or table.
+            OutputError: unknown vehicle, time or table.
         """
         return self._memory.known(vehicle, at_s)
 
@@ -196,11 +196,7 @@ class RunReader(ABC):
 class KeptTables:
     """Tables of a run as tuples in time order.
 
-    Attributes:
-        bits: sent by the whole fleet, by what they are for.
-
-    Args:
-        reader: of the run.
+    ``bits``: sent by the whole fleet, by purpose.
     """
 
     def __init__(self, reader: RunReader) -> None:
@@ -209,7 +205,7 @@ class KeptTables:
         self._rows: dict[str, list[tuple[Any, ...]]] = {}  # several metrics read one table
 
     def rows(self, table: str) -> list[tuple[Any, ...]]:
-        """Rows of a table in time order; none of a table that is not there."""
+        """Return the rows of a table in time order; none if it does not exist."""
         if table not in self._rows:
             self._rows[table] = _in_time_order(self._reader.table(table)) if self._reader.has(table) else []
         return self._rows[table]
@@ -218,19 +214,15 @@ class KeptTables:
 def _in_time_order(table: pa.Table) -> list[tuple[Any, ...]]:
     names = [name for name in table.column_names if name != KEY]
     rows = list(zip(*(table[name].to_pylist() for name in names), strict=True))
-    if TIME.name in names:  # trajectories are kept vehicle by vehicle
+    if TIME.name in names:  # trajectories are stored by vehicle
         rows.sort(key=itemgetter(names.index(TIME.name)))
     return rows
 
 
 class KeptRun(RunReader):
-    """A run without a manifest: one of a sweep, or one whose summary is being made.
+    """Run without a manifest: of a sweep, or one whose summary is being computed.
 
-    Args:
-        summary: its figures.
-        tables: names of its tables.
-        read: gives one of these.
-        scenario_of: gives its scenario; asked only if a metric asks.
+    read: returns a table by name. scenario_of: called only if a metric asks for the scenario.
     """
 
     def __init__(
@@ -245,12 +237,12 @@ class KeptRun(RunReader):
 
     @property
     def summary(self) -> dict[str, Any]:
-        """The figures of the run."""
+        """Metrics and outcome of the run."""
         return self._summary
 
     @property
     def manifest(self) -> dict[str, Any]:
-        """Nothing."""
+        """Empty manifest."""
         return {}
 
     @property
@@ -263,25 +255,22 @@ class KeptRun(RunReader):
 
     @cached_property  # loads a scenario
     def scenario(self) -> Scenario:
-        """The whole input of the run."""
+        """Resolved scenario."""
         return self._scenario_of()
 
 
 def value_of(metric: Metric, run: MeasuredRun, of: str) -> float | int | bool | Absent | None:
-    """The value of a metric in a run.
+    """Return the value of a metric in a run that has ended.
 
-    Args:
-        metric: a shipped one, one of a mission, or a user's own.
-        run: that has ended.
-        of: who declares the metric, for messages.
+    ``of`` names the declaring mission or user, for messages.
 
     Raises:
-        PluginError: it raises, or gives something else than a finite number, a truth value or None.
+        PluginError: the metric raises, or returns no finite number, truth value or None.
     """
     where = f"metric {metric.name} of {of}" if of else f"metric {metric.name}"
     try:
         value = metric.of(run)
-    except Exception as error:  # it may be somebody else's function
+    except Exception as error:  # may be user code
         raise PluginError(f"{where}: raised {type(error).__name__}: {error}") from error
     if value is not None and value is not NOT_APPLICABLE and not isinstance(value, float | int):
         raise PluginError(f"{where}: expected a number, a truth value or None; it gave {type(value).__name__}")

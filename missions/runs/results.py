@@ -1,8 +1,7 @@
-"""Results of a run: summary, manifest and tables, written once and read back.
+"""Results of a run: summary, manifest and tables.
 
-A folder holds ``summary.json``, ``manifest.json`` and one Parquet file per table. Units are in the metadata of every
-column. A folder appears, and is replaced, whole or not at all, see ``folder``. Its files carry the id of their run, and
-a reader refuses a mixture of two.
+A folder holds ``summary.json``, ``manifest.json`` and one Parquet file per table, with units in the column metadata. It
+is written and replaced atomically (``folder``). Each file has the run's id; a reader rejects a mixture of two runs.
 """
 
 from __future__ import annotations
@@ -39,22 +38,21 @@ if TYPE_CHECKING:
 
 LIBRARIES = ("mesa", "rdflib", "numpy", "matplotlib", "pyarrow", "pydantic")
 MODEM_KEYS = ("name", "payload_bytes", "rate_bps", "head_s", "receive_w")
-"""What slots, packets and energy follow from, of the modem that the scenario only names."""
+"""Modem data that determine slots, packets and energy; the scenario names only the modem."""
 NEEDED_KEY = {SUMMARY: "milestones", MANIFEST: "scenario"}
 LONGEST_S = 1e12
-"""No mission takes longer (s)."""
+"""Upper bound (s) on mission time."""
 MILESTONE_KEYS = ("name", "vehicle", "group", "time_s")
 ASSUMED = "assumed"
-"""Key of the manifest by which captions know what the channel assumes."""
+"""Manifest key of the channel assumptions, for captions."""
 RUN_ID = "run_id"
-"""Key of the id of a run in summary, manifest and the metadata of every table."""
+"""Key of the run id in summary, manifest and table metadata."""
 
 
 def manifest(run: Run) -> dict[str, Any]:
-    """What is needed to repeat the run: version, resolved scenario as TOML and seed.
+    """Return the data needed to repeat the run: version, resolved scenario (TOML) and seed.
 
-    What depends on the machine stands here, too: libraries, platform, and the time that the run took. What the channel
-    assumes is there if it assumes something.
+    It also has machine-dependent data (libraries, platform, wall time), and channel assumptions, if any.
     """
     assumed = run.scenario.channel.assumed(run.scenario.deployment, run.seed)
     return {
@@ -71,9 +69,9 @@ def manifest(run: Run) -> dict[str, Any]:
 
 
 def write_results(run: Run | MemoryResults, folder: Path, force: bool = False) -> None:
-    """Write summary, manifest and tables; ``force`` replaces results that are already there.
+    """Write summary, manifest and tables; ``force`` replaces existing results.
 
-    Raises OutputError if the folder holds something or cannot be written.
+    Raises OutputError if the folder is not empty or cannot be written.
     """
     check_output(folder, force)
     results = run if isinstance(run, MemoryResults) else MemoryResults(run)
@@ -88,27 +86,23 @@ def write_results(run: Run | MemoryResults, folder: Path, force: bool = False) -
 
 
 class _Digest(io.RawIOBase):
-    """A file of which nothing is kept but a digest of what is written to it."""
+    """File object that keeps only a digest of its content."""
 
     def __init__(self, begin: str) -> None:
         self.of = hashlib.sha256(begin.encode())
 
     def writable(self) -> bool:
-        """It is."""
         return True
 
     def write(self, content: Any) -> int:
-        """Take the next bytes."""
         self.of.update(content)
         return len(content)
 
 
 def run_id(run: Run, tables: Iterable[tuple[str, pa.Table]]) -> str:
-    """Name of what a run is and gave: a hash of version, scenario, seed and tables, which all of its files carry.
+    """Return the id of a run: a hash of version, scenario, seed and tables.
 
-    Args:
-        run: that has ended.
-        tables: with their names, in the order of these; each is let go of before the next is taken.
+    tables: in order of their names; each is released before the next is taken.
     """
     digest = _Digest(f"{__version__} {run.scenario.model_dump_json()} {run.seed}")
     for name, table in tables:
@@ -124,7 +118,7 @@ def _json(value: Any) -> str:
 
 @dataclass(frozen=True, repr=False)
 class MemoryResults(RunReader):
-    """Results of one run that has not been written."""
+    """Results of a run that have not been written."""
 
     run: Run
 
@@ -137,27 +131,27 @@ class MemoryResults(RunReader):
 
     @cached_property  # all metrics
     def figures(self) -> dict[str, Any]:
-        """The figures of the run."""
+        """Summary without the run id."""
         return summary(self.run)
 
     @cached_property  # asked for each figure
     def summary(self) -> dict[str, Any]:
-        """The same with the name of the run."""
+        """Summary with the run id."""
         return {**self.figures, RUN_ID: self._run_id}
 
     @cached_property  # asked for each figure
     def manifest(self) -> dict[str, Any]:
-        """What is needed to repeat the run."""
+        """Manifest with the run id."""
         return {**manifest(self.run), RUN_ID: self._run_id}
 
     @property
     def scenario(self) -> Scenario:
-        """The whole input of the run."""
+        """Resolved scenario."""
         return self.run.scenario
 
     @property
     def setup(self) -> Setup:
-        """What was settled before the mission began."""
+        """Setup before the mission."""
         return self.run.setup
 
     @property
@@ -180,7 +174,7 @@ def _run_id_of(table: pa.Table) -> str | None:
 
 @dataclass(frozen=True, repr=False)
 class Results(RunReader):
-    """Results of one run, read from their folder."""
+    """Results of a run, read from a folder."""
 
     folder: Path
 
@@ -189,7 +183,7 @@ class Results(RunReader):
 
     @classmethod
     def read(cls, folder: Path) -> Results:
-        """Raises OutputError if the folder holds no results."""
+        """Open a folder; raise OutputError if it holds no results."""
         missing = [name for name in NEEDED_KEY if not (folder / name).is_file()]
         if not missing and not any(folder.glob("*.parquet")):
             missing = [f"{table.name}.parquet" for table in TABLES]
@@ -199,10 +193,10 @@ class Results(RunReader):
 
     @cached_property  # asked for each figure
     def summary(self) -> dict[str, Any]:
-        """The figures of the run.
+        """Metrics and outcome of the run.
 
         Raises:
-            OutputError: it is damaged.
+            OutputError: the file is damaged.
         """
         summary = self._json(SUMMARY)
         time_s, milestones = summary.get("mission_time_s"), summary["milestones"]
@@ -214,17 +208,16 @@ class Results(RunReader):
 
     @cached_property  # asked for each figure
     def manifest(self) -> dict[str, Any]:
-        """What is needed to repeat the run.
+        """Data needed to repeat the run.
 
         Raises:
-            OutputError: it is damaged, or of another run than the summary.
+            OutputError: the file is damaged or belongs to another run than the summary.
         """
         manifest = self._json(MANIFEST)
         self._check_run(MANIFEST, manifest.get(RUN_ID))
         return manifest
 
     def _check_run(self, name: str, run_id: str | None) -> None:
-        """Refuse a file of another run than the summary."""
         own = self.summary.get(RUN_ID)
         if run_id != own:
             raise OutputError(
@@ -243,34 +236,34 @@ class Results(RunReader):
 
     @cached_property  # loads a scenario
     def scenario(self) -> Scenario:
-        """The whole input of the run.
+        """Resolved scenario.
 
         Raises:
-            ConfigurationError: this version cannot read the scenario in the manifest.
+            ConfigurationError: this version cannot read it.
         """
         document = Document.of_text(self.manifest["scenario"], str(self.folder / MANIFEST))
         table = document.raw.get("scenario")
         if isinstance(table, dict):
-            table.pop("metrics", None)  # their values are there, and their files need not be
+            table.pop("metrics", None)  # the values are stored, their code may be missing
         return scenario_from(document)
 
     @property
     def tables(self) -> tuple[str, ...]:
-        """Names of the tables that are there."""
+        """Names of the existing tables."""
         return tuple(sorted(path.stem for path in self.folder.glob("*.parquet")))
 
     def has(self, name: str) -> bool:
-        """True if there is a table of that name: its mission or a feature may not have it."""
+        """True if the table exists; missions and features may lack it."""
         return (self.folder / f"{name}.parquet").is_file()
 
     def _read(self, name: str) -> pa.Table:
-        """A table; refuse one that is damaged, of another run than the summary, or lacks a column."""
+        """Read a table; raise if it is damaged, of another run, or lacks a column."""
         path = self.folder / f"{name}.parquet"
         try:
             with pq.ParquetFile(path) as file:  # pq.read_table loads pandas
                 stored = file.read()
             written_by = _run_id_of(stored)
-        except (OSError, ValueError, pa.ArrowException) as error:  # of names that are no text Python says ValueError
+        except (OSError, ValueError, pa.ArrowException) as error:  # ValueError: a name that is not text
             raise OutputError(f"{path}: damaged: {error}") from None
         declared = next((table.column_names for table in TABLES if table.name == name), None)
         if written_by is not None or declared is not None:

@@ -21,10 +21,10 @@ from remoras.truth import reachable_fraction
 
 
 class Root(int):
-    """A seed that notes whether anything was drawn from it.
+    """Seed that records its use.
 
-    All draws are made by ``exchange.acoustics.loss``, which adds 1 to the seed before it scrambles it. So nobody who
-    draws can forget to say so, and nothing is asked of those who do not.
+    All draws go through ``exchange.acoustics.loss``, which adds 1 to the seed before scrambling it; so no draw goes
+    unrecorded.
 
     >>> seed = Root(7)
     >>> seed.is_drawn_from, seed + 1, seed.is_drawn_from
@@ -39,36 +39,30 @@ class Root(int):
 
 
 def is_drawn(root: int, scenario: Scenario, strategy: object) -> bool | None:
-    """Whether anything was drawn in a run; None where nobody can say, for parts of a user's own may draw unseen.
-
-    Args:
-        root: of its draws.
-        scenario: of the run.
-        strategy: of the run.
-    """
+    """True if the run drew random numbers; None if unknown, as user code may draw unseen."""
     if not isinstance(root, Root) or root.is_drawn_from:
         return True
     is_ours = type(strategy).__module__.partition(".")[0] in OURS
-    parts = scenario.model_dump(mode="json", exclude={"scenario": {"metrics"}})  # which are asked when the run is over
+    parts = scenario.model_dump(mode="json", exclude={"scenario": {"metrics"}})  # metrics are computed after the run
     return False if is_ours and not any(map(is_reference, texts(parts))) else None
 
 
 @dataclass(frozen=True, repr=False)
 class Run:
-    """A finished run, before anything is written.
+    """Finished run, before results are written.
 
     Attributes:
-        setup: the scenario resolved; seed: root of its draws.
-        recorder: its tables; milestones: in time order.
-        goal_fraction: share of the mission's whole goal that was reached on the ground, 0..1.
-        reachable_fraction: share that was reached, or was within reach of the vehicles left at the end.
-        completed: the mission is complete; reason: why not, else empty.
-        end_s: mission time; the whole duration where the mission is not complete.
-        n_false_beliefs: how often a vehicle came to believe that a peer held what that peer lacked.
-        distance_m: travelled by the whole fleet; wall_s: what the run took on this machine.
-        wrong_belief_fraction: how often one was wrong that a vehicle named as the holder of a job.
-        settled: how the exchange after the mission ended; None where there is none.
-        drawn: whether anything was drawn; None where parts of a user's own may have drawn unseen.
+        milestones: in time order.
+        goal_fraction: share of the mission's whole goal that was achieved, 0..1.
+        reachable_fraction: share achieved, or achievable by the remaining vehicles at the end.
+        reason: for failure; empty after success.
+        end_s: mission time; the full duration if the mission did not complete.
+        n_false_beliefs: wrong beliefs that a peer held a block.
+        distance_m: travelled by the whole fleet.
+        wall_s: wall-clock time.
+        wrong_belief_fraction: share of wrong beliefs about job holders.
+        settled: outcome of the exchange after the mission; None without one.
+        drawn: whether random numbers were drawn; None if unknown.
     """
 
     setup: Setup
@@ -89,12 +83,12 @@ class Run:
 
     @property
     def scenario(self) -> Scenario:
-        """The whole input."""
+        """Resolved scenario."""
         return self.setup.scenario
 
     @property
     def mission(self) -> Mission:
-        """The mission that was run."""
+        """Mission of the run."""
         return self.setup.mission
 
     def __repr__(self) -> str:
@@ -112,11 +106,10 @@ def run(
     """Run a scenario to its end.
 
     Args:
-        scenario: the whole input.
         seed: root of all draws.
-        channel: replaces the scenario's, for tests and experiments; what it draws is not seen.
-        progress: is told the mission time (s) now and then.
-        strategy: replaces the one that the scenario names.
+        channel: replaces the scenario's, for tests and experiments; its draws are not recorded.
+        progress: called with the mission time (s) at intervals.
+        strategy: replaces the scenario's.
     """
     return run_of(resolved(scenario, strategy), seed, channel, progress)
 
@@ -124,12 +117,7 @@ def run(
 def run_of(
     setup: Setup, seed: int = 1, channel: Channel | None = None, progress: Callable[[float], None] | None = None
 ) -> Run:
-    """Run a scenario that is resolved: any number of runs may share what follows from it.
-
-    Args:
-        setup: the scenario resolved.
-        seed, channel, progress: see ``run``.
-    """
+    """Run a resolved scenario, as ``run``; several runs may share a setup."""
     began = time.perf_counter()
     seed = Root(seed)
     fleet = assemble(setup, seed, channel)
@@ -141,21 +129,13 @@ def run_of(
 
 
 def settled_of(setup: Setup, fleet: Fleet) -> Settled | None:
-    """Let the exchange of a fleet whose run is over go on, if its scenario asks for it."""
+    """Continue the exchange after the mission if the scenario asks for it."""
     settle_s = setup.scenario.scenario.settle_s
     return settle(fleet, settle_s) if settle_s > 0.0 else None
 
 
 def result_of(setup: Setup, seed: int, fleet: Fleet, wall_s: float, settled: Settled | None = None) -> Run:
-    """The run of a fleet that stands still.
-
-    Args:
-        setup: the scenario resolved.
-        seed: root of its draws.
-        fleet: whose run is over.
-        wall_s: what it took on this machine (s).
-        settled: how the exchange after the mission ended.
-    """
+    """Return the run of a fleet that has stopped; ``wall_s`` is its wall-clock time."""
     return Run(
         setup,
         int(seed),

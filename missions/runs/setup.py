@@ -1,7 +1,4 @@
-"""Setup of runs: all that follows from a scenario, resolved once.
-
-World models of the vehicles of a scenario, as they begin.
-"""
+"""Setup of runs: everything derived from a scenario, resolved once; initial world models."""
 
 from __future__ import annotations
 
@@ -60,17 +57,17 @@ from worldmodel import (
 
 
 def sensors_of(data: VehicleData) -> dict[str, Sensor]:
-    """The sensors of a vehicle by name, made anew.
+    """Create the sensors of a vehicle, by name.
 
     Raises:
-        PluginError: one cannot be made, or lacks a part of the seam.
+        PluginError: one cannot be created, or lacks a part of the interface.
     """
     made: dict[str, Sensor] = {}
     for settings in data.sensors:
         where = f"sensor {settings.name} of {data.name}"
         try:
             sensor = settings.make(data)
-        except Exception as error:  # it may be somebody else's class
+        except Exception as error:  # may be user code
             raise PluginError(f"{where}: make(data) raised {type(error).__name__}: {error}") from error
         faults = list(faults_of(sensor, Sensor, ("table", "sense")))
         if not faults and not isinstance(sensor.table, Table | None):
@@ -82,16 +79,15 @@ def sensors_of(data: VehicleData) -> dict[str, Sensor]:
 
 
 def recorder_of_mission(mission: Mission, sensors: Sequence[Mapping[str, Sensor]]) -> Recorder:
-    """Make a recorder with the tables of the mission and of the sensors of each vehicle."""
+    """Create a recorder with the tables of the mission and of all sensors."""
     tables = [sensor.table for of_one in sensors for sensor in of_one.values() if sensor.table is not None]
     return Recorder([*mission.tables, *tables, DELIVERIES, UNSAID])
 
 
 def refuse_malformed(scenario: Scenario, agreement: Agreement) -> None:
-    """Refuse an organisation that is not well formed from the start: a group without a head would wait for ever.
+    """Raise ConfigurationError if the initial organisation is not well formed.
 
-    Raises:
-        ConfigurationError: with all that does not hold.
+    A group without leader would wait for ever.
     """
     founding = agreement.organisation
     faults = [
@@ -103,22 +99,17 @@ def refuse_malformed(scenario: Scenario, agreement: Agreement) -> None:
     faults += [
         ConfigurationFault(defect.key, defect.given, f"no founding gives it what it demands: {defect.allowed}")
         for defect in specification_faults(founding)
-        if defect.key.rpartition(".")[0] not in headless and defect.defect is not Defect.SUBGROUPS  # some come at sea
+        if defect.key.rpartition(".")[0] not in headless
+        and defect.defect is not Defect.SUBGROUPS  # subgroups may form later
     ]
     if faults:
         raise ConfigurationError(scenario.scenario.name, faults)
 
 
 def refuse_undivided(scenario: Scenario, strategy: Strategy, agreement: Agreement, database: AUVDatabase) -> None:
-    """Where vehicles divide jobs among themselves, those without the social layer would leave theirs undone.
+    """Raise ConfigurationError for jobs that no vehicle would do.
 
-    Args:
-        scenario: the whole input.
-        strategy: that divides jobs.
-        agreement: of the fleet; database: of its vehicles.
-
-    Raises:
-        ConfigurationError: with the jobs that nobody would do.
+    Where vehicles consult about jobs, those without the social layer would not do theirs.
     """
     if strategy.declaration.authorities.isdisjoint(CONSULTING):
         return
@@ -136,14 +127,14 @@ def refuse_undivided(scenario: Scenario, strategy: Strategy, agreement: Agreemen
 
 
 SOCIAL_ATTRIBUTES = ("available", "headedBy", "headTerm", SENSORS_WORK)
-"""What vehicles say of themselves whatever the strategy."""
+"""Attributes that vehicles state under every strategy."""
 
 
 def priorities(scenario: Scenario, strategy: Strategy, mission: Mission, tbox: TBox) -> dict[int, int]:
-    """Priority of every attribute that is exchanged, by uid.
+    """Return the priority of each exchanged attribute, by uid.
 
-    What the strategy says, who leads and who takes jobs is needed most if it is not listed. An attribute that the
-    mission has no use for in this scenario is left out.
+    Unless listed, attributes of strategy, leadership and jobs have the highest priority. Attributes that the mission
+    does not use in this scenario are absent.
     """
     known = {attribute.name for attribute in tbox.attributes}
     listed = {name: priority for name, priority in scenario.communication.needs.items() if name in known}
@@ -155,10 +146,9 @@ def priorities(scenario: Scenario, strategy: Strategy, mission: Mission, tbox: T
 
 
 def needs_of_all(tbox: TBox, urgency: Mapping[int, int], n_nodes: int) -> NeedsIndex:
-    """Every vehicle needs every attribute that is exchanged, of every instance of its domain.
+    """Return needs by which every vehicle needs every exchanged attribute.
 
-    Args:
-        urgency: priority of each of them, by uid.
+    urgency: priority by uid.
     """
     needs = tuple(
         InformationNeed(uid, priority, class_uid=tbox.attributes[uid].domain) for uid, priority in urgency.items()
@@ -174,11 +164,11 @@ def subjects_of(
     database: AUVDatabase,
     agreement: Agreement,
 ) -> Subjects | None:
-    """What the instances of a scenario are; None if every vehicle needs everything.
+    """Return the subjects of the scenario's instances; None if every vehicle needs everything.
 
     Raises:
-        PluginError: the mission's ``groups_of`` raises, or answers with something else than groups of the scenario.
-    """  # fmt: skip
+        PluginError: the mission's ``groups_of`` raises or returns anything but groups of the scenario.
+    """
     if scenario.communication.needs_follow != BY_GROUPS:
         return None
     groups = agreement.groups
@@ -200,7 +190,7 @@ def subjects_of(
 
 
 def _of_job(name: str, mission: Mission, groups: Sequence[Group]) -> Collection[Path]:
-    """Roles whose job an instance is about, or the groups that the mission names for it."""
+    """Return the roles whose job concerns an instance, or the groups the mission names for it."""
     names = [group.name for group in groups]
 
     def is_expected(answered: object) -> bool:
@@ -217,30 +207,26 @@ def _of_job(name: str, mission: Mission, groups: Sequence[Group]) -> Collection[
 
 
 REACH_SHARE = 1.1
-"""Places can be said this much farther from the origin than the border of the world: vehicles may be carried off."""
+"""Margin of position ranges beyond the world's border, for vehicles carried off."""
 SPARE_ITEMS = 1024
-"""Items of a vehicle beside its observations and what its strategy states in every round: assignments, findings."""
+"""Items of a vehicle besides observations and the strategy's rounds: assignments, findings."""
 
 
 @dataclass(frozen=True)
 class Setup:
-    """A scenario resolved. Nothing in it changes in a run, so any number of runs may share it.
+    """Resolved scenario, immutable during runs, so that any number of runs may share it.
 
     Attributes:
-        scenario: what it follows from.
-        mission: the mission of the scenario; strategy: with its parameters; policy: of acknowledgement.
-        tbox: core ontology and the mission's vocabulary; instances: what the whole fleet has names for.
-        common_facts: what all know before the mission: which equipment is part of which vehicle, and what ontology
-            files say of the things that they name.
-        database: vehicles as the fleet knows them; agreement: what they agree on before the mission.
-        rally_points_m: by name; bounds_m: area of operations (x_min, y_min, x_max, y_max).
-        deployment: vehicles as channel models know them; sound_speed_mps: in the water.
-        modem, schedule, codec: of the exchange.
-        urgency: priority of each attribute that all exchange, by uid.
-        subjects: what it is told of, where needs follow from groups.
-        decision: constants of the executive layer; metrics: of its runs, by name.
-        own_metrics: of these, what the scenario names itself, by what it names them.
-        features: that the scenario uses.
+        tbox: core ontology and the mission's vocabulary.
+        instances: those with names common to the fleet.
+        common_facts: known to all before the mission: equipment of vehicles, and facts of ontology files.
+        database: vehicles as the fleet knows them.
+        agreement: reached before the mission.
+        bounds_m: area of operations (x_min, y_min, x_max, y_max).
+        deployment: vehicles as channel models know them.
+        urgency: priority of each attribute exchanged by all, by uid.
+        subjects: of instances, where needs follow from groups; else None.
+        own_metrics: named by the scenario itself, by reference.
     """
 
     scenario: Scenario
@@ -268,7 +254,7 @@ class Setup:
 
     @cached_property
     def common_needs(self) -> NeedsIndex:
-        """Who needs what, where every vehicle needs all that is exchanged."""
+        """Needs where every vehicle needs everything exchanged."""
         return needs_of_all(self.tbox, self.urgency, len(self.database))
 
     @property
@@ -278,15 +264,11 @@ class Setup:
 
 
 def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
-    """The setup of a scenario.
-
-    Args:
-        scenario: the whole input.
-        strategy: takes the place of the one that the scenario names.
+    """Resolve a scenario; ``strategy`` replaces its own.
 
     Raises:
-        ConfigurationError: nobody is there to lead a group, a metric has no direction, or two have one name.
-        PluginError: a sensor cannot be made, or two tables of one name have other columns.
+        ConfigurationError: a group has no leader, a metric has no direction, or two share a name.
+        PluginError: a sensor cannot be created, or tables of one name differ in columns.
     """
     used = used_in(scenario)
     mission_type = mission_class(scenario.scenario.mission)
@@ -307,7 +289,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     database, groups, deployment = database_of(scenario, mission_type), groups_of(scenario), scenario.deployment
     instances = _instances(scenario, mission, tbox, used)
     equipment, common_facts = common_equipment(scenario, deployment.modem, mission_type.sensors, tbox, instances)
-    # nobody tells facts about equipment, so it needs no names on the wire unless new instances come behind it
+    # equipment facts are not exchanged, so equipment needs no names on the wire unless new instances follow it
     n_named = len(instances) + (len(equipment) if mission.instances_found_per_vehicle else 0)
     instances += equipment
     common_facts += _stated_facts(tbox, instances)
@@ -350,7 +332,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
 
 
 def _instances(scenario: Scenario, mission: Mission, tbox: TBox, used: Iterable[Feature]) -> tuple[Instance, ...]:
-    """What the whole fleet has names for; a vehicle's uid is its node index."""
+    """Return the instances with names common to the fleet; a vehicle's uid is its node index."""
     vehicles = sorted(scenario.vehicle, key=lambda vehicle: vehicle.slot)
     named: list[tuple[str, str]] = [(vehicle.vehicle_type, vehicle.name) for vehicle in vehicles]
     named += [("Group", group.name) for group in scenario.group]
@@ -367,7 +349,6 @@ def _instances(scenario: Scenario, mission: Mission, tbox: TBox, used: Iterable[
 
 
 def _stated_facts(tbox: TBox, instances: Sequence[Instance]) -> tuple[PropertyValue, ...]:
-    """What the ontology says of the things that it names."""
     if not tbox.individuals:
         return ()
     uids = {instance.name: instance.uid for instance in instances}
@@ -389,7 +370,7 @@ def _codec(
     exchanged: Collection[int],
     ahead_s: float,
 ) -> Codec:
-    """The codec that all vehicles of the scenario share; its numbers are as wide as the whole mission needs them."""
+    """Create the codec of all vehicles, with numbers as wide as the whole mission needs."""
     duration_s, resolution_s = scenario.scenario.duration_s, scenario.communication.time_resolution_s
     horizon_s = resolution_s * (int((duration_s + ahead_s) / resolution_s) + 1)
     n_frames = int(duration_s / schedule.frame_s) + 1
@@ -409,19 +390,13 @@ def _codec(
 
 
 def _items_per_round(declaration: Declaration, tbox: TBox) -> int:
-    """Items that a vehicle states in a round for each job; none if all it states there beside roles is status."""
+    """Items that a vehicle states per round and job; 0 if all but roles are statuses."""
     own = [a for a in tbox.attributes if a.name in declaration.messages and a.name not in ROLE_ATTRIBUTES]
     return 0 if own and all(attribute.latest_only for attribute in own) else declaration.blocks_per_round
 
 
 def world_model(setup: Setup, node: int, epoch: int = 0) -> WorldModel:
-    """The world model of a vehicle before it knows anything.
-
-    Args:
-        setup: the scenario resolved.
-        node: of the vehicle.
-        epoch: how often it has begun anew.
-    """
+    """Create the initial world model of a vehicle; ``epoch`` counts its restarts."""
     kept, communication = setup.scenario.worldmodel, setup.scenario.communication
     apart_s = max([feature.apart_s(setup.scenario) for feature in setup.features], default=0.0)
     return WorldModel(

@@ -1,4 +1,4 @@
-"""The summary of a run: what was run, how it ended, every metric, and its milestones."""
+"""Summary of a run: identity, outcome, every metric, milestones."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def identity(scenario: Scenario, seed: int) -> dict[str, Any]:
-    """The fields of a summary that are known before the run."""
+    """Return the fields known before the run."""
     return {
         "scenario": scenario.scenario.name,
         "strategy": scenario.strategy.name,
@@ -29,16 +29,14 @@ def identity(scenario: Scenario, seed: int) -> dict[str, Any]:
 
 
 def summary(run: Run) -> dict[str, Any]:
-    """The figures of a run, with the names of the contract: a field for every metric of its setup.
+    """Return the summary of a run, with a field for every metric of its setup.
 
-    Metrics that the scenario names read the run as its results keep it, see ``KeptRun``; those of the mission read the
-    run itself.
-
-    ``per`` is the mean packet error rate of the loss model as it is set, without blackouts and range. A value that a
-    run does not have, such as a latency without packets, is None; one that it cannot have is left out.
+    Metrics named by the scenario read the run as stored (``KeptRun``); those of the mission read the run itself.
+    ``per`` is the mean packet error rate of the loss model, without blackouts and range. An undefined value, such as a
+    latency without packets, is None; a metric that does not apply is absent.
 
     Raises:
-        PluginError: a metric raises, or gives something else than a number, a truth value or None.
+        PluginError: a metric raises, or returns no number, truth value or None.
     """
     of, own = run.scenario.scenario.mission, run.setup.own_metrics
     names = {metric.name for metric in own.values()}

@@ -1,15 +1,14 @@
 """Tables of a run as Arrow and Parquet.
 
-``pyarrow.array`` loads pandas to ask whether it was given something of it, which takes a fifth of a second and tens of
-megabytes. So columns are put together here of buffers.
+Columns are built from buffers, since ``pyarrow.array`` loads pandas, which takes 0.2 s and tens of megabytes.
 
-Numbers are kept to a step that is a power of two, such as 1/128 m: they are ordinary floats, no reader has to convert
-them, and the digits that mean nothing are zeros. Split into streams of bytes, zstd makes little of them. Whole joules
-are whole numbers, kept as differences. Trajectories are sorted by vehicle for the same reason. In the folder of a run a
-file holds one table. In that of a sweep it holds the runs of the sample in the order of their keys, and the first
-column says which. Runs share row groups: what is alike in them, such as the times of slots, is then written once, and
-so is what a file says of each group. Parts, one archive per run, are written while the sweep is on and merged when it
-ends.
+Numbers are quantised to a power of two, such as 1/128 m: they stay ordinary floats, with meaningless digits zero, and
+compress well as byte streams under zstd. Joules are integers, stored as differences. Trajectories are sorted by vehicle
+for the same reason.
+
+A run's folder has one file per table. A sweep's file holds the sampled runs in order of their keys, in the first
+column. Runs share row groups, so that common content, such as slot times, and metadata are stored once. During a sweep
+each run is an archive of its own, a part; at the end the parts are merged.
 """
 
 from __future__ import annotations
@@ -41,23 +40,18 @@ _VALUES: dict[str, tuple[type, ...]] = {
     "float": (Real,), "int": (Integral,), "str": (str,), "bool": (bool, np.bool_),
     "list": (list, tuple), "floats": (list, tuple), "ints": (list, tuple),
 }  # fmt: skip
-"""Types of the values of a column by its kind, beside None."""
+"""Types of the values of a column by its kind, besides None."""
 _ENTRIES = {"list": "str", "floats": "float", "ints": "int"}
 """Kind of the entries of lists."""
 _MOST = 2**31 - 1
-"""Of all bytes of texts, or entries of lists, of a column: more have wider offsets."""
+"""Limit on a column's text bytes or list entries; more need wider offsets."""
 
 
 def column_array(values: Sequence[Any], kind: str, unit: str = "") -> pa.Array:
-    """A column as an Arrow array, floats to the step of their unit.
-
-    Args:
-        values: of all rows.
-        kind: one of those of columns.
-        unit: of the column.
+    """Convert values to an Arrow array, floats quantised to the step of their unit.
 
     Raises:
-        TypeError, ValueError, OverflowError: a value is not of that kind.
+        TypeError, ValueError, OverflowError: a value is not of this kind.
     """
     for of in set(map(type, values)) - {type(None)}:
         if not issubclass(of, _VALUES[kind]) or (of is bool and kind != "bool"):
@@ -81,7 +75,7 @@ def column_array(values: Sequence[Any], kind: str, unit: str = "") -> pa.Array:
 
 
 def _offsets(values: Sequence[bytes | Sequence[Any]]) -> pa.Buffer:
-    """Where each value begins and ends."""
+    """Return the offsets of the values."""
     ends = np.cumsum([0, *map(len, values)])
     if ends[-1] > _MOST:
         raise ValueError(f"it has {ends[-1]} bytes or entries; allowed: up to {_MOST}")
@@ -89,7 +83,6 @@ def _offsets(values: Sequence[bytes | Sequence[Any]]) -> pa.Buffer:
 
 
 def _numbers(numbers: Array, kind: pa.DataType, missing: Array | None = None) -> pa.Array:
-    """Numbers as an array of 64 bits each; null where they are missing."""
     return pa.Array.from_buffers(kind, len(numbers), [_bitmap(missing), pa.py_buffer(np.ascontiguousarray(numbers))])
 
 
@@ -98,21 +91,21 @@ def _bitmap(missing: Array | None) -> pa.Buffer | None:
 
 
 STEPS = {"s": 2.0**-12, "m": 2.0**-7, "rad": 2.0**-10, "m/s": 2.0**-10}
-"""Step to which numbers of a unit are kept: far below anything that means something."""
+"""Quantisation step by unit, far below any meaningful difference."""
 WHOLE = frozenset({"J"})
-"""Units whose numbers are kept whole, as integers; what is not finite is null."""
+"""Units stored as integers; non-finite values become null."""
 DIGITS = {"1": 6}
-"""Decimals to which shares and other numbers without a unit are kept, so that 0.95 stays 0.95."""
+"""Decimals of numbers without unit, so that 0.95 stays 0.95."""
 UNLIKE = frozenset({"uid", "value", "item_uids", "status_uids"})
-"""Columns whose texts hardly ever come twice; of others a file has a dictionary."""
+"""Columns whose texts rarely repeat; others use a dictionary."""
 LEVEL = 6
-"""Of zstd: a twentieth smaller than the usual level, for a hundredth of the time of a run."""
+"""zstd level: a twentieth smaller than the default, for a hundredth of a run's time."""
 GROUP_ROWS = 2**17
-"""Rows from which on a row group takes no further run: a page of a column, all of which zstd looks at."""
+"""Row-group size from which the next run starts a new group: one page per column."""
 
 
 def _kept(unit: str, numbers: npt.NDArray[np.float64], missing: npt.NDArray[np.bool_] | None) -> pa.Array:
-    """Numbers to the step of their unit; what is missing or not finite stays so, or is null among whole numbers."""
+    """Quantise numbers; missing and non-finite ones stay, or become null among integers."""
     if unit not in WHOLE and unit not in STEPS and unit not in DIGITS:
         return _numbers(numbers, pa.float64(), missing)
     if missing is not None:
@@ -126,15 +119,9 @@ def _kept(unit: str, numbers: npt.NDArray[np.float64], missing: npt.NDArray[np.b
 
 
 def arrow_table(table: Table, rows: Sequence[Row], key: str = "") -> pa.Table:
-    """Rows of a table as an Arrow table, with units in the metadata of its columns.
+    """Convert rows to an Arrow table, with units in the column metadata.
 
-    Args:
-        table: its columns.
-        rows: in the order in which they were written.
-        key: of the run, as first column; none where it is empty.
-
-    Raises:
-        OutputError: a row does not fit the columns that its writer declared.
+    key: of the run, as first column unless empty. Raises OutputError for a row that does not fit the declared columns.
     """
     fields, arrays = [], []
     if key:
@@ -154,12 +141,12 @@ def arrow_table(table: Table, rows: Sequence[Row], key: str = "") -> pa.Table:
 
 
 def recorded_table(recorder: Recorder, name: str) -> pa.Table:
-    """A table of a run as its results keep it."""
+    """Return a table of a run as results store it."""
     return arrow_table(recorder.tables[name], recorder.rows(name))
 
 
 def table_writer(target: Any, schema: pa.Schema) -> pq.ParquetWriter:
-    """A writer of tables of this schema."""
+    """Return a Parquet writer with encodings for this schema."""
     encodings, texts = {}, []
     for field in schema:
         of, path = field.type, field.name
@@ -189,12 +176,9 @@ def write_table(target: Any, table: pa.Table) -> None:
 
 
 def write_runs(target: Any, schema: pa.Schema, runs: Iterable[pa.Table]) -> None:
-    """Write a table of several runs as a Parquet file, whose row groups hold whole runs.
+    """Write a table of several runs as a Parquet file whose row groups hold whole runs.
 
-    Args:
-        target: path or file.
-        schema: of the table, with the key in front.
-        runs: the table of each, in the order of their keys.
+    schema: with the key in front. runs: one table each, in order of their keys.
     """
     with table_writer(target, schema) as out:
         group: list[pa.Table] = []
@@ -215,7 +199,7 @@ def _write_group(out: pq.ParquetWriter, runs: Sequence[pa.Table]) -> None:
 
 
 def encoded(recorder: Recorder, key: str) -> bytes:
-    """Every table of a run as Parquet files in one ZIP archive, whose checksums tell when it is damaged."""
+    """Return all tables of a run as Parquet files in a ZIP archive; its checksums show damage."""
     archive = io.BytesIO()
     with zipfile.ZipFile(archive, "w") as files:
         for name, table in recorder.tables.items():
@@ -226,7 +210,7 @@ def encoded(recorder: Recorder, key: str) -> bytes:
 
 
 def decoded(archive: Path | io.BytesIO, names: Collection[str] | None = None) -> dict[str, pa.Table]:
-    """Tables of an archive by name, all or some; none of one that is damaged."""
+    """Return tables of an archive by name, all or some; none if it is damaged."""
     try:
         with zipfile.ZipFile(archive) as files:
             wanted = [name for name in files.namelist() if names is None or name in names]
@@ -242,7 +226,7 @@ def _names_in(archive: Path) -> list[str]:
 
 
 def keys_in(parts: Path, tables: Path) -> set[str]:
-    """Keys of the runs of which there are tables, in parts or merged; a part that cannot be read is no part."""
+    """Return the keys of runs with tables, in readable parts or merged."""
     keys = {part.stem for part in parts.glob("[!.]*.zip") if decoded(part)}
     for path in sorted(tables.glob("[!.]*.parquet")):
         keys.update(pc.unique(pq.read_table(path, columns=[KEY]).column(KEY)).to_pylist())
@@ -250,14 +234,14 @@ def keys_in(parts: Path, tables: Path) -> set[str]:
 
 
 def merge_tables(parts: Path, tables: Path, keys: Collection[str]) -> None:
-    """Bring the parts of these runs into one file per table, beside what is there already, in the order of the keys.
+    """Merge the parts of these runs into one file per table, in order of the keys.
 
     Args:
-        parts: folder with an archive for each run, named by its key; tables: folder of the files.
-        keys: of the runs.
+        parts: folder with an archive per run, named by its key.
+        tables: folder of the merged files; existing runs are kept.
 
     Raises:
-        OutputError: what is there has other columns; the parts are kept.
+        OutputError: existing columns differ; the parts are kept.
     """
     if not parts.is_dir():
         return
@@ -295,7 +279,6 @@ def _merge_table(merged: Path, parts: Mapping[str, Path], keys: Collection[str])
 
 
 def _runs_of(file: pq.ParquetFile) -> Iterator[tuple[str, pa.Table]]:
-    """Key and table of every run in a file."""
     for number in range(file.num_row_groups):
         group, begin = file.read_row_group(number), 0
         for counted in pc.value_counts(group.column(KEY)).to_pylist():  # in order of appearance
@@ -304,7 +287,7 @@ def _runs_of(file: pq.ParquetFile) -> Iterator[tuple[str, pa.Table]]:
 
 
 def _each_once(runs: Iterable[tuple[str, pa.Table]], keys: Collection[str]) -> Iterator[pa.Table]:
-    """Tables of the runs of these keys that have rows; of runs of the same key the first."""
+    """Yield the non-empty tables of these runs; of several with one key the first."""
     last = ""
     for key, table in runs:
         if key != last and key in keys and table.num_rows:
