@@ -1,3 +1,3 @@
-"""The executive layer of a vehicle: motivations, satisfaction and the decision."""
+"""Executive layer of a vehicle: motivations, satisfaction and the decision."""
 
 __all__: list[str] = []

@@ -1,14 +1,12 @@
-"""The decision: the best combination of activities (REMORAS, section V.B, "decisional module").
+"""Decision: the best combination of activities (REMORAS, section V.B, "decisional module").
 
-Activities that must be performed simultaneously come as an ``ActivitySet``. Vital needs come first, by their order and
-not by weight: a vital set with a stimulus is taken, and what goes together with it is decided among the others. A
-combination holds at most one activity of each type, holds sets whole, each with what it needs, and is *maximal*: no
-motivated set could still be added. (Were it not, the single most motivated activity would have the best mean and
-nothing would ever be done at its side.) The combination with the best mean motivation over its activities is the
-decision.
+Simultaneous activities form an ``ActivitySet``. Vital sets with a stimulus are taken first, by order, not by weight. A
+combination holds at most one activity of each type and whole sets, each with the activity it needs, and is *maximal*:
+no motivated set could be added. (Otherwise the single most motivated activity would have the best mean and always be
+alone.) The decision is the combination with the best mean motivation over its activities.
 
-The search is exact and short. As many activities are in a combination as types, so its mean is its sum over the number
-of types: of all combinations of the same types, of which there are at most 256, only the one with the best sum can win.
+The search is exact and short. A combination has one activity per type it holds, so its mean is its sum divided by the
+number of types: of all combinations of the same types (at most 256 subsets) only the one with the best sum can win.
 """
 
 from __future__ import annotations
@@ -19,20 +17,17 @@ from collections.abc import Sequence
 from remoras.activities import ActivityKind, ActivitySet
 
 _TYPES = 0xFF
-"""Bits of a state that say which types it holds; above them what its sets provide, then what they need."""
+"""Bits of a state for the types it holds; above: activities provided, then needed."""
 
 ROUNDING = 1e-9
-"""More than rounding can make of a mean of motivations."""
+"""Bound on the rounding error of a mean of motivations."""
 
 Sum = tuple[float, tuple[int, ...]]
-"""A sum of motivations, and the sets that make it."""
+"""Sum of motivations and the indices of its sets."""
 
 
 class Choice:
-    """The choice among activity sets, whatever moves them.
-
-    Args:
-        sets: what the vehicle could do.
+    """Selection among activity sets by motivation.
 
     >>> from remoras.activities import Activity, ActivityType
     >>> def one(name, *types):
@@ -59,15 +54,14 @@ class Choice:
             if activities.kind is not ActivityKind.VITAL and self._sizes[index]
         ]
         self._best: tuple[int, ...] = ()
-        self._found_at: list[float] = [math.nan] * len(sets)  # motivations at which it was found
-        self._apart: list[float] = []  # what the search has compared: differences of motivations
+        self._found_at: list[float] = [math.nan] * len(sets)  # motivations of the last search
+        self._apart: list[float] = []  # differences of motivations that the search compared
         self._holds_within = 0.0
 
     def best(self, motivations: Sequence[float]) -> tuple[int, ...]:
-        """Indices of the sets of the best combination, in ascending order; of equals the first.
+        """Return the sets of the best combination, ascending; the first of equals.
 
-        Args:
-            motivations: of each set; its activities share it, and it takes no part unless that is above zero.
+        Sets with a motivation of 0 take no part; a set's activities share its motivation.
         """
         if not self._holds(motivations):
             self._best, self._found_at = self.searched(motivations), list(motivations)
@@ -75,17 +69,17 @@ class Choice:
         return self._best
 
     def searched(self, motivations: Sequence[float]) -> tuple[int, ...]:
-        """What ``best`` gives, searched for although the last answer may hold."""
+        """Return the result of ``best`` by a search, without its cache."""
         self._apart.clear()
         vital, held = self._needed_to_live(motivations)
         _, winner = self._most(motivations, held, held, (0.0, ()))
         return tuple(sorted(vital + winner)) if vital else winner
 
     def _holds(self, motivations: Sequence[float]) -> bool:
-        """True if a search would find what the last one has found: nothing that it compares would come out otherwise.
+        """Return whether the last result is still valid.
 
-        Two sums of motivations per type differ by ``d``. They stand as they do while no motivation has moved by half
-        of that, and no set has become motivated or is so no longer.
+        Two sums per type that differ by ``d`` keep their order until a motivation has moved by ``d / 2``, or a set has
+        gained or lost motivation.
         """
         within = self._holds_within
         for now, then in zip(motivations, self._found_at, strict=True):
@@ -94,7 +88,7 @@ class Choice:
         return True
 
     def best_mean(self, motivations: Sequence[float], index: int) -> float | None:
-        """Mean motivation of the best combination with set ``index``; None if there is none, or the set is vital."""
+        """Return the mean motivation of the best combination with this set; None if vital or none."""
         _, held = self._needed_to_live(motivations)
         bits = self._bits[index]
         if index in self._vital or not motivations[index] > 0.0 or bits & held & _TYPES:
@@ -103,7 +97,7 @@ class Choice:
         return mean or None
 
     def _needed_to_live(self, motivations: Sequence[float]) -> tuple[tuple[int, ...], int]:
-        """The vital sets that are taken, and what they hold."""
+        """Return the vital sets taken and their state bits."""
         vital: tuple[int, ...] = ()
         held = 0
         for index in self._vital:
@@ -113,7 +107,7 @@ class Choice:
         return vital, held
 
     def _most(self, motivations: Sequence[float], held: int, begun: int, sum_: Sum) -> Sum:
-        """The best mean, and its sets, beside vital sets that hold ``held``, and with what makes ``begun`` of it."""
+        """Return the best mean and its sets, given vital state ``held`` and initial state ``begun``."""
         fit = self._fit(motivations, begun & _TYPES)
         n_held, above = (held & _TYPES).bit_count(), 8 + self._n_needed
         highest = 0.0
@@ -124,14 +118,14 @@ class Choice:
                 continue
             mean = total / n
             self._apart.append(abs(mean - highest))
-            if mean >= highest and not state >> above & ~(state >> 8):  # what its sets need they provide
+            if mean >= highest and not state >> above & ~(state >> 8):  # all needs are provided
                 chosen = tuple(sorted(summed))
                 if (mean > highest or chosen < winner) and not self._takes_more(state, fit):
                     highest, winner = mean, chosen
         return highest, winner
 
     def _fit(self, motivations: Sequence[float], types: int) -> list[int]:
-        """Motivated sets that leave ``types`` free; of those alike in types and needs the most motivated one."""
+        """Return motivated sets without ``types``; of sets with equal bits the most motivated."""
         found: dict[int, int] = {}
         for index, bits in self._others:
             if motivations[index] > 0.0 and not bits & types:
@@ -143,9 +137,9 @@ class Choice:
         return list(found.values())
 
     def _sums(self, motivations: Sequence[float], fit: Sequence[int], begun: int, sum_: Sum) -> dict[int, Sum]:
-        """The best sum of motivations for all that sets together may hold, type by type."""
-        beginning: dict[int, list[tuple[int, int, float]]] = {}  # by the first of their types
-        alone = 0  # types of sets that have one and need nothing: they are never left free
+        """Return the best sum for each reachable state."""
+        beginning: dict[int, list[tuple[int, int, float]]] = {}  # by their lowest type
+        alone = 0  # types of single-type sets without needs: never left free
         for index in fit:
             bits = self._bits[index]
             types = bits & _TYPES
@@ -162,7 +156,7 @@ class Choice:
                 for index, bits, value in () if is_taken else group:
                     if not state & bits & _TYPES:
                         reached.append((state | bits, total + value, (*summed, index)))
-                for then, most, chosen in reached:  # of each state the best sum is kept, of equals the first
+                for then, most, chosen in reached:  # best sum per state, first of equals
                     known = states.get(then)
                     if known is not None:
                         self._apart.append(abs(most - known[0]) / (then & _TYPES).bit_count())
@@ -171,7 +165,7 @@ class Choice:
         return states
 
     def _takes_more(self, state: int, fit: Sequence[int]) -> bool:
-        """True if one more set could be added to ``state``."""
+        """Return whether a set could be added to ``state``."""
         above = 8 + self._n_needed
         for index in fit:
             if not state & self._bits[index] & _TYPES:

@@ -1,4 +1,4 @@
-"""Executive layer: which activities the vehicle performs, by satisfaction and altruism (REMORAS, section V)."""
+"""Executive layer: activity selection by satisfaction and altruism (REMORAS, section V)."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ RoleKey = tuple[str, str]  # (group, role)
 Call = tuple[RoleKey, str, str]  # the role addressed, the emitter and its role
 
 STILL_PASSING = -32
-"""Weakest call of a vehicle that has called for room and is hindered still."""
+"""Weakest call of a vehicle that has called for passage and is still obstructed."""
 ANSWERING = 1.0 / 16.0
-"""Advantage of a call that is being answered: satisfactions change by less in a few decisions."""
+"""Bonus of the call being answered, above the satisfaction change of a few decisions."""
 NO_EQUALS: Mapping[RoleKey, Collection[RoleKey]] = MappingProxyType({})
-"""Of vehicles of which none is another's equal."""
+"""Roles of equal rank of a fleet without any."""
 
 _GUIDING = 1 << ActivityType.GUIDANCE
 _DRIVING = (1 << ActivityType.GUIDANCE) | (1 << ActivityType.PRODUCTIVE) | (1 << ActivityType.PLANNING)
@@ -37,12 +37,11 @@ _DRIVING = (1 << ActivityType.GUIDANCE) | (1 << ActivityType.PRODUCTIVE) | (1 <<
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """What the vehicle does until it decides anew.
+    """Activities until the next decision.
 
     Attributes:
-        chosen: indices of the activity sets.
-        driving: roles that drive the vehicle: one of their activities guides, works or plans.
-        types: bit word over ``ActivityType``.
+        driving: active roles: one of their activities guides, works or plans.
+        types: bit set over ``ActivityType``.
     """
 
     chosen: tuple[int, ...] = ()
@@ -50,12 +49,12 @@ class Decision:
     types: int = 0
 
     def has(self, activity_type: ActivityType) -> bool:
-        """True if an activity of that type is performed."""
+        """Return whether an activity of that type is performed."""
         return bool(self.types >> activity_type & 1)
 
 
 class HeardSignal(NamedTuple):
-    """An influence signal as it was heard: satisfaction of the emitter in its role, when, and in which slot."""
+    """Received influence signal: satisfaction of the emitter in its role, time (s), slot."""
 
     value: int
     heard_s: float
@@ -66,15 +65,13 @@ class ExecutiveLayer:
     """Motivations, satisfactions and the decision of one vehicle.
 
     Args:
-        constants: of the model of satisfaction and altruism.
-        name: of the vehicle.
-        working: roles with a job that call on others, for help: no act is an answer but what ends the wait for the job.
-        equals: by role, those whose holders are its equals: to them it calls for room.
-        passes_on: whoever gives way to an equal passes its call on.
+        working: roles with a job that call for help; only acts that end the wait for the job respond to them.
+        equals: by role, the roles of equal rank, to which it calls for passage.
+        passes_on: whether a yielding vehicle relays the call.
 
     Attributes:
-        yields_to: strength of the call to which the vehicle gives way, 0..1; 0 if to none.
-        is_hindered: another one has lately been in its way, and did not go the same way.
+        yields_to: strength of the call to which the vehicle yields, 0..1; 0 if none.
+        is_hindered: an oncoming vehicle has recently been in its way.
     """
 
     def __init__(
@@ -95,16 +92,16 @@ class ExecutiveLayer:
         self.period_s = constants.period_s
         self._choice = Choice(())
         self._role_of: list[RoleKey | None] = []
-        self._effective: list[tuple[int, RoleKey | None, float, bool]] = []  # index, role, importance, hears calls
+        self._effective: list[tuple[int, RoleKey | None, float, bool]] = []  # index, role, importance, is collective
         self._is_own: list[bool] = []
-        self._providers: dict[int, list[int]] = {}  # of each set that needs another one: the sets that have it
+        self._providers: dict[int, list[int]] = {}  # by set with a need: the sets that provide it
         self._heard: dict[RoleKey, dict[tuple[str, str], HeardSignal]] = {}
-        self._calling: set[Call] = set()  # of these signals: those of the dissatisfied
-        self._waiting: set[Call] = set()  # those of the dissatisfied in roles with a job
-        self._ending: dict[int, Call] = {}  # by set that ends a wait: whose
-        self._at_rest: Sequence[Perception] | None = None  # under which nothing changed at the last decision
+        self._calling: set[Call] = set()  # signals of dissatisfied emitters
+        self._waiting: set[Call] = set()  # signals of dissatisfied emitters in roles with a job
+        self._ending: dict[int, Call] = {}  # by set that ends a wait: its call
+        self._at_rest: Sequence[Perception] | None = None  # perceptions without any change at the last decision
         self._perceived: Sequence[Perception] | None = None  # at the last decision
-        self._weighed_for: tuple[int, ...] | None = None  # what was performed when all was weighed
+        self._weighed_for: tuple[int, ...] | None = None  # decision at the last full evaluation
         self._advances: dict[RoleKey, float] = {}
         self.sets: tuple[ActivitySet, ...] = ()
         self.satisfaction: dict[RoleKey, float] = {}
@@ -114,7 +111,7 @@ class ExecutiveLayer:
         self.decision = Decision()
 
     def adopt(self, sets: Sequence[ActivitySet], roles: Sequence[RoleKey]) -> None:
-        """Consider ``sets`` from now on, in ``roles``; satisfaction in a role that is kept is kept too."""
+        """Replace candidate activity sets and roles; keep the satisfaction of retained roles."""
         going_on = {self.sets[index] for index in self.decision.chosen}
         self.sets = tuple(sets)
         self._choice = Choice(sets)
@@ -143,24 +140,20 @@ class ExecutiveLayer:
     def hear(
         self, addressed: RoleKey, emitter: str, emitter_role: str, value: int, now_s: float, slot: int | None = None
     ) -> None:
-        """Take note of an influence signal; a newer one replaces an older one.
+        """Record an influence signal, replacing an older one; ignore it for roles not held here.
 
-        Args:
-            addressed: a role; the signal is let go of if this vehicle does not play it.
-            emitter, emitter_role: the vehicle that sent it, and the role it speaks of.
-            value: satisfaction of the emitter in that role, -128..127.
-            slot: in which it was sent.
+        ``value`` is the emitter's satisfaction in its role, -128..127.
         """
         if addressed in self.satisfaction:
             self._heard.setdefault(addressed, {})[emitter, emitter_role] = HeardSignal(value, now_s, slot)
             role = addressed[0], emitter_role
             if addressed in self._equals and role in self._equals[addressed]:
-                return  # it moves guidance alone
+                return  # it affects guidance only
             calling = self._waiting if role in self._working else self._calling
             (calling.add if value < 0 else calling.discard)((addressed, emitter, emitter_role))
 
     def signals(self) -> list[tuple[RoleKey, int]]:
-        """Every role of this vehicle, with the signed byte of its satisfaction, or of a call that it passes on."""
+        """Return each role with the byte of its satisfaction, or of a relayed call."""
         found = [(role, signal_of(value)) for role, value in self.satisfaction.items()]
         if self._equals:
             guiding = self._guiding_role()
@@ -168,10 +161,10 @@ class ExecutiveLayer:
         return found
 
     def _told(self, role: RoleKey, value: int, guides: bool) -> int:
-        """The signal of a role: to equals it says whose call it is.
+        """Return the influence signal of a role.
 
-        Nothing but who hinders the vehicle makes one of its own. Whoever has called goes on until nobody hinders it any
-        more, however satisfied it is meanwhile: else the other one would come back before it has passed.
+        Among roles of equal rank, only an obstructed vehicle calls; a yielding one relays the call. A caller keeps
+        calling while obstructed, however satisfied: otherwise the other vehicle would return before it has passed.
         """
         if role not in self._equals:
             return value
@@ -188,19 +181,14 @@ class ExecutiveLayer:
         return told
 
     def _guiding_role(self) -> RoleKey | None:
-        """The role by which the vehicle is guided, if it is by one."""
+        """Return the role of the guiding activity, or None."""
         guiding = next((index for index in self.decision.chosen if self.sets[index].types & _GUIDING), None)
         return None if guiding is None else self._role_of[guiding]
 
     def decide(self, perceptions: Sequence[Perception], now_s: float, dt_s: float) -> Decision:
-        """The best combination of activities now.
+        """Return the best combination of activities; the same object while unchanged.
 
-        Args:
-            perceptions: of every set, in the order of the sets.
-            dt_s: time since the last decision, by which satisfactions evolve afterwards.
-
-        Returns:
-            The same object as before while the choice stays the same.
+        Afterwards satisfactions evolve over ``dt_s``, the time since the last decision.
         """
         self._now_s = now_s
         if self._at_rest == perceptions and not (self._calling or self._waiting):
@@ -215,7 +203,7 @@ class ExecutiveLayer:
         if calls or waits or performed != self._weighed_for or stimuli != self._stimuli:
             weighed = self._effective
             self._weighed_for = None if calls or waits else performed
-        else:  # only satisfaction moves the vehicle otherwise than before
+        else:  # only satisfaction has changed
             weighed = [one for one in self._effective if one[0] in performed]
         self._stimuli = stimuli
         for index, role, importance, listens in weighed:
@@ -240,7 +228,7 @@ class ExecutiveLayer:
         return self.decision
 
     def candidates(self, now_s: float) -> list[WeighedSet]:
-        """Every activity set that has an effect, as the last decision, made at ``now_s``, weighed it."""
+        """Return all effective activity sets as evaluated by the last decision, at ``now_s``."""
         found = []
         for index, one in enumerate(self.sets):
             if not one.effective:
@@ -254,15 +242,15 @@ class ExecutiveLayer:
         return found
 
     def _stimuli_of(self, perceptions: Sequence[Perception]) -> list[float]:
-        """Stimulus of every set; what needs another activity is worth as much as that one, and all that it needs."""
+        """Return all stimuli; a set that needs another activity is limited by its stimulus."""
         stimuli = [perception.stimulus for perception in perceptions]
-        for _ in self._providers:  # as often as the longest chain of needs takes
+        for _ in self._providers:  # length of the longest chain of needs
             for needy, providers in self._providers.items():
                 stimuli[needy] = min(stimuli[needy], max((stimuli[index] for index in providers), default=0.0))
         return stimuli
 
     def _contentment(self, stimuli: Sequence[float]) -> float:
-        """How content the vehicle is with work of its own, and how much of it is left, 0..1; 0 without work."""
+        """Return satisfaction with own work, 0..1; 0 without work."""
         return max(
             (
                 contentment(stimuli[index], self.satisfaction[role])
@@ -273,7 +261,7 @@ class ExecutiveLayer:
         )
 
     def calls(self, now_s: float) -> dict[str, float]:
-        """How dissatisfied the vehicles are that call on any role of this one, 0..1 by name; others are missing."""
+        """Return the dissatisfaction 0..1 of vehicles that call on any role of this one."""
         found: dict[str, float] = {}
         for heard in self._heard.values():
             for (emitter, _), signal in heard.items():
@@ -282,7 +270,7 @@ class ExecutiveLayer:
         return dict(sorted(found.items()))
 
     def pulls(self, now_s: float) -> Pulls:
-        """How signals pull at the vehicle while it does what it has decided; see ``remoras.attraction``."""
+        """Return attraction and repulsion inputs of the current decision (``remoras.attraction``)."""
         guiding = next((index for index in self.decision.chosen if self.sets[index].types & _GUIDING), None)
         role = None if guiding is None else self._role_of[guiding]
         heard = {} if role is None else self._heard.get(role, {})
@@ -308,11 +296,11 @@ class ExecutiveLayer:
         return Pulls(own, answered, equals, passed, role in self._equals)
 
     def _are_equals(self, role: RoleKey, other: str) -> bool:
-        """True if the holders of a role and of another one of its group are equals."""
+        """Return whether a role and another one of its group are of equal rank."""
         return other == role[1] or (role in self._equals and (role[0], other) in self._equals[role])
 
     def _caller(self, index: int, now_s: float) -> Call | None:
-        """The signal that moves an activity set: of who waits for it, or the loudest of those without a job."""
+        """Return the signal that moves a set: of a waiting vehicle, or the strongest without a job."""
         role = self._role_of[index]
         if index in self._ending or role is None:
             return self._ending.get(index)
@@ -322,11 +310,10 @@ class ExecutiveLayer:
         return role, *loudest
 
     def _louder_waits(self, now_s: float) -> list[tuple[Call, float]]:
-        """Calls of holders of jobs that are louder than the vehicle's own in such a role, and their strength, 0..1.
+        """Return calls of job holders that exceed the own call in such a role, with strength 0..1.
 
-        As with Simonin and Ferber nobody answers a signal that is weaker than the one that it emits itself; of two
-        alike that of the vehicle whose name comes first is the louder one. They are compared in full while remembered.
-        A vehicle that answers a call goes on until its own is louder by ``ANSWERING``.
+        As with Simonin and Ferber, a vehicle responds to no signal weaker than its own; on a tie the first name wins.
+        Signals are compared without fading. The call being answered keeps a bonus of `ANSWERING`.
         """
         constants, own = self._constants, 0.0
         answered = {self._ending.get(index) for index in self.decision.chosen}
@@ -345,7 +332,7 @@ class ExecutiveLayer:
     def _ended(
         self, index: int, role: RoleKey | None, of: Perception, waits: Sequence[tuple[Call, float]], own: float
     ) -> float:
-        """What the waits of others that an activity ends move the vehicle to, 0..1."""
+        """Return the effect 0..1 of the waits that an activity ends, and record the strongest."""
         heeded = 0.0
         self._ending.pop(index, None)
         for key, strength in waits:
@@ -356,7 +343,7 @@ class ExecutiveLayer:
         return heeded
 
     def _strongest_calls(self, now_s: float) -> dict[RoleKey, float]:
-        """How loud the loudest call on each role is, 0..1; roles that nobody calls are missing."""
+        """Return the strongest call 0..1 on each role; roles without calls are missing."""
         found: dict[RoleKey, float] = {}
         for role, emitter, emitter_role in self._calling:
             signal = self._heard[role][emitter, emitter_role]
@@ -365,11 +352,7 @@ class ExecutiveLayer:
         return found
 
     def _evolve(self, perceptions: Sequence[Perception], dt_s: float) -> bool:
-        """Personal satisfaction follows the best advance that is perceived in each role, whatever was chosen.
-
-        Returns:
-            True if all is as it was, and will be as long as the same is perceived.
-        """
+        """Update satisfactions by progress, whatever was chosen; return whether all are steady."""
         if perceptions is not self._perceived:
             self._advances = self._advances_of(perceptions)
         advances = self._advances
@@ -381,7 +364,7 @@ class ExecutiveLayer:
         return is_steady
 
     def _advances_of(self, perceptions: Sequence[Perception]) -> dict[RoleKey, float]:
-        """The best advance that is perceived in each role; roles in which none is are missing."""
+        """Return the best perceived progress of each role."""
         advances: dict[RoleKey, float] = {}
         for perception, role in zip(perceptions, self._role_of, strict=True):
             perceived = perception.advance

@@ -1,18 +1,17 @@
-"""Satisfaction and altruism: how content a role is, and what moves an activity.
+"""Satisfaction-altruism model: personal satisfaction of roles, motivation of activities.
 
-The model follows Simonin and Ferber (SAB 2000) as the REMORAS paper uses it: personal satisfaction comes from
-the perceived progress of one's own task, is kept per role and told to the group as a signed byte; a
-dissatisfied partner moves others to answer it. The published equations were not at hand; these are ours, and
-docs/model/decision.md declares them with their constants.
+The model follows Simonin and Ferber (SAB 2000) as used in the REMORAS paper: personal satisfaction follows the
+perceived progress of a role's task and is sent to the group as a signed byte; a dissatisfied peer moves others to
+respond. The published equations were not at hand; docs/model/decision.md declares these and their constants.
 
-Personal satisfaction P of a role, -128..127, over a time dt, with the advance a of its objective, -1..1, as fast as
-planned where a = 1, standing still where a = 0, thrown back where a = -1::
+Personal satisfaction P of a role, -128..127, over a time dt, with the progress a of its objective, -1..1 (1 as fast as
+planned, 0 no progress, negative a setback)::
 
     P <- clip(P + rate dt),   rate = a gain + (1 - a) tedium,         a >= 0
                                      |a| dismay + (1 - |a|) tedium,   a < 0
-    P <- P moved towards 0 by at most fade dt,   if nothing is perceived of the role's advance.
+    P <- P moved towards 0 by at most fade dt,   if no progress of the role is perceived.
 
-Motivation of an activity of role r, from the three sources the paper names::
+Motivation of an activity of role r, from the three sources of the paper::
 
     importance * stimulus                               (1) importance and perception of stimuli
     + w_continuing * (P_r + 128) / 255                  (2) only while it is being performed in a role
@@ -21,10 +20,8 @@ Motivation of an activity of role r, from the three sources the paper names::
     C_r = max over signals S addressed to r of max(0, -S) / 128 * exp(-age / tau)
     own = max over the individual activities performed of stimulus * max(0, P) / 127
 
-So a call is weighed (altruism): against how content the vehicle is with work of its own, whose stimulus falls with what
-is left of it, and by how much of the call would be settled by an answer.
-
-An activity without a stimulus has no motivation at all: nobody is moved to do what cannot be done.
+Altruism thus weighs a call against the satisfaction with own work, whose stimulus falls with the remaining work, and by
+the effect of responding. Without a stimulus the motivation is 0: the activity cannot be done.
 """
 
 from __future__ import annotations
@@ -52,7 +49,7 @@ class DecisionTable(Section):
     signal_memory_frames: Positive = Field(8.5, description="TDMA frames in which a heard signal fades to 1/e")
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Weights under which a vehicle could never leave what it performs, whatever is due and whoever calls."""
+        """Yield weights with which a vehicle could never leave its current activity."""
         if self.weight_continuing >= 1.0 + self.weight_external:
             yield (
                 "weight_continuing",
@@ -61,24 +58,20 @@ class DecisionTable(Section):
             )
 
     def constants(self, frame_s: float) -> DecisionConstants:
-        """The constants for a TDMA frame of ``frame_s`` seconds."""
+        """Return the constants for a TDMA frame of ``frame_s`` seconds."""
         return DecisionConstants(**dict(self), signal_memory_s=self.signal_memory_frames * frame_s)
 
 
 class DecisionConstants(DecisionTable):
-    """The table, with what follows from the TDMA frame; ``signal_memory_s`` is tau."""
+    """Constants of the table plus ``signal_memory_s`` (tau), which follows from the TDMA frame."""
 
     signal_memory_s: Positive = 60.0
 
 
 def evolved(satisfaction: float, advance: float | None, dt_s: float, constants: DecisionConstants) -> float:
-    """Personal satisfaction after ``dt_s``.
+    """Return personal satisfaction, -128..127, after ``dt_s``.
 
-    Args:
-        satisfaction: before, -128..127.
-        advance: how fast the role's objective got on, -1..1; None if the role is not pursued.
-        dt_s: for how long.
-        constants: rates of change.
+    ``advance`` is the progress of the role's objective, -1..1; None if the role is not pursued.
 
     >>> evolved(126.5, 1.0, 1.0, DecisionConstants())
     127
@@ -97,27 +90,17 @@ def evolved(satisfaction: float, advance: float | None, dt_s: float, constants: 
 
 
 def signal_of(satisfaction: float) -> int:
-    """The signed byte by which a satisfaction is sent."""
+    """Return the signed byte that encodes a satisfaction."""
     return max(LOWEST, min(HIGHEST, round(satisfaction)))
 
 
 def call(value: int, age_s: float, constants: DecisionConstants) -> float:
-    """Strength of a signal's call for help, 0..1: dissatisfaction, weaker with age.
-
-    Args:
-        value: of the signal, -128..127.
-        age_s: since it was heard.
-        constants: the memory of signals.
-    """
+    """Return the strength 0..1 of a call for help: dissatisfaction, faded with age."""
     return -value / 128.0 * exp(-age_s / constants.signal_memory_s) if value < 0 else 0.0
 
 
 def contentment(stimulus: float, satisfaction: float) -> float:
-    """How content a vehicle is with its work, 0..1: satisfaction in its role, the less the less work is left.
-
-    Args:
-        stimulus: of the work, 0..1, which falls with what is left of it.
-        satisfaction: in its role; a vehicle that is not satisfied is not content.
+    """Return satisfaction with own work, 0..1: remaining work times satisfaction in the role.
 
     >>> contentment(0.5, 127.0), contentment(1.0, -20.0)
     (0.5, 0.0)
@@ -126,13 +109,9 @@ def contentment(stimulus: float, satisfaction: float) -> float:
 
 
 def answered(strongest_call: float, answers: float, own: float) -> float:
-    """What a call moves a vehicle to, 0..1: as far as answering settles it and it outweighs the own contentment.
+    """Return the effect 0..1 of a call: its strength times effect of responding, minus ``own``.
 
-    Simonin and Ferber's altruism: a vehicle answers a call that is stronger than its own satisfaction.
-
-    Args:
-        strongest_call: 0..1; answers: how much of it would be settled, 0..1.
-        own: contentment with the own work, 0..1.
+    Altruism by Simonin and Ferber: a vehicle responds to a call stronger than its own satisfaction, all 0..1.
 
     >>> answered(0.75, 1.0, 0.25), answered(0.75, 0.25, 0.25)
     (0.5, 0.0)
@@ -147,13 +126,10 @@ def motivation(
     heeded: float,
     constants: DecisionConstants,
 ) -> float:
-    """Motivation of an activity.
+    """Return the motivation of an activity.
 
-    Args:
-        importance: of its objective; stimulus: 0..1, as perceived.
-        satisfaction: of the vehicle in its role while it performs the activity; else None.
-        heeded: what calls move it to, 0..1, see ``answered``; 0 for individual and vital activities.
-        constants: weights.
+    ``satisfaction`` is that in its role while performed, else None; ``heeded`` the effect of calls, 0..1
+    (``answered``), 0 for individual and vital activities.
 
     >>> motivation(0.5, 1.0, 127.0, 0.0, DecisionConstants(weight_continuing=0.25))
     0.75

@@ -1,3 +1,3 @@
-"""The functional layer of a vehicle: sensors, vital needs, motion and energy."""
+"""Functional layer of a vehicle: sensors, vital needs, motion and energy."""
 
 __all__: list[str] = []

@@ -1,21 +1,15 @@
-"""Guidance: activities to velocities, with detours around vehicles that stand.
+"""Guidance: velocities for activities, with detours around stationary vehicles.
 
-Keeping clear (``remoras.avoidance``) looks a few seconds ahead, so a vehicle that heads between two others which stand
-too close together stops before them, and nobody of them has a reason to move. Once it has stood so for ``STUCK_S`` it
-goes to the right of its course for a few separations; if nothing comes of that, the next time to the left; then back
-and to the right from there. Where somebody near signals how content it is, a vehicle makes no detour: the more content
-gives way, see ``remoras.attraction``.
+The reference of the guiding activity gives a velocity through the water. Signals of nearby vehicles attract and repel
+(``remoras.attraction``), which gives the preferred velocity; avoidance has the last word (``remoras.avoidance``).
 
-What the decision guides the vehicle to gives a velocity. Signals of those who are near attract and repel, see
-``remoras.attraction``: so far it is what the vehicle prefers. Keeping clear of neighbours has the last word, see
-``remoras.avoidance``; where that leaves a vehicle standing, it goes round them, see ``remoras.functional.guidance``.
-Where nobody is near, guidance is carried out as it is. Velocities are through the water.
+Avoidance looks a few seconds ahead, so a vehicle stops before a gap between two others that is too narrow. After
+`STUCK_S` it turns right of its course for a few separations, the next time left, then back and right from there. Among
+equals that exchange signals, it makes no detour: the more satisfied one yields.
 
-Headway: whether a vehicle comes nearer to where it is guided, whatever else moves it.
-
-A current may be faster than what a fault has left of a vehicle's speed. The vehicle notices: for ``NO_WAY_S`` it was
-not nearer to its target than before. Then it gives up its job, and if it makes none on the way to a meeting or home,
-it withdraws from the mission. Whoever holds a place, or is near another one, waits for no headway.
+Headway: a current may exceed the speed that a fault has left. A vehicle that comes no nearer to its target for
+`NO_WAY_S` leaves its job; on the way to a rally point or home, it withdraws from the mission. Holding a place or being
+near another vehicle does not count.
 """
 
 from __future__ import annotations
@@ -47,22 +41,18 @@ from remoras.picture import Peers
 from remoras.work import Point
 
 STUCK_S, FUTILE_S = 20.0, 3.0
-"""For so long a vehicle stands before others until it goes round them, or on its way round until it leaves that."""
+"""Standing time (s) before a detour starts, and on a detour before it is abandoned."""
 STANDS_MPS, WANTS_MPS = 0.1, 0.3
-"""It stands if others leave it less than the former of a speed of more than the latter."""
+"""Stationary: velocity below the former (m/s) while a speed above the latter is wanted."""
 SEPARATIONS = 4.0
-"""So many separations it goes aside; where the target is nearer than that, it waits: somebody stands there."""
+"""Length of a detour in separations; nearer to the target, the vehicle waits instead."""
 BACK = (-0.5, 0.0)
 TURNS: tuple[Velocity, ...] = ((0.0, -0.5), (0.0, 0.5), BACK)
-"""Where it goes, as (ahead, to the left) of its course: right, left, back; at half its speed, to turn short."""
+"""Directions of a detour, as (ahead, left) of the course: right, left, back; at half speed."""
 
 
 class Detour:
-    """The way of one vehicle round others.
-
-    Args:
-        separation_m: distance that vehicles keep.
-    """
+    """Detour of one vehicle around others, which keep ``separation_m``."""
 
     def __init__(self, separation_m: float) -> None:
         self._aside_m = SEPARATIONS * separation_m
@@ -72,18 +62,18 @@ class Detour:
 
     @property
     def is_on(self) -> bool:
-        """True while the vehicle goes round others."""
+        """True during a detour."""
         return self._left_m > 0.0
 
     def turned(self, goal: Velocity) -> Velocity:
-        """The velocity (m/s) of a goal, turned aside during a detour; else the same object."""
+        """Return a velocity (m/s) turned aside during a detour; else the same object."""
         if not self.is_on:
             return goal
         ahead, left = TURNS[self._n_ended % len(TURNS)]
         return goal[0] * ahead - goal[1] * left, goal[1] * ahead + goal[0] * left
 
     def note(self, goal: Velocity, velocity: Velocity, to_go_m: float, dt_s: float) -> None:
-        """Note what others leave of a goal's velocity (m/s) for ``dt_s``, with so far to go to the target."""
+        """Update with the wanted and the possible velocity (m/s) and the way to the target."""
         speed_mps = length(*velocity)
         stands = speed_mps < STANDS_MPS and length(*goal) > WANTS_MPS and to_go_m > self._aside_m
         self._stood_s = self._stood_s + dt_s if stands else 0.0
@@ -99,36 +89,32 @@ class Detour:
 
 
 class Passage(Protocol):
-    """A passage through a reef."""
+    """Passage through a reef."""
 
     def way_m(self, from_m: Point, to_m: Point) -> Sequence[Point]:
-        """Places by which a vehicle comes from one place to another, the last of them the other one."""
+        """Return waypoints from one place to another, the latter included."""
         ...
 
     def walls(self, at_m: Point) -> Sequence[HalfPlane]:
-        """Velocities (m/s) that do not take a vehicle at a place into the reef."""
+        """Return velocity constraints (m/s) that keep a vehicle out of the reef."""
         ...
 
 
 class Guidance:
-    """Moves one vehicle.
+    """Motion of one vehicle.
 
     Args:
-        motion: of the vehicle; is changed in every tick.
-        data: its limits.
-        bounds_m: of the area of operations.
-        constants: distance that it keeps from others in its depth layer, and weights of signals.
+        motion: is changed in every tick.
 
     Attributes:
-        motion, data, bounds_m, constants: the same, for what takes its place.
-        go: moves towards a target, as ``remoras.motion.advance`` does; a body that is not simulated takes its place.
-        error_m: where the vehicle takes itself to be, from where it is; guidance goes by the former.
-        passage: through a reef that no vehicle crosses elsewhere; None without one.
+        go: moves towards a target, as ``remoras.motion.advance`` does; replaced for a body that is not simulated.
+        error_m: believed minus true position; guidance uses the believed one.
+        passage: through a reef that cannot be crossed elsewhere; None without one.
         flow_mps: velocity of the water, (x east, y north).
-        withdraws: True while the vehicle gives way to a call that is stronger than its own.
-        queues: True while who is ahead of it, and in its way, goes the same way.
-        yields_to: strength of the call to which it gives way, 0..1; 0 if to none.
-        hindered_s: above zero for ``HINDERED_S`` from when who is ahead of it, and in its way, did not go the same way.
+        withdraws: True while the vehicle yields to a call stronger than its own.
+        queues: True while the vehicle ahead, in its way, goes the same way.
+        yields_to: strength of the call to which it yields, 0..1; 0 if none.
+        hindered_s: remaining time (s) for which it counts as obstructed by an oncoming vehicle.
     """
 
     def __init__(
@@ -151,13 +137,13 @@ class Guidance:
         self._courses = Courses()
         self.withdraws = self.queues = False
         self.yields_to = self.hindered_s = 0.0
-        self._yielded: str | None = None  # to whom, in the last tick
+        self._yielded: str | None = None  # vehicle it yielded to in the last tick
         self._greatest_speed_mps = max(data.transit_speed_mps, data.survey_speed_mps)
         self._speed_factor = 1.0
 
     @property
     def most_mps(self) -> float:
-        """The speed that the vehicle can go at now (m/s)."""
+        """Greatest speed that the vehicle can reach now (m/s)."""
         return self._speed_factor * self._greatest_speed_mps
 
     @property
@@ -166,11 +152,11 @@ class Guidance:
         return self.motion.speed_mps
 
     def slow_down(self, factor: float) -> None:
-        """Let the vehicle go at this share of every speed from now on."""
+        """Reduce every speed to this share."""
         self._speed_factor = factor
 
     def heed(self, pulls: Pulls, peers: Peers) -> None:
-        """Let signals pull like this until the next decision; peers are where they were heard last."""
+        """Set attraction and repulsion inputs until the next decision."""
         self._pulls = pulls
         if pulls.is_among_equals:
             self._courses.note(peers)
@@ -183,13 +169,9 @@ class Guidance:
         since_s: float,
         dt_s: float,
     ) -> None:
-        """Move for ``dt_s`` as far as neighbours allow; without a reference, slow down to a stop.
+        """Move for ``dt_s`` as far as neighbours allow; slow down to a stop without a reference.
 
-        Args:
-            reference: of the activity that guides.
-            neighbours: what the obstacle sonar sees.
-            positions_m: where others were heard last, by name.
-            since_s: true time at which the motion begins; dt_s: for how long.
+        ``neighbours`` are sonar contacts, ``positions_m`` the last received positions, ``since_s`` the true start time.
         """
         self.withdraws = self.queues = False
         self.yields_to = 0.0
@@ -220,11 +202,11 @@ class Guidance:
         self.go(motion, self.data, target_m, speed_mps, dt_s)
 
     def _aim(self, target_m: Point, speed_mps: float, dt_s: float) -> tuple[Point, float]:
-        """Where to head for through the water, and how fast, to come to a target; 0 to slow down to a stop."""
+        """Return target and speed through the water; speed 0 slows down to a stop."""
         return target_m, speed_mps
 
     def _clear_of(self, neighbours: Sequence[Neighbour], goal: Velocity, positions_m: Mapping[str, Point]) -> Velocity:
-        """The velocity (m/s) that signals and neighbours leave of a goal's; ``goal`` itself if they change nothing."""
+        """Return the velocity (m/s) after signals and avoidance; ``goal`` itself if unchanged."""
         weights, pulls = self.constants, self._pulls
         position_m = self.motion.x_m + self.error_m[0], self.motion.y_m + self.error_m[1]
         most_mps = self._speed_factor * self._greatest_speed_mps
@@ -249,7 +231,7 @@ class Guidance:
     def _withdrawn(
         self, goal: Velocity, preferred: Velocity, neighbours: Sequence[Neighbour], positions_m: Mapping[str, Point]
     ) -> Velocity:
-        """The velocity (m/s) by which the vehicle gives way to who is ahead; the preferred one if it does not."""
+        """Return the velocity (m/s) that yields to the vehicle ahead; else the preferred one."""
         motion, weights = self.motion, self.constants
         nearest = ahead(goal, motion.position_m, neighbours, LANES * weights.separation_m)
         if nearest is None:
@@ -261,7 +243,7 @@ class Guidance:
             return preferred
         is_against = self._courses.is_against(other, goal)
         strength = yields(self._pulls, self.data.name, other, is_against, other == self._yielded)
-        is_in_way = is_against or other in self._pulls.passed  # who goes back is in the way until it is out of it
+        is_in_way = is_against or other in self._pulls.passed  # a withdrawing vehicle obstructs until it is clear
         self.queues = strength == 0.0 and not is_in_way
         if is_in_way:
             self.hindered_s = HINDERED_S
@@ -271,14 +253,13 @@ class Guidance:
         return repelled(motion.position_m, at_m, min(1.0, weights.repulsion) * self.most_mps)
 
     def walls(self, position_m: Point) -> Sequence[HalfPlane]:
-        """The velocities (m/s) that keep a vehicle at a place within its bounds."""
+        """Return velocity constraints (m/s) that keep a vehicle within its bounds."""
         walls: list[HalfPlane] = walls_of(self.bounds_m, *position_m)
         return walls if self.passage is None else [*walls, *self.passage.walls(position_m)]
 
     def _clear(
         self, preferred: Velocity, neighbours: Sequence[Neighbour], walls: Sequence[HalfPlane]
     ) -> Velocity | None:
-        """The velocity that keeps clear of neighbours (m/s); None if nobody is in the way."""
         return clear_velocity(
             preferred,
             self.motion.velocity_mps,
@@ -291,7 +272,6 @@ class Guidance:
 
 
 def _velocity(motion: Motion, target_m: Point, speed_mps: float, dt_s: float) -> Velocity:
-    """Velocity (m/s) towards a target, not beyond it within ``dt_s``."""
     dx_m, dy_m = target_m[0] - motion.x_m, target_m[1] - motion.y_m
     range_m = length(dx_m, dy_m)
     share = min(speed_mps, range_m / dt_s) / range_m if range_m > 0.0 else 0.0
@@ -299,17 +279,13 @@ def _velocity(motion: Motion, target_m: Point, speed_mps: float, dt_s: float) ->
 
 
 NO_WAY_S = 300.0
-"""A vehicle that came no nearer for so long makes no headway."""
+"""Time (s) without progress after which a vehicle makes no headway."""
 NEARER_M, AT_M = 1.0, 5.0
-"""It has come nearer by this, or is at its target within that."""
+"""Least progress (m), and distance (m) at which the target counts as reached."""
 
 
 class Headway:
-    """How one vehicle gets on.
-
-    Attributes:
-        is_lost: it makes none, since what guided it some time ago.
-    """
+    """Progress of one vehicle; ``is_lost`` is True while it makes none."""
 
     def __init__(self) -> None:
         self.is_lost = False
@@ -317,11 +293,9 @@ class Headway:
         self._nearest_m, self._since_s = math.inf, 0.0
 
     def is_missing(self, reference: Reference | None, motion: Motion, now_s: float) -> bool:
-        """True if the vehicle makes no headway to where it was guided last.
+        """Return whether the vehicle makes no headway towards its last reference.
 
-        Args:
-            reference: by which it was guided; None while another one is near, or nothing guides it.
-            motion: where it takes itself to be; now_s: the time.
+        ``reference`` is None while another vehicle is near or nothing guides; ``motion`` is the believed one.
         """
         if reference is None or reference.speed_mps == 0.0:
             self._target_m = None

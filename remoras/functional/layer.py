@@ -1,4 +1,4 @@
-"""Functional layer: performs the decision with this vehicle's sensors, motion and energy."""
+"""Functional layer: performs the decision with sensors, motion and energy of the vehicle."""
 
 from __future__ import annotations
 
@@ -25,32 +25,24 @@ from remoras.separation import NEAR_M
 from remoras.work import HOME_MARGIN, Point
 
 KNOWN_M = (0.0, 0.0)
-"""Error of a vehicle that knows where it is."""
+"""Position error of a vehicle that knows its position."""
 PERCEPTION = "a Perception, stimulus 0..1"
 REFERENCE = "None, or a Reference with a finite target_m and a speed_mps and holds_m of 0 or more"
 
 
 def _answering(data: VehicleData, dead: Collection[str]) -> tuple[str, ...]:
-    """Names of the sensors that tell their state, but for the dead."""
     return tuple(sensor.name for sensor in data.sensors if sensor.tells_state and sensor.name not in dead)
 
 
 def _reserve_per_m(data: VehicleData, speed_mps: float) -> float:
-    """Share of the battery that a metre of the way home takes at a speed, with the margin."""
+    """Share of the battery per metre of the way home at a speed, with margin."""
     return HOME_MARGIN * (data.power_w(speed_mps) / speed_mps) / data.energy_j
 
 
 def _refuse_unfit(
     activity_set: ActivitySet, where: str, vehicle: str, sensors: Collection[str], vital: Set[str]
 ) -> None:
-    """Raise PluginError for a set that no vehicle, or not this one, is able to perform.
-
-    Args:
-        activity_set: of the mission.
-        where: what messages call it.
-        vehicle: name of the vehicle; sensors: names of those that it has.
-        vital: names of activities of the vehicle itself.
-    """
+    """Raise PluginError for an activity set that this vehicle cannot perform."""
     if not 0.0 <= activity_set.importance <= 1.0:
         raise PluginError(f"{where}: importance is {activity_set.importance}; allowed: 0 to 1")
     for activity in activity_set.activities:
@@ -69,27 +61,27 @@ def _refuse_unfit(
 
 
 class Positioning(Protocol):
-    """How a vehicle learns where it is that may take itself to be elsewhere."""
+    """Position fixes of a vehicle that may err about its position."""
 
     need: ActivitySet
-    """Activity by which it learns that, behind all others."""
+    """Activity that obtains a fix, after all others."""
 
     @property
     def behaviour(self) -> Behaviour:
-        """Carries that out."""
+        """Behaviour of that activity."""
         ...
 
     def before_decision(self, guiding: Behaviour | None) -> None:
-        """A decision is due; ``guiding`` is what guides the vehicle so far."""
+        """Prepare for a decision; ``guiding`` is the behaviour in control."""
 
     def after_motion(self, neighbours: Sequence[Neighbour], dt_s: float) -> None:
-        """The vehicle has moved for ``dt_s``; ``neighbours`` is what its obstacle sonar saw."""
+        """Update after motion for ``dt_s``; ``neighbours`` are sonar contacts."""
 
     def restart(self) -> None:
-        """The vehicle has begun anew where it was."""
+        """Restart at the same place."""
 
     def pose(self, pose: Pose) -> Pose:
-        """The pose at which sensors look, with what the vehicle knows of its error."""
+        """Return the sensor pose with the known position error."""
         ...
 
 
@@ -97,25 +89,17 @@ class FunctionalLayer:
     """Sensors, integrity monitoring, guidance and control of one vehicle.
 
     Args:
-        data: of the vehicle as it really is in this run.
-        mission: makes behaviours.
-        world: what sensors perceive in this run.
-        sensors: of the vehicle, by name, in the order in which they are asked.
-        bounds_m: area of operations.
-        picture: what behaviours see; its part ``body`` is written here and nowhere else.
-        constants: of guidance; the usual ones if None.
+        data: true data of the vehicle in this run.
+        sensors: in the order in which they are read.
+        picture: inputs of behaviours; only this class writes its part ``body``.
 
     Attributes:
-        motion: where the vehicle really is, and how it moves.
-        believed: where it takes itself to be; the same object where it knows.
-        depth_m: at which it is.
-        guidance: moves it; what a feature adds to motion takes its place.
-        sensors: which are on, which work, and what they yield.
-        positioning: how it learns where it is; None if it knows.
-        sigma_m: standard deviation of its place on each axis (m), where a body that is not simulated says so.
-        held: the last reference of the behaviour that guides, until the next decision.
-        headway: how the vehicle gets on; stranded: name of what it makes none in, where that is not a job but the way
-            to a meeting or what it needs to live, else empty.
+        motion: true motion; ``believed`` is the vehicle's belief, the same object if it knows its position.
+        guidance: may be replaced by features that add to motion.
+        positioning: source of position fixes; None if the position is known.
+        sigma_m: standard deviation of the position per axis (m), if a real body reports it.
+        held: last reference of the guiding behaviour, until the next decision.
+        stranded: activity without headway, if vital or on the way to a rally point; else empty.
     """
 
     def __init__(
@@ -131,9 +115,9 @@ class FunctionalLayer:
         self.data = data
         self.motion = Motion(*data.start_m)
         self.exhausted = False
-        """True once the battery is empty: the vehicle does nothing any more."""
+        """True once the battery is empty; the vehicle then stops permanently."""
         self.is_on = True
-        """True while there is energy left and no fault has taken the vehicle away."""
+        """True while energy remains and no fault has removed the vehicle."""
         self.believed = self.motion
         self.depth_m = data.depth_m
         self.picture = picture
@@ -158,16 +142,16 @@ class FunctionalLayer:
 
     @property
     def sensing(self) -> tuple[str, ...]:
-        """Names of the sensors that were on, and worked, in the last motion tick."""
+        """Names of the sensors that were on and worked in the last motion tick."""
         return self.sensors.looking
 
     # Faults --------------------------------------------------------------------------------------
 
     def impair(self, condition: Condition) -> None:
-        """Let the faults hold from now on that leave this condition, and no others.
+        """Apply the effects of all active faults, replacing earlier ones.
 
-        Guidance asks for the speeds that it is used to and gets its share of them; the reserve for the way home is that
-        of the speed which is left. A dead sensor stays switched on and yields nothing.
+        Guidance keeps its speeds and gets a share of them; the reserve for the way home is that of the remaining speed.
+        A failed sensor stays on and yields nothing.
         """
         speed_factor, dead_sensors = condition.speed_factor, condition.dead_sensors
         self._drain_w = condition.drain_w
@@ -177,47 +161,40 @@ class FunctionalLayer:
         self.sensors.impair(dead_sensors)
 
     def stop(self) -> None:
-        """Be off: neither move nor look, until the next tick in which it acts."""
+        """Stop motion and sensors until the next tick."""
         self.motion.speed_mps = 0.0
         self.sensors.looking = ()
 
     # Energy --------------------------------------------------------------------------------------
 
     def transmitted(self, size_bits: int) -> None:
-        """Account for the energy of a packet."""
+        """Subtract the energy of a packet."""
         self.motion.energy_j += self.data.transmit_j_per_packet + size_bits * self.data.transmit_j_per_bit
         if self.motion.energy_j >= self.data.energy_j:
             self._be_exhausted()
 
     def _be_exhausted(self) -> None:
-        """The battery is empty: nothing more can be taken from it."""
         self.motion.energy_j = self.data.energy_j
         self.exhausted, self.is_on = True, False
 
     @property
     def guiding(self) -> Behaviour | None:
-        """The behaviour that guides, if one does."""
+        """Guiding behaviour, or None."""
         return None if self._guiding is None else self._behaviours[self._guiding]
 
     @property
     def waits(self) -> Wait | None:
-        """What the vehicle waits for, as what guides it perceived at the last decision."""
+        """Condition the guiding behaviour waited for at the last decision, or None."""
         guiding = self._guiding
         return None if guiding is None or guiding >= len(self._perceived) else self._perceived[guiding].waits
 
-    # What there is to do -------------------------------------------------------------------------
+    # Activities ----------------------------------------------------------------------------------
 
     def prepare(self, sets: Sequence[ActivitySet]) -> tuple[ActivitySet, ...]:
-        """Get ready to perform the mission's ``sets`` and what the vehicle needs to live, which stands before them.
+        """Prepare the vital sets and the mission's ``sets``; return all, indexed by decisions.
 
-        A set that was there before keeps its behaviour, so what was under way goes on where it was.
-
-        Returns:
-            All sets; decisions are indices of these.
-
-        Raises:
-            PluginError: a set has a vital name, outweighs survival or asks for a sensor that the vehicle does not
-                have; or its behaviour cannot be made.
+        Known sets keep their behaviour and its state. Raises PluginError if a set has a vital name, an importance
+        outside 0..1, an unknown sensor, or a behaviour that cannot be created.
         """
         own = () if self.positioning is None else (self.positioning.need,)
         vital = VITAL_NAMES | {need.name for need in own}
@@ -240,7 +217,7 @@ class FunctionalLayer:
         return f"mission {type(self._mission).__name__}, activity {activity_set.name}"
 
     def perform(self, decision: Sequence[int]) -> None:
-        """Take on the activities of ``decision``: let one guide, and switch on the sensors that they name."""
+        """Start the activities of ``decision``: set the guiding one and switch sensors."""
         self._guiding = self.held = None
         named: set[str] = set()
         for index in decision:
@@ -253,13 +230,9 @@ class FunctionalLayer:
     # Every tick and every decision ---------------------------------------------------------------
 
     def sense(self, now_s: float, neighbours: Sequence[Neighbour]) -> list[Sensed]:
-        """Watch over the vehicle itself and ask the sensors that are on.
+        """Monitor the vehicle and read the sensors that are on; ``neighbours`` are sonar contacts.
 
-        Args:
-            neighbours: what the obstacle sonar sees.
-
-        Raises:
-            PluginError: a sensor raises, or returns anything but observations.
+        Raises PluginError if a sensor raises or returns anything but observations.
         """
         motion, body, data = self.believed, self.picture.body, self.data
         x_m, y_m = motion.x_m, motion.y_m
@@ -290,13 +263,10 @@ class FunctionalLayer:
         return sensed
 
     def perceive(self, performed: Sequence[int]) -> list[Perception]:
-        """Stimulus and advance of every activity set; the same list as before while all is perceived alike.
+        """Return stimulus and progress of every activity set; the same list while unchanged.
 
-        Args:
-            performed: the indices in the decision.
-
-        Raises:
-            PluginError: a behaviour raises, or returns anything but a Perception with a stimulus of 0..1.
+        ``performed`` are the indices in the decision. Raises PluginError if a behaviour raises, or returns anything but
+        a Perception with a stimulus of 0..1.
         """
         motion, picture, reference, self.held = self.believed, self.picture, self.held, None
         perceptions: list[Perception] = []
@@ -308,7 +278,7 @@ class FunctionalLayer:
         except Exception as error:
             raise self._broken(len(perceptions), "perceive", PERCEPTION, error) from error
         waits = self.guidance.withdraws or self.guidance.queues
-        is_hindered = waits or picture.body.contacts_m  # by another one, which will go on
+        is_hindered = waits or picture.body.contacts_m  # by another vehicle, which will move
         is_stuck = self.headway.is_missing(None if is_hindered else reference, motion, picture.body.now_s)
         if is_stuck and self._guiding is not None:
             guiding = self._sets[self._guiding]
@@ -317,29 +287,25 @@ class FunctionalLayer:
             elif guiding.kind is ActivityKind.VITAL or isinstance(self.guiding, Homing):
                 self.stranded = guiding.name
         if perceptions == self._perceived and not waits:
-            return self._perceived  # as sound as they were
-        try:  # one look at all of them, and only where something is wrong a search for which it is
+            return self._perceived  # already checked
+        try:  # one check of all; search for the wrong one only on failure
             wrong = [p for p in perceptions if p.__class__ is not Perception or not 0.0 <= p.stimulus <= 1.0]
         except TypeError:
             wrong = perceptions
         if wrong:
             index, unsound = _unsound(perceptions)
             raise self._broken(index, "perceive", PERCEPTION, unsound)
-        if waits and self._guiding is not None:  # whoever makes way, or queues, is not thrown back by it
+        if waits and self._guiding is not None:  # yielding or queueing is no setback
             perceptions[self._guiding] = perceptions[self._guiding]._replace(advance=None)
         if perceptions != self._perceived:
             self._perceived = perceptions
         return self._perceived
 
     def act(self, dt_s: float, neighbours: Sequence[Neighbour] = (), since_s: float = 0.0) -> None:
-        """Move for ``dt_s`` as guidance refers and neighbours allow; without guidance, slow down to a stop.
+        """Move for ``dt_s`` as guidance and neighbours allow; slow down to a stop without guidance.
 
-        Args:
-            dt_s: for how long.
-            neighbours: what the obstacle sonar sees; since_s: true time at which that begins.
-
-        Raises:
-            PluginError: the behaviour that guides raises, or returns anything but a finite Reference or None.
+        ``since_s`` is the true start time. Raises PluginError if the guiding behaviour raises, or returns anything but
+        a finite Reference or None.
         """
         reference, believed, motion = self.held, self.believed, self.motion
         if reference is not None:
@@ -359,7 +325,7 @@ class FunctionalLayer:
             self.positioning.after_motion(neighbours, dt_s)
 
     def heed(self, pulls: Pulls) -> None:
-        """Let signals of others pull at guidance like this until the next decision."""
+        """Set attraction and repulsion inputs until the next decision."""
         self.guidance.heed(pulls, self.picture.peers)
 
     def _reference(self, index: int) -> Reference | None:
@@ -368,7 +334,7 @@ class FunctionalLayer:
             if reference is None:
                 return None
             sound = reference.__class__ is Reference and 0.0 <= reference[1] < math.inf and reference[2] >= 0.0
-            if sound and reference[0] is not self._sound_target_m:  # mostly it is the same from tick to tick
+            if sound and reference[0] is not self._sound_target_m:  # usually unchanged from tick to tick
                 x_m, y_m = self._sound_target_m = reference[0]
                 sound = math.isfinite(x_m + y_m)
                 self._allowed_m = nearest_within(self._bounds_m, self._sound_target_m)
@@ -381,12 +347,10 @@ class FunctionalLayer:
 
 
 def _contacts_m(x_m: float, y_m: float, neighbours: Sequence[Neighbour]) -> tuple[Point, ...]:
-    """Where a vehicle at (x_m, y_m) sees its neighbours."""
     return tuple([(x_m + one.dx_m, y_m + one.dy_m) for one in neighbours])
 
 
 def _behaviour(layer: FunctionalLayer, activity_set: ActivitySet) -> Behaviour:
-    """A new behaviour for a set: the vehicle's own, or the mission's."""
     activity = activity_set.activities[0]
     if layer.positioning is not None and activity_set is layer.positioning.need:
         return layer.positioning.behaviour
@@ -402,7 +366,6 @@ def _behaviour(layer: FunctionalLayer, activity_set: ActivitySet) -> Behaviour:
 
 
 def _unsound(perceptions: Sequence[Perception]) -> tuple[int, object]:
-    """Number and value of the first answer that is no Perception with a stimulus of 0..1."""
     return next(
         (index, perception)
         for index, perception in enumerate(perceptions)
@@ -415,7 +378,7 @@ def _unsound(perceptions: Sequence[Perception]) -> tuple[int, object]:
 
 
 def embody(layer: FunctionalLayer, before: FunctionalLayer) -> None:
-    """Let a vehicle that begins anew be where it was, with the energy that it had."""
+    """Give a restarted vehicle its previous motion and energy."""
     for name in Motion.__slots__:
         setattr(layer.motion, name, getattr(before.motion, name))
     layer.exhausted = before.exhausted

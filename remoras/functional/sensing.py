@@ -1,4 +1,4 @@
-"""The sensors of a vehicle: which are on, which work, and what they yield in a tick."""
+"""Sensors of a vehicle: switching, faults and observations per tick."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ OBSERVATIONS = "a list of Observation"
 
 
 class Sensed(NamedTuple):
-    """An observation, the name of its sensor, and the table that its row goes to."""
+    """Observation with the name of its sensor and the table of its row."""
 
     sensor: str
     table: Table | None
     observation: Observation
 
     def table_of(self, vehicle: str) -> Table:
-        """The table that the row goes to; raises PluginError if it has none, or does not fit."""
+        """Return the table of the row; raise PluginError if missing or not fitting."""
         row = self.observation.row
         if self.table is None:
             raise PluginError(
@@ -38,16 +38,11 @@ class Sensed(NamedTuple):
 
 
 class Sensing:
-    """Switches sensors on and off, and asks those that are on.
-
-    Args:
-        vehicle: its name.
-        sensors: by name, in the order in which they are asked.
-        world: what they perceive in this run.
+    """Switch and read the sensors of one vehicle.
 
     Attributes:
-        looking: names of the sensors that were on, and worked, in the last motion tick.
-        misses: True where a sensor, by name, yields nothing in the tick of a time (s); None if they never do.
+        looking: names of the sensors that were on and worked in the last motion tick.
+        misses: returns whether a sensor yields nothing at a time (s); None if none ever fails so.
     """
 
     def __init__(self, vehicle: str, sensors: Mapping[str, Sensor], world: Any) -> None:
@@ -67,23 +62,19 @@ class Sensing:
         return tuple(self._sensors)
 
     def impair(self, dead: frozenset[str]) -> None:
-        """Let sensors of these names stay on and yield nothing, and no others."""
+        """Set the failed sensors, which stay on but yield nothing."""
         self._dead = dead
         self._working = [(name, sensor) for name, sensor in self._on if name not in dead]
         self._working_names = tuple(name for name, _ in self._working)
 
     def switch_on(self, names: Collection[str]) -> tuple[str, ...]:
-        """Switch on the sensors of these names, and off all others; names of those that are on, working or not."""
+        """Switch on exactly these sensors; return those on, working or not."""
         self._on = [(name, sensor) for name, sensor in self._sensors.items() if name in names]
         self.impair(self._dead)
         return tuple(name for name, _ in self._on)
 
     def look(self, pose: Pose, now_s: float) -> list[Sensed]:
-        """What the sensors that are on yield now.
-
-        Raises:
-            PluginError: a sensor raises, or returns anything but observations.
-        """
+        """Return the current observations; raise PluginError on wrong sensor results."""
         working, self.looking = self._working, self._working_names
         if (misses := self.misses) is not None:
             working = [named for named in working if not misses(named[0], now_s)]
@@ -92,7 +83,7 @@ class Sensing:
         for name, sensor in working:
             try:
                 found = sensor.sense(pose, self._world, now_s)
-                if not found and found is not None:  # hardly ever is there something
+                if not found and found is not None:  # nearly always empty
                     continue
                 observations = tuple(found)
             except Exception as error:

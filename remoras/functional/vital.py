@@ -1,13 +1,8 @@
-"""What a vehicle needs to live: it keeps clear of others, comes home on its last energy and stays where it operates.
+"""Vital needs of a vehicle: return home on its last energy, stay in the area of operations.
 
-Features may add needs, which stand behind all others, see ``FunctionalLayer.needs``.
-
-Keeping clear is no activity that is chosen: it has the last word on every motion, whatever guides, see
-``remoras.avoidance``. The others are activities.
-
-They are the vehicle's own, whatever its mission, and come before all others: while one of them has a
-stimulus it is performed, the first of them in this order, whatever objectives and influence signals weigh. So a mission
-can neither forget nor override them. Sending influence signals belongs here too, as what a vehicle does in any case.
+They precede all activities of the mission: while one has a stimulus, the first of them in this order is performed,
+whatever objectives and influence signals weigh. A mission can neither omit nor override them. Keeping clear of others
+is no activity; it has the last word on every motion (``remoras.avoidance``). Features may add needs that rank last.
 """
 
 from __future__ import annotations
@@ -21,43 +16,38 @@ from remoras.picture import Picture
 from remoras.work import Point
 
 ROUTINE_IMPORTANCE = 0.1
-"""Importance of what a vehicle does in any case."""
+"""Importance of permanent activities."""
 
 
 class ReturningHome(Behaviour):
-    """Goes home once no more energy is left than the way takes with a margin, and stays there."""
+    """Go home once energy falls to the reserve for the way, and stay there."""
 
     def __init__(self, data: VehicleData) -> None:
         self._data = data
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due from the reserve on, and as long as it is performed."""
+        """Return a stimulus from the reserve on, and while performed."""
         return DUE if performed or picture.body.battery <= picture.body.reserve else IDLE
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """To where the vehicle started; stay there on arrival."""
+        """Return the start position; speed 0 on arrival."""
         arrived = distance_m(motion, self._data.start_m) <= CAPTURE_M
         return Reference(self._data.start_m, 0.0 if arrived else self._data.survey_speed_mps)
 
 
 class ReturningToArea(Behaviour):
-    """Goes back into the area of operations.
-
-    Args:
-        centre_m: of the area of operations.
-        data: of the vehicle.
-    """
+    """Return to the centre of the area of operations."""
 
     def __init__(self, centre_m: Point, data: VehicleData) -> None:
         self._centre_m = centre_m
         self._data = data
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Due outside the area of operations."""
+        """Return a stimulus outside the area of operations."""
         return DUE if picture.body.outside_m > 0.0 else IDLE
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """To the centre in transit."""
+        """Return the centre at transit speed."""
         return Reference(self._centre_m, self._data.transit_speed_mps)
 
 
@@ -75,20 +65,14 @@ VITAL_SETS = (
     _vital("ReturningHome"),
     _vital("ReturningToArea"),
 )
-"""What every vehicle considers, in this order, before the activities of its objectives."""
+"""Activity sets of every vehicle, in this order, before those of its objectives."""
 
 VITAL_NAMES = frozenset(activity_set.name for activity_set in VITAL_SETS)
-"""Names that no activity of a mission may have, beside those of the needs that features add."""
+"""Names reserved for vital activities, besides those of needs added by features."""
 
 
 def vital_behaviour(activity: Activity, data: VehicleData, bounds_m: Bounds) -> Behaviour:
-    """The behaviour of the vital set which ``activity`` leads.
-
-    Args:
-        activity: the first one of a set of ``VITAL_SETS``.
-        data: of the vehicle.
-        bounds_m: area of operations.
-    """
+    """Return the behaviour of the set in ``VITAL_SETS`` whose first activity is given."""
     match activity.name:
         case "ReturningHome":
             return ReturningHome(data)
