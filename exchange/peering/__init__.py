@@ -1,3 +1,3 @@
-"""What one vehicle knows of its peers: what they hold, in which life they are, whose turn it is."""
+"""State of peers: received sets, incarnations, links, relaying."""
 
 __all__: list[str] = []

@@ -1,9 +1,8 @@
-"""Items known to one vehicle, and the nodes that it believes to hold each.
+"""Items known to one vehicle, and per item the nodes believed to hold it.
 
-An item is a *column*, a number that is never used twice; packets name it by `ItemUid`. The holders of an item are a set
-of nodes, an integer of which bit j is node j. The acknowledgements of packets add to it (`exchange.ack.PacketLog`).
-It is corrected here where more is known: a peer began anew, or two vehicles use one number. Whole blocks that this
-vehicle holds are counted by origin and epoch (`Holdings`).
+An item is a *column*, an index that is never reused; packets name it by `ItemUid`. The holders of an item are an
+integer with bit j for node j. Acknowledgements add holders (`exchange.ack.PacketLog`); a restarted peer or a duplicate
+node id removes them. `Holdings` has the whole blocks of this vehicle.
 """
 
 from __future__ import annotations
@@ -28,16 +27,17 @@ _new = tuple.__new__  # makes a named tuple of a tuple, in half the time
 Life = tuple[int, int]
 """An origin and its epoch."""
 ADDRESSED_SHARE = 10
-"""An item that those hold to whom it is addressed is needed so many times less by others."""
+"""Divisor of an item's priority once all nodes it is addressed to hold it."""
 
 
 @dataclass(slots=True)
 class Sendable:
-    """An item that this node may send, as it sees it.
+    """Item that this node may send.
 
-    ``about`` are the facts by which it is judged who needs it: of its whole block, where this node knows that.
-    ``addressed`` are the peers (bit word) to which this node addresses it, beside those that need it; ``is_eased`` says
-    that these hold it, so that it is needed less by others. ``waiting`` is what it is valued by.
+    Attributes:
+        about: facts that decide which nodes need it: those of the whole block, if known.
+        addressed: peers (bit mask) that it is addressed to, beside those that need it.
+        is_eased: True if all these hold it, so that its priority is lower.
     """
 
     fragment: Fragment
@@ -49,21 +49,21 @@ class Sendable:
 
 
 class Holdings:
-    """Whole blocks that one vehicle holds, by origin and epoch: one bit for each sequence."""
+    """Received set of one vehicle: whole blocks by origin and epoch."""
 
     def __init__(self) -> None:
         self.held: dict[Life, int] = {}
-        """By origin and epoch, one bit for each sequence."""
+        """Bit set of sequences by origin and epoch."""
         self.given_up: dict[Life, set[int]] = {}
-        """Blocks that were held and are no longer, until they come again."""
+        """Discarded blocks, until they are received again."""
 
     def add(self, life: Life, sequence: int) -> None:
-        """Hold a block from now on."""
+        """Add a block."""
         self.held[life] = self.held.get(life, 0) | 1 << sequence
         self.given_up.get(life, set()).discard(sequence)
 
     def give_up(self, life: Life, sequence: int) -> None:
-        """Hold a block no longer, so that it may come again."""
+        """Discard a block, so that it can be received again."""
         self.held[life] = self.held.get(life, 0) & ~(1 << sequence)
         self.given_up.setdefault(life, set()).add(sequence)
 
@@ -73,13 +73,10 @@ class Holdings:
 
 
 class Beliefs:
-    """Items, their holders, and the peers, as one vehicle knows them.
+    """Items, holders and peers, as one vehicle knows them.
 
     Args:
-        me: own node index.
-        n_nodes: size of the fleet.
-        kind: acknowledgement of the policy.
-        epoch: of the own life.
+        epoch: own.
     """
 
     def __init__(self, me: int, n_nodes: int, kind: Acknowledgement, epoch: int = 0) -> None:
@@ -88,48 +85,48 @@ class Beliefs:
         self.log = PacketLog(kind, me, n_nodes)
         """Packets of the last two frames."""
         self.peers = PeerStates(me, n_nodes, kind)
-        """Lives and links of the other nodes."""
+        """Incarnations and links of the other nodes."""
         self.column_of: dict[ItemUid, int] = {}
-        """Column of each item that this node has ever held."""
+        """Column of each item that this node ever held."""
         self.fragments: list[Fragment] = []
-        """By column, the item; it is held here."""
+        """Item by column."""
         self.uids: list[ItemUid] = []
-        """By column, its name."""
+        """Name by column."""
         self.holders: list[int] = []
-        """By column, the nodes believed to hold it, this one among them."""
+        """Nodes believed to hold it, this one included (bit mask by column)."""
         self.spared: list[int] = []
-        """By column, peers that have no need of it, of those items that this node may send."""
+        """Peers without need of a sendable item (bit mask by column)."""
         self.sendable: dict[int, Sendable] = {}
-        """By column, details of those that this node may send."""
+        """Details of sendable items by column."""
         self.before: dict[int, int] = {}
-        """By column, what ``holders`` was before the packet that is heard now changed it."""
+        """Holders before the present packet, by changed column."""
         self.unsettled: set[int] = set()
-        """Columns of which more is believed than when `Interests.settle` was last called."""
+        """Columns with new holders since the last `Interests.settle`."""
         self.held_by_all = 0
-        """Item set: those that all nodes are believed to hold."""
+        """Item set that all nodes are believed to hold."""
         self.origins = [0] * n_nodes
-        """Item set that each node has recorded in the life that it is in: these it holds."""
+        """Item set by origin, recorded in its present incarnation."""
         self.ends: dict[Life, int] = {}
-        """By origin and epoch, the sequence behind the highest of which anything is known."""
+        """Highest known sequence plus 1, by origin and epoch."""
         self._parts: dict[Guid, tuple[int, ...]] = {}  # of blocks of several
         self.own = Holdings()
-        """Whole blocks that this vehicle holds."""
+        """Received set of this vehicle."""
         self.shared: set[Life] = set()
-        """Lives that two vehicles share."""
+        """Incarnations with a duplicate node id."""
         self.summaries: Summaries | None = None
-        """What peers are told and tell of what is held; None if that is taken out."""
+        """Summary exchange; None if disabled."""
         if epoch:
             self.begin(me, epoch)
 
     # Items ---------------------------------------------------------------------------------------
 
     def fragment(self, uid: ItemUid) -> Fragment | None:
-        """The item as this node holds it; None if it never has."""
+        """Return an item; None if this node never held it."""
         column = self.column_of.get(uid)
         return None if column is None else self.fragments[column]
 
     def entry(self, column: int) -> Sendable:
-        """Details of an item that this node may send."""
+        """Return the details of a sendable item."""
         entry = self.sendable.get(column)
         if entry is None:
             fragment = self.fragments[column]
@@ -137,12 +134,12 @@ class Beliefs:
         return entry
 
     def about(self, column: int) -> tuple[PropertyValue, ...]:
-        """The facts by which it is judged who needs an item."""
+        """Return the facts that decide which nodes need an item."""
         entry = self.sendable.get(column)
         return self.fragments[column].facts if entry is None else entry.about
 
     def parts(self, guid: Guid) -> tuple[int, ...]:
-        """Columns of the parts of a block, as far as they are known."""
+        """Return the columns of the known parts of a block."""
         parts = self._parts.get(guid)
         if parts is None:
             origin, epoch, sequence = guid
@@ -151,7 +148,7 @@ class Beliefs:
         return parts
 
     def known(self, life: Life, first: int, end: int) -> list[tuple[int, tuple[int, ...]]]:
-        """Numbers, ``first`` to before ``end``, and columns of the parts that are known of the blocks of a life."""
+        """Return sequences ``first`` to ``end - 1`` of an incarnation with columns of known parts."""
         (origin, epoch), found, column_of = life, list[tuple[int, tuple[int, ...]]](), self.column_of
         for sequence in range(first, end):
             parts = self._parts.get((origin, epoch, sequence))
@@ -162,7 +159,7 @@ class Beliefs:
         return found
 
     def add(self, item: Named, entry: Sendable | None = None) -> int:
-        """Hold a new item, with details where they are more than it says; returns its column."""
+        """Add a new item; return its column."""
         column, (fragment, uid, guid, _) = len(self.fragments), item
         origin, epoch, sequence = guid
         if fragment.count > 1 or guid in self._parts:
@@ -188,14 +185,14 @@ class Beliefs:
         return bool(parts) and len(parts) == self.fragments[parts[0]].count
 
     def block(self, guid: Guid) -> Block:
-        """A block of which every part is known."""
+        """Join a block from its parts, all of which are known."""
         fragments = [self.fragments[column] for column in self.parts(guid)]
         return joined_block(sorted(fragments, key=lambda fragment: fragment.index))
 
     # Holders -------------------------------------------------------------------------------------
 
     def believe(self, column: int, nodes: int) -> None:
-        """Believe that these nodes hold an item, too."""
+        """Add believed holders (bit mask) of an item."""
         before = self.holders[column]
         nodes |= before
         if nodes != before:
@@ -206,18 +203,17 @@ class Beliefs:
                 self.held_by_all |= 1 << column
 
     def deny(self, column: int, node: int) -> None:
-        """Believe that a node lacks an item."""
+        """Remove a believed holder of an item."""
         self.holders[column] &= ~(1 << node)
         self.held_by_all &= ~(1 << column)
 
     def take(self, columns: Iterable[int], sender: int) -> None:
-        """Believe who holds the items of a packet.
+        """Add the senders and origins of received items as holders.
 
         5.: "Information contained within a successfully received packet is always added to the local world model".
 
         Args:
-            columns: of the items.
-            sender: node that is taken to hold what it sends, too, one bit; 0 for none.
+            sender: bit of a sender that counts as holder of its items (carrier evidence); 0 for none.
         """
         for column in columns:
             origin = self.uids[column].origin
@@ -231,18 +227,18 @@ class Beliefs:
         return all(self.holders[column] >> node & 1 for column in columns)
 
     def is_lacked(self, column: int) -> bool:
-        """True if a node that needs an item, and is there, is not believed to hold it."""
+        """True if a present node that needs an item is not believed to hold it."""
         return self.holders[column] | self.spared[column] | self.peers.away != self._all
 
     def gained(self) -> tuple[tuple[int, ItemUid], ...]:
-        """Peers and items of which it is believed since ``before`` was cleared that they hold them, in order."""
+        """Return sorted pairs of peer and item with belief gained since ``before`` was cleared."""
         gained = []
         for column, before in self.before.items():
             gained += [(peer, column) for peer in members(self.holders[column] & ~(before | self._mine))]
         return tuple([(peer, self.uids[column]) for peer, column in sorted(gained)])
 
     def ease(self, column: int) -> bool:
-        """True if all peers hold an item to which it is addressed, from now on: others need it less."""
+        """Lower the priority of an item once all addressed peers hold it; return True on the change."""
         entry = self.entry(column)
         if not entry.addressed or entry.addressed & ~self.holders[column]:
             return False
@@ -251,7 +247,7 @@ class Beliefs:
         return True
 
     def begin(self, node: int, epoch: int) -> None:
-        """A node is in another life: it holds what it has recorded in it, and nothing else is known."""
+        """Start a new incarnation of a node, which holds only the items recorded in it."""
         self.peers.begin(node, epoch)
         self.forget(node)
         if self.summaries is not None:
@@ -262,18 +258,17 @@ class Beliefs:
             self.believe(column, 1 << node)
 
     def forget(self, node: int) -> None:
-        """Believe nothing of what a node holds or has received."""
+        """Clear beliefs about the items and packets of a node."""
         self.holders = [nodes & ~(1 << node) for nodes in self.holders]
         self.held_by_all = 0
         self.log.forget(node)
 
     def doubt(self, node: int, frame: int, by_alarm: bool = False) -> bool:
-        """Two vehicles use the number of a node; True if that was not known before.
+        """Record a duplicate node id; return True if it was unknown.
 
         Args:
-            node: the number.
-            frame: TDMA frame in which that was noticed.
-            by_alarm: another one has said so; else this node says it.
+            frame: TDMA frame of the evidence.
+            by_alarm: reported by another node; else this node sends the alarm.
         """
         is_new = self.peers.doubt(node, frame)
         for peer in range(self.n_nodes) if is_new or node == self.me else (node,):
@@ -294,14 +289,13 @@ class Beliefs:
         return is_new
 
     def orphans(self, life: Life | None = None, of_others: bool = False) -> list[int]:
-        """Columns of items that their origin cannot be relied on to send, of which this node is the one to do so.
+        """Return columns of items without a sending origin that this node must send.
 
-        Their origin is away or has begun anew. Of those that are believed to hold one and are there, the node with
-        the lowest index sends it.
+        The origin is absent or has restarted; of the present holders the one with the lowest index sends.
 
         Args:
-            life: of these alone.
-            of_others: those, too, that another node is to send.
+            life: restricts the items to one incarnation; None for all.
+            of_others: include items that another holder sends.
         """
         before = 0 if of_others else self._mine - 1 & ~self.peers.away
         return [
@@ -315,12 +309,12 @@ class Beliefs:
     # Whole blocks --------------------------------------------------------------------------------
 
     def complete(self, guid: Guid) -> None:
-        """A block is whole here."""
+        """Record that a block is whole."""
         origin, epoch, sequence = guid
         self.own.add((origin, epoch), sequence)
 
     def give_up(self, guids: Iterable[Guid]) -> None:
-        """Blocks were forgotten for want of what they rest on: say so, that they may come again."""
+        """Report blocks as missing that were discarded for lack of their dependencies."""
         for origin, epoch, sequence in guids:
             if sequence >= 0 and self.own.has((origin, epoch), sequence):
                 self.own.give_up((origin, epoch), sequence)
@@ -328,12 +322,12 @@ class Beliefs:
                     self.summaries.telling.urge((origin, epoch))
 
     def given_up(self) -> Iterator[tuple[int, ItemUid]]:
-        """This node, and blocks, by their first items, that it has given up and that have not come again."""
+        """Yield this node with the first item of each discarded block not received again."""
         for (origin, epoch), given_up in self.own.given_up.items():
             yield from ((self.me, ItemUid(origin, sequence, 0, epoch)) for sequence in sorted(given_up))
 
     def come_again(self, guid: Guid) -> Block | None:
-        """The block, if it was given up and a part of it is heard again; the other parts are known."""
+        """Return a discarded block on the reception of one of its parts; None otherwise."""
         origin, epoch, sequence = guid
         if sequence not in self.own.given_up.get((origin, epoch), ()) or not self.is_whole(guid):
             return None
@@ -342,5 +336,5 @@ class Beliefs:
 
 
 def item_set(columns: Sequence[int]) -> int:
-    """Set of the items of some columns, which differ."""
+    """Return the bit set of distinct columns."""
     return sum([1 << column for column in columns])

@@ -1,4 +1,4 @@
-"""What a vehicle makes of a sound packet: items and blocks, who holds what, and what its sender has to catch up."""
+"""Processing of a valid packet: items, acknowledgements, resynchronisation of its sender."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def _contradiction(fragment: Fragment, beliefs: Beliefs, assembly: Assembly) -> Block | None:
-    """The block by which an item that is known with other content has another one, if that is whole."""
+    """Return the block that contradicts a known item, if it is whole."""
     known = beliefs.fragment(fragment.uid)
     if known is not None and fragment.count != known.count:
         return assembly.add(fragment)
@@ -33,8 +33,9 @@ def _contradiction(fragment: Fragment, beliefs: Beliefs, assembly: Assembly) -> 
 class _Taken(NamedTuple):
     """Contents of the fragments of a packet.
 
-    ``content`` has the columns of the items, known ones too, if they are as known.
-    ``is_ambiguous`` if two vehicles have told different things under the name of one of them.
+    Attributes:
+        content: columns of items, known ones too, with unchanged content.
+        is_ambiguous: True if a duplicate node id sent different content under one name.
     """
 
     content: Sequence[int]
@@ -45,14 +46,12 @@ class _Taken(NamedTuple):
 
 
 class Listener:
-    """Takes in what one vehicle hears.
+    """Receiver of one vehicle.
 
     Args:
         model: own world model, read only.
-        beliefs, interests: of this node.
-        repeats: this node sends items of others, too.
-        carrier_evidence: take a peer that carries an item as holding it.
-        frame_s: length of a TDMA frame.
+        repeats: this node also sends items of others.
+        carrier_evidence: a peer that carries an item counts as a holder.
     """
 
     def __init__(
@@ -72,17 +71,17 @@ class Listener:
         self._repeats = repeats
         self._carrier_evidence = carrier_evidence
         self._frame_s = frame_s
-        self._relayed = 0  # nodes whose items this node sends, too, one bit each
-        self._passed_on_s: dict[tuple[int, int], float] = {}  # times of the newest statuses that it was to relay
+        self._relayed = 0  # origins relayed (bit mask)
+        self._passed_on_s: dict[tuple[int, int], float] = {}  # times of the newest statuses relayed
         self.assembly = Assembly()
-        """Parts of blocks of which others lack."""
+        """Incomplete blocks."""
         self.stating: Stating | None = None
-        """Statements of holdings, where the policy has them."""
+        """Holdings reports; None without the policy."""
         self.relaying: Relaying | None = None
-        """Relaying for others, where it is on."""
+        """Relaying; None if off."""
 
     def register(self, item: Named, now_s: float, entry: Sendable | None = None) -> int:
-        """Hold an item that is new here, and send it if this vehicle is to; returns its column."""
+        """Add a new item and queue it if this vehicle sends it; return its column."""
         column, origin, beliefs = self._beliefs.add(item, entry), item.fragment.origin, self._beliefs
         is_own = origin == self._me and beliefs.origins[origin] >> column & 1
         if self._repeats or is_own or self._relayed >> origin & 1:
@@ -90,14 +89,10 @@ class Listener:
         return column
 
     def listen(self, judged: Judged, slot: int, met: Met, is_second: bool, now_s: float) -> Reception:
-        """Learn from a sound packet what it tells, who holds what, and whether its sender needs to catch up.
+        """Update items, holders and peers from a valid packet; return what it brought.
 
         Args:
-            judged: what was heard.
-            slot: in which it was sent.
-            met: what is known of its sender.
-            is_second: True if another packet of its sender was heard in the same slot.
-            now_s: the time (s).
+            is_second: another packet of its sender was received in the same slot.
         """
         packet, beliefs, peers, log = judged.packet, self._beliefs, self._peers, self._beliefs.log
         frame, sender = packet.frame, packet.sender
@@ -115,7 +110,7 @@ class Listener:
         taken = self._take_in(judged.items, now_s) if judged.items else _Taken((), judged.statuses)
         lacked: list[int] = []
         is_trusted = frame >= peers.trusted_from or not peers.is_doubted(sender, frame)
-        if is_trusted and not taken.is_ambiguous:  # else neither acknowledged nor heeded
+        if is_trusted and not taken.is_ambiguous:  # else neither acknowledged nor accepted
             is_late, own = slot < log.slot, packet.rows[sender]
             is_asked = log.sent_slot is not None and 0 < slot - log.sent_slot < beliefs.n_nodes
             heeded = peers.heed(sender, own, frame, is_asked and not (is_late and log.own_slot > slot))
@@ -145,13 +140,12 @@ class Listener:
         )  # fmt: skip
 
     def _begin(self, node: int, epoch: int) -> None:
-        """A node is in another life."""
         self._beliefs.begin(node, epoch)
         if self.stating is not None:
             self.stating.forget(node)
 
     def _take_summaries(self, packet: Packet, now_s: float) -> list[int]:
-        """Believe the summaries in a packet; return columns of what its sender lacks."""
+        """Apply the summaries of a packet; return columns that its sender lacks."""
         beliefs, lacked = self._beliefs, list[int]()
         if beliefs.summaries is None:
             return lacked
@@ -165,14 +159,9 @@ class Listener:
     def _take_account(
         self, stating: Stating, packet: Packet, slot: int, is_asked: bool, taken: _Taken, now_s: float
     ) -> tuple[_Taken, list[int]]:
-        """Learn what a packet says of holdings; returns all that it brought, and what its sender lacks.
+        """Apply the holdings section; return all new content, and columns that the sender lacks.
 
-        Args:
-            stating: of this node.
-            packet: heard; slot: in which it was sent.
-            is_asked: its acknowledgements, if it has any, are about the own last packet.
-            taken: what its fragments brought.
-            now_s: the time (s).
+        ``is_asked``: its acknowledgements refer to the own last packet.
         """
         vouched = self._peers.vouched(packet.sender, packet.frame)
         answers = self._peers.answers(packet.sender, packet.frame)
@@ -185,19 +174,16 @@ class Listener:
         return taken._replace(blocks=(*taken.blocks, *more.blocks), items=items, aside=aside), lacked
 
     def _told(self, packet: Packet, missed: int, now_s: float) -> tuple[tuple[int, float], ...]:
-        """When, at the earliest, nodes spoke of which a packet tells, and which this vehicle missed.
+        """Return second-hand evidence of presence: nodes and earliest times of transmission (s).
 
-        Args:
-            packet: heard.
-            missed: nodes, one bit each, whose packets others have heard in the TDMA frame before.
-            now_s: the time (s).
+        ``missed`` has the nodes (bit mask) whose last packets only others received.
         """
         told = [(node, now_s - self._frame_s) for node in members(missed)]
         passed_on = [fragment for fragment in packet.fragments if fragment.origin not in (packet.sender, self._me)]
         return (*told, *[(fragment.origin, min(fragment.time_s, now_s)) for fragment in passed_on])
 
     def _is_news(self, status: Block) -> bool:
-        """True, once, if nothing as new is known of what a status says first; it may be that nobody believes it."""
+        """True once per status newer than the known one, which other nodes may have rejected."""
         slot = status.facts[0].subject, status.facts[0].attribute
         known = self._model.latest(*slot)
         newest_s = max(-math.inf if known is None else known.block.time_s, self._passed_on_s.get(slot, -math.inf))
@@ -207,24 +193,22 @@ class Listener:
         return True
 
     def relay(self, origins: int, now_s: float) -> None:
-        """Send, until this is said anew, also what these nodes tell, one bit each: somebody hardly hears them.
+        """Relay items of these origins (bit mask) until the next call.
 
-        Their newest status is said once, as that of this vehicle.
+        Peers have poor links to these origins. The newest status of each is relayed once.
         """
         self._relayed = origins
         for origin in members(origins):
             lacked = [column for column in members(self._beliefs.origins[origin]) if self._beliefs.is_lacked(column)]
             self._interests.adopt(lacked, now_s)
-        if origins:  # whoever else is to send what is left of a life that is over may be hardly heard as well
+        if origins:  # the node that should send these may have poor links as well
             self._interests.adopt(self._beliefs.orphans(of_others=True), now_s)
 
     def resume(self, room_bits: int, size_bits: Callable[[Fragment], int], now_s: float) -> None:
-        """Take up what the world model holds.
+        """Register the blocks of the world model after a restart.
 
         Args:
-            room_bits: of a packet for one fragment.
-            size_bits: of a fragment.
-            now_s: the time (s).
+            room_bits: packet capacity for one fragment.
         """
         for guid, block in self._model.items():
             self._beliefs.complete(guid)
@@ -233,7 +217,7 @@ class Listener:
                     self.register(name_of_item(fragment), now_s, Sendable(fragment, block.facts))
 
     def _twin(self, packet: Packet, is_second: bool, now_s: float) -> int | None:
-        """The name under which two vehicles speak, if this packet is the first to show it."""
+        """Return a duplicate node id if this packet is the first evidence; else None."""
         noticed: list[tuple[int, bool]] = [(packet.sender, False)] if is_second else []
         if self._is_misquoted(packet):
             noticed.append((self._me, False))
@@ -247,12 +231,11 @@ class Listener:
         return new[0] if new else None
 
     def doubt(self, node: int, frame: int, now_s: float, by_alarm: bool = False) -> bool:
-        """Two vehicles speak under the name of a node; True if that was not known before: then all is said again.
+        """Record a duplicate node id; if it was unknown, reopen all items and return True.
 
         Args:
-            node: the name; frame: TDMA frame in which that was noticed.
-            now_s: the time (s).
-            by_alarm: another one has said so; else this vehicle says it.
+            frame: TDMA frame of the evidence.
+            by_alarm: reported by another node; else this vehicle sends the alarm.
         """
         is_new = self._beliefs.doubt(node, frame, by_alarm)
         if self.stating is not None:
@@ -262,7 +245,7 @@ class Listener:
         return is_new
 
     def _is_misquoted(self, packet: Packet) -> bool:
-        """True if a packet has items or summaries of this vehicle's life that it never told: another speaks as it."""
+        """True if a packet has items or summaries of this incarnation that this vehicle never sent."""
         own, n_told = (self._me, self._model.epoch), self._model.next_sequence
         for summary in packet.summary:
             if summary[:2] == own and summary.beyond(n_told):
@@ -270,13 +253,13 @@ class Listener:
         return any(map(self._is_misquote, [fragment for fragment in packet.fragments if fragment.origin == self._me]))
 
     def _is_misquote(self, fragment: Fragment) -> bool:
-        """True for a fragment under the name of this vehicle if it is an item of its life that it never told."""
+        """True for a fragment in the own name and epoch that this vehicle never recorded."""
         if fragment.epoch != self._model.epoch or fragment.sequence == STATUS:
             return False
         return self._beliefs.fragment(fragment.uid) != fragment
 
     def _lives_told(self, packet: Packet) -> list[tuple[int, int]]:
-        """Nodes that are in another life than was known, by the packet's head and by items that are new here."""
+        """Return nodes with a new incarnation, by the packet's head and its unknown items."""
         told, epochs = {packet.sender: packet.epoch}, self._peers.epochs
         for fragment in packet.fragments:
             origin = fragment.origin
@@ -286,7 +269,6 @@ class Listener:
         return [(node, epoch) for node, epoch in told.items() if epoch != epochs[node]]
 
     def _take_in(self, told: Sequence[Named | Block], now_s: float) -> _Taken:
-        """Take in the items and statuses of a packet."""
         beliefs, is_ambiguous = self._beliefs, False
         content: list[int] = []
         blocks: list[Block] = []
@@ -329,7 +311,7 @@ class Listener:
         return _Taken(tuple(dict.fromkeys(content)), blocks, items, aside, is_ambiguous)
 
     def _catch_up(self, peer: int, now_s: float) -> None:
-        """A peer that was away, or begins anew, is there: it is told what it lacks, and what is held here."""
+        """Resynchronise a peer that returns or restarts: reopen items, send all summaries."""
         if self.stating is not None:
             self.stating.miss(peer)
         if not self._repeats:
@@ -339,9 +321,9 @@ class Listener:
             self._beliefs.summaries.telling.urge()
 
     def reopen(self, now_s: float) -> None:
-        """Send again what was settled and is lacked by somebody now."""
+        """Reopen delivered items that some node lacks now."""
         self._interests.reopen(now_s)
 
     def settle(self) -> tuple[ItemUid, ...]:
-        """Close the items that all who need them, and are there, are believed to hold."""
+        """Close items that all present nodes that need them are believed to hold."""
         return self._interests.settle(of_all=True)

@@ -1,7 +1,7 @@
-"""Parking: what a peer needs is not waited for while it is silent for longer than loss explains.
+"""Suspension for absent peers: items do not wait for a peer whose silence exceeds loss.
 
-It is heard again, and catches up. Of whom nobody is heard, the silence says that this vehicle is deaf or far away: it
-parks none, and takes whoever is heard next for one that comes back.
+The peer resynchronises at its next packet. If no peer is received, this vehicle is deaf or far away: it suspends none,
+and treats the next peer as returning.
 """
 
 from __future__ import annotations
@@ -10,15 +10,11 @@ from exchange.peering.beliefs import Beliefs
 from exchange.peering.listening import Listener
 
 PARKED = "parked"
-"""Event of a peer that is not waited for from now on."""
+"""Event of a peer that becomes absent."""
 
 
 class Parking:
-    """Parks the peers of one vehicle.
-
-    Args:
-        beliefs, listener: of this node.
-    """
+    """Suspension of absent peers by one vehicle."""
 
     def __init__(self, beliefs: Beliefs, listener: Listener) -> None:
         self._all = (1 << beliefs.n_nodes) - 1 & ~(1 << beliefs.me)
@@ -26,13 +22,9 @@ class Parking:
         self._listener = listener
 
     def look(self, frame: int, now_s: float) -> tuple[tuple[int, str], ...]:
-        """Park who is silent for too long as an own slot opens; return who is parked from now on, and that event.
+        """Mark peers as absent whose silence exceeds loss; return them with the event.
 
-        Asked only where somebody is silent for longer than ``SHORTEST_SILENCE``.
-
-        Args:
-            frame: TDMA frame of the slot.
-            now_s: the time (s).
+        The caller checks first that a peer is silent for longer than ``SHORTEST_SILENCE``.
         """
         peers = self._peers
         parked = tuple([node for node, n in peers.silences(frame) if n > peers.longest_silence(node)])

@@ -1,23 +1,21 @@
-"""The peers of one vehicle: what their packets acknowledge, which life each is in, what its links lose.
+"""Peers of one vehicle: acknowledgements, incarnations, link loss.
 
-*Lives.* A vehicle that begins anew has a higher epoch. What was believed of it is void when that epoch is heard. A
-third vehicle may not have heard of it and state by its matrix what the old life held. So of rows about a peer that
-began anew only those are heeded whose senders are known to have heard the new epoch. They say so by the bit in their
-own row for the peer's last packet: at that time its epoch was not lower than the one known here. What such a vehicle
-states rests, in turn, on rows that it heeded by the same rule. One that begins anew is known to have heard no epoch but
-its own: what it heard in an earlier life it has forgotten, and may heed rows of those who never heard it either. An
-older epoch is refused; if it comes twice running, the newer one was damage.
+*Incarnations.* A restarted vehicle has a higher epoch; beliefs about its earlier incarnation are void. A third vehicle
+may not know the new epoch and acknowledge items for the old one. Acknowledgements about a restarted peer are therefore
+accepted only from senders known to have received the new epoch: they acknowledged a packet of it in their own row.
+Their acknowledgements in turn rest on rows accepted by the same rule. A restarted vehicle is known to have received no
+epoch but its own. An older epoch is refused; received twice in succession, it shows that the newer one was damage.
 
-*Links.* Of the link from a peer to this vehicle a sample is each slot of the peer: heard or missed. Which slots a peer
-spoke in is known once it is heard again; a silence too long to be loss is no sample, for the peer was away. Of the link
-to a peer a sample is the bit by which the peer says whether it received this vehicle's last packet. It comes in packets
-that were heard, so it does not depend on the way back. Newer samples count more: a sample has the weight ``KEPT`` to
-the power of its age in samples, so an estimate follows a link within about 64 packets.
+*Links.* Each slot of a peer is a sample of the incoming link: received or lost, counted at its next packet. Silence too
+long for loss is absence and no sample. A sample of the outgoing link is the peer's acknowledgement bit for the own last
+packet; it is independent of the way back. A sample weighs ``KEPT`` to the power of its age in samples: estimates follow
+a link within about 64 packets.
 
-*Two in one slot.* Who hears two packets of one sender and slot, or itself hears a packet in its own name, cannot tell
-what an acknowledgement of that name means. It neither gives nor heeds any until the doubt has lasted for some frames.
-Nor does it believe any longer what it has believed of anybody: others may have acknowledged the one packet while it
-held the other for it. And of matrices it heeds until then only what senders say of themselves.
+*Duplicate node ids.* Evidence is two packets of one sender and slot, or a packet in the own name. Acknowledgements of
+that name are ambiguous: they are neither sent nor accepted until the ambiguity has lasted for some frames. Beliefs
+about
+all nodes are cleared, since others may have acknowledged one packet for the other. Until then, of an acknowledgement
+matrix only the sender's own row counts.
 """
 
 from __future__ import annotations
@@ -33,28 +31,28 @@ from exchange.packets import Met
 from exchange.planning import KEPT, PRIOR_LOSS, PRIOR_WEIGHT
 
 DOUBT_FRAMES = 16
-"""Frames after the last sign of two vehicles in one slot before their name is trusted again."""
+"""Frames after the last evidence of a duplicate node id before the name is trusted again."""
 REPEATED_EPOCHS = 2
-"""Packets in a row of an older epoch after which the newer one is taken for damage."""
+"""Packets in succession of an older epoch that prove the newer one to be damage."""
 
 
 LOST, HEARD = 1, 0
 """Samples of a link."""
 MOST_SAMPLES = 64
-"""That wait to be counted."""
+"""Largest number of samples in the buffer."""
 UNLIKELY = 1e-3
-"""A silence of this probability, at the estimated loss, is taken for absence."""
+"""Probability of a silence, at the estimated loss, below which it counts as absence."""
 SHORTEST_SILENCE = 4
-"""Frames that a peer may be silent in any case."""
+"""Frames of silence that never count as absence."""
 
 
 class Link(NamedTuple):
-    """What is known of one directed link.
+    """Loss estimate of one directed link.
 
     Attributes:
-        p_loss: estimated share of lost packets; None without a sample.
-        n: samples that it rests on; the old ones of many hardly count.
-        p_reckoned: share of lost packets to be reckoned with, by the samples and by what holds before there are any.
+        p_loss: weighted share of lost packets; None without a sample.
+        n: number of samples.
+        p_reckoned: posterior share of lost packets, from samples and prior.
     """
 
     p_loss: float | None
@@ -62,17 +60,12 @@ class Link(NamedTuple):
     p_reckoned: float = PRIOR_LOSS
 
     def longest_silence(self, unlikely: float) -> int:
-        """Packets in a row that loss alone takes with a probability below ``unlikely``."""
+        """Packets lost in succession whose probability falls below ``unlikely``."""
         return math.ceil(log(unlikely) / log(self.p_reckoned))
 
 
 class PeerLinks(NamedTuple):
-    """The two links between this vehicle and a peer.
-
-    Attributes:
-        incoming: from the peer to this vehicle.
-        outgoing: from this vehicle to the peer.
-    """
+    """Links from a peer (incoming) and to it (outgoing)."""
 
     incoming: Link
     outgoing: Link
@@ -80,10 +73,10 @@ class PeerLinks(NamedTuple):
 
 @dataclass(slots=True)
 class LossEstimate:
-    """Running estimate of the loss of one directed link.
+    """Running loss estimate of one directed link.
 
     Attributes:
-        samples: those that nobody has asked about yet, a byte each: `LOST` or `HEARD`.
+        samples: buffer of new samples, a byte each: `LOST` or `HEARD`.
 
     >>> estimate = LossEstimate(bytearray([LOST, LOST, LOST, HEARD]))
     >>> round(estimate.link.p_loss, 2), estimate.link.n, estimate.longest_silence
@@ -96,14 +89,13 @@ class LossEstimate:
     _weight: float = 0.0
 
     def note_heard(self, n_lost: int) -> None:
-        """Take note of a packet that was heard after so many that were lost: of ever so many the newest count."""
+        """Record a packet received after ``n_lost`` lost ones; the last ``MOST_SAMPLES`` count."""
         self.samples += bytes([LOST]) * min(n_lost, MOST_SAMPLES)
         self.samples.append(HEARD)
         if len(self.samples) > MOST_SAMPLES:
             self._count()
 
     def _count(self) -> None:
-        """Take in the samples: one is taken with every packet, but the estimate is asked for now and then."""
         lost, weight, samples = self._lost, self._weight, self.samples
         for sample in samples:
             lost = KEPT * lost + sample
@@ -113,31 +105,29 @@ class LossEstimate:
 
     @property
     def link(self) -> Link:
-        """The estimate as a value."""
+        """Estimate as a value."""
         if self.samples:
             self._count()
         return Link(self._lost / self._weight if self._n else None, self._n, self.p_reckoned)
 
     @property
     def p_reckoned(self) -> float:
-        """Share of lost packets to be reckoned with, see `Link`."""
+        """Posterior share of lost packets, see `Link`."""
         if self.samples:
             self._count()
         return (self._lost + PRIOR_LOSS * PRIOR_WEIGHT) / (self._weight + PRIOR_WEIGHT)
 
     @property
     def longest_silence(self) -> int:
-        """Frames in a row that loss alone leaves empty with a probability below ``UNLIKELY``."""
+        """Frames of silence that loss explains with probability ``UNLIKELY`` or more."""
         return max(SHORTEST_SILENCE, self.link.longest_silence(UNLIKELY))
 
 
 class PeerStates:
-    """Lives, links and presence of the other nodes, as one node knows them.
+    """Incarnation, links and presence of the other nodes, as one node knows them.
 
     Args:
-        me: own node index.
-        n_nodes: size of the fleet.
-        kind: acknowledgement of the policy, which says when a peer answers.
+        kind: acknowledgement of the policy; fixes the frames in which a peer answers.
     """
 
     def __init__(self, me: int, n_nodes: int, kind: Acknowledgement) -> None:
@@ -146,36 +136,32 @@ class PeerStates:
         frames, nodes = range(kind.period_frames), range(n_nodes)
         self._answering = [[kind.carries(n_nodes, frame, node, node, me) for node in nodes] for frame in frames]
         self.epochs = [0] * n_nodes
-        """The newest epoch heard of each node."""
+        """Newest epoch received, by node."""
         self.away = 0
-        """Nodes that are not waited for, one bit each."""
+        """Absent nodes (bit mask), for which no item waits."""
         self.awaited = 0
-        """Nodes that catch up once they are heard, one bit each."""
+        """Nodes (bit mask) that resynchronise at their next packet."""
         self.is_alone = False
-        """Nobody is heard: the next node that is catches up, and none is away."""
+        """True while no node is received: the next one resynchronises, and none counts as absent."""
         self._all = (1 << n_nodes) - 1
-        self._informed_of = [self._all] * n_nodes  # by peer: nodes whose epoch it is known to have heard
-        self._older = [(0, 0)] * n_nodes  # an older epoch heard since, and how often in a row
-        self._heard: list[tuple[int, bytes]] = [(-1, b"")] * n_nodes  # slot and bytes of the packet heard last
+        self._informed_of = [self._all] * n_nodes  # by peer: nodes whose present epoch it received
+        self._older = [(0, 0)] * n_nodes  # older epoch received, times in succession
+        self._heard: list[tuple[int, bytes]] = [(-1, b"")] * n_nodes  # slot and bytes of the last packet
         self.heard_frame: list[int | None] = [None] * n_nodes
-        """TDMA frame of the last packet of each node."""
+        """TDMA frame of the last packet, by node."""
         self._incoming = [LossEstimate() for _ in range(n_nodes)]
         self._outgoing = [LossEstimate() for _ in range(n_nodes)]
         self._since_frame: int | None = None
         self._doubted_until = [-1] * n_nodes  # frame
         self.trusted_from = 0
-        """The first frame, from now on, in which no node is doubted."""
+        """First frame from which no node id is ambiguous."""
 
     def links(self, peer: int) -> PeerLinks:
-        """What the links from and to a peer lose."""
+        """Return the loss estimates of the links from and to a peer."""
         return PeerLinks(self._incoming[peer].link, self._outgoing[peer].link)
 
     def silences(self, frame: int) -> list[tuple[int, int]]:
-        """Peers that are waited for and silent for longer than ``SHORTEST_SILENCE``, and for how many frames.
-
-        Args:
-            frame: TDMA frame of the own slot that opens.
-        """
+        """Return present peers silent for more than ``SHORTEST_SILENCE`` frames, with that number."""
         if self._since_frame is None:
             self._since_frame = frame
         since, latest, passed_over = self._since_frame, frame - SHORTEST_SILENCE, self.away | 1 << self._me
@@ -186,21 +172,16 @@ class PeerStates:
         ]
 
     def longest_silence(self, peer: int) -> int:
-        """Frames in a row that loss alone leaves empty of a peer's packets, all but surely."""
+        """Frames of silence of a peer that loss explains."""
         return self._incoming[peer].longest_silence
 
-    # Hearing -------------------------------------------------------------------------------------
+    # Reception -----------------------------------------------------------------------------------
 
     def meet(self, sender: int, epoch: int, frame: int) -> Met:
-        """See who speaks, and in which life.
-
-        Args:
-            sender: of the packet.
-            epoch: that it states.
-            frame: TDMA frame of its slot.
+        """Update presence and link of a sender; return how it is met.
 
         Raises:
-            PeerFault: it is of an earlier life.
+            PeerFault: the packet is of an earlier incarnation.
         """
         known = self.epochs[sender]
         if epoch < known:
@@ -225,30 +206,28 @@ class PeerStates:
         return Met.BACK if was_away else Met.USUAL
 
     def begin(self, node: int, epoch: int) -> None:
-        """A node is in another life: nothing is believed of it."""
+        """Start a new incarnation of a node."""
         self.epochs[node] = epoch
         for peer, known in enumerate(self._informed_of):
             self._informed_of[peer] = known | 1 << node if peer == self._me else known & ~(1 << node)
         self._informed_of[node] = 1 << node
 
     def is_over(self, origin: int, epoch: int) -> bool:
-        """True if an origin is in another life, or away."""
+        """True if an origin is absent or in another incarnation."""
         return epoch != self.epochs[origin] or bool(self.away >> origin & 1)
 
     def _note_missed(self, sender: int, n_missed: int) -> None:
-        """Count what was missed of a peer in a row, unless it was away."""
+        """Count missed packets of a peer, unless it was absent."""
         incoming = self._incoming[sender]
         if n_missed <= 2 * SHORTEST_SILENCE or n_missed <= 2 * incoming.longest_silence:
             incoming.samples += bytes([LOST]) * n_missed
 
     def heed(self, sender: int, own: int, frame: int, is_asked: bool) -> int:
-        """Nodes, one bit each, of which the acknowledgements in a packet are to be believed.
+        """Record the receptions of a peer; return the nodes (bit mask) whose acknowledgements count.
 
         Args:
-            sender: of the packet.
             own: nodes whose last packets it received.
-            frame: TDMA frame of its slot.
-            is_asked: it speaks of the last packet of this node.
+            is_asked: it answers for the last packet of this node.
         """
         self._informed_of[sender] |= own
         if is_asked and self.answers(sender, frame):
@@ -256,26 +235,26 @@ class PeerStates:
         return self.vouched(sender, frame)
 
     def answers(self, sender: int, frame: int) -> bool:
-        """True if a packet of a peer in that frame has the bit that says whether it received this vehicle's last."""
+        """True if a peer's packet in that frame acknowledges this vehicle's last packet."""
         return self._answering[frame % len(self._answering)][sender]
 
     def vouched(self, sender: int, frame: int) -> int:
-        """Nodes, one bit each, of which a peer is to be believed what it says: it knows in which life they are."""
+        """Return nodes (bit mask) whose present incarnation a peer knows, so that its reports count."""
         return 1 << sender | (self._informed_of[sender] if frame >= self.trusted_from else 0)
 
-    # Two in one slot -----------------------------------------------------------------------------
+    # Duplicate node ids --------------------------------------------------------------------------
 
     def is_doubted(self, node: int, frame: int) -> bool:
-        """True while two vehicles may speak under the name of a node."""
+        """True while a node id may be duplicate."""
         return frame <= self._doubted_until[node]
 
     def conflicts(self, sender: int, slot: int, data: bytes) -> bool:
-        """True if another packet of this sender was heard in the same slot; the packet is kept to compare the next."""
+        """Record a packet; return True if it differs from one of the same sender and slot."""
         (last_slot, last_data), self._heard[sender] = self._heard[sender], (slot, data)
         return last_slot == slot and last_data != data
 
     def doubt(self, node: int, frame: int) -> bool:
-        """Two vehicles speak under the name of a node; True if it was not doubted before."""
+        """Record a duplicate node id; return True if it was not ambiguous before."""
         is_new = not self.is_doubted(node, frame)
         self._doubted_until[node] = frame + DOUBT_FRAMES
         self.trusted_from = max(self._doubted_until) + 1

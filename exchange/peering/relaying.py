@@ -1,20 +1,18 @@
-"""Relaying: items of others go on where their origin is hardly heard and this vehicle is.
+"""Relaying of items whose origin has a poor link to a peer that this vehicle reaches.
 
-A policy without repeats leaves it to the origin to send an item until all who need it hold it. Over a link that loses
-nearly all that takes for ever, and so it does where the origin hears nothing of the peer and takes it for lost, while a
-third vehicle reaches both. What links lose their receivers tell all who hear them: their packets say whose last packets
-they have received. A link is worth what the worse of its directions lets through. Where that from a vehicle to the peer
-is worth `FAVOUR` times as much as that from the origin, and no other much more still, it sends the items of the origin,
-too. Of others count those that news reaches without that peer, on the best ways (the tree of the links that are worth
-most): two behind one bad link hear each other best, and neither has what is to be relayed. Nor does who is away count,
-who may be lost. Links that lose alike make nobody relay. Policies with repeats need none of this, since all send all.
+Without repeats, an origin sends an item until all nodes that need it hold it. Over a link with nearly total loss this
+never ends, and an origin that receives nothing of the peer takes it for lost. Loss between others follows from their
+acknowledgements. The value of a link is the delivery rate of its worse direction. A vehicle relays the items of an
+origin if its link to the peer is worth `FAVOUR` times that of the origin, and no other relay's link is much better.
+Origins count only if joined to this vehicle without the peer, in the maximum spanning tree of the link values: of two
+nodes behind one bad link, neither has what is to be relayed. Absent nodes do not count. Equal links make no relays.
+Policies with repeats need no relays.
 
-Under a policy by which nobody tells the origin that a peer holds what was relayed to it, the origin would say that over
-its nearly cut link to no end. So whoever sends an item leaves such a peer to a node on the best way there that it heard
-pass on the item, or a later one of its origin: that one sends it until all hold it. While nobody else lacks the item,
-and that node is heard, it *rests*: it stays open, is not taken for known to the peer, and is not said. Who is judged to
-have cause to pass it on is not enough, since others heard other packets, and judge otherwise. In case that a node has
-given it up, what is some times as old as when it was said last is said once more.
+If the policy carries no third-party acknowledgements, the origin would resend over its bad link for ever. A sender
+therefore leaves such a peer to a node on the best path to it that was received passing on the item, or a later one of
+that origin. While no other node lacks the item and that relay is received, the item is *suspended*: open, not counted
+as delivered, not sent. In case the relay has discarded it, an item is sent again when its age is `AGED` times that at
+its last transmission.
 """
 
 from __future__ import annotations
@@ -29,22 +27,19 @@ from exchange.peering.peers import HEARD, LOST
 from exchange.planning import KEPT, PRIOR_LOSS, PRIOR_WEIGHT
 
 LOOK_FRAMES = 4
-"""TDMA frames between two looks at what links lose."""
+"""TDMA frames between evaluations of link loss."""
 FAVOUR = 4.0
-"""How much more the link from who relays to a peer is worth than that from the origin."""
+"""Value of a relay's link to a peer over that of the origin."""
 EQUAL = 0.8
-"""Whose link is worth so much of the best relays, too: all judge by what they heard."""
+"""Share of the best link value that suffices, since nodes judge by different packets."""
 AGED = 4.0
-"""What rests is said once more when it is so many times as old as when it was said last."""
+"""Age of a suspended item, in ages at its last transmission, at which it is sent again."""
 
 
 class LossesAt:
-    """Running estimates of what one receiver loses of each sender, of all of whom a packet of it tells at once.
+    """Running loss estimates of all links to one receiver, as `LossEstimate` in compact form.
 
-    Each is as a `LossEstimate` has it; of 32 nodes a vehicle keeps a thousand.
-
-    Args:
-        n_nodes: size of the fleet.
+    A fleet of 32 nodes has about a thousand of these links.
 
     >>> losses = LossesAt(2)
     >>> losses.note([0b01, 0b01, 0b11])
@@ -59,7 +54,7 @@ class LossesAt:
         self._weight = 0.0
 
     def note(self, rows: list[int]) -> None:
-        """Take note of what packets have said of whose packets were received, one bit each, in their order."""
+        """Record acknowledgement rows (bit masks of received senders) in the order of packets."""
         for row in rows:
             self._weight = KEPT * self._weight + 1.0
             for sender, lost in enumerate(self._lost):
@@ -67,17 +62,13 @@ class LossesAt:
 
     @property
     def p_reckoned(self) -> list[float]:
-        """By sender, the share of lost packets to be reckoned with."""
+        """Posterior share of lost packets, by sender."""
         weight = self._weight + PRIOR_WEIGHT
         return [(lost + PRIOR_LOSS * PRIOR_WEIGHT) / weight for lost in self._lost]
 
 
 class Relaying:
-    """Whose items one vehicle relays beside its own, and which it leaves to others to relay.
-
-    Args:
-        beliefs, listener: of this node.
-    """
+    """Relaying of one vehicle: origins it relays, peers it leaves to other relays."""
 
     def __init__(self, beliefs: Beliefs, listener: Listener) -> None:
         self._me = beliefs.me
@@ -86,28 +77,23 @@ class Relaying:
         self._peers = beliefs.peers
         self._listener = listener
         self.rows: list[list[int]] = [[] for _ in self._nodes]
-        """By peer, what its packets have said since the last look of whose packets it has received."""
+        """Acknowledgement rows since the last evaluation, by peer."""
         self._losses = [LossesAt(len(self._nodes)) for _ in self._nodes]  # by receiver
         self.due_frame = LOOK_FRAMES
-        """TDMA frame of the next look."""
+        """TDMA frame of the next evaluation."""
         self.left: list[tuple[int, int]] = []
-        """Peers that are nearly cut off from this vehicle, each with every node on the best way to it."""
-        self._passed_on = [0 for _ in self._nodes]  # by node, items of others that it sends once it holds them
+        """Peers with a poor link to this vehicle, each with every node on the best path to it."""
+        self._passed_on = [0 for _ in self._nodes]  # by node: item set of others that it relays
 
     def look(self, frame: int, now_s: float) -> None:
-        """Judge the links between others by what was heard since the last look, and relay accordingly.
-
-        Args:
-            frame: TDMA frame of a packet that was heard.
-            now_s: the time (s).
-        """
+        """Evaluate the links between others and update the relayed origins."""
         self.due_frame = frame + LOOK_FRAMES
         for losses, rows in zip(self._losses, self.rows, strict=True):
             losses.note(rows)
             rows.clear()
         lost = [losses.p_reckoned for losses in self._losses]
         between = [share for one, shares in enumerate(lost) for other, share in enumerate(shares) if one != other]
-        if FAVOUR * (1.0 - max(between)) >= 1.0 - min(between):  # no link is worth so much more than another
+        if FAVOUR * (1.0 - max(between)) >= 1.0 - min(between):  # no link is that much better than another
             self.left = []
             self._listener.relay(0, now_s)
             return
@@ -122,20 +108,14 @@ class Relaying:
         self._listener.relay(relayed, now_s)
 
     def note(self, packet: Packet) -> None:
-        """Note that the sender of a packet that was heard passes on these items, and earlier ones of their origins."""
+        """Record which items, with earlier ones of their origins, the sender of a packet passes on."""
         for fragment in packet.fragments:
             column = self._beliefs.column_of.get(fragment.uid)
             if fragment.origin != packet.sender and column is not None:
                 self._passed_on[packet.sender] |= self._beliefs.origins[fragment.origin] & (2 << column) - 1
 
     def resting(self, items: int, frame: int, now_s: float) -> int:
-        """Those of the open items that only those lack who are left to another.
-
-        Args:
-            items: item set of those that are open.
-            frame: TDMA frame of the own slot that opens.
-            now_s: the time (s).
-        """
+        """Return the open items lacked only by peers that are left to a relay."""
         peers, beliefs, left = self._peers, self._beliefs, list[tuple[int, int]]()
         for peer, by in self.left:
             heard = peers.heard_frame[by]
@@ -154,12 +134,12 @@ class Relaying:
         return items
 
     def _cut_off_from(self, worth: list[float], near: int, away: int) -> int:
-        """Origins, one bit each, whose items hardly get to a peer that takes those of this vehicle, and answers.
+        """Return origins (bit mask) with poor links to a peer that this vehicle reaches well.
 
         Args:
-            worth: of the links between that peer and each node.
-            near: nodes, one bit each, that are joined with this vehicle without that peer.
-            away: nodes, one bit each, that are not waited for.
+            worth: values of the links between that peer and each node.
+            near: nodes (bit mask) joined to this vehicle without that peer.
+            away: absent nodes (bit mask).
         """
         own = worth[self._me]
         if own < EQUAL * max([worth[node] for node in members(near & ~away)]):
@@ -169,12 +149,12 @@ class Relaying:
 
 
 def tree_of(worth: list[list[float]]) -> list[int]:
-    """Neighbours of each node, one bit each, in the tree of the links that are worth most (Prim 1957).
+    """Neighbours of each node (bit masks) in the maximum spanning tree (Prim 1957).
 
     >>> tree_of([[0.0, 0.9, 0.1], [0.9, 0.0, 0.5], [0.1, 0.5, 0.0]])
     [2, 5, 2]
     """
-    tree, left = [0] * len(worth), dict.fromkeys(range(1, len(worth)), 0)  # by node outside, the best one inside
+    tree, left = [0] * len(worth), dict.fromkeys(range(1, len(worth)), 0)  # by node outside: best neighbour inside
     while left:
         node = max(left, key=lambda outside: worth[outside][left[outside]])
         inside = left.pop(node)
@@ -185,7 +165,7 @@ def tree_of(worth: list[list[float]]) -> list[int]:
 
 
 def ways_from(tree: list[int], start: int) -> list[tuple[int, list[int]]]:
-    """The other nodes of a tree, each with the way to it from one of them, which that one begins.
+    """Path from ``start`` to each other node of a tree, without its end.
 
     >>> ways_from([2, 5, 2], 0)
     [(1, [0]), (2, [0, 1])]
@@ -197,7 +177,7 @@ def ways_from(tree: list[int], start: int) -> list[tuple[int, list[int]]]:
 
 
 def joined(tree: list[int], start: int, without: int) -> int:
-    """Nodes that are joined with one in a tree without some, one bit each.
+    """Nodes (bit mask) connected to ``start`` in a tree after removal of ``without``.
 
     >>> joined([2, 5, 2], 0, without=0b010)
     1

@@ -1,8 +1,8 @@
-"""What one vehicle states of its holdings, what it makes of such statements, and what it repairs by symbols.
+"""Holdings reports of one vehicle: its own, those of peers, and coded repairs.
 
-The rules are those of `exchange.planning`; `exchange.study.stating` runs them on all nodes at once. Here items have
-names, and what is stated is by whole blocks, as their origins number them. What a peer has stated is remembered by
-number, so that it counts for an item that comes to be held here later, too.
+The rules are in `exchange.planning`; `exchange.study.stating` applies them to all nodes at once. Here items have names,
+and reports cover whole blocks by their origin's numbers. Reports of peers are stored by number, so that they also apply
+to items received later.
 """
 
 from __future__ import annotations
@@ -37,30 +37,28 @@ from worldmodel.facts import Guid
 
 
 class Accounts(Protocol):
-    """Says how large statements are, and what a block is as it is coded: `exchange.wire.accounts` does."""
+    """Codec of holdings sections, see `exchange.wire.accounts`."""
 
     def statement(self, one: OriginStatement, sender: int) -> tuple[int, int]:
-        """Bits of a statement, and their number."""
+        """Encode a statement."""
 
     def holder_set(self, one: HolderSet, sender: int) -> tuple[int, int]:
-        """Bits of a holder set, and their number."""
+        """Encode a holder set."""
 
     def block_bytes(self, block: Block) -> bytes:
-        """A block as it is coded."""
+        """Encode a block independently of any packet."""
 
     def block_of(self, data: bytes, guid: Guid) -> Block:
-        """The block of that name that was decoded; raises PeerFault if it is none."""
+        """Decode a recovered block; raise PeerFault if invalid."""
 
 
 class Stating:
-    """The statements, holder sets and symbols of one vehicle.
+    """Statements, holder sets and symbols of one vehicle.
 
     Args:
-        beliefs: of this node.
-        accounts: encodes what is said.
-        fragment_bits: the most bits that a fragment takes.
-        priority_here: called with the column of an item that is held; 0 if it is held for others alone.
-        codes_repairs: the policy repairs by symbols.
+        fragment_bits: upper bound of a fragment's size.
+        priority_here: own priority by column of a held item; 0 if only others need it.
+        codes_repairs: the policy sends symbols.
     """
 
     def __init__(
@@ -79,35 +77,35 @@ class Stating:
         self._has_spoken = False
         self._lost, self._weight = [0.0] * self._n_nodes, [0.0] * self._n_nodes
         self._lacks: dict[int, list[float]] = {}  # by column and peer
-        self._learned: dict[int, tuple[int, int, int]] = {}  # by column: when last, when told last, how often since
-        self._stated: dict[tuple[int, Life], int] = {}  # by peer and life, one bit for each block that it holds
+        self._learned: dict[int, tuple[int, int, int]] = {}  # by column: slots of last news and report, reports since
+        self._stated: dict[tuple[int, Life], int] = {}  # by peer and incarnation: bit set of blocks held
         self._first: dict[Life, int] = {}  # number of the first block that is not settled here
         self._below: dict[Life, tuple[int, int]] = {}  # such a number, and the items of the blocks below it
-        self._heard = [-1] * self._n_nodes  # by peer, nodes of which it has heard in the life that it is in
-        # By sender, what the symbols of its last packet are over, and by peer how surely they brought it:
+        self._heard = [-1] * self._n_nodes  # by peer, nodes received in its present incarnation
+        # By sender: blocks covered by the symbols of its last packet, expected share delivered by peer.
         self._coded_last: dict[int, tuple[Sequence[Guid], Sequence[float]]] = {}
         self._decoder: Decoder[Guid] = Decoder()
         self._bytes: dict[Guid, bytes] = {}
-        self._statements: list[OriginStatement] = []  # of the packet that is being sent, as what follows
+        self._statements: list[OriginStatement] = []  # of the packet under construction, as the next two
         self._n_symbols = self._symbols_bits = 0
         self.n_refused = 0
-        """Blocks that were decoded and can be none: then all undecoded symbols are dropped."""
+        """Invalid recovered blocks; each clears all undecoded symbols."""
 
-    # What it says --------------------------------------------------------------------------------
+    # Transmission --------------------------------------------------------------------------------
 
     def plan(self, open_items: int, room_bits: int, large_first: bool) -> tuple[int, int]:
-        """Plan the packet of the own slot that opens; returns the items that go, and what the account takes (bits).
+        """Plan the packet of the own slot; return its item set and size of the holdings section.
 
         Args:
-            open_items: item set of those that this vehicle goes on sending.
-            room_bits: for them and the account.
+            open_items: item set that this vehicle sends.
+            room_bits: capacity for items and holdings section.
             large_first: see ``plan_packet``.
         """
         n_nodes = self._n_nodes
         statements = [self._statement(origin) for origin in range(n_nodes)]
         window = sum([self._items(life, numbers) for life, numbers in map(_window_of, statements)])
         candidates = open_items | (window if self._codes_repairs else 0)
-        me, uids = self._me, self._beliefs.uids  # own ones first: of equals each node takes others
+        me, uids = self._me, self._beliefs.uids  # own first: with equal values, nodes choose different items
         columns = sorted(members(candidates), key=lambda column: ((uids[column].origin - me) % n_nodes, uids[column]))
         plan = self._gathered(columns, window, statements)
         self._n_symbols = plan_packet(plan, n_nodes, len(columns), room_bits, self._codes_repairs, large_first)
@@ -122,7 +120,7 @@ class Stating:
         return chosen, size_bits
 
     def _statement(self, origin: int) -> OriginStatement:
-        """What can be stated of an origin, in the life that it is known to be in."""
+        """Return the largest statement about the present incarnation of an origin."""
         life = origin, self._peers.epochs[origin]
         own = self._beliefs.own
         held, first = own.held.get(life, 0), 0 if own.given_up.get(life) else self._first.get(life, 0)
@@ -138,7 +136,7 @@ class Stating:
         )
 
     def _items(self, life: Life, numbers: int) -> int:
-        """Item set of blocks of a life, one bit for each number; of those that are known here."""
+        """Return the item set of the known blocks with these numbers (bit mask)."""
         items = 0
         for number in members(numbers):
             for column in self._beliefs.parts((*life, number)):
@@ -146,7 +144,7 @@ class Stating:
         return items
 
     def _items_below(self, life: Life, first: int) -> int:
-        """Item set of the blocks of a life below a number."""
+        """Return the item set of the blocks of an incarnation below a number."""
         known, items = self._below.get(life, (0, 0))
         if known > first:
             known = items = 0
@@ -155,12 +153,10 @@ class Stating:
         return items
 
     def _gathered(self, columns: Sequence[int], window: int, statements: Sequence[OriginStatement]) -> PacketPlan:
-        """What the packet can carry.
+        """Return the planning input for candidate columns.
 
         Args:
-            columns: candidates.
-            window: item set of those that statements say to be held.
-            statements: about all origins.
+            window: item set that statements report as held.
         """
         beliefs, n_nodes, me, n = self._beliefs, self._n_nodes, self._me, len(columns)
         entries, new = beliefs.sendable, beliefs.origins[me]
@@ -208,9 +204,10 @@ class Stating:
         )
 
     def _owed(self, one: OriginStatement) -> int:
-        """Item set of what a statement tells an origin of holding that this is not known to know.
+        """Return the unreported acknowledgements (item set) that a statement brings its origin.
 
-        Beside what the vector says; what is beyond the statement waits for a holder set, or a later statement.
+        Excluded is the packet's acknowledgement vector. Items beyond the statement wait for a holder set or later
+        statement.
         """
         origin = one.origin
         if origin == self._me or self._peers.away >> origin & 1:
@@ -219,7 +216,7 @@ class Stating:
         return unknown and unknown & (self._items_below((origin, one.epoch), one.first) | self._items(*_window_of(one)))
 
     def _symbol_bits(self, column: int) -> int:
-        """Size of a symbol that the block of an item is part of; what is not whole here is part of none."""
+        """Return the symbol size for an item's block; ``IMPOSSIBLE`` unless it is whole here."""
         uid = self._beliefs.uids[column]
         guid = uid.origin, uid.epoch, uid.sequence
         if not self._beliefs.is_whole(guid):
@@ -228,14 +225,14 @@ class Stating:
         return 8 * size if size <= MOST_SYMBOL_BYTES else IMPOSSIBLE
 
     def _bytes_of(self, guid: Guid) -> bytes:
-        """A block that is held, as it is coded."""
+        """Return the encoding of a held block (cached)."""
         data = self._bytes.get(guid)
         if data is None:
             data = self._bytes[guid] = self._accounts.block_bytes(self._beliefs.block(guid))
         return data
 
     def _coded(self, content: int) -> dict[tuple[int, int], bytes]:
-        """By origin and number, the blocks that the symbols of a packet with these items are over."""
+        """Return the blocks by origin and number that the symbols of a packet cover."""
         coded: dict[tuple[int, int], bytes] = {}
         for one in self._statements:
             life, numbers = _window_of(one)
@@ -245,13 +242,7 @@ class Stating:
         return coded
 
     def account(self, columns: Sequence[int], slot: int, left_bits: int) -> Account:
-        """What the packet says of holdings, beside these items.
-
-        Args:
-            columns: of those that go.
-            slot: the own slot.
-            left_bits: room that is left in the packet.
-        """
+        """Return the holdings section of a packet; ``left_bits`` is its remaining capacity."""
         symbols: tuple[bytes, ...] = ()
         content = item_set(columns)
         coded = self._coded(content) if self._n_symbols else {}
@@ -264,7 +255,7 @@ class Stating:
         return Account(tuple(self._statements), holder_sets, symbols)
 
     def _holder_sets(self, slot: int, left_bits: int) -> Iterator[HolderSet]:
-        """Who holds what something was learned of last, as far as there is room: news first, the newest of them."""
+        """Yield holder sets within the remaining capacity: new information first, newest first."""
         beliefs, uids = self._beliefs, self._beliefs.uids
         blocks: dict[Guid, int] = {}  # by block, of which all parts are needed, the part that was learned of last
         for column in sorted(self._learned, key=uids.__getitem__):
@@ -299,7 +290,7 @@ class Stating:
     def _note_sent(
         self, content: int, coded: dict[tuple[int, int], bytes], n_symbols: int, holder_sets: Sequence[HolderSet]
     ) -> None:
-        """Note what the packet tells of own holdings, and what peers are reckoned to lack after it."""
+        """Record the reported own holdings, and the expected lack of peers after the packet."""
         beliefs, told = self._beliefs, content
         for origin in members(beliefs.log.heard):
             told |= item_set(beliefs.log.last(origin)) & beliefs.origins[origin]
@@ -312,13 +303,10 @@ class Stating:
         self._note_brought(self._me, members(content), over, n_symbols)
 
     def _note_brought(self, sender: int, plain: Iterable[int], over: Sequence[Guid], n_symbols: int) -> None:
-        """Reckon with what a packet brings to others, of what this vehicle holds.
+        """Update the estimated lack of peers by a packet, for items held here.
 
         Args:
-            sender: of the packet.
-            plain: columns of what it has.
-            over: blocks that its symbols are over.
-            n_symbols: how many these are.
+            over: blocks covered by its symbols.
         """
         others = [peer for peer in range(self._n_nodes) if peer not in (self._me, sender)]
         others = [peer for peer in others if not self._peers.away >> peer & 1]
@@ -338,17 +326,17 @@ class Stating:
         self._coded_last[sender] = over, shares
 
     def _lacks_of(self, column: int) -> list[float]:
-        """By peer, the probability that it lacks an item, which it changes."""
+        """Return the mutable lack probabilities of an item, by peer."""
         return self._lacks.setdefault(column, [1.0] * self._n_nodes)
 
     def _columns_held(self, guids: Iterable[Guid]) -> Iterator[int]:
-        """Columns of the blocks that are held here, of those named."""
+        """Yield the columns of those blocks that are whole here."""
         return itertools.chain.from_iterable(
             [self._beliefs.parts(guid) for guid in guids if self._beliefs.is_whole(guid)]
         )
 
     def _lacked_of_code(self, over: Sequence[Guid], peer: int) -> float:
-        """How many blocks of those that symbols are over a peer is reckoned to lack."""
+        """Return the expected number of covered blocks that a peer lacks."""
         beliefs, lacked = self._beliefs, 0.0
         for guid in over:
             parts = beliefs.parts(guid) if beliefs.is_whole(guid) else ()
@@ -359,10 +347,10 @@ class Stating:
             lacked += max(of_parts, default=1.0)
         return lacked
 
-    # What it makes of what it hears ----------------------------------------------------------------
+    # Reception -------------------------------------------------------------------------------------
 
     def forget(self, *peers: int) -> None:
-        """What these have stated, or all if none is named, counts no longer: they began anew, or are doubted."""
+        """Discard the reports of these peers (default: all) after a restart or a duplicate node id."""
         for of_peer in [of_peer for of_peer in self._stated if not peers or of_peer[0] in peers]:
             del self._stated[of_peer]
         for peer in peers:  # it may know an older life of others than it did
@@ -371,8 +359,8 @@ class Stating:
         self._decoder = Decoder()
 
     def miss(self, *peers: int) -> None:
-        """These were away, and may have received nothing: they lack what they are not known to hold."""
-        self._first.clear()  # what all who were there hold may be lacked now
+        """Assume that these returning peers lack all that they are not known to hold."""
+        self._first.clear()  # returning peers may lack blocks that all present nodes hold
         for lacks in self._lacks.values():
             for peer in peers:
                 lacks[peer] = 1.0
@@ -380,15 +368,12 @@ class Stating:
     def hear(
         self, packet: Packet, slot: int, is_asked: bool, answers: bool, vouched: int, now_s: float
     ) -> tuple[tuple[Named, ...], list[int]]:
-        """Learn from a packet; returns the items that were decoded, and columns of those that its sender lacks.
+        """Apply a packet; return the decoded items, and the columns that its sender lacks.
 
         Args:
-            packet: heard.
-            slot: in which it was sent.
-            is_asked: its acknowledgements are about the own last packet.
-            answers: it has acknowledgements of the last packets of all.
-            vouched: nodes, one bit each, of which the sender is to be believed what it says.
-            now_s: the time (s).
+            is_asked: its acknowledgements refer to the own last packet.
+            answers: it acknowledges the last packets of all nodes.
+            vouched: nodes (bit mask) for which third-party acknowledgements of the sender count.
         """
         sender, account, lacked = packet.sender, packet.account, list[int]()
         self._heard[sender] |= packet.rows[sender]
@@ -413,7 +398,7 @@ class Stating:
         return self._decoded(packet, slot, now_s), lacked
 
     def note_news(self, packet: Packet, slot: int) -> None:
-        """Note what was learned by a packet."""
+        """Record new holders learned from a packet."""
         beliefs = self._beliefs
         for column, before in [*beliefs.before.items()]:
             if not before >> self._me & 1:
@@ -421,13 +406,13 @@ class Stating:
                 for peer in range(self._n_nodes):
                     if self._stated.get((peer, (uid.origin, uid.epoch)), 0) >> uid.sequence & 1:
                         beliefs.believe(column, 1 << peer)
-        self._note_heard(packet)  # behind: who is known to hold an item does not lack it
+        self._note_heard(packet)  # last: known holders lack nothing
         for column, before in beliefs.before.items():
             if beliefs.holders[column] & ~before:
                 self._learned[column] = slot, -1, 0
 
     def _note_fate(self, peer: int, received: int) -> None:
-        """Learn what became of the own last packet at a peer."""
+        """Update link and lack estimates by a peer's acknowledgement of the own last packet."""
         reception = reception_of(self._lost[peer], self._weight[peer])
         self._lost[peer] = KEPT * self._lost[peer] + (1 - received)
         self._weight[peer] = KEPT * self._weight[peer] + 1.0
@@ -436,7 +421,7 @@ class Stating:
         self._reckon_fate(peer, self._me, bool(received), reception)
 
     def _reckon_fate(self, peer: int, sender: int, is_received: bool, reception: float) -> None:
-        """A peer says whether it has received the last packet of a sender, which this vehicle has: no longer guess."""
+        """Correct the lack estimates of a peer by its acknowledgement of a sender's last packet."""
         over, shares = self._coded_last.get(sender, ((), ()))
         of_plain = [(column, 1.0) for column in (() if is_received else self._beliefs.log.last(sender))]
         for column, share in (*of_plain, *[(column, shares[peer]) for column in self._columns_held(over)]):
@@ -444,20 +429,19 @@ class Stating:
             lacks[peer] = lack_after(lacks[peer], reception, share, is_received)
 
     def _note_fates_of_others(self, peer: int, received: int) -> None:
-        """Learn what became at a peer of the last packets of others, as far as this vehicle has received them."""
+        """Apply a peer's acknowledgements of the last packets of others received here."""
         reception = reception_of(self._lost[peer], self._weight[peer])
         for sender in members(self._beliefs.log.heard & ~(1 << peer)):
             self._reckon_fate(peer, sender, bool(received >> sender & 1), reception)
 
     def _note_heard(self, packet: Packet) -> None:
-        """Reckon with what a packet that was heard brings to others, of what this vehicle holds."""
         beliefs, over = self._beliefs, self._over(packet) if packet.account.symbols else []
         plain = [beliefs.column_of.get(fragment.uid) for fragment in packet.fragments]
         held = [column for column in plain if column is not None]
         self._note_brought(packet.sender, held, over, len(packet.account.symbols))
 
     def _believe(self, peer: int, life: Life, numbers: int) -> None:
-        """Believe that a peer holds blocks of a life, one bit for each number."""
+        """Believe that a peer holds blocks of an incarnation (bit mask of numbers)."""
         if peer == self._me:
             return
         known = self._stated.get((peer, life), 0)
@@ -467,7 +451,7 @@ class Stating:
                 self._beliefs.believe(column, 1 << peer)
 
     def _deny(self, sender: int, one: OriginStatement) -> list[int]:
-        """Believe that a peer lacks what its statement covers and leaves out; returns columns that it was to hold."""
+        """Believe that a peer lacks what its statement omits; return columns believed held before."""
         life, beliefs, lacked = (one.origin, one.epoch), self._beliefs, list[int]()
         end = beliefs.ends.get(life, 0)
         if one.length == MOST_STATED:
@@ -487,7 +471,7 @@ class Stating:
         return lacked
 
     def _decoded(self, packet: Packet, slot: int, now_s: float) -> tuple[Named, ...]:
-        """The items that are known by the symbols of a packet, and by earlier ones."""
+        """Return the items recovered from the symbols of this and earlier packets."""
         beliefs = self._beliefs
         found: dict[Guid, bytes] = {}
         for guid in self._decoder.unknown:
@@ -518,7 +502,7 @@ class Stating:
         return tuple(items)
 
     def _over(self, packet: Packet) -> list[Guid]:
-        """The blocks that the symbols of a packet are over; none if it is of lives that are not known so."""
+        """Return the blocks that symbols cover; none if an incarnation is unknown or ambiguous."""
         over: list[Guid] = []
         plain = {fragment.guid for fragment in packet.fragments}
         for one in packet.account.statements:
@@ -530,5 +514,5 @@ class Stating:
 
 
 def _window_of(one: OriginStatement) -> tuple[Life, int]:
-    """The life of a statement, and the numbers of what its mask says to be held, one bit each."""
+    """Return the incarnation of a statement, and the bit mask of held numbers in its window."""
     return (one.origin, one.epoch), one.mask << one.first

@@ -1,16 +1,14 @@
-"""Summary vectors: what a vehicle holds of one origin, in a number and a short mask.
+"""Summary vectors: the received set per origin as a number and a short mask.
 
-The items of an origin and epoch are numbered without gaps. So what is held of them is the highest number up to which
-nothing lacks, and a mask of the few behind the first gap. Only whole blocks count: of one in parts, half is nothing. A
-vehicle that hears a summary believes of its sender just what it says: it holds what is named, and lacks the rest as far
-as the mask reaches. What lies farther on is left as it was believed.
+Items of an origin and epoch are numbered without gaps. A summary has the highest number below the first gap, and a
+mask of the few items behind it. Only whole blocks count. A receiver believes exactly the content: the sender holds the
+named items and lacks the others within the mask; beliefs about later items stay.
 
-A summary that names more items than any origin can have is an alarm: two speak under that name, and what both numbered
-alike cannot be summed up.
+A summary above the largest possible number is an alarm: two vehicles share that node id, and their items cannot be
+summarised.
 
-A summary goes where it pays: all of them, one after the other, once this vehicle has begun anew or has heard a peer
-that was away or has begun anew; and of one origin at a time what has changed since it was told, where a packet has room
-left.
+All summaries are sent, packet by packet, after this vehicle restarts, or receives a peer that restarted or was absent.
+Otherwise spare capacity carries one summary with changes since its last transmission.
 """
 
 from __future__ import annotations
@@ -23,26 +21,22 @@ from exchange.peering.beliefs import Beliefs, Holdings, Life
 from worldmodel.facts import MOST_ITEMS
 
 TIMES_TOLD = 2
-"""How often a summary is told, if nothing changes, since packets get lost."""
+"""Transmissions of an unchanged summary, against packet loss."""
 FULL_MASK = (1 << MASK_BITS) - 1
 
 
 def summary_of(life: Life, held: int) -> Summary:
-    """What is held of an origin in an epoch.
+    """Return the summary of an origin and epoch; ``held`` has a bit per sequence.
 
     >>> summary_of((2, 0), 0b1011)
     Summary(origin=2, epoch=0, highest=1, mask=1)
-
-    Args:
-        life: the origin and its epoch.
-        held: its blocks that are held, one bit for each sequence.
     """
     n_first = (~held & held + 1).bit_length() - 1
     return Summary(*life, n_first - 1, held >> n_first + 1 & FULL_MASK)
 
 
 class _Told(NamedTuple):
-    """What was told of a life the last time: the summary, how often it was told, and what was held then."""
+    """Last transmission of a summary, with the received set at that time."""
 
     summary: Summary
     times: int
@@ -50,38 +44,33 @@ class _Told(NamedTuple):
 
 
 _NEVER = _Told(Summary(-1, 0, -1, 0), 0, 0)
-"""Stands for what was never told."""
+"""Placeholder before the first transmission."""
 
 
 class Telling:
-    """Which summaries one vehicle tells, and when.
-
-    Args:
-        holdings: of the vehicle.
-        size_bits: of a summary on the wire.
-    """
+    """Transmission schedule of one vehicle's summaries."""
 
     def __init__(self, holdings: Holdings, size_bits: Callable[[Summary], int]) -> None:
         self._holdings = holdings
         self._size_bits = size_bits
         self._due: dict[Life, None] = {}
-        self._told: dict[Life, _Told] = {}  # the longest ago first
+        self._told: dict[Life, _Told] = {}  # oldest first
         self.silenced: set[Life] = set()
-        """Lives that two vehicles share; no summary is told of them, but alarms."""
+        """Incarnations with a duplicate node id: only alarms are sent."""
         self._alarms: dict[Life, None] = {}
 
     def silence(self, life: Life, by_alarm: bool) -> None:
-        """Two vehicles share a life: tell no summary of it, but an alarm, unless another one has told ``by_alarm``."""
+        """Replace the summaries of a duplicate node id by an alarm, unless another node raised it."""
         self.silenced.add(life)
         if not by_alarm:
             self._alarms[life] = None
 
     def urge(self, *lives: Life) -> None:
-        """Tell what is held of these, or of all if none is named, as soon as there is room."""
+        """Make the summaries of these incarnations (default: all) due."""
         self._due |= dict.fromkeys(lives or sorted(self._holdings.held))
 
     def urgent(self, room_bits: int) -> tuple[Summary, ...]:
-        """The summaries that are due and fit, one at least; the others are due in the next packet."""
+        """Return the due summaries that fit, at least one; the others stay due."""
         told: list[Summary] = []
         for life in (*self._alarms, *self._due):
             is_alarm = life in self._alarms
@@ -98,9 +87,9 @@ class Telling:
         return tuple(told)
 
     def spare(self, room_bits: int) -> tuple[Summary, ...]:
-        """One summary that says more than when it was told last, or was not told often enough, if it fits.
+        """Return one summary that fits and was changed, or sent less than ``TIMES_TOLD`` times.
 
-        What says that a block was given up is told until that comes again: whoever is to say it may have missed it.
+        A summary that reports a discarded block is repeated until the block arrives, in case its sender missed it.
         """
         holdings, told = self._holdings, self._told
         for life in (*[life for life in sorted(holdings.held) if life not in told], *told):
@@ -124,22 +113,17 @@ class Telling:
 
 
 class Summaries:
-    """The summaries that one vehicle tells and hears; a vehicle without them does not have it.
-
-    Args:
-        beliefs: of this node.
-        size_bits: of a summary on the wire.
-    """
+    """Summary exchange of one vehicle."""
 
     def __init__(self, beliefs: Beliefs, size_bits: Callable[[Summary], int]) -> None:
         self._beliefs = beliefs
         self.telling = Telling(beliefs.own, size_bits)
-        """Which of them it tells."""
+        """Transmission schedule."""
         self._noted: dict[int, dict[Life, Summary]] = {}  # by peer
         self._lives: dict[Life, Life] = {}
 
     def holders(self, uid: ItemUid) -> int:
-        """Peers, one bit each, that told that they hold an item, which is new here: they need not be told."""
+        """Return peers (bit mask) whose summaries cover an item that is new here."""
         nodes, life = 0, (uid.origin, uid.epoch)
         for peer, noted in self._noted.items():
             summary = noted.get(life)
@@ -148,17 +132,12 @@ class Summaries:
         return nodes
 
     def forget(self, *peers: int) -> None:
-        """What these have told, or all if none is named, counts no longer."""
+        """Discard the summaries of these peers (default: all)."""
         for peer in peers or tuple(self._noted):
             self._noted.pop(peer, None)
 
     def note(self, sender: int, summary: Summary) -> list[int]:
-        """Believe what a peer says it holds, and no more; return the columns that it turns out to lack.
-
-        Args:
-            sender: of the summary.
-            summary: one of its own.
-        """
+        """Apply a peer's summary to the beliefs; return the columns that it turns out to lack."""
         noted, life, highest = self._noted.setdefault(sender, {}), summary[:2], summary.highest
         known = noted.get(life)
         if known is None:  # the same key for all peers
@@ -167,7 +146,7 @@ class Summaries:
         first = known.highest + 1 if known is not None and known.highest <= highest else 0
         lacked: list[int] = []
         beliefs = self._beliefs
-        end = min(highest + 2 + MASK_BITS, beliefs.ends.get(life, 0))  # beyond it says nothing
+        end = min(highest + 2 + MASK_BITS, beliefs.ends.get(life, 0))  # a summary covers nothing beyond
         held = summary.held_from(first) if first < end else 0
         for sequence, columns in beliefs.known(life, first, end) if first < end else ():
             if held >> sequence - first & 1:
