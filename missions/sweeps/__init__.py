@@ -1,10 +1,10 @@
-"""Sweeps: all runs of a study, once each, however often they are interrupted.
+"""Sweeps: all runs of a study, each once, resumable after interruptions.
 
 >>> from missions.sweeps import load_study
 >>> load_study("strategies-quick").n_runs
 160
 
-``sweep`` makes the runs of a study in a folder, ``SweepResults.read`` reads it. Each is loaded when it is first used.
+``sweep`` makes the runs of a study in a folder, ``SweepResults.read`` reads it. Modules load on first use.
 """
 
 from typing import TYPE_CHECKING

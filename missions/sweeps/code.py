@@ -1,7 +1,7 @@
-"""Code: which sources made a run, so that runs of different programs are never taken for one.
+"""Fingerprint of the code that makes runs, to keep runs of different programs apart.
 
-The fingerprint of a sweep has a digest for every file that can change what a run does: of this program, and of plug-ins
-with what they import from their own project. It also has the versions of Python, Mesa and NumPy.
+It has a digest of every file that can change a run, in this program and in plug-ins with the project files they import,
+and the versions of Python, Mesa and NumPy.
 """
 
 from __future__ import annotations
@@ -20,31 +20,27 @@ from missions.files import is_reference, texts
 from remoras.plugins import asked_for
 
 MAKE_RUNS = ("worldmodel", "exchange", "remoras", "missions")
-"""Those of which runs are made."""
+"""Packages that make runs."""
 TELL_ONLY = ("remoras/cli", "missions/benchmark", "missions/comparison", "missions/sweeps")
-"""Folders in them that only plan runs, or tell of them."""
+"""Folders in these packages that only plan or report runs."""
 RESTED_ON = ("mesa", "numpy")
-"""Distributions whose version may change what a run does."""
+"""Distributions whose version may change a run."""
 N_DIGITS = 12
 
 
 def fingerprint(scenarios: Iterable[Mapping[str, Any]] = ()) -> dict[str, str]:
-    """Digests of sources by path, and versions by name.
-
-    Args:
-        scenarios: whose plug-ins count, too.
-    """
+    """Return digests by path and versions by name; plug-ins of ``scenarios`` are included."""
     return {**program(), **code_digests(scenarios)}
 
 
 def short(digests: Mapping[str, str]) -> str:
-    """One digest of a fingerprint."""
+    """Combine a fingerprint into one digest."""
     return _digest("\n".join(f"{name} {value}" for name, value in sorted(digests.items())).encode())
 
 
 @cache  # digests of 500 files
 def program() -> dict[str, str]:
-    """What this process makes runs with: digests of this program's files by path, and versions by name."""
+    """Return digests and versions of this program alone."""
     digests = {"python": platform.python_version()}
     for name in RESTED_ON:
         try:
@@ -58,7 +54,7 @@ def program() -> dict[str, str]:
 
 
 def digests_in(folder: Path, top: Path) -> dict[str, str]:
-    """Digests of the files below a folder that can change what a run does, by path below ``top``."""
+    """Return digests of files in a folder that can change a run, by path below ``top``."""
     digests = {}
     for file in sorted(folder.rglob("*")):
         name = file.relative_to(top).as_posix()
@@ -68,26 +64,25 @@ def digests_in(folder: Path, top: Path) -> dict[str, str]:
 
 
 def code_digests(scenarios: Iterable[Mapping[str, Any]]) -> dict[str, str]:
-    """Digests of the plug-ins that scenarios name as ``package.module:object``, and of what they import beside them."""
+    """Return digests of plug-ins named ``package.module:object`` and of their local imports."""
     return _digests_of(references(scenarios))
 
 
 def references(scenarios: Iterable[Mapping[str, Any]]) -> frozenset[str]:
-    """Texts of scenarios that may name an object of a plug-in."""
+    """Return the texts of scenarios that may name a plug-in object."""
     return frozenset(text for scenario in scenarios for text in texts(scenario) if is_reference(text))
 
 
 @cache  # for each run, and plug-ins are parsed
 def code_with(named: frozenset[str] = frozenset()) -> str:
-    """One digest of this program and of the plug-ins that references name, worked out once.
+    """Return one digest of this program and of the plug-ins named, computed once.
 
-    A process goes on with what it has loaded, whatever becomes of the files.
+    A process keeps its loaded code even if files change.
     """
     return short({**program(), **_digests_of(named)})
 
 
 def _digests_of(named: Iterable[str]) -> dict[str, str]:
-    """Digests of the plug-ins that references name, and of what they import beside them."""
     digests: dict[str, str] = {}
     for reference in sorted(named):
         module = reference.partition(":")[0]
@@ -102,7 +97,7 @@ def _digests_of(named: Iterable[str]) -> dict[str, str]:
 
 
 def _with_imports(file: Path, top: Path) -> set[Path]:
-    """A source, and all that it imports from below ``top``."""
+    """Return a source and all of its imports below ``top``."""
     sources, waiting = {file}, [file]
     while waiting:
         for imported in _imported(waiting.pop(), top):
@@ -113,7 +108,7 @@ def _with_imports(file: Path, top: Path) -> set[Path]:
 
 
 def _imported(file: Path, top: Path) -> Iterator[Path]:
-    """Sources below ``top`` that a source names in its import statements."""
+    """Yield the sources below ``top`` that a source imports."""
     try:
         tree = ast.parse(file.read_bytes())
     except (SyntaxError, ValueError):
@@ -135,11 +130,11 @@ def _imported(file: Path, top: Path) -> Iterator[Path]:
 
 
 def _file_of(module: str) -> Path | None:
-    """Source of a module; None if there is no such module, for a text with a colon may mean something else."""
+    """Return the source of a module; None if there is no such module."""
     try:
         with asked_for(module):
             spec = importlib.util.find_spec(module)
-    except Exception:  # finding it loads the packages around it, which may be anything
+    except Exception:  # finding it loads parent packages, which may raise anything
         return None
     return Path(spec.origin) if spec is not None and spec.origin is not None and spec.has_location else None
 

@@ -1,8 +1,8 @@
-"""Driver: make all runs that a study asks for and that its folder does not have yet.
+"""Driver: make the runs of a study that its folder lacks.
 
-The engine is any ``concurrent.futures.Executor``. It gets chunks of about a second; what comes back goes to the ledger
-at once. A chunk whose process died is split, so that the run at fault is found: it is tried alone a few times and then
-logged as failed, while all others go on.
+Any ``concurrent.futures.Executor`` executes chunks of about a second; results go to the ledger at once. A chunk whose
+process died is split until the faulty run is found. That run is retried alone a few times, then recorded as failed,
+while all others continue.
 """
 
 from __future__ import annotations
@@ -29,25 +29,23 @@ from missions.sweeps.worker import Needed, killed, run_chunk, run_task
 CHUNK_S = 1.0
 MAX_CHUNK = 200
 MAX_ATTEMPTS = 3
-"""Times that a run is tried alone before it counts as the one that kills its process."""
+"""Attempts of a run alone before it counts as fatal to its process."""
 AHEAD = 2
-"""Chunks that are given out for every process of the executor."""
+"""Chunks submitted per process."""
 TIMED_RUNS = 3
 LOSSLESS_TIMED = 8
-"""Configurations without losses that a dry run makes at most, to see whether anything is drawn in them."""
+"""Upper bound on lossless configurations tested in a dry run for random draws."""
 
 
 class PartlyDoneError(MissionsError):
-    """The sweep stopped before its end; what is finished is kept, and the same command goes on from there."""
+    """The sweep stopped early; finished runs are kept, and the same command resumes it."""
 
 
 @dataclass(frozen=True)
 class Limits:
-    """Of a run that exceeds one of them only itself is lost: it counts as failed.
+    """Limits of a single run, which fails if it exceeds one.
 
-    Args:
-        timeout_s: wall-clock time.
-        memory_mb: memory of its process.
+    timeout_s: wall-clock time. memory_mb: memory of its process.
     """
 
     timeout_s: float | None = None
@@ -59,13 +57,13 @@ UNLIMITED = Limits()
 
 @dataclass(frozen=True)
 class SweepEstimate:
-    """Answer of a dry run.
+    """Result of a dry run.
 
     Args:
-        planned: runs that are to be made, at most.
-        estimate_s: the time they will take.
-        timed: configurations that were run once to say so.
-        deterministic: of these, those in which nothing was drawn: they are made once, and ``planned`` counts them so.
+        planned: upper bound on the runs to make.
+        estimate_s: their duration.
+        timed: configurations run once for the estimate.
+        deterministic: those of them without random draws, counted once in ``planned``.
     """
 
     planned: int
@@ -75,16 +73,11 @@ class SweepEstimate:
 
 
 ReportProgress = Callable[[int, int], None]
-"""Called with the number of finished runs and the number of planned runs."""
+"""Callback with the numbers of finished and of planned runs."""
 
 
 def estimate(study: Study, jobs: int) -> SweepEstimate:
-    """Count the runs of a study and time a few of them, without writing anything.
-
-    Args:
-        study: see ``load_study``.
-        jobs: processes that would make them.
-    """
+    """Count the runs of a study and time a few of them, without writing anything."""
     plan = SweepPlan(study)
     planned = study.n_runs
     numbers = sorted({round(share * (len(study.configurations) - 1) / TIMED_RUNS) for share in range(TIMED_RUNS + 1)})
@@ -97,7 +90,7 @@ def estimate(study: Study, jobs: int) -> SweepEstimate:
 
 
 def _lossless(plan: SweepPlan) -> list[int]:
-    """Configurations that may draw nothing, as far as the packet error rate tells; the first of them."""
+    """Return the first configurations that may draw nothing, judged by the packet error rate."""
     lossless = (
         number
         for number, configuration in enumerate(plan.study.configurations)
@@ -118,26 +111,21 @@ def sweep(
     accept_code: bool = False,
     retry_failed: bool = False,
 ) -> SweepStatus:
-    """Make the runs of a study that its folder does not have yet.
+    """Make the runs of a study that its folder lacks; return the status.
 
     Args:
-        study: see ``load_study``.
-        folder: made if it is not there; after an interruption the same call goes on.
-        jobs: processes on this machine.
-        cluster: address of a Dask scheduler to use instead.
-        executor: any other executor to use instead, with ``jobs`` processes.
-        force_new: set the runs of another study in the folder aside.
-        progress: called with the number of finished runs and of planned runs.
-        limits: of every run; a time needs processes of this machine, which are killed.
-        accept_code: go on in a folder whose runs other code has made.
-        retry_failed: make runs that failed again.
-
-    Returns:
-        How far the sweep is: nothing remains, some runs may have failed.
+        folder: created if missing; after an interruption the same call resumes.
+        cluster: address of a Dask scheduler that replaces local processes.
+        executor: other executor with ``jobs`` processes.
+        force_new: move the runs of another study in the folder aside.
+        progress: called with the numbers of finished and of planned runs.
+        limits: of every run; a timeout needs local processes.
+        accept_code: resume a folder of other code.
+        retry_failed: repeat failed runs.
 
     Raises:
-        PartlyDoneError: the engine was lost or the disk is full; run again to go on.
-        StudyChangedError, OutputError, ClusterError: nothing was begun.
+        PartlyDoneError: the engine was lost or the disk is full; the same call resumes.
+        StudyChangedError, OutputError, ClusterError: nothing was started.
     """
     if limits.timeout_s is not None and (cluster is not None or executor is not None):
         raise OutputError(
@@ -169,14 +157,14 @@ def sweep(
 
 
 def _compact_if_possible(folder: SweepFolder) -> None:
-    """Make the tables of what is finished, if the disk takes them; the ledger has it all."""
+    """Write the tables of finished runs if the disk allows; the ledger has all data."""
     with suppress(OutputError):
         folder.compact()
 
 
 @contextmanager
 def _engine(jobs: int, cluster: str | None, executor: Executor | None) -> Iterator[tuple[Executor, int]]:
-    """(executor, number of its processes), shut down at the end if it was made here."""
+    """Yield the executor and its number of processes; shut it down if it was created here."""
     if executor is not None:
         yield executor, jobs
     elif cluster is not None:
@@ -191,12 +179,9 @@ def _engine(jobs: int, cluster: str | None, executor: Executor | None) -> Iterat
 
 
 class _Queue:
-    """Tasks that wait for a process. They leave in chunks, and come back when their process dies.
+    """Tasks waiting for a process; they leave in chunks and return if their process dies.
 
-    Args:
-        tasks: in the order in which they are to be made.
-        n_processes: of the executor.
-        timeout_s: that a run may take; None if that does not matter.
+    timeout_s: of a run; None for no limit.
     """
 
     def __init__(self, tasks: Iterable[RunTask], n_processes: int, timeout_s: float | None) -> None:
@@ -208,7 +193,7 @@ class _Queue:
         self._run_s: float | None = None
 
     def next_chunk(self) -> list[RunTask]:
-        """The next tasks, about ``CHUNK_S`` of work, fewer towards the end; a suspect goes alone."""
+        """Return the next tasks, about ``CHUNK_S`` of work, fewer near the end; a suspect alone."""
         share = math.ceil(len(self.waiting) / (AHEAD * self._n_processes))
         fitting = 1 if self._run_s is None else round(CHUNK_S / max(self._run_s, 1e-6))
         size = max(1, min(MAX_CHUNK, share, fitting))
@@ -220,22 +205,16 @@ class _Queue:
         return chunk
 
     def learn(self, finished: Iterable[FinishedRun]) -> None:
-        """Take the time of finished runs into account."""
+        """Update the mean duration of a run."""
         for run in finished:
             if (wall_s := run.line["machine"]["wall_s"]) is not None:
                 self._run_s = wall_s if self._run_s is None else 0.8 * self._run_s + 0.2 * wall_s
 
     def put_back(self, chunk: list[RunTask], error: Exception) -> list[FinishedRun]:
-        """Let the tasks of a dead chunk wait again, each on its own from now on.
+        """Return the tasks of a dead chunk to the queue, each to be run alone.
 
-        Dask has tried a chunk several times before it gives it up, so there once is often.
-
-        Args:
-            chunk: given out before.
-            error: how it died.
-
-        Returns:
-            The run that has failed, if it was alone too often.
+        Dask has retried a chunk before it reports its death, which therefore counts as ``MAX_ATTEMPTS``. Returns the
+        run that has finally failed, if any.
         """
         if len(chunk) == 1:
             key = chunk[0].key
@@ -257,7 +236,7 @@ def _drive(
     progress: ReportProgress | None,
     limits: Limits,
 ) -> None:
-    """Give out chunks and log what comes back until nothing is missing."""
+    """Submit chunks and record their results until no run is missing."""
     queue = _Queue(plan.due(folder.summaries), n_processes, limits.timeout_s)
     needed = Needed.like_here(limits.memory_mb)
     busy: dict[Future[list[FinishedRun]], list[RunTask]] = {}
@@ -289,7 +268,7 @@ def _drive(
 
 
 def _is_death(error: Exception) -> bool:
-    """True if a process died with the chunk, as our pool and Dask say it."""
+    """True if a process died with the chunk, as reported by the pool or by Dask."""
     if isinstance(error, WorkersCannotStart):
         return False
     return isinstance(error, BrokenExecutor) or type(error).__name__ == "KilledWorker"

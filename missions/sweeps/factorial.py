@@ -1,11 +1,10 @@
-"""Two-level factorial designs, full and fractional, with their resolution and what they cannot tell apart.
+"""Two-level factorial designs, full and fractional, with resolution and aliases.
 
-A full design of k factors has 2^k runs. A fraction halves it p times: k - p factors make a full design, and each other
-column is a product of theirs. Products of columns that are 1 in all runs are the *words* of the design; the length of
-the shortest is its *resolution* (Box and Hunter 1961). At resolution III main effects are mixed with interactions of
-two factors, at IV these with each other, at V neither. Of all choices of columns the one of highest resolution is
-taken, of these the one with the fewest words of each length, the shortest first (Fries and Hunter 1980, minimum
-aberration).
+A full design of k factors has 2^k runs. A fraction halves it p times: k - p factors form a full design, and each other
+column is a product of theirs. Products of columns that equal 1 in all runs are the *words* of the design; the length of
+the shortest is its *resolution* (Box and Hunter 1961). At resolution III main effects are aliased with two-factor
+interactions, at IV these with each other, at V neither. The design chosen has the highest resolution, then the fewest
+words of each length, the shortest first (minimum aberration, Fries and Hunter 1980).
 """
 
 from __future__ import annotations
@@ -27,9 +26,7 @@ Term = frozenset[str]
 class FactorialDesign:
     """Runs of a two-level design.
 
-    Args:
-        factors: names, in the order of the columns.
-        generators: of each column that is a product, the factors that are multiplied.
+    factors: in column order. generators: for each product column, its factors.
     """
 
     factors: tuple[str, ...]
@@ -37,7 +34,7 @@ class FactorialDesign:
 
     @cached_property  # 0.3 ms, asked for each effect of each condition
     def runs(self) -> tuple[Mapping[str, int], ...]:
-        """The level of each factor in each run; the last factor that is no product varies fastest."""
+        """Level of each factor in each run; the last factor that is no product varies fastest."""
         basic = [name for name in self.factors if name not in self.generators]
         found = []
         for levels in itertools.product((LOW, HIGH), repeat=len(basic)):
@@ -48,7 +45,7 @@ class FactorialDesign:
 
     @property
     def words(self) -> tuple[Term, ...]:
-        """Products of factors that are the same in all runs; none of a full design."""
+        """Products of factors that are constant over all runs; none for a full design."""
         single = [of | {name} for name, of in self.generators.items()]
         found = []
         for count in range(1, len(single) + 1):
@@ -61,29 +58,29 @@ class FactorialDesign:
 
     @property
     def resolution(self) -> int | None:
-        """Length of the shortest word; None of a full design, in which nothing is mixed."""
+        """Length of the shortest word; None for a full design, which has no aliases."""
         return len(self.words[0]) if self.words else None
 
     @property
     def terms(self) -> tuple[Term, ...]:
-        """Main effects, then interactions of two factors."""
+        """Main effects, then two-factor interactions."""
         pairs = itertools.combinations(self.factors, 2)
         return (*(frozenset({name}) for name in self.factors), *(frozenset(pair) for pair in pairs))
 
     def aliases(self, term: Term) -> tuple[Term, ...]:
-        """Main effects and interactions of two factors that no run of the design tells from ``term``."""
+        """Return the main effects and two-factor interactions aliased with ``term``."""
         return tuple(other for other in self.terms if other != term and other ^ term in self.words)
 
     def column(self, term: Term) -> tuple[int, ...]:
-        """The product of the levels of the factors of a term, run by run."""
+        """Return the product of the levels of a term's factors, run by run."""
         return tuple(math.prod(run[name] for name in term) for run in self.runs)
 
     def named(self, term: Term) -> str:
-        """A term in words, its factors in the order of the design."""
+        """Return the name of a term, its factors in design order."""
         return " x ".join(sorted(term, key=self.factors.index))
 
     def said(self) -> str:
-        """The design in one line: runs, resolution, generators."""
+        """Describe the design in one line: runs, resolution, generators."""
         n, k, p = len(self.runs), len(self.factors), len(self.generators)
         if not p:
             return f"full factorial, 2^{k} = {n} runs: nothing is mixed"
@@ -92,10 +89,10 @@ class FactorialDesign:
 
 
 def designed(factors: Sequence[str], halvings: int) -> FactorialDesign:
-    """The design of so many factors, halved so many times; see the module's text.
+    """Return the minimum-aberration design of these factors after ``halvings``.
 
     Raises:
-        ValueError: there are too many halvings for main effects that are not mixed with each other.
+        ValueError: with so many halvings, main effects would be aliased with each other.
 
     >>> designed(("a", "b", "c", "d", "e"), 1).said()
     '2^(5-1) = 16 runs, resolution V (e = a x b x c x d)'
@@ -111,7 +108,7 @@ def designed(factors: Sequence[str], halvings: int) -> FactorialDesign:
 
 
 def most_halvings(n_factors: int) -> int:
-    """Most halvings that leave resolution III: no two main effects are mixed.
+    """Return the most halvings that keep resolution III: no aliased pair of main effects.
 
     >>> [most_halvings(n) for n in (2, 3, 5, 7, 8)]
     [0, 1, 2, 4, 4]
@@ -120,7 +117,7 @@ def most_halvings(n_factors: int) -> int:
 
 
 def _candidates(factors: Sequence[str], halvings: int) -> Iterator[FactorialDesign]:
-    """All designs in which the last columns are products of others, each of another set of two or more."""
+    """Yield the designs whose last columns are products of distinct sets of two or more others."""
     basic, made = factors[:-halvings], factors[-halvings:]
     products = [frozenset(of) for size in range(len(basic), 1, -1) for of in itertools.combinations(basic, size)]
     for chosen in itertools.combinations(products, halvings):
@@ -128,6 +125,6 @@ def _candidates(factors: Sequence[str], halvings: int) -> Iterator[FactorialDesi
 
 
 def _aberration(design: FactorialDesign) -> tuple[int, ...]:
-    """How many words there are of each length, the shortest first: fewer short words are better."""
+    """Count the words of each length, the shortest first; fewer short words are better."""
     lengths = [len(word) for word in design.words]
     return tuple(lengths.count(length) for length in range(1, len(design.factors) + 1))

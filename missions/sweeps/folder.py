@@ -1,9 +1,8 @@
-"""Folder of a sweep: what it holds, and how a sweep that is going on writes it.
+"""Folder of a sweep: reading, and writing while it runs.
 
-``study.json`` says what the folder is for; another study is refused, unless it is the same one grown.
-``ledger.jsonl`` has a line per finished run. The rest is made from these: ``runs.parquet`` (one row per run, sorted by
-key), ``tables/`` (tables of a sample of runs) and ``parts/`` (while the sweep is on). What reads and writes tables is
-loaded with the first of them, so that ``remoras sweep --status`` answers at once.
+``study.json`` records the study; another one is rejected unless it extends it. ``ledger.jsonl`` has a line per finished
+run. Everything else is derived: ``runs.parquet`` (a row per run, sorted by key), ``tables/`` (of sampled runs) and
+``parts/`` (during the sweep). Table libraries load on first use, so that ``remoras sweep --status`` is fast.
 """
 
 from __future__ import annotations
@@ -42,11 +41,11 @@ if TYPE_CHECKING:
     from missions.sweeps.study_file import StudyFile
 
 MOST_TABLE_BYTES = 500_000_000
-"""Most that a study keeps of tables (bytes), unless it says of which repeats."""
+"""Limit (bytes) on a study's tables, unless it sets the repeats to keep."""
 STUDY, STUDY_TEXT, RUNS, PARTS, TABLES = "study.json", "study.toml", "runs.parquet", "parts", "tables"
 DAMAGED = "lost or changed since it was written; run the same sweep with the same --out again: it makes it anew"
 MOST_DIFFERENCES = 20
-"""Differences between two studies that a message lists."""
+"""Most differences between studies listed in a message."""
 CODE_CHANGED = (
     "the code that makes the runs has changed: go on all the same with --accept-code, which marks its runs; or "
 )
@@ -54,9 +53,9 @@ CODE_CHANGED = (
 
 @dataclass(frozen=True)
 class SweepStatus:
-    """How far a sweep is: ``planned`` are those made and those remaining, ``done`` are completed and censored.
+    """Progress of a sweep.
 
-    Of ``with_tables`` the tables are kept.
+    ``planned`` counts finished and remaining runs, ``done`` completed and censored ones.
     """
 
     planned: int
@@ -69,13 +68,10 @@ class SweepStatus:
 
 @dataclass(frozen=True)
 class SweepResults:
-    """What a folder of a sweep holds, finished or not.
+    """Results in the folder of a sweep, finished or not.
 
-    Neither the study's file nor its scenarios, missions and strategies are needed to read it.
-
-    Args:
-        folder: see ``read``.
-        measured: metrics of a user's own by what the user calls them, read of kept tables; see ``measuring``.
+    Reading needs neither the study file nor its scenarios, missions and strategies. ``measured``: user metrics by name,
+    computed from kept tables.
     """
 
     folder: Path
@@ -83,25 +79,21 @@ class SweepResults:
 
     @classmethod
     def read(cls, folder: Path) -> SweepResults:
-        """The results in a folder.
-
-        Raises:
-            OutputError: it holds no sweep.
-        """
+        """Open a folder; raise OutputError if it holds no sweep."""
         if not (folder / STUDY).is_file():
             raise OutputError(f"{folder}: no results of a sweep, missing: {STUDY}")
         return cls(folder)
 
     def naming(self, named: Sequence[str | Metric], option: str = "--metric") -> tuple[SweepResults, tuple[str, ...]]:
-        """These results with all metrics that a user names, and the fields of these.
+        """Return results with all metrics that a user names, and their field names.
 
         Args:
-            named: fields and other names, which stay; ``package.module:object``, ``file.py:object``, or metrics.
-            option: by which they are given, for messages.
+            named: field names, ``package.module:object``, ``file.py:object``, or metrics.
+            option: source of the names, for messages.
 
         Raises:
             OutputError: see ``measuring``.
-            PluginError: one cannot be had.
+            PluginError: a metric cannot be loaded.
         """
         own: dict[str, Metric] = {}
         names: list[str] = []
@@ -117,13 +109,12 @@ class SweepResults:
         return self.measuring(own), tuple(names)
 
     def measuring(self, metrics: Mapping[str, Metric]) -> SweepResults:
-        """The same results with further metrics, of the runs whose tables were kept.
+        """Return results with further metrics, for runs with kept tables.
 
-        Args:
-            metrics: of a user's own, by what the user calls them; those that the study measured stay as they are.
+        metrics: by the user's name; those measured by the study stay unchanged.
 
         Raises:
-            OutputError: one has the name of another metric, or no run has kept its tables.
+            OutputError: the name of a metric is taken, or no run has kept its tables.
         """
         own = self._record.get(OWN, ())
         known = {name: self.metrics[name] for name in own if name in self.metrics}
@@ -147,7 +138,7 @@ class SweepResults:
 
     @cached_property  # a file of megabytes
     def _record(self) -> dict[str, Any]:
-        """``study.json``; empty if it is none."""
+        """Content of ``study.json``; empty if damaged."""
         try:
             record = json.loads((self.folder / STUDY).read_text(encoding="utf-8"))
         except (ValueError, RecursionError):
@@ -156,10 +147,10 @@ class SweepResults:
 
     @cached_property  # a label for each configuration
     def schedule(self) -> RunSchedule:
-        """The study, and the keys of the runs that it asks for.
+        """Study with the keys of its runs.
 
         Raises:
-            OutputError: the folder does not say it, or says it as another version would.
+            OutputError: missing, or of another version.
         """
         record = self._record
         try:
@@ -172,17 +163,17 @@ class SweepResults:
 
     @property
     def factorial(self) -> FactorialDesign:
-        """The two-level design of the study."""
+        """Two-level design of the study."""
         from missions.sweeps.study import factorial_of
 
         return factorial_of(self.file)
 
     @cached_property  # validates the study
     def file(self) -> StudyFile:
-        """The study, as its file had it.
+        """Study file.
 
         Raises:
-            OutputError: the folder does not say it, or says it as another version would.
+            OutputError: missing, or of another version.
         """
         from missions.sweeps.study_file import StudyFile
 
@@ -197,15 +188,14 @@ class SweepResults:
         )
 
     def _is_censored(self, metric: str) -> bool:
-        """True if the folder declares the metric as censored."""
         return any(entry["name"] == metric and entry.get("censored") for entry in self._record.get(DECLARATIONS, ()))
 
     @cached_property  # asked for each name
     def metrics(self) -> dict[str, MetricRecord]:
-        """Everything that can be compared, by the name of its field.
+        """Metrics that can be compared, by field.
 
         Raises:
-            OutputError: the folder declares no metrics, or a declaration lacks something.
+            OutputError: declarations are missing or incomplete.
         """
         if DECLARATIONS not in self._record:
             raise self._unreadable()
@@ -223,16 +213,15 @@ class SweepResults:
 
     @property
     def bounds(self) -> frozenset[str]:
-        """Strategies that are bounds: shown beside the others, and never ranked."""
+        """Upper-bound strategies: shown beside the others, never ranked."""
         from remoras.strategies import bounds
 
         return bounds()
 
     def assumed(self, settings: Mapping[str, str]) -> list[str]:
-        """What the channels of configurations with these settings assume, which captions add; mostly nothing.
+        """Return the assumptions of channels with these settings, for captions; often none.
 
-        Args:
-            settings: by key, as comparisons have them; ``channel.name`` is the channel.
+        settings: by key, as in comparisons; ``channel.name`` is the channel.
         """
         texts = self._record.get(ASSUMED, ())
         labels = self.schedule.labels if texts else ()
@@ -246,18 +235,18 @@ class SweepResults:
 
     @property
     def ranked(self) -> tuple[str, ...]:
-        """Metrics of which one value is better than another."""
+        """Metrics with a preferred direction."""
         return tuple(name for name, metric in self.metrics.items() if metric.better in (Better.HIGHER, Better.LOWER))
 
     @cached_property  # the whole ledger
     def lines(self) -> dict[str, Line]:
-        """Lines of the ledger by key, in the order of the keys, with the settings that the study gives them now.
+        """Lines of the ledger by key, in key order, with the current settings of the study.
 
         Raises:
-            OutputError: a line is not one of a run.
+            OutputError: a line does not describe a run.
         """
         lines = read_ledger(self.folder / LEDGER, self._record.get(IDENTITY, ""))
-        with suppress(OutputError):  # it cannot be said what they were for; the runs are there
+        with suppress(OutputError):  # unknown settings; the runs remain
             lines = self.schedule.labelled(lines)
         if self.measured:
             from missions.sweeps.measuring import with_values
@@ -266,17 +255,17 @@ class SweepResults:
         return lines
 
     def runs(self) -> Any:
-        """A pandas data frame with one row per finished run."""
+        """Return a pandas data frame with one row per finished run."""
         return run_table(self.lines).to_pandas()
 
     @property
     def kept_tables(self) -> frozenset[str]:
-        """Names of the tables that were kept, damaged ones too."""
+        """Names of the kept tables, damaged ones included."""
         there = (path.stem for path in (self.folder / TABLES).glob("[!.]*.parquet"))
         return frozenset({*there, *(Path(name).stem for name in self.damaged)})
 
     def table(self, name: str) -> Any:
-        """A table of the runs in the sample as a pandas data frame, with the key of the run in front.
+        """Return a table of the sampled runs as a pandas data frame, the run's key first.
 
         Raises:
             OutputError: no such table has been kept.
@@ -287,10 +276,10 @@ class SweepResults:
         return self.arrow_table(name).to_pandas()
 
     def arrow_table(self, name: str) -> Any:
-        """The same as an Arrow table.
+        """Return a table of the sampled runs as an Arrow table.
 
         Raises:
-            OutputError: it is damaged.
+            OutputError: the table is damaged.
         """
         import pyarrow as pa
         import pyarrow.parquet as pq
@@ -309,7 +298,7 @@ class SweepResults:
         return not_as_noted(self.folder / TABLES)
 
     def status(self) -> SweepStatus:
-        """How far the sweep is."""
+        """Return the progress of the sweep."""
         lines = self.lines.values()
         remaining = self.schedule.n_missing({key: line["summary"] for key, line in self.lines.items()})
         failed = sum(line["status"] == FAILED for line in lines)
@@ -319,17 +308,16 @@ class SweepResults:
 
 
 class SweepFolder:
-    """The folder of a sweep that is going on; one process at a time holds it.
+    """Folder of a running sweep, locked by one process.
 
     Args:
-        folder: made if it is not there.
-        plan: the runs that it is for.
-        force_new: set the runs of another study aside, into a folder ``before-N``, and start anew.
-        accept_code: go on with runs that other code has made; the column ``code`` tells them apart.
-        retry_failed: runs that failed are to be made again.
+        folder: created if missing.
+        force_new: move the runs of another study into ``before-N`` and start again.
+        accept_code: resume runs of other code; the column ``code`` separates them.
+        retry_failed: repeat failed runs.
 
     Raises:
-        StudyChangedError: the folder belongs to another study, or to this one before it was changed.
+        StudyChangedError: the folder belongs to another study or an incompatible version of this one.
         OutputError: the folder cannot be written, or another sweep is writing it.
     """
 
@@ -366,11 +354,7 @@ class SweepFolder:
             raise kind(f"--out {folder}: cannot be written: {error.strerror}") from None
 
     def _make_sure_of_study(self, record: Mapping[str, Any], force_new: bool, accept_code: bool) -> str:
-        """Refuse the runs of a study that this one does not go on with, or set them aside.
-
-        Returns:
-            The identity of the study that the folder is for.
-        """
+        """Reject an incompatible study or move its runs aside; return the folder's study identity."""
         path = self.folder / STUDY
         if path.is_file():
             differing = list(differences(path, record, accept_code))
@@ -391,7 +375,7 @@ class SweepFolder:
         return identity
 
     def _to_make_again(self, retry_failed: bool) -> frozenset[str]:
-        """Keys of runs that failed, if those are to be tried again, and of those whose tables are lost."""
+        """Return the keys of runs to repeat: failed ones, if asked for, and those with lost tables."""
         lines = self._ledger.lines
         failed = {key for key, line in lines.items() if line["status"] == FAILED} if retry_failed else set()
         sampled = {key for key, line in lines.items() if line["tables"]}
@@ -400,12 +384,12 @@ class SweepFolder:
         from missions.runs import tables
 
         if not_as_noted(self.folder / TABLES):
-            shutil.rmtree(self.folder / TABLES)  # each has rows of all these runs: they are made again
+            shutil.rmtree(self.folder / TABLES)  # each file has rows of all sampled runs, which are repeated
         return frozenset(failed | (sampled - tables.keys_in(self.folder / PARTS, self.folder / TABLES)))
 
     @property
     def lines(self) -> Mapping[str, Line]:
-        """Lines of the ledger by key, without those of runs that are to be made again."""
+        """Lines of the ledger by key, without runs to be repeated."""
         known = self._ledger.lines
         return {key: line for key, line in known.items() if key not in self._again} if self._again else known
 
@@ -415,11 +399,11 @@ class SweepFolder:
         return {key: line["summary"] for key, line in self.lines.items()}
 
     def append(self, finished: Sequence[FinishedRun]) -> None:
-        """Log finished runs; when this returns they are on the disk. A run that is logged already is passed over.
+        """Record finished runs on disk; known ones are skipped.
 
         Raises:
-            OutputError: the disk does not take them, or a run whose tables were lost ends otherwise now; the ledger is
-                then as it was before.
+            OutputError: the disk rejects them, or a repeated run with lost tables ends differently; the ledger is
+                unchanged.
         """
         known, parts = self._ledger.lines, self.folder / PARTS
         new = {run.key: run for run in finished if run.key in self._again or run.key not in known}
@@ -445,10 +429,10 @@ class SweepFolder:
         self._again -= new.keys()
 
     def compact(self) -> None:
-        """Make ``runs.parquet`` and ``tables/`` of what is finished.
+        """Write ``runs.parquet`` and ``tables/`` from the finished runs.
 
         Raises:
-            OutputError: the disk does not take them; the ledger keeps everything.
+            OutputError: the disk rejects them; the ledger keeps everything.
         """
         import pyarrow.parquet as pq
 
@@ -463,13 +447,13 @@ class SweepFolder:
             raise OutputError(f"--out {self.folder}: cannot be written: {error.strerror}") from None
 
     def close(self) -> None:
-        """Close the ledger, and let another sweep have the folder."""
+        """Close the ledger and release the lock."""
         self._ledger.close()
         self._lock.release()
 
 
 def _set_aside(folder: Path) -> None:
-    """Move what the folder holds into its first free ``before-N``."""
+    """Move the content of the folder into its first free ``before-N``."""
     number = 1
     while (folder / f"before-{number}").exists():
         number += 1
@@ -481,7 +465,7 @@ def _set_aside(folder: Path) -> None:
 
 
 def run_table(lines: Mapping[str, Line]) -> Any:
-    """One row per run, sorted by key: key, configuration, summary, what went wrong, which code made it, machine."""
+    """Return one row per run, sorted by key: settings, summary, errors, code, machine."""
     import pyarrow as pa
 
     rows = [lines[key] for key in sorted(lines)]
@@ -499,13 +483,13 @@ def run_table(lines: Mapping[str, Line]) -> Any:
 
 
 def _merged(fields: Sequence[Sequence[str]]) -> list[str]:
-    """Fields of all summaries, those of the longest first: missions differ in them, and failed runs have few."""
+    """Merge the fields of all summaries, those of the longest first."""
     longest = sorted(set(map(tuple, fields)), key=lambda names: (-len(names), names))
     return list(dict.fromkeys(name for names in longest for name in names))
 
 
 def _array(values: list[Any]) -> Any:
-    """A column; text where its values are of several kinds."""
+    """Convert values to a column; mixed kinds become text."""
     import pyarrow as pa
 
     try:

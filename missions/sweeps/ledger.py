@@ -1,9 +1,8 @@
-"""RunLedger: one line of JSON per finished run, appended and synced to the disk before the run counts as finished.
+"""Ledger of a sweep: one line of JSON per finished run, synced to disk before it counts.
 
-A kill at any moment leaves at most a torn last line. It is cut off when the ledger is opened again, and its run is made
-again. So no run is lost or doubled. Each line begins with a checksum of the rest and names its study: a line that was
-altered, that is of another study, or that contradicts another is told by its number, and nothing is counted before it
-is taken out. A run that failed may have a later line, which counts instead.
+A kill leaves at most a torn last line, which is removed on reopening; its run is repeated. So no run is lost or
+doubled. Each line has a checksum and its study. An altered, foreign or contradicting line is reported by number and
+blocks the ledger until it is removed. A later line of a failed run replaces the earlier one.
 """
 
 from __future__ import annotations
@@ -26,28 +25,26 @@ if sys.platform != "win32":
 
 LEDGER, LOCK = "ledger.jsonl", "lock"
 DONE, FAILED = "done", "failed"
-"""How a run ended: with a summary, or with an error."""
+"""Outcome of a run: a summary, or an error."""
 MACHINE_COLUMNS = ("wall_s", "cpu_s", "host", "worker", "finished_at")
-"""What depends on the machine, and nothing else does."""
+"""Machine-dependent columns."""
 LINE_KEYS = {"key", "status", "repeat", "settings", "summary", "error", "replay", "tables", "machine"}
 
 SEAL = b'{"crc": "'
-"""How a line with a checksum begins; older ones have none."""
+"""Start of a line with checksum; older lines have none."""
 TAKE_OUT = "Take the line out, and the same sweep makes its run again"
 MAY_DIFFER = {"machine", "code", "replay", "crc"}
-"""What may differ between two lines of one run."""
+"""Keys that may differ between two lines of one run."""
 
 Line = dict[str, Any]
-"""What the ledger keeps of a run; it has all of ``LINE_KEYS``."""
+"""Record of a run in the ledger, with all of ``LINE_KEYS``."""
 
 
 @dataclass(frozen=True)
 class FinishedRun:
-    """A run that has ended.
+    """Finished run.
 
-    Args:
-        line: what the ledger keeps of it.
-        tables: its tables as ``missions.runs.tables.encoded`` gives them; empty if they are not kept.
+    tables: encoded by ``missions.runs.tables.encoded``; empty if not kept.
     """
 
     line: Mapping[str, Any]
@@ -60,14 +57,12 @@ class FinishedRun:
 
 
 class RunLedger:
-    """The ledger of a sweep that is going on, open for appending.
+    """Ledger of a running sweep, open for appending.
 
-    Args:
-        path: of the file, made if it is not there; a torn last line is cut off.
-        study: identity of the study, which goes into every line.
+    path: created if missing; a torn last line is removed. study: identity, stored in every line.
 
     Raises:
-        OutputError: a line before the last is not one of a run.
+        OutputError: a line before the last does not describe a run.
         OSError: the file cannot be opened.
     """
 
@@ -85,7 +80,7 @@ class RunLedger:
             raise
 
     def _recovered(self) -> dict[str, Line]:
-        """Lines by key, after the torn last one has been cut off."""
+        """Remove a torn last line and return the lines by key."""
         content = self._path.read_bytes()
         whole = content.rfind(b"\n") + 1
         if whole < len(content):
@@ -94,11 +89,10 @@ class RunLedger:
         return ledger_lines(content[:whole], self._path, self._study)
 
     def append(self, lines: Iterable[Mapping[str, Any]]) -> None:
-        """Add lines of runs that the ledger does not have; when this returns they are on the disk.
+        """Append lines of new runs and sync them to disk.
 
         Raises:
-            OutputError: the disk does not take them; the ledger is then as it was before, at the latest when it is
-                opened again, but for lines that were whole.
+            OutputError: the disk rejects them; the ledger keeps only whole lines, at the latest on reopening.
         """
         new = [{**line, "study": self._study} for line in lines]
         size = os.fstat(self._file).st_size
@@ -119,10 +113,7 @@ class RunLedger:
 
 
 class FolderLock:
-    """Held while a sweep writes a folder; the system lets go of it when the process ends, however it ends.
-
-    Args:
-        folder: has to be there.
+    """Lock of a folder during a sweep; the system releases it at process exit.
 
     Raises:
         OutputError: another sweep holds it.
@@ -139,34 +130,26 @@ class FolderLock:
             raise OutputError(f"--out {folder}: another sweep is writing this folder") from None
 
     def release(self) -> None:
-        """Let another sweep have the folder."""
+        """Release the lock."""
         os.close(self._file)
 
 
 def read_ledger(path: Path, study: str = "") -> dict[str, Line]:
-    """Whole lines of a ledger by key, in the order of the keys; it may be one that a sweep is writing.
+    """Return the whole lines of a ledger by key, in key order, even during a sweep.
 
-    Args:
-        path: of the file.
-        study: identity of the study that the lines have to be of.
+    study: required identity; empty for any.
 
     Raises:
-        OutputError: a whole line is not one of a run of the study, or contradicts another.
+        OutputError: a whole line does not describe a run of the study, or contradicts another.
     """
     content = path.read_bytes() if path.is_file() else b""
     return dict(sorted(ledger_lines(content, path, study).items()))
 
 
 def ledger_lines(content: bytes, path: Path, study: str = "") -> dict[str, Line]:
-    """Lines of a ledger that are whole, by key; of two of a run that had failed the last.
+    """Parse the whole lines of a ledger by key; of a failed run's lines the last counts.
 
-    Args:
-        content: of the file.
-        path: of the file, for messages.
-        study: identity of the study that the lines have to be of; empty if that does not matter.
-
-    Raises:
-        OutputError: a whole line is not one of a run of the study, or contradicts another.
+    study: required identity; empty for any. Raises OutputError as ``read_ledger``.
     """
     lines: dict[str, Line] = {}
     numbers: dict[str, int] = {}
@@ -191,7 +174,7 @@ def _sealed(line: Mapping[str, Any]) -> bytes:
 
 
 def _read(raw: bytes) -> Line | None:
-    """A line of a run; None if it is none, or its checksum is another."""
+    """Parse a line; None if it is malformed or its checksum is wrong."""
     try:
         line = json.loads(raw)
     except (ValueError, RecursionError):

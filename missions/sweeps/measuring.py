@@ -1,6 +1,6 @@
-"""Metrics of a user's own in the runs of a sweep whose tables were kept, each as if the run had measured it.
+"""User metrics computed afterwards from the kept tables of a sweep.
 
-A run without its tables has no value; how many have is the n of a comparison.
+Values equal those measured by the run. A run without tables has no value and does not count in comparisons.
 """
 
 from __future__ import annotations
@@ -29,14 +29,13 @@ def with_values(
     tables: Collection[str],
     whole: Callable[[str], pa.Table],
 ) -> dict[str, Line]:
-    """Lines of the ledger whose summaries have the values of further metrics, where tables were kept.
+    """Return ledger lines with values of further metrics in the summaries, where tables exist.
 
     Args:
-        lines: of the ledger, by key.
-        metrics: by what the user calls them.
-        schedule: says of which configuration each run is.
+        metrics: by the user's name.
+        schedule: maps runs to configurations.
         tables: names of the kept tables.
-        whole: gives such a table, of all kept runs.
+        whole: returns a kept table of all runs.
 
     Raises:
         PluginError: a metric fails.
@@ -54,13 +53,12 @@ def with_values(
 
 
 def _own_rows(whole: Callable[[str], pa.Table], key: str, name: str) -> pa.Table:
-    """A table of one run."""
     table = whole(name)
     return table.filter(pc.equal(table[KEY], key))
 
 
 def _labels(schedule: RunSchedule, lines: Mapping[str, Line]) -> dict[str, tuple[ConfigurationLabel, str]]:
-    """Label and digest of the configuration of every run, by key; none where the folder does not say."""
+    """Return label and digest of each run's configuration, where the folder has them."""
     repeats = {line["repeat"] for line in lines.values()}
     return {
         schedule.key(number, repeat): (label, schedule.digests[number])
@@ -70,7 +68,7 @@ def _labels(schedule: RunSchedule, lines: Mapping[str, Line]) -> dict[str, tuple
 
 
 def _scenario(key: str, label_of: Mapping[str, tuple[ConfigurationLabel, str]]) -> Callable[[], Scenario]:
-    """Gives the scenario of a run, made as ``remoras run`` makes it, and only if a metric asks for it."""
+    """Return a loader of a run's scenario, called only if a metric needs it."""
 
     def scenario_of() -> Scenario:
         if key not in label_of:

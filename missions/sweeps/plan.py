@@ -1,8 +1,8 @@
-"""Plan: which runs a study asks for, and when it has enough of them.
+"""Plan: runs that a study needs, and its stopping rule.
 
-Common random numbers: the seed of a run depends on the master seed and the repeat alone, so that the n-th repeats of
-all configurations meet the same losses. A run's key is a hash of version, resolved configuration and seed. Which
-runs are still needed is a function of the finished ones alone, whatever order they finished in.
+Common random numbers: a run's seed depends only on master seed and repeat, so the n-th repeats of all configurations
+meet the same losses. A run's key is a hash of version, resolved configuration and seed. The runs still needed depend
+only on the finished ones, not on their order.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from missions.sweeps.study_file import StudyFile
 
 UNFORESEEN = "unforeseen"
-"""Column of the table of runs with the name of what is unforeseen in them."""
+"""Column of the table of runs with the name of the unforeseen case."""
 DRAWN = "drawn"
-"""Field of a summary: whether anything was drawn in the run; null where nobody can say."""
+"""Summary field: whether the run drew random numbers; null if unknown."""
 OF_THE_SEED = frozenset({"seed", DRAWN})
 """Fields that differ between repeats of one run."""
 Summaries = Mapping[str, Mapping[str, Any]]
@@ -35,33 +35,32 @@ Summaries = Mapping[str, Mapping[str, Any]]
 
 
 def version() -> str:
-    """Version of this program."""
+    """Return the version of this program."""
     return __version__
 
 
 def run_content(scenario: Scenario) -> str:
-    """What a scenario makes of its runs: all of it but the metrics that it names itself, which are asked afterwards."""
+    """Return the content of a scenario that determines its runs: all but its metrics."""
     about = scenario.scenario.model_copy(update={"metrics": ()})
     return scenario.model_copy(update={"scenario": about}).model_dump_json()
 
 
 def seed_of(master: int, repeat: int) -> int:
-    """Seed of all runs of a repeat, 48 bits."""
+    """Return the seed (48 bits) of all runs of a repeat."""
     return int.from_bytes(hashlib.sha256(f"{master}:{repeat}".encode()).digest()[:6], "big")
 
 
 @dataclass(frozen=True)
 class RunTask:
-    """One run to make, with everything that a worker needs for it.
+    """Run to make, with all data that a worker needs.
 
     Args:
         key: hash of version, resolved configuration and seed.
         scenario: resolved; a worker reads no file.
-        seed: of the run.
-        repeat: number from 0; runs of one repeat share their seed.
-        settings: keys that the study sets, with their values.
+        repeat: from 0; runs of one repeat share their seed.
+        settings: keys and values set by the study.
         replay: command that repeats the run alone.
-        keep_tables: True if its tables go into the sample.
+        keep_tables: True if the run is in the sample.
     """
 
     key: str
@@ -75,12 +74,12 @@ class RunTask:
 
 @dataclass(frozen=True)
 class ConfigurationLabel:
-    """What a folder says of a configuration, beside its digest.
+    """Description of a configuration in the folder, besides its digest.
 
     Args:
-        source: scenario as `remoras run` takes it.
-        settings: every key that the study sets, with its value.
-        unforeseen: name of what is unforeseen in its runs; empty in a study without that axis.
+        source: scenario as for `remoras run`.
+        settings: keys and values set by the study.
+        unforeseen: name of the case; empty in a study without that axis.
         duration_s: end of a run whose mission has not completed.
     """
 
@@ -91,24 +90,24 @@ class ConfigurationLabel:
 
     @classmethod
     def of(cls, configuration: Configuration) -> ConfigurationLabel:
-        """The label of a configuration."""
+        """Return the label of a configuration."""
         duration_s = configuration.scenario.scenario.duration_s
         return cls(configuration.source, configuration.settings, configuration.unforeseen, duration_s)
 
     @property
     def columns(self) -> dict[str, Any]:
-        """Settings as the table of runs has them."""
+        """Settings as columns of the table of runs."""
         return {**dict(self.settings), **({UNFORESEEN: self.unforeseen} if self.unforeseen else {})}
 
     def on(self, line: Line) -> Line:
-        """The line of a run of this configuration, with these settings."""
+        """Return the line of a run with the settings of this configuration."""
         replay = replay_command(self, line["summary"]["seed"]) if line["error"] else ""
         return {**line, "settings": self.columns, "replay": replay, "duration_s": self.duration_s}
 
 
 @dataclass(frozen=True)
 class StoppingLimits:
-    """When a configuration has been repeated often enough; see ``StoppingRule`` of a study's file."""
+    """Limits of the stopping rule; see ``StoppingRule`` of study files."""
 
     metric: str
     minimum: int
@@ -117,7 +116,7 @@ class StoppingLimits:
     half_width_share: float | None = None
 
     def is_met(self, half_width: float, mean: float) -> bool:
-        """True if a mean with an interval of that half-width is known well enough."""
+        """True if the half-width of the mean's interval is within a limit."""
         limits = [] if self.half_width is None else [self.half_width]
         limits += [] if self.half_width_share is None else [self.half_width_share * abs(mean)]
         return any(half_width <= limit for limit in limits)
@@ -125,7 +124,7 @@ class StoppingLimits:
 
 @dataclass(frozen=True)
 class Demand:
-    """What a study asks of every configuration: repeats of a master seed, or a rule when to stop."""
+    """Repeats or stopping rule that a study sets for every configuration."""
 
     seed: int
     repeats: int
@@ -133,15 +132,15 @@ class Demand:
 
     @classmethod
     def of(cls, file: StudyFile) -> Demand:
-        """The demand of a study's file."""
+        """Return the demand of a study file."""
         return cls.read(file.model_dump(mode="json"))
 
     @classmethod
     def read(cls, tables: Mapping[str, Any]) -> Demand:
-        """The demand of a study's tables, as its folder records them.
+        """Return the demand from a study's tables, as its folder records them.
 
         Raises:
-            KeyError, TypeError: something is missing, or is no number.
+            KeyError, TypeError: an entry is missing or not a number.
         """
         design, rule = tables["study"], tables.get("stopping")
         numbers = [design["seed"], design["repeats"], *((rule["minimum"], rule["maximum"]) if rule else ())]
@@ -152,14 +151,12 @@ class Demand:
 
 @dataclass(frozen=True)
 class RunSchedule:
-    """Keys of the runs that a study asks for; enough to say how far a sweep is, without its scenarios.
+    """Keys of the runs of a study, sufficient for its progress without scenarios.
 
     Args:
-        version: of the program.
-        demand: what the study asks of every configuration.
-        digests: a hash of every resolved configuration.
+        digests: hash of every resolved configuration.
         labels: of every configuration; none in folders of older versions.
-        restricted: whether a run without a value of the stopping rule's metric counts with its duration.
+        restricted: a run without a value of the stopping rule's metric counts with its duration.
     """
 
     version: str
@@ -169,7 +166,7 @@ class RunSchedule:
     restricted: bool = False
 
     def key(self, number: int, repeat: int) -> str:
-        """Key of a repeat of the configuration with that number."""
+        """Return the key of a repeat of a configuration."""
         if (key := self._keys.get((number, repeat))) is None:
             seed = seed_of(self.demand.seed, repeat)
             key = hashlib.sha256(f"{self.version} {self.digests[number]} {seed}".encode()).hexdigest()[:20]
@@ -178,14 +175,13 @@ class RunSchedule:
 
     @cached_property  # a digest for each run, asked at each finished one
     def _keys(self) -> dict[tuple[int, int], str]:
-        """Keys by configuration and repeat, as far as they have been asked for."""
+        """Cached keys by configuration and repeat."""
         return {}
 
     def repeats(self, number: int, summaries: Summaries) -> int:
-        """Repeats that a configuration needs, as far as the finished runs tell.
+        """Return the repeats that a configuration needs, given the finished runs.
 
-        Where nothing is drawn all repeats are one run, so it is made once; where nobody can say whether anything is,
-        twice, and no more if both end alike.
+        A run without random draws is made once. If draws are unknown, two runs decide: equal outcomes end the repeats.
         """
         demanded = self._demanded(number, summaries)
         first, second = (summaries.get(self.key(number, repeat)) for repeat in (0, 1))
@@ -197,7 +193,7 @@ class RunSchedule:
         return min(demanded, 2) if alike else demanded
 
     def is_known(self, number: int, repeat: int, summaries: Summaries) -> bool:
-        """True if the repeats before this one say that it is needed: the first, and a second where that is silent."""
+        """True if earlier repeats already show that this one is needed."""
         if repeat == 0:
             return True
         first, second = (summaries.get(self.key(number, earlier)) for earlier in (0, 1))
@@ -206,7 +202,7 @@ class RunSchedule:
         return repeat == 1 or second is not None or bool(first.get(DRAWN, True))
 
     def _demanded(self, number: int, summaries: Summaries) -> int:
-        """Repeats that the study asks for."""
+        """Return the repeats that the study demands."""
         rule = self.demand.stopping
         if rule is None:
             return self.demand.repeats
@@ -220,7 +216,7 @@ class RunSchedule:
         return repeats_needed(rule, values)
 
     def n_missing(self, summaries: Summaries) -> int:
-        """Runs that are needed and not finished, as far as the finished runs tell."""
+        """Count the runs needed and not finished."""
         return sum(
             self.key(number, repeat) not in summaries
             for number in range(len(self.digests))
@@ -228,7 +224,7 @@ class RunSchedule:
         )
 
     def labelled(self, lines: Mapping[str, Line]) -> dict[str, Line]:
-        """Lines of the ledger with the settings that the study gives their configurations now.
+        """Return ledger lines with the study's current settings of their configurations.
 
         A study that has grown may set keys that it left to the scenario before; the runs are the same.
         """
@@ -241,7 +237,7 @@ class RunSchedule:
 
 @dataclass(frozen=True)
 class SweepPlan:
-    """The runs of a study."""
+    """Runs of a study."""
 
     study: Study
 
@@ -261,7 +257,7 @@ class SweepPlan:
         return rule is not None and self.study.metrics[rule.metric].censored
 
     def task(self, number: int, repeat: int) -> RunTask:
-        """A repeat of the configuration with that number, ready to run."""
+        """Return a repeat of a configuration, ready to run."""
         configuration = self.study.configurations[number]
         label, keep = self.schedule.labels[number], self.study.design.keep_tables
         seed = seed_of(self.study.design.seed, repeat)
@@ -276,18 +272,16 @@ class SweepPlan:
         )
 
     def due(self, summaries: Summaries, busy: Collection[str] = ()) -> Iterator[RunTask]:
-        """Of ``missing`` those of which it is known that they are needed: further repeats wait for the first.
+        """Yield the missing runs known to be needed; further repeats wait for the first.
 
-        Args:
-            summaries: of the finished runs, by key.
-            busy: keys of the runs that workers have, left out.
+        busy: keys of runs in progress, which are skipped.
         """
         for number, repeat in self._missing(summaries, busy):
             if self.schedule.is_known(number, repeat, summaries):
                 yield self.task(number, repeat)
 
     def missing(self, summaries: Summaries) -> Iterator[RunTask]:
-        """Runs that are needed and not finished: the first repeat of every configuration, then the second."""
+        """Yield runs needed and not finished, first repeats first."""
         return (self.task(number, repeat) for number, repeat in self._missing(summaries, ()))
 
     def _missing(self, summaries: Summaries, busy: Collection[str]) -> Iterator[tuple[int, int]]:
@@ -302,26 +296,20 @@ class SweepPlan:
 
 
 def outcome(summary: Mapping[str, Any], but: Collection[str] = ()) -> dict[str, Any]:
-    """What a summary says of how a run ended: alike in repeats in which nothing was drawn.
+    """Return the outcome fields of a summary, equal in repeats without random draws.
 
-    Args:
-        summary: of the run.
-        but: fields that not every run has, such as those of metrics that are read of the tables of a sample.
+    but: fields to ignore, such as metrics read from sampled tables.
     """
     return {name: value for name, value in summary.items() if name not in OF_THE_SEED and name not in but}
 
 
 def repeats_needed(rule: StoppingLimits, values: Sequence[float | None]) -> int:
-    """Repeats that a stopping rule asks for, given the values of the first repeats in their order.
+    """Return the repeats that a stopping rule demands, given the first repeats' values in order.
 
-    It looks after the minimum and then after every further half of it. A missing value (a failed run, a latency without
-    a packet) counts as a repeat.
-
-    Args:
-        rule: metric, limits of the half-width of its interval, fewest and most repeats.
-        values: of the metric; None where a run has none.
+    It is evaluated at the minimum and after every further half of it. A missing value (None, such as a failed run)
+    counts as a repeat.
     """
-    from missions.statistics import t_half_width  # workers need no statistics, and loading them takes half a second
+    from missions.statistics import t_half_width  # slow to load, and workers need no statistics
 
     looked = rule.minimum
     while looked < rule.maximum and len(values) >= looked:
@@ -333,7 +321,7 @@ def repeats_needed(rule: StoppingLimits, values: Sequence[float | None]) -> int:
 
 
 def replay_command(label: ConfigurationLabel, seed: int) -> str:
-    """The one-line command that repeats a run alone."""
+    """Return the command that repeats a run alone."""
     parts = ["remoras", "run", label.source, "--seed", str(seed)]
     for key, value in label.settings:
         parts += ["--set", f"{key}={value if isinstance(value, str) else toml_value(value)}"]

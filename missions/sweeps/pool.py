@@ -1,10 +1,7 @@
-"""A process pool that survives its workers.
+"""Process pool that survives its workers, and a Dask executor for many machines.
 
-The pool of the standard library breaks as a whole when one of its processes dies. Here every process has a thread
-that watches it: if it dies, the call that it was working on fails with ``WorkerDied``, and a new process takes
-the next call.
-
-Many machines: an executor over Dask distributed, checked before it is used.
+The pool of the standard library breaks as a whole if one process dies. Here a thread watches each process. If it dies,
+its call fails with ``WorkerDied``, and a new process takes the next call.
 """
 
 from __future__ import annotations
@@ -31,36 +28,34 @@ from remoras.plugins import look_in, plugin_folders, safe_path
 
 START_ATTEMPTS = 3
 SERVER_DIED = 255
-"""What ``multiprocessing`` gives as exit code of a process if the server that forked it was killed."""
+"""Exit code in ``multiprocessing`` of a process whose fork server was killed."""
 GUARD = (
     "before its first run; a script that calls sweep does so below if __name__ == '__main__': since every worker "
     "loads the script again"
 )
 _STARTING = Lock()
-"""Held while a process starts, for what it starts with belongs to the whole program."""
+"""Lock for process starts, which use global state."""
 Arguments = ParamSpec("Arguments")
 T = TypeVar("T")
 Call = tuple["Future[Any]", float | None, Callable[..., Any], tuple[Any, ...], dict[str, Any]]
 
 
 class WorkerDied(BrokenExecutor):
-    """The process that a call ran in is dead; the pool is not."""
+    """The process of a call died; the pool continues."""
 
 
 class TookTooLong(WorkerDied):
-    """The process that a call ran in was killed, since it did not answer in time."""
+    """The process of a call was killed at the timeout."""
 
 
 class WorkersCannotStart(BrokenExecutor):
-    """A new process ended by itself before it could take a call; so would the next."""
+    """A new process ended before its first call, as would the next."""
 
 
 class SupervisedPool(Executor):
-    """An executor whose processes are replaced when they die.
+    """Executor that replaces processes when they die.
 
-    Args:
-        n_workers: number of processes.
-        preload: module that new processes find loaded already.
+    preload: module loaded in new processes.
     """
 
     def __init__(self, n_workers: int, preload: str) -> None:
@@ -75,17 +70,16 @@ class SupervisedPool(Executor):
             thread.start()
 
     def submit(self, fn: Callable[Arguments, T], /, *args: Arguments.args, **kwargs: Arguments.kwargs) -> Future[T]:
-        """Let one of the processes make a call.
+        """Schedule a call in one of the processes.
 
-        Returns:
-            The result to come: what the call returns or raises, or ``WorkerDied``, or ``WorkersCannotStart``.
+        The future may also raise ``WorkerDied`` or ``WorkersCannotStart``.
         """
         return self.submit_within(None, fn, *args, **kwargs)
 
     def submit_within(
         self, limit_s: float | None, fn: Callable[Arguments, T], /, *args: Arguments.args, **kwargs: Arguments.kwargs
     ) -> Future[T]:
-        """The same; the process is killed and the call ends with ``TookTooLong`` if it takes longer than that."""
+        """Schedule a call; after ``limit_s`` its process is killed and it raises ``TookTooLong``."""
         if not self._open:
             raise RuntimeError("the pool is shut down")
         future: Future[T] = Future()
@@ -93,11 +87,9 @@ class SupervisedPool(Executor):
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End the processes: after the calls that wait, or at once.
+        """Stop the processes, after the pending calls or at once.
 
-        Args:
-            wait: return only when all processes have ended.
-            cancel_futures: cancel the calls that wait, and kill the processes.
+        wait: block until all processes have ended. cancel_futures: cancel pending calls and kill the processes.
         """
         self._open = False
         if cancel_futures:
@@ -113,7 +105,7 @@ class SupervisedPool(Executor):
                 thread.join()
 
     def _watch(self) -> None:
-        """Give calls to one process, and start another when it dies."""
+        """Send calls to one process, and replace it if it dies."""
         process: BaseProcess | None = None
         began = False
         while (call := self._calls.get()) is not None:
@@ -124,7 +116,7 @@ class SupervisedPool(Executor):
             if process is None or not process.is_alive():
                 try:
                     process, connection = self._started()
-                except RuntimeError as error:  # itself one that starts
+                except RuntimeError as error:  # the starting process is itself a worker
                     future.set_exception(WorkersCannotStart(f"{error}, {GUARD}"))
                     continue
                 except (OSError, EOFError) as error:
@@ -160,7 +152,7 @@ class SupervisedPool(Executor):
             self._processes.discard(process)
 
     def _started(self) -> tuple[BaseProcess, Connection]:
-        """A new process, and our end of the connection to it."""
+        """Start a process; return it with the local end of its connection."""
         for attempt in range(1, START_ATTEMPTS + 1):
             ours, theirs = self._context.Pipe()
             process: BaseProcess = self._context.Process(target=_serve, args=(theirs, plugin_folders()), daemon=True)  # type: ignore[attr-defined]
@@ -180,10 +172,10 @@ class SupervisedPool(Executor):
 
 @contextmanager
 def _interruption_held() -> Iterator[None]:
-    """Let new processes start out of reach of Ctrl-C, which the terminal sends to all of them.
+    """Start processes with Ctrl-C blocked, since the terminal sends it to all of them.
 
-    They take the signal mask of this thread with them, the server that forks them too: until they have set their own
-    handlers an interruption would end them, with a trace of where they were.
+    They inherit this thread's signal mask, as does the fork server. Until they install handlers, an interruption would
+    end them with a traceback.
     """
     if sys.platform == "win32":
         yield
@@ -197,10 +189,9 @@ def _interruption_held() -> Iterator[None]:
 
 
 def _serve(connection: Connection, folders: tuple[str, ...]) -> None:
-    """Answer calls until the other end is closed; interruption is the parent's business.
+    """Answer calls until the connection closes; interruptions are left to the parent.
 
-    Args:
-        connection: to the parent; folders: of its plug-ins.
+    folders: of the parent's plug-ins.
     """
     look_in(folders)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -225,24 +216,18 @@ def _serve(connection: Connection, folders: tuple[str, ...]) -> None:
 
 ADDRESS = re.compile(r"(tcp|tls|ucx|wss?)://(\[[0-9a-fA-F:]+\]|[^/:\s]+):\d{1,5}")
 REACH_S = 10.0
-"""Time within which a scheduler has to answer and a worker has to be there."""
+"""Timeout (s) for a scheduler to answer and a worker to join."""
 
 JOINING = 32
-"""Fewest threads that work is given out for, so that workers that join later find some."""
+"""Least number of threads assumed, so that workers that join later find tasks."""
 
 
 @contextmanager
 def cluster_executor(address: str) -> Iterator[tuple[Executor, int]]:
-    """A connection to a Dask cluster, closed at the end.
+    """Connect to a Dask cluster; yield the executor and its number of threads.
 
-    Args:
-        address: of its scheduler, as tcp://HOST:PORT.
-
-    Returns:
-        The executor, and the number of threads to give work to.
-
-    Raises:
-        ClusterError: the scheduler cannot be reached, has no workers, or a worker has another version.
+    address: of the scheduler, tcp://HOST:PORT. Raises ClusterError if it is unreachable, has no workers or another
+    version.
     """
     try:
         import distributed
@@ -250,7 +235,7 @@ def cluster_executor(address: str) -> Iterator[tuple[Executor, int]]:
         raise ClusterError('--cluster needs Dask distributed: pip install "distributed>=2024.5"') from None
     if not ADDRESS.fullmatch(address):
         raise ClusterError(f"--cluster {address!r}: allowed: tcp://HOST:PORT or tls://HOST:PORT of a Dask scheduler")
-    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # a lost scheduler is told once, by us
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # a lost scheduler is reported once, here
     try:
         connect: Callable[..., Any] = distributed.Client
         client = connect(address, timeout=REACH_S, set_as_default=False)

@@ -1,10 +1,8 @@
-"""Record: what a folder of a sweep is for, in ``study.json``.
+"""Record of a sweep's study in ``study.json``.
 
-It names the version, the study, the scenarios, the digests of configurations, and the code that makes the runs. A
-sweep goes on in a folder whose every configuration it still has, with the same content and the same code: then all runs
-that were made are runs of the new study, too, and it may only have more of them. The record also declares the metrics
-and labels the configurations, so that the folder can be compared, ranked and drawn where the mission cannot be
-imported; that is no part of the study.
+It has version, study, scenarios, configuration digests and code fingerprint. A sweep resumes in a folder only if it
+still has every configuration, with the same content and code; then all existing runs belong to the new study, which may
+have more. Declared metrics and labels, which are not compared, allow analysis without importing the mission.
 """
 
 from __future__ import annotations
@@ -24,20 +22,20 @@ if TYPE_CHECKING:
     from missions.sweeps.plan import SweepPlan
 
 DECLARATIONS, LABELS, IDENTITY, OWN, ASSUMED = "metrics", "labels", "id", "own_metrics", "assumed"
-"""Keys of the record that may differ when a sweep goes on."""
+"""Keys of the record that may differ when a sweep resumes."""
 UNCOMPARED = (DECLARATIONS, LABELS, IDENTITY, OWN, ASSUMED, "digests")
 FIXED = ("version", "study.study.name", "study.study.seed", "study.study.keep_tables")
-"""Keys that never differ when a sweep goes on."""
+"""Keys that must not differ when a sweep resumes."""
 REPEATS = "study.study.repeats"
 OWN_METRICS = ".scenario.metrics"
-"""End of the key of the metrics that a scenario names itself."""
+"""Suffix of the key of metrics named by a scenario."""
 LACK_IT = "; runs that were made lack it: `remoras compare DIR --metric FILE.py:METRIC` reads the tables that were kept"
 REPORTED = ("study.study.metrics", "study.study.baseline", "study.stopping")
-"""Keys that change what is asked of the runs, or how many are needed, but no run."""
+"""Keys that change metrics or number of runs, but no run."""
 
 
 def record_of(plan: SweepPlan) -> dict[str, Any]:
-    """The record of a study, as JSON has it."""
+    """Return the record of a study as JSON values."""
     study = plan.study
     scenarios = {
         configuration.source: configuration.scenario.model_dump(mode="json")
@@ -60,25 +58,20 @@ def record_of(plan: SweepPlan) -> dict[str, Any]:
 
 
 def read_label(entry: Mapping[str, Any]) -> ConfigurationLabel:
-    """The label of a configuration that JSON has.
+    """Return a configuration label from JSON.
 
     Raises:
-        TypeError, ValueError: it is none.
+        TypeError, ValueError: malformed label.
     """
     label = ConfigurationLabel(**entry)
     return replace(label, settings=tuple((str(key), value) for key, value in label.settings))
 
 
 def differences(path: Path, record: Mapping[str, Any], accept_code: bool = False) -> Iterator[str]:
-    """Why the runs of the record in a file are not all runs of another record, one line per key; nothing if they are.
+    """Yield a line per key that makes the runs of a stored record incompatible with another.
 
-    Runs are kept if the other record has every configuration with the same content, seed and version, and asks for no
-    fewer repeats.
-
-    Args:
-        path: of the file.
-        record: of the study that is to go on.
-        accept_code: pass over code that has changed.
+    Runs are compatible if the other record has every configuration with the same content, seed and version, and asks
+    for no fewer repeats. ``accept_code`` ignores changed code.
     """
     try:
         before = json.loads(path.read_text(encoding="utf-8"))
@@ -101,7 +94,7 @@ def differences(path: Path, record: Mapping[str, Any], accept_code: bool = False
 
 
 def _compared(record: Mapping[str, Any]) -> dict[str, Any]:
-    """What the record says of the study."""
+    """Return the compared part of a record."""
     compared = {key: value for key, value in record.items() if key not in UNCOMPARED}
     if record["study"].get("stopping"):  # the rule says how many repeats there are
         design = {key: value for key, value in record["study"]["study"].items() if key != "repeats"}
@@ -110,13 +103,9 @@ def _compared(record: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _is_growth(key: str, old: Any, new: Any, lost: bool) -> bool:
-    """True if a difference cannot be why runs are lost.
+    """True if a difference cannot invalidate runs.
 
-    Args:
-        key: of the record, dotted.
-        old: the value of the folder; None if it has none.
-        new: the value of the study; None if it has none.
-        lost: whether the study lacks configurations that the folder has.
+    key: dotted. old, new: None if absent. lost: the study lacks configurations of the folder.
     """
     if key in FIXED or (key.startswith("code.") and old is not None):
         return False
@@ -130,7 +119,7 @@ def _is_growth(key: str, old: Any, new: Any, lost: bool) -> bool:
 
 
 def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
-    """Dotted keys and values of nested tables; a list of values is one, entries of a list of tables go by name.
+    """Yield dotted keys and values of nested tables; lists of tables use entry names.
 
     >>> list(_leaves({"a": [{"name": "x", "b": [1, 2]}]}))
     [('a.x.name', 'x'), ('a.x.b', [1, 2])]

@@ -1,10 +1,8 @@
-"""Studies: scenario, treatments and repeats, and the additions to a study that has run.
+"""Studies: the product of scenarios, fleet sizes, strategies, policies, channels and points.
 
-It is the product of scenarios, vehicles, strategies, policies, channels, points and what is unforeseen. A point sets
-keys of the scenario, named as ``--set`` names them; points come from a full grid, a list, a Latin hypercube or a
-two-level factorial design.
-
-Every configuration of the design is resolved when the study is loaded, so that a study that starts can also finish.
+Unforeseen cases are a further axis. A point sets keys of the scenario, named as for ``--set``; points come from a full
+grid, a list, a Latin hypercube or a two-level factorial design. Loading resolves every configuration, so that a study
+that starts can finish.
 """
 
 from __future__ import annotations
@@ -48,11 +46,9 @@ OPTION = "--strategy"
 
 
 def with_strategies(listed: Sequence[str], added: Iterable[str]) -> tuple[tuple[str, ...], list[ConfigurationFault]]:
-    """Strategies of a study, those added behind those listed, each once; and what is wrong with the added.
+    """Append strategies to a study's list, each once; return them and the faults.
 
-    Args:
-        listed: as the study names them.
-        added: shipped names, ``package.module:object`` or ``file.py:object``.
+    added: shipped names, ``package.module:object`` or ``file.py:object``.
     """
     strategies, faults = list(listed), []
     for strategy in added:
@@ -68,14 +64,13 @@ def with_strategies(listed: Sequence[str], added: Iterable[str]) -> tuple[tuple[
 
 Settings = tuple[StudySetting, ...]
 FAULT = "fault"
-"""Key of the scenario that has the faults of a run."""
+"""Scenario key of the faults of a run."""
 
 
 class Combination(NamedTuple):
     """Settings of all runs of a configuration.
 
-    Args:
-        unforeseen: name of what is unforeseen in them; empty in a study without that axis.
+    unforeseen: name of the case; empty in a study without that axis.
     """
 
     settings: Settings
@@ -83,7 +78,7 @@ class Combination(NamedTuple):
 
 
 def combinations(file: StudyFile) -> Iterator[Combination]:
-    """Every combination of settings; each scenario of the study is run with all of them."""
+    """Yield every combination of settings; each scenario runs with all of them."""
     axes: list[list[Settings]] = [[tuple(StudySetting(key, value, f"set.{key}") for key, value in flattened(file.set))]]
     for name, key in LISTS.items():
         values: Sequence[Any] = getattr(file.study, name) or ()
@@ -99,13 +94,12 @@ def combinations(file: StudyFile) -> Iterator[Combination]:
 
 
 def _unforeseen(case: Unforeseen, place: str) -> Settings:
-    """What an entry of ``[[unforeseen]]`` sets."""
     settings = [StudySetting(key, value, f"{place}.set.{key}") for key, value in flattened(case.set)]
     return (*settings, *([StudySetting(FAULT, list(case.fault), f"{place}.fault")] if case.fault else []))
 
 
 def _channels(file: StudyFile) -> list[Settings]:
-    """Settings of every channel; a list of values in its table is a grid."""
+    """Return the settings of every channel; a list of values in its table is a grid."""
     channels = []
     for number, table in enumerate(file.channel):
         place = channel_place(file, number)
@@ -114,7 +108,7 @@ def _channels(file: StudyFile) -> list[Settings]:
 
 
 def points(file: StudyFile) -> list[Settings]:
-    """Settings of every point, in the order of the file; the last key of a grid varies fastest."""
+    """Return the settings of every point, in file order; the last key of a grid varies fastest."""
     table = TABLE_OF[file.study.sampling]
     if table == "point":
         return [
@@ -129,12 +123,11 @@ def points(file: StudyFile) -> list[Settings]:
 
 
 def factorial_of(file: StudyFile) -> FactorialDesign:
-    """The two-level design of a study."""
+    """Return the two-level design of a study."""
     return designed(tuple(file.factors), file.study.halvings)
 
 
 def _factorial(file: StudyFile) -> list[Settings]:
-    """Settings of every run of a two-level design."""
     levels = file.factors
     return [
         tuple(StudySetting(key, levels[key][level == HIGH], f"factorial.{key}") for key, level in run.items())
@@ -143,11 +136,11 @@ def _factorial(file: StudyFile) -> list[Settings]:
 
 
 def _latin_hypercube(bounds: Mapping[str, tuple[float, float]], samples: int, seed: int) -> list[Settings]:
-    """A Latin hypercube (McKay, Beckman, Conover 1979), scaled to its bounds.
+    """Return a Latin hypercube (McKay, Beckman, Conover 1979), scaled to its bounds.
 
-    Values have six digits, and are whole where both bounds are.
+    Values have six digits, or are integers if both bounds are.
     """
-    from scipy.stats import qmc  # half a second to load, and few studies need it
+    from scipy.stats import qmc  # slow to load
 
     unit = qmc.LatinHypercube(len(bounds), seed=seed).random(samples)
     return [
@@ -160,7 +153,7 @@ def _latin_hypercube(bounds: Mapping[str, tuple[float, float]], samples: int, se
 
 
 def _between(low: float, high: float, share: float) -> float:
-    """The value at a share 0..1 of the way; among whole numbers each has the same part of the way.
+    """Interpolate at a share 0..1; integers have equal parts of the interval.
 
     >>> _between(4, 6, 0.34), _between(4.0, 6.0, 0.34)
     (5, 4.68)
@@ -171,7 +164,7 @@ def _between(low: float, high: float, share: float) -> float:
 
 
 def _product(grid: Sequence[StudySetting]) -> list[Settings]:
-    """Settings of a full grid; a value that is no list, or a list of tables, stays the same everywhere."""
+    """Return the settings of a full grid; a scalar or a list of tables is constant."""
     choices = [
         [setting._replace(value=value) for value in (setting.value if is_axis(setting.value) else [setting.value])]
         for setting in grid
@@ -184,12 +177,12 @@ KEY_OF_METRICS = "study.metrics"
 
 @dataclass(frozen=True)
 class Configuration:
-    """One combination of settings: the scenario resolved, and how to get it.
+    """One combination of settings, with its resolved scenario.
 
     Args:
-        source: scenario as `remoras run` takes it.
-        settings: every key that the study sets, with its value.
-        unforeseen: name of what is unforeseen in its runs; empty in a study without that axis.
+        source: scenario as for `remoras run`.
+        settings: keys and values set by the study.
+        unforeseen: name of the case; empty in a study without that axis.
     """
 
     source: str
@@ -200,13 +193,12 @@ class Configuration:
 
 @dataclass(frozen=True)
 class Study:
-    """A study whose every configuration has been resolved.
+    """Study with every configuration resolved.
 
     Args:
-        text: of its file.
-        file: its tables; the metrics are listed, whether or not the text names some.
-        metrics: what can be compared, by name.
-        own_metrics: names of those that the study or its scenarios name themselves.
+        file: its tables; the metrics are filled in.
+        metrics: comparable ones, by name.
+        own_metrics: names of those that the study or its scenarios name.
     """
 
     text: str
@@ -217,7 +209,7 @@ class Study:
 
     @property
     def design(self) -> Design:
-        """The table ``[study]``."""
+        """Table ``[study]``."""
         return self.file.study
 
     @property
@@ -227,17 +219,17 @@ class Study:
 
     @property
     def n_runs(self) -> int:
-        """Runs of the whole study; with a stopping rule the most that there can be."""
+        """Number of runs; with a stopping rule the maximum."""
         return len(self.configurations) * self.maximum
 
 
 def example_study() -> str:
-    """A commented study file to start from."""
+    """Return a commented study file to start from."""
     return (resources.files("missions") / "mapping" / "example-study.toml.txt").read_text(encoding="utf-8")
 
 
 def study_explanations() -> dict[str, tuple[str, str]]:
-    """(type and range, meaning) of every key of a study."""
+    """Return (type and range, meaning) of every key of a study."""
     return explanations_of(StudyFile)
 
 
@@ -246,20 +238,17 @@ def load_study(name_or_path: str, strategies: Sequence[str] = ()) -> Study:
 
     Args:
         name_or_path: a shipped study, see ``shipped_studies``, or a TOML file.
-        strategies: to add to those of the study: shipped names, ``package.module:object`` or ``file.py:object``.
-
-    Returns:
-        The study, ready for ``sweep``.
+        strategies: added ones: shipped names, ``package.module:object`` or ``file.py:object``.
 
     Raises:
-        ConfigurationError: with every malformed value of the file; else with every fault between its tables; else with
-            every fault of its configurations, or of the scenario that it names.
+        ConfigurationError: with all malformed values; else all faults between tables; else all faults of
+            configurations.
     """
     return study_of(Document.read(name_or_path, shipped_studies(), STUDY), strategies)
 
 
 def study_of(document: Document, strategies: Sequence[str] = ()) -> Study:
-    """The study of a document, every configuration resolved; see ``load_study``."""
+    """Resolve the study of a document; see ``load_study``."""
     folder = Path(document.path).parent
     tables = with_files_found(document.raw, folder)
     if isinstance(tables.get("channel"), dict):
@@ -285,7 +274,7 @@ def study_of(document: Document, strategies: Sequence[str] = ()) -> Study:
 
 
 def _with_strategies(file: StudyFile, added: Sequence[str], folder: Path) -> tuple[StudyFile, list[ConfigurationFault]]:
-    """The tables with more strategies, and what is wrong with these; where none are listed the scenarios' own stay."""
+    """Add strategies to the tables, and return the faults; the scenarios' strategies are kept."""
     if not added:
         return file, []
     listed: Iterable[str] = file.study.strategies or ()
@@ -297,7 +286,7 @@ def _with_strategies(file: StudyFile, added: Sequence[str], folder: Path) -> tup
 
 
 def _with_own_metrics(file: StudyFile, folder: Path) -> tuple[StudyFile, tuple[str, ...], list[ConfigurationFault]]:
-    """The tables with all metrics by their fields, what scenarios call those of a user's own, and what is wrong."""
+    """Replace metric references by field names; return tables, references and faults."""
     names: list[str] = []
     own: dict[str, None] = {}
     faults: list[ConfigurationFault] = []
@@ -324,7 +313,7 @@ def _with_own_metrics(file: StudyFile, folder: Path) -> tuple[StudyFile, tuple[s
 def _resolved(
     file: StudyFile, folder: Path, own: Sequence[str]
 ) -> tuple[list[Configuration], dict[str, Scenario], list[ConfigurationFault]]:
-    """Every configuration once, a scenario of each source, and the faults of what the scenarios do not allow."""
+    """Return the distinct configurations, a scenario per source, and all faults."""
     bases: dict[str, Scenario] = {}
     resolved_by_text: dict[str, Configuration] = {}
     faults: dict[tuple[str, str], ConfigurationFault] = {}
@@ -335,7 +324,7 @@ def _resolved(
             fault = ConfigurationFault("study.scenario", f'"{name}"', file_or_name(name, known))
             faults.setdefault((fault.key, fault.allowed), fault)
             continue
-        base = load(source)  # its own faults are raised as such
+        base = load(source)  # raises its faults
         bases.setdefault(source, _naming(base, own))
         has_faults = bool(getattr(base, FAULT, ()))
         for combination in combinations(file):
@@ -360,7 +349,7 @@ def _resolved(
 
 
 def _source(name: str, folder: Path, known: Mapping[str, Path]) -> str | None:
-    """The scenario as `remoras run` takes it: a shipped one, or a file beside the study or elsewhere."""
+    """Resolve a scenario's source: a shipped name, or a file beside the study or elsewhere."""
     nearby = folder / name
     if name in known:
         return name
@@ -370,14 +359,9 @@ def _source(name: str, folder: Path, known: Mapping[str, Path]) -> str | None:
 
 
 def _configuration(source: str, combination: Combination, own: Sequence[str]) -> Configuration:
-    """A scenario with a combination of settings; of two of one key the last counts.
+    """Load a scenario with a combination of settings; of duplicate keys the last counts.
 
-    Args:
-        source, combination: what is run.
-        own: metrics that the study names, which are of every run.
-
-    Raises:
-        ConfigurationError: the scenario does not allow them.
+    own: metrics that the study names, added to every run. Raises ConfigurationError for settings that are not allowed.
     """
     last = {setting.key: setting for setting in combination.settings}
     if (channel := last.get("channel.name")) is not None:
@@ -388,7 +372,6 @@ def _configuration(source: str, combination: Combination, own: Sequence[str]) ->
 
 
 def _naming(scenario: Scenario, own: Sequence[str]) -> Scenario:
-    """A scenario that names these metrics, too."""
     if not own:
         return scenario
     metrics = tuple(dict.fromkeys((*scenario.scenario.metrics, *own)))
@@ -396,7 +379,7 @@ def _naming(scenario: Scenario, own: Sequence[str]) -> Scenario:
 
 
 def _in_study(faults: Iterable[ConfigurationFault], settings: Settings) -> Iterator[ConfigurationFault]:
-    """Faults of a scenario under the keys of the study that caused them, where there are such."""
+    """Map faults of a scenario to the study's keys that caused them."""
     places = sorted({setting.place for setting in settings}, key=len, reverse=True)
     for fault in faults:
         place = next((place for place in places if f"{fault.key} ".startswith(f"{place} ")), None)
@@ -406,10 +389,9 @@ def _in_study(faults: Iterable[ConfigurationFault], settings: Settings) -> Itera
 
 
 def _metrics(scenarios: Mapping[str, Scenario]) -> tuple[dict[str, Metric], list[ConfigurationFault]]:
-    """Metrics of all missions of the study by name, and faults where two missions mean different things by one name.
+    """Return the metrics of all missions by name, and faults for names with two meanings.
 
-    Args:
-        scenarios: one of each source.
+    scenarios: one per source.
     """
     metrics: dict[str, Metric] = {}
     faults = []
@@ -418,7 +400,7 @@ def _metrics(scenarios: Mapping[str, Scenario]) -> tuple[dict[str, Metric], list
             known = metrics_of(scenario)
         except ConfigurationError as error:
             if any(fault.key != METRICS for fault in error.faults):
-                raise  # of the mission
+                raise  # of the mission itself
             faults += [replace(fault, key=KEY_OF_METRICS) for fault in error.faults]
             continue
         for name, metric in known.items():
@@ -430,7 +412,7 @@ def _metrics(scenarios: Mapping[str, Scenario]) -> tuple[dict[str, Metric], list
 
 
 def _metric_faults(file: StudyFile, metrics: Mapping[str, Metric]) -> list[ConfigurationFault]:
-    """Metrics that the study names and that its missions do not have."""
+    """Return faults for metrics that the missions lack."""
     named = [(KEY_OF_METRICS, name) for name in file.study.metrics or ()]
     named += [("stopping.metric", file.stopping.metric)] if file.stopping else []
     return [
@@ -441,7 +423,7 @@ def _metric_faults(file: StudyFile, metrics: Mapping[str, Metric]) -> list[Confi
 
 
 def _with_metrics(file: StudyFile, metrics: Mapping[str, Metric]) -> StudyFile:
-    """The tables with the metrics listed that are compared: the headline ones if the file names none."""
+    """Fill in the compared metrics: the headline ones if the file names none."""
     if file.study.metrics is not None:
         return file
     headline = tuple(name for name, metric in metrics.items() if metric.headline)

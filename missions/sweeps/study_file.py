@@ -1,4 +1,4 @@
-"""Study files: keys, their checks, and the study that they describe."""
+"""Study files: keys and checks."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from missions.sweeps.factorial import MOST_FACTORS, most_halvings
 from remoras.table import Name, Section, one_or_more
 
 TABLE_OF = {"grid": "grid", "list": "point", "latin": "latin", "factorial": "factorial"}
-"""The table that each kind of sampling reads."""
+"""Table read by each kind of sampling."""
 LISTS = {"strategies": "strategy.name", "policies": "communication.policy", "vehicles": "fleet.size"}
-"""Lists of ``[study]``, and the key of the scenario that each of them sets."""
+"""Lists of ``[study]`` and the scenario key that each sets."""
 
 CONDITIONS = ("channel.name", "channel.per")
 """Keys that name the conditions of a comparison."""
 
 
 def faults_between(file: StudyFile) -> Iterator[ConfigurationFault]:
-    """Every fault between the tables of a study."""
+    """Yield every fault between the tables of a study."""
     design, stopping = file.study, file.stopping
     compared = (*(design.strategies or ()), *(design.policies or ()))
     if design.baseline is not None and design.baseline not in compared:
@@ -49,7 +49,7 @@ def faults_between(file: StudyFile) -> Iterator[ConfigurationFault]:
 
 
 def _sampling_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
-    """Tables that the kind of sampling needs and lacks, or that it does not read."""
+    """Yield tables that the sampling lacks or does not read."""
     sampling = file.study.sampling
     used = TABLE_OF[sampling]
     for table in TABLE_OF.values():
@@ -61,7 +61,7 @@ def _sampling_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
 
 
 def _unforeseen_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
-    """Entries of the axis of what is unforeseen that cannot be told apart."""
+    """Yield unforeseen cases that cannot be distinguished."""
     names = [case.name for case in file.unforeseen]
     empty = [number for number, case in enumerate(file.unforeseen, 1) if not case.set and not case.fault]
     for number, name in enumerate(names, 1):
@@ -74,7 +74,7 @@ def _unforeseen_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
 
 
 def _empty_axes(file: StudyFile) -> Iterator[ConfigurationFault]:
-    """Lists without a value, and channels without a name."""
+    """Yield empty lists and channels without name."""
     tables = [("grid", dict(flattened(file.grid)))]
     tables += [(channel_place(file, number), channel) for number, channel in enumerate(file.channel)]
     for table, values in tables:
@@ -88,7 +88,7 @@ def _empty_axes(file: StudyFile) -> Iterator[ConfigurationFault]:
 
 
 def _bounds_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
-    """Bounds of a Latin hypercube that are not two finite numbers, the lower one first."""
+    """Yield bounds of a Latin hypercube that are not two finite, ascending numbers."""
     for key, bounds in flattened(file.latin):
         numbers = isinstance(bounds, list) and [type(bound) in (int, float) for bound in bounds] == [True, True]
         if not numbers or not bounds[0] < bounds[1] or not math.isfinite(bounds[1] - bounds[0]):
@@ -96,7 +96,7 @@ def _bounds_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
 
 
 def _factorial_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
-    """Factors without two levels, of the channel, or too few or too many for the design."""
+    """Yield factors without two levels, channel factors, and too few or too many factors."""
     factors, halvings = file.factors, file.study.halvings
     for key, levels in factors.items():
         if not isinstance(levels, list) or len(levels) != 2 or levels[0] == levels[1]:
@@ -114,7 +114,7 @@ def _factorial_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
 
 
 def _conflicts(file: StudyFile) -> Iterator[ConfigurationFault]:
-    """Keys of the scenario that two tables of the study set."""
+    """Yield scenario keys set by two tables of the study."""
     places: dict[str, str] = {}
     own_faults = any(unforeseen.fault for unforeseen in file.unforeseen)
     set_by = [(f"study.{name}", key) for name, key in LISTS.items() if getattr(file.study, name) is not None]
@@ -141,11 +141,9 @@ def _conflicts(file: StudyFile) -> Iterator[ConfigurationFault]:
 
 
 def faults_of_no_fault(settings: Iterable[StudySetting], source: str) -> Iterator[ConfigurationFault]:
-    """Settings of faults, for a scenario that has none.
+    """Yield settings of faults for a scenario without faults.
 
-    Args:
-        settings: of a configuration.
-        source: what messages call the scenario.
+    source: name of the scenario in messages.
     """
     for key, value, place in settings:
         if key.startswith("fault."):
@@ -154,7 +152,7 @@ def faults_of_no_fault(settings: Iterable[StudySetting], source: str) -> Iterato
 
 
 def channel_place(file: StudyFile, number: int) -> str:
-    """What messages call the channel with that number, from 0."""
+    """Return the name of a channel in messages; ``number`` counts from 0."""
     return f"channel.{number + 1}" if len(file.channel) > 1 else "channel"
 
 
@@ -209,7 +207,7 @@ class StoppingRule(Section):
 
 
 class Unforeseen(Section):
-    """One ``[[unforeseen]]``: what a mission meets that its plan did not count with."""
+    """One ``[[unforeseen]]``: an event that the mission plan does not consider."""
 
     name: Name = Field(description="what figures and tables call it")
     set: dict[str, Any] = Field({}, description="keys of the scenario that it sets")
@@ -219,7 +217,7 @@ class Unforeseen(Section):
 
 
 class StudyFile(Section):
-    """A study as its file has it."""
+    """Content of a study file."""
 
     study: Design
     channel: tuple[dict[str, Any], ...] = Field(
@@ -245,21 +243,17 @@ class StudyFile(Section):
 
     @property
     def factors(self) -> dict[str, Any]:
-        """Keys of the scenario that a factorial design crosses, with their two levels; empty for other designs."""
+        """Scenario keys crossed by a factorial design, with two levels; empty for other designs."""
         return dict(flattened(self.factorial))
 
     @property
     def sampled_keys(self) -> tuple[str, ...]:
-        """Keys of the scenario that a Latin hypercube varies; empty for other designs."""
+        """Scenario keys varied by a Latin hypercube; empty for other designs."""
         return tuple(key for key, _ in flattened(self.latin))
 
 
 class StudySetting(NamedTuple):
-    """A key of the scenario with its value.
-
-    Args:
-        place: key of the study file that sets it.
-    """
+    """Key of the scenario with its value; ``place`` is the key of the study that sets it."""
 
     key: str
     value: Any
@@ -267,7 +261,7 @@ class StudySetting(NamedTuple):
 
 
 def flattened(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
-    """Dotted keys of nested tables; a key that is written with dots in quotes is taken as it is.
+    """Yield dotted keys of nested tables; a quoted key with dots is kept.
 
     >>> dict(flattened({"channel": {"per": [0.1]}, "mission.patience_s": [5]}))
     {'channel.per': [0.1], 'mission.patience_s': [5]}
@@ -281,5 +275,5 @@ def flattened(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, 
 
 
 def is_axis(values: Any) -> bool:
-    """True if a grid runs over the values; a list of tables, such as ``[[channel.link]]``, is one value."""
+    """True if a grid iterates over the values; a list of tables is one value."""
     return isinstance(values, list) and not any(isinstance(value, Mapping) for value in values)

@@ -1,7 +1,6 @@
-"""Worker of a sweep: one run, and its verification.
+"""Worker of a sweep: execution and verification of runs.
 
-This is the only module of the missions that reads the wall clock: a run's line says when it finished and where. Nothing
-of that enters the model.
+Only this module of the missions reads the wall clock, for the ledger; it does not affect the model.
 """
 
 from __future__ import annotations
@@ -37,12 +36,9 @@ except ImportError:  # Windows has no such limits
 
 
 class Needed(NamedTuple):
-    """What a worker needs to make runs of a sweep.
+    """Requirements on a worker process.
 
-    Args:
-        version: of this program.
-        code: digest of what it makes runs with.
-        memory_mb: what a run may take; None if all there is.
+    code: digest of the code that makes runs. memory_mb: limit per run; None for none.
     """
 
     version: str
@@ -51,19 +47,15 @@ class Needed(NamedTuple):
 
     @classmethod
     def like_here(cls, memory_mb: int | None = None) -> Needed:
-        """That a worker is as this process."""
+        """Return requirements equal to this process."""
         return cls(version(), code_with(), memory_mb)
 
 
 def run_chunk(needed: Needed, tasks: Sequence[RunTask]) -> list[FinishedRun]:
-    """Run tasks one after another; a run that raises is a failed run, not an error of the chunk.
-
-    Args:
-        needed: of the process that gives the tasks out.
-        tasks: runs to make.
+    """Execute tasks in sequence; a run that raises is recorded as failed.
 
     Raises:
-        ClusterError: this worker has another version, or other code.
+        ClusterError: this worker has another version or code.
     """
     where = f"worker {platform.node()}"
     if version() != needed.version:
@@ -78,7 +70,7 @@ def run_chunk(needed: Needed, tasks: Sequence[RunTask]) -> list[FinishedRun]:
 
 @rare_collections()
 def run_task(task: RunTask) -> FinishedRun:
-    """Run one task."""
+    """Execute one task."""
     wall_s, cpu_s = time.perf_counter(), time.process_time()
     fields, error, tables = identity(task.scenario, task.seed), "", b""
     try:
@@ -99,7 +91,7 @@ def run_task(task: RunTask) -> FinishedRun:
 
 
 def killed(task: RunTask, error: str) -> FinishedRun:
-    """A run whose process did not outlive it, and why."""
+    """Return a failed run whose process died, with the reason."""
     machine = {"wall_s": None, "cpu_s": None, "host": platform.node(), "worker": os.getpid(), "finished_at": _now()}
     return FinishedRun(_line(task, identity(task.scenario, task.seed), error, machine))
 
@@ -124,15 +116,9 @@ def _now() -> str:
 
 
 def verify(study: Study, folder: Path, count: int) -> Iterator[tuple[str, list[str]]]:
-    """Make finished runs once more: for each its key, and the fields and tables that are other now.
+    """Repeat finished runs; yield each key with the fields and tables that differ.
 
-    Args:
-        study: that the folder is for.
-        folder: of a sweep.
-        count: of runs, spread evenly over those that finished without an error.
-
-    Raises:
-        OutputError: the folder holds no run of the study that finished without an error.
+    count: of runs, evenly spaced over those without error. Raises OutputError if none exists.
     """
     results = SweepResults.read(folder)
     tasks = {task.key: task for task in SweepPlan(study).missing({})}
@@ -153,7 +139,7 @@ def verify(study: Study, folder: Path, count: int) -> Iterator[tuple[str, list[s
 
 
 def _is_kept(folder: Path, name: str, key: str, now: Any) -> bool:
-    """True if the rows of a run in a kept table are those of its table."""
+    """True if the kept table has the same rows of a run."""
     import pyarrow.compute as pc
     import pyarrow.parquet as pq
 
