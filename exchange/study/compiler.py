@@ -1,13 +1,9 @@
-"""The one place that knows Numba: turns the slot loop of the policy study into machine code.
+"""Compilation of the policy study's slot loop by Numba; vehicles never import this module.
 
-A vehicle never comes here. Code is made for each kind of acknowledgement by itself, with the kind's own rule built
-in; a study makes only what it needs. Which functions there are to compile follows from the sources: all that the loop
-reaches, be they ours or those of somebody's own kind. The code is kept on disk for the next study, in a folder whose
-name is a digest of all that it was made from: Numba by itself looks at one file only. Where nothing can be written, the
-code is made anew in each process.
-
-Where Numba is missing, or of a version that this file was not tried with, the slot loop runs as the Python that it is:
-the numbers are the same, and take thousands of times as long.
+Each kind of acknowledgement is compiled separately, on first use, with its header rule built in. The functions to
+compile are all that the loop reaches, in the package or in a user's kind. Machine code is cached on disk in a folder
+named by a digest of all its sources, since Numba itself checks one file only; without a writable folder, each process
+compiles again. Without a supported Numba the loop runs as Python: same numbers, thousands of times slower.
 """
 
 import hashlib
@@ -34,10 +30,10 @@ from exchange.study.trial import Floats, Ints, Load, PolicyRules
 from exchange.study.trials import Header, Layouts, layouts_of
 
 SlotLoop = Callable[..., None]
-"""Takes what `trials.run_trials` takes, but for the header, which is built in."""
+"""Signature of `trials.run_trials` without the header, which is built in."""
 
 Say = Callable[[str], None]
-"""Takes a line of text for the user."""
+"""Prints a line for the user."""
 
 CALLED: tuple[Callable[..., Any], ...] = (
     trial.generate,
@@ -57,7 +53,7 @@ CALLED: tuple[Callable[..., Any], ...] = (
     stating.add_symbol,
     stating.number_item,
 )
-"""What is run now and then; the rest is built into the loop, since every slot runs through it."""
+"""Functions that run rarely and are called; all others run in every slot and are inlined."""
 
 ALLOCATING: tuple[Callable[..., Any], ...] = (
     trials.new_fleet,
@@ -68,25 +64,27 @@ ALLOCATING: tuple[Callable[..., Any], ...] = (
     stating.new_plan,
     stating.run_stating_trials,
 )
-"""What takes memory: the others get arrays and only look into them, so Numba need not count references there."""
+"""Functions that allocate memory; in all others Numba can skip reference counting."""
 
 NUMBA_FROM, NUMBA_BELOW = (0, 66), (0, 69)
-"""Versions of Numba that compile the slot loop; the extra `study` of the package has the same bounds."""
+"""Supported versions of Numba; the extra `study` of the package has the same bounds."""
 
 SETTINGS = {"CPU_NAME": "generic", "CPU_FEATURES": "", "LOOP_VECTORIZE": 0}
-"""Loops run over a handful of nodes. Vector instructions would wait for the single words that were just stored: with
-them a slot of five nodes takes a fifth longer. Without, code that is kept on disk serves every machine of its kind."""
+"""Settings of Numba for code that is portable between machines of one kind.
+
+Vector instructions wait for words just stored: they make a slot of five nodes a fifth slower.
+"""
 
 
 HEADER: Header = policies.ACK.header
-"""Stands for the header rule that an entry is compiled for: `_compile` puts that one into a copy of the entry."""
+"""Placeholder for the header rule; `_compile` replaces it in a copy of the entry."""
 
 
 def run_trials(
     layouts: Layouts, rules: PolicyRules, load: Load, p_loss: Floats, seed: int, first_trial: int, received: Ints,
     outcomes: Ints,
 ) -> None:  # fmt: skip
-    """Entry of compiled code: `trials.run_trials` with the header rule built in."""
+    """Entry point of compiled code: `trials.run_trials` with the header rule built in."""
     trials.run_trials(HEADER, layouts, rules, load, p_loss, seed, first_trial, received, outcomes)
 
 
@@ -94,14 +92,14 @@ def run_stating_trials(
     layouts: Layouts, rules: PolicyRules, load: Load, p_loss: Floats, seed: int, first_trial: int, received: Ints,
     outcomes: Ints,
 ) -> None:  # fmt: skip
-    """Entry where packets state holdings."""
+    """Entry point of compiled code for policies that report received sets."""
     stating.run_stating_trials(HEADER, layouts, rules, load, p_loss, seed, first_trial, received, outcomes)
 
 
 def reached(*functions: FunctionType) -> dict[FunctionType, None]:
-    """These functions and all plain ones that they name, themselves or through others, callees first.
+    """Return these functions and all plain functions that they reach by name, callees first.
 
-    Those of NumPy are left out: Numba has its own in their place, for whoever else uses it in the process, too.
+    Functions of NumPy are excluded, since Numba replaces them globally.
     """
     called: dict[FunctionType, None] = {}
     visited: set[FunctionType] = set()
@@ -121,7 +119,7 @@ def reached(*functions: FunctionType) -> dict[FunctionType, None]:
 
 
 def _globals_named(function: FunctionType) -> list[Any]:
-    """The global values that a function names, also behind the name of a module."""
+    """Return the global values named in a function, also behind module names."""
     names = function.__code__.co_names
     values = [function.__globals__[name] for name in names if name in function.__globals__]
     values += inspect.getclosurevars(function).nonlocals.values()
@@ -130,15 +128,15 @@ def _globals_named(function: FunctionType) -> list[Any]:
 
 
 def functions_of(kind: Acknowledgement) -> dict[FunctionType, None]:
-    """All functions that the slot loop of a kind runs through, callees first."""
+    """Return all functions of a kind's slot loop, callees first."""
     loop = stating.run_stating_trials if kind.states else trials.run_trials
     return reached(*[part for part in (kind.header, loop) if isinstance(part, FunctionType)])
 
 
 def cache_folder(kind: Acknowledgement, numba_version: str) -> Path | None:
-    """Where the machine code is kept, or None if nothing can be written there.
+    """Return the cache folder of the machine code; None if it is not writable.
 
-    The digest covers the sources of all functions reached, and the numbers that they have from elsewhere.
+    The digest covers the sources of all functions reached and the numeric globals that they use.
     """
     header = f"{kind.header.__module__}.{kind.header.__qualname__}"
     known = sys.implementation.cache_tag, numba_version, header, kind.states
@@ -161,15 +159,15 @@ def cache_folder(kind: Acknowledgement, numba_version: str) -> Path | None:
 
 
 WITHOUT_MEMORY: dict[str, Any] = {"_nrt": False}
-"""Option of functions that take no memory: Numba then counts no references in them."""
+"""Option of functions without allocation: Numba counts no references in them."""
 
 _compilable: set[FunctionType] = set()
 _ready: dict[tuple[Header, bool], SlotLoop] = {}
-"""By header rule, and whether packets state holdings."""
+"""Compiled loops by header rule and by whether packets report received sets."""
 
 
 def make_compilable(kind: Acknowledgement) -> None:
-    """Tell Numba that compiled code may call the functions of the slot loop; as Python they stay what they are."""
+    """Register the functions of the slot loop with Numba; as Python they stay unchanged."""
     from numba.extending import register_jitable
 
     for function in functions_of(kind):
@@ -185,7 +183,7 @@ def make_compilable(kind: Acknowledgement) -> None:
 
 
 def why_uncompiled() -> str:
-    """Why the slot loop cannot be compiled here, and the remedy; empty if it can."""
+    """Explain why the slot loop cannot be compiled, with the remedy; empty if it can."""
     low, high = (".".join(map(str, bound)) for bound in (NUMBA_FROM, NUMBA_BELOW))
     install = f'pip install "numba>={low},<{high}"'
     remedy = f'the policy study runs uncompiled, with the same numbers, slowly; for speed the extra "study": {install}'
@@ -198,16 +196,14 @@ def why_uncompiled() -> str:
 
 
 def as_python(kind: Acknowledgement) -> SlotLoop:
-    """The slot loop of a kind as the Python that it is."""
+    """Return the slot loop of a kind as Python."""
     return partial(stating.run_stating_trials if kind.states else trials.run_trials, kind.header)
 
 
 def slot_loops(kinds: Iterable[Acknowledgement], say: Say) -> dict[Acknowledgement, SlotLoop]:
-    """The slot loop of each kind: as machine code where Numba serves, else as Python, after a hint.
+    """Return the slot loop of each kind, compiled if Numba is supported.
 
-    Args:
-        kinds: acknowledgements of the policies.
-        say: is told why nothing is compiled, or before work that takes some seconds.
+    ``say`` receives the reason for uncompiled loops, or an announcement before compilation.
     """
     if hint := why_uncompiled():
         say(hint)
@@ -216,14 +212,10 @@ def slot_loops(kinds: Iterable[Acknowledgement], say: Say) -> dict[Acknowledgeme
 
 
 def compiled(kind: Acknowledgement, say: Say) -> SlotLoop:
-    """The slot loop of a kind as machine code, ready to run, from the disk if it was made before.
-
-    Args:
-        kind: acknowledgement of the policy.
-        say: is told before work that takes some seconds.
+    """Return the compiled slot loop of a kind, from the disk cache if present.
 
     Raises:
-        ConfigurationError: the header rule of somebody's own kind cannot be compiled.
+        ConfigurationError: the header rule of a user's kind cannot be compiled.
     """
     key = kind.header, kind.states
     if key not in _ready:
@@ -264,7 +256,7 @@ def _compile(kind: Acknowledgement, entry: SlotLoop, folder: Path | None) -> Slo
 
 @contextmanager
 def _settings(config: Any, **values: Any) -> Iterator[None]:
-    """Set options of Numba, which are global, for a while."""
+    """Set global options of Numba temporarily."""
     before = {name: getattr(config, name) for name in values}
     for name, value in values.items():
         setattr(config, name, value)

@@ -1,9 +1,9 @@
-"""Means over trials with their confidence intervals, from sums that do not grow with the number of trials.
+"""Means over trials with 95 % confidence intervals, from sums of constant size.
 
-A trial reports a quantity as a sum and a count: slots until the end and 1, or the latencies of many items and their
-number. The mean is the sum of sums over the sum of counts. Its variance, and that of the ratio to a baseline met by the
-same trials, come from the linearised residuals of the trials (Cochran, Sampling Techniques, 1977, chapter 6), and these
-need only the products of the sums and counts, added up. Intervals are normal: meant for thirty trials or more.
+A trial reports a sum and a count per quantity: slots until the end and 1, or latencies of many items and their number.
+The mean is the sum of sums over the sum of counts. Its variance, and that of the ratio to a baseline in the same
+trials, follow from linearised residuals (Cochran, Sampling Techniques, 1977, chapter 6), which need only the sums of
+products. Intervals are normal, for thirty trials or more.
 """
 
 import math
@@ -15,15 +15,15 @@ from numpy.typing import NDArray
 
 Z_95 = 1.959964
 ROUNDING = 1e-13
-"""A variance that is this small a part of its terms is rounding."""
+"""Variance, as a share of its terms, below which it is rounding."""
 
 Moments = NDArray[np.float64]
-"""Products of (1, sum, count, sum of the baseline, count of the baseline), added up over trials: (..., 5, 5)."""
+"""Summed products of (1, sum, count, baseline sum, baseline count), shape (..., 5, 5)."""
 
 
 @dataclass(frozen=True, slots=True)
 class TrialMean:
-    """A mean and its 95 % confidence interval; the interval is None for a single trial."""
+    """Mean with 95 % confidence interval; the interval is None for a single trial."""
 
     mean: float
     ci95_low: float | None
@@ -31,14 +31,11 @@ class TrialMean:
 
 
 def moments(outcomes: NDArray[np.int64], baseline: NDArray[np.int64]) -> Moments:
-    """Add up trials.
+    """Sum the products over trials; return shape (n_quantities, 5, 5).
 
     Args:
-        outcomes: of the policy, shape (n_trials, n_quantities, 2 or more): sum, count.
-        baseline: of the baseline policy in the same trials, same shape.
-
-    Returns:
-        Shape (n_quantities, 5, 5).
+        outcomes: shape (n_trials, n_quantities, 2 or more): sum, count.
+        baseline: the same trials under the baseline policy.
     """
     n_trials, n_quantities, _ = outcomes.shape
     vectors = np.empty((n_quantities, 5, n_trials))
@@ -50,7 +47,7 @@ def moments(outcomes: NDArray[np.int64], baseline: NDArray[np.int64]) -> Moments
 
 
 def mean(products: Moments) -> TrialMean | None:
-    """The mean of one quantity, shape (5, 5); None if no trial counts.
+    """Return the mean of one quantity, shape (5, 5); None if no trial counts.
 
     >>> trials = np.array([[[1, 1]], [[2, 1]], [[6, 1]]])
     >>> mean(moments(trials, trials)[0]).mean
@@ -65,7 +62,7 @@ def mean(products: Moments) -> TrialMean | None:
 
 
 def relative_mean(products: Moments) -> TrialMean | None:
-    """The mean over that of the baseline; None if either has no trial that counts."""
+    """Return the mean over that of the baseline; None if no trial of either counts, or one is 0."""
     rows = products.tolist()
     _, total, count, base_total, base_count = rows[0]
     if count == 0 or base_count == 0 or total == 0 or base_total == 0:
@@ -76,7 +73,7 @@ def relative_mean(products: Moments) -> TrialMean | None:
 
 
 def _estimate(value: float, weights: Sequence[float], products: Sequence[Sequence[float]]) -> TrialMean:
-    """The estimate whose residual in a trial is the weighted sum of that trial's numbers."""
+    """Return the estimate whose residual in a trial is the weighted sum of its numbers."""
     n_trials = products[0][0]
     if n_trials < 2:
         return TrialMean(value, None, None)

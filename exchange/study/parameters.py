@@ -1,4 +1,4 @@
-"""What a policy study is asked: fleet, loss rates, policies, load; checked when it is made."""
+"""Parameters of a policy study: fleet, loss rates, policies, load; validated on creation."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -9,24 +9,24 @@ from exchange.errors import ConfigurationError
 from exchange.policies import ACK, PAPER_POLICIES, POLICIES, AckPolicy, checked_policy, header_bits, policy_named
 
 MAX_NODES = 64
-"""Of a fleet that is studied."""
+"""Largest fleet of a study."""
 MAX_SEED = 1 << 62
-"""Seeds are below it."""
+"""Exclusive upper bound of seeds."""
 
 
 def no_bits(n_nodes: int, frame: int, sender: int, row: int, column: int) -> bool:
-    """A header without bits."""
+    """Header without bits."""
     return False
 
 
 BOUND = AckPolicy(
     Acknowledgement("bound", "each hearer takes what it lacks; knowledge is free", no_bits, ACK.header), repeat=False
 )
-"""Stands among the policies of a study for the bound (`exchange.study.trials.pass_freely`); no vehicle has it."""
+"""Placeholder policy of the bound (`exchange.study.trials.pass_freely`), not for vehicles."""
 
 
 class LoadKind(StrEnum):
-    """What there is to send."""
+    """Kind of load."""
 
     SINGLE = "single"
     BATCH = "batch"
@@ -35,7 +35,7 @@ class LoadKind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class StudyLoad:
-    """One item at node 0; or `items` at every node at slot 0; or `rate` items per node and slot, steady state."""
+    """One item at node 0; or ``items`` per node at slot 0; or ``rate`` per node and slot."""
 
     kind: LoadKind = LoadKind.SINGLE
     items: int = 1
@@ -54,7 +54,7 @@ class StudyLoad:
 
 
 def workload_named(text: str, items: int = 1) -> StudyLoad:
-    """The load that a text such as `single`, `batch` or `poisson:0.02` stands for.
+    """Parse a load: `single`, `batch` or `poisson:0.02`.
 
     >>> str(workload_named("poisson:0.02"))
     'poisson:0.02'
@@ -72,24 +72,20 @@ def workload_named(text: str, items: int = 1) -> StudyLoad:
 
 @dataclass(frozen=True)
 class ExchangeStudy:
-    """Everything that the study's numbers depend on.
+    """Complete parameters of a study, which determine its numbers.
 
     Attributes:
-        nodes: vehicles in the fleet.
-        per: loss probabilities, each the same on all links.
+        per: loss probabilities, each equal on all links.
         links: loss probability of every link instead, from row to column; `per` is then empty.
-        policies: shipped names, by default those of the paper, or policies of your own; their names differ.
+        policies: shipped names, by default those of the paper, or own policies; names must differ.
         trials: per policy and loss rate.
-        load: what there is to send.
-        item_bits: size of an item.
-        capacity_bits: size of a packet, header charged; None for no limit.
-        carrier_evidence: take a node that sends an item as holding it; the paper does not.
-        bound: add a bound, in which knowledge is free, as a policy named `bound`: see `exchange.study.trials`.
-        seed: of all random numbers.
-        max_slots: bound of a trial; one that has not ended is reported as censored.
-        queue_items: Poisson load: items of its own that a node keeps; more are refused.
-        warmup_frames: Poisson load: frames before the window; make them long against the latencies, which under
-            saturation and high loss are thousands of slots.
+        capacity_bits: packet size, header included; None for no limit.
+        carrier_evidence: a sender of an item counts as its holder, unlike in the paper.
+        bound: add a bound with free knowledge as policy `bound`, see `exchange.study.trials`.
+        max_slots: limit of a trial; unfinished ones are reported as censored.
+        queue_items: Poisson load: own items that a node queues; more are refused.
+        warmup_frames: Poisson load: frames before the window; longer than the latencies, which are thousands of slots
+            under saturation and high loss.
         window_frames: Poisson load: frames in which items and slots count.
     """
 
@@ -153,7 +149,7 @@ class ExchangeStudy:
 
     @property
     def chosen(self) -> tuple[AckPolicy, ...]:
-        """The policies as values, the bound last if it is asked for."""
+        """Policies as values, the bound last if requested."""
         policies = [policy_named(policy) if isinstance(policy, str) else policy for policy in self.policies]
         return (*policies, BOUND) if self.bound else tuple(policies)
 

@@ -1,4 +1,4 @@
-"""The trials of a policy study in parts that fit into memory, played by threads and added up in order."""
+"""Batches of trials that fit into memory, run by threads and summed in a fixed order."""
 
 import time
 from collections import deque
@@ -20,15 +20,15 @@ from exchange.study.trial import Floats, Ints, Load, PolicyRules
 from exchange.study.trials import layouts_of
 
 TRIALS_AT_ONCE = 1000
-"""Memory does not depend on the number of trials, but on this."""
+"""Trials of a batch; memory grows with it, not with the number of trials."""
 
 REMEMBERED_WORDS = 400
-"""Words of some slots of a trial whose losses are kept for the next policy; later ones are drawn again."""
+"""Words of loss draws per trial cached for the next policy; later ones are drawn again."""
 
 
 @dataclass(frozen=True)
 class TrialPlan:
-    """All trials of all policies, the baseline first, at all settings: one matrix of loss probabilities each."""
+    """All trials of all policies (baseline first) at all settings: a loss matrix each."""
 
     n_nodes: int
     policies: tuple[AckPolicy, ...]
@@ -40,19 +40,19 @@ class TrialPlan:
 
     @property
     def parts(self) -> "Iterator[TrialBatch]":
-        """The trials in the order in which they are added up."""
+        """Batches in the order of summation."""
         for setting in range(len(self.matrices)):
             for first_trial in range(0, self.n_trials, TRIALS_AT_ONCE):
                 yield TrialBatch(setting, first_trial, min(TRIALS_AT_ONCE, self.n_trials - first_trial))
 
     @property
     def n_parts(self) -> int:
-        """Number of parts."""
+        """Number of batches."""
         return len(self.matrices) * -(-self.n_trials // TRIALS_AT_ONCE)
 
 
 class TrialBatch(NamedTuple):
-    """Trials to be played in one go, of all policies at one setting."""
+    """Batch of trials of all policies at one setting."""
 
     setting: int
     first_trial: int
@@ -61,7 +61,7 @@ class TrialBatch(NamedTuple):
 
 @dataclass(slots=True)
 class Tally:
-    """Sums over the trials of one policy at one setting; moments of the quantities of which there are means."""
+    """Sums over the trials of one policy at one setting; moments of quantities with means."""
 
     moments: Moments
     censored: Ints
@@ -70,7 +70,7 @@ class Tally:
     cpu_s: float
 
     def add(self, other: "Tally") -> None:
-        """Take in the sums of more trials."""
+        """Add the sums of more trials."""
         self.moments += other.moments
         self.censored += other.censored
         self.false_beliefs += other.false_beliefs
@@ -79,17 +79,15 @@ class Tally:
 
 
 SlotLoops = Mapping[Acknowledgement, SlotLoop]
-"""The slot loop of each acknowledgement, with the kind built in."""
+"""Slot loop by acknowledgement."""
 
 
 def play_all(plan: TrialPlan, loops: SlotLoops, jobs: int, progress: Callable[[int, int], None]) -> list[list[Tally]]:
-    """Play the whole plan; returns the tallies of each setting, in the order of the policies.
+    """Run the whole plan; return the tallies by setting and policy.
 
     Args:
-        plan: all trials.
-        loops: the slot loop of every acknowledgement in the plan.
-        jobs: threads, for loops of machine code; Python would run in one at a time, and none heeds an interruption.
-        progress: is told how many parts of how many are done.
+        jobs: threads, for compiled loops; Python loops run one at a time.
+        progress: called with batches done and in total.
     """
     tallies: list[list[Tally]] = [[] for _ in plan.matrices]
     for done, (setting, of_part) in enumerate(_in_order(plan, loops, jobs), start=1):
@@ -103,7 +101,7 @@ def play_all(plan: TrialPlan, loops: SlotLoops, jobs: int, progress: Callable[[i
 
 
 def _in_order(plan: TrialPlan, loops: SlotLoops, jobs: int) -> Iterator[tuple[int, list[Tally]]]:
-    """Setting and tallies of each part in order, so that sums do not depend on the threads; a few are played ahead."""
+    """Yield setting and tallies of each batch in order, so that sums do not depend on threads."""
     play = partial(_play, plan, loops)
     if jobs == 1:
         yield from ((part.setting, play(part)) for part in plan.parts)
@@ -120,7 +118,6 @@ def _in_order(plan: TrialPlan, loops: SlotLoops, jobs: int) -> Iterator[tuple[in
 
 
 def _play(plan: TrialPlan, loops: SlotLoops, part: TrialBatch) -> list[Tally]:
-    """Play one part; every policy meets the same losses."""
     received = np.zeros((REMEMBERED_WORDS, part.n_trials), np.int64)
     baseline = np.empty(0, np.int64)
     n_estimated = trial.IN_FLIGHT if plan.load.rate == 0.0 else trial.FALSE_BELIEFS
@@ -146,7 +143,7 @@ def _play(plan: TrialPlan, loops: SlotLoops, part: TrialBatch) -> list[Tally]:
 
 
 def play(plan: TrialPlan, policy: AckPolicy, loop: SlotLoop, part: TrialBatch, received: Ints) -> Ints:
-    """The outcomes of a policy in the trials of a part, shape (n_trials, N_QUANTITIES, 3)."""
+    """Return the outcomes of a policy in a batch, shape (n_trials, N_QUANTITIES, 3)."""
     kind, knows_all = policy.acknowledgement, policy == BOUND
     rules = PolicyRules(policy.repeat or knows_all, plan.carrier_evidence, plan.n_nodes, knows_all, kind.codes)
     layouts, outcomes = layouts_of(kind, plan.n_nodes), np.empty((part.n_trials, trial.N_QUANTITIES, 3), np.int64)

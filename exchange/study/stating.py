@@ -1,9 +1,9 @@
-"""Policies that state holdings, in the policy study: what `exchange.study.trials` lacks for these, on its first lane.
+"""Slot loop for policies that report received sets; extends `exchange.study.trials`, lane 0.
 
-What a node holds of an origin it states as `exchange.planning` has it: all below a number it holds, and knows all to
-hold; of those from it on, a mask says which. An item is a column, and has the number that its origin gave it. What goes
-into a packet is planned by `exchange.planning`, as in a vehicle; symbols are over the field of `exchange.coding`, of
-which only the coefficients matter here: what a node can decode.
+Reports about an origin follow `exchange.planning`: all items below a number are held, by all nodes as the sender
+believes; a mask covers the next ones. An item is a column with a number given by its origin. `exchange.planning` plans
+packets as in a vehicle. Symbols are over the field of `exchange.coding`; only their coefficients are simulated, which
+determine what a node can decode.
 
 Plain Python that `exchange.study.compiler` compiles.
 """
@@ -37,57 +37,56 @@ from exchange.study.trial import Floats, Ints, Load, PolicyRules, n_columns_of
 from exchange.study.trials import Fleet, Header, Lanes, Layouts
 
 UNKNOWN = -1
-"""Slot in which nothing was told; bit that a header does not carry."""
+"""Slot of an event that never happened; bit that a header does not carry."""
 
 Bytes: TypeAlias = NDArray[np.uint8]
 
 _PRODUCTS = np.array(POWERS, np.uint8)[np.add.outer(LOGS, LOGS)]
-"""Products in the field of `exchange.coding`."""
 _PRODUCTS[0] = _PRODUCTS[:, 0] = 0
 _INVERSES = np.array([0, *map(inverse, range(1, 256))], np.uint8)
 
 
 class Statements(NamedTuple):
-    """What nodes reckon with beside `Fleet`; sets of items are flags by column."""
+    """State of nodes beside `Fleet`; item sets are flags by column."""
 
-    confirmed: Ints  # [node, column] items of others that their origin is known to know this node to hold
-    told: Ints  # [node, column] those that the last own packet told it to hold
+    confirmed: Ints  # [node, column] acknowledgements that the origin is known to have
+    told: Ints  # [node, column] items that the last own packet reported as held
     lacks: Floats  # [node, column, peer] probability that the peer lacks the item
-    lost: Floats  # [node, peer] weighted number of own packets that the peer has lost
-    weight: Floats  # [node, peer] of how many
-    learned_slot: Ints  # [node, column] in which the node last learned who holds the item
-    passed_slot: Ints  # [node, column] in which it last told a holder set of it
-    n_passed: Ints  # [node, column] how often, since it learned
-    telling: Ints  # [node, column] items of which it has learned that, and not told often enough
-    n_rows: Ints  # [node] symbols that wait to be decoded
+    lost: Floats  # [node, peer] weighted number of own packets lost at the peer
+    weight: Floats  # [node, peer] weighted number of own packets
+    learned_slot: Ints  # [node, column] of the last news about holders of the item
+    passed_slot: Ints  # [node, column] of its last report of a holder set
+    n_passed: Ints  # [node, column] reports since the last news
+    telling: Ints  # [node, column] items with news not reported often enough
+    n_rows: Ints  # [node] undecoded symbols
     rows: Bytes  # [node, row, column] their coefficients
     pivots: Ints  # [node, row] the first column of each that is not 0
-    waiting: Ints  # [node, column] items that they are over, at least
-    brought: Ints  # [node, place] columns of the items of its last packet, and behind them those that are coded
+    waiting: Ints  # [node, column] superset of the items that they cover
+    brought: Ints  # [node, place] items of its last packet, then those in its symbols
     n_plain: Ints  # [node] the former
     n_coded: Ints  # [node] the latter
-    number: Ints  # [column] that the origin gave the item
-    n_numbers: Ints  # [node] items that it has had
+    number: Ints  # [column] sequence given by the origin
+    n_numbers: Ints  # [node] items generated
     alive: Ints  # [column] columns that have an item
-    share: Floats  # [node, sender, peer] how surely the symbols of its last packet brought the peer what they are over
-    # Of the packet that is being sent:
+    share: Floats  # [node, sender, peer] probability that its last symbols delivered an item
+    # Packet under construction:
     first: Ints  # [origin] number that its statement begins with
-    end: Ints  # [origin] number behind those that it tells of
-    is_total: Ints  # [origin] 1 if it tells of all items of the origin
-    stated: Ints  # [column] items that statements say to be held
-    below: Ints  # [column] items that statements say all to hold
-    coded: Ints  # [column] items that symbols are over
-    denied: Ints  # [column] items that statements cover and leave out
-    shown: Ints  # [column] items of which a holder set is told
-    received: Ints  # [sender] 1 if it says that its sender received the last packet of that one
+    end: Ints  # [origin] number behind its range
+    is_total: Ints  # [origin] 1 if it covers all items of the origin
+    stated: Ints  # [column] items that statements report as held
+    below: Ints  # [column] items that statements report as held by all
+    coded: Ints  # [column] items that symbols cover
+    denied: Ints  # [column] items that statements cover and omit
+    shown: Ints  # [column] items with a holder set
+    received: Ints  # [sender] 1 if the packet acknowledges the last one of that sender
     columns: Ints  # [candidate]
-    kept: Floats  # [peer] scratch: what is left of its lacking an item that was brought
+    kept: Floats  # [peer] scratch: factor of its lack probability of a delivered item
     vector: Bytes  # [column] scratch: a symbol
     before: Ints  # [column, peer] scratch
 
 
 def new_statements(n_nodes: int, n_columns: int) -> Statements:
-    """Memory for all trials; `forget_all` clears it before each."""
+    """Allocate the state; `forget_all` clears it before each trial."""
     of_items, of_nodes = (n_nodes, n_columns), (n_nodes, n_nodes)
     return Statements(
         confirmed=np.zeros(of_items, np.int64),
@@ -127,7 +126,7 @@ def new_statements(n_nodes: int, n_columns: int) -> Statements:
 
 
 def new_plan(n_nodes: int, n_columns: int) -> PacketPlan:
-    """Memory for the plan of a packet."""
+    """Allocate the plan of a packet."""
     return PacketPlan(
         reception=np.zeros(n_nodes),
         origin=np.zeros(n_columns, np.int64),
@@ -152,7 +151,7 @@ def new_plan(n_nodes: int, n_columns: int) -> PacketPlan:
 
 
 def forget_all(statements: Statements) -> None:
-    """Nobody has told or heard anything."""
+    """Clear the state of all nodes."""
     statements.lost[:] = 0.0
     statements.weight[:] = 0.0
     statements.alive[:] = 0
@@ -165,7 +164,7 @@ def forget_all(statements: Statements) -> None:
 
 
 def number_item(statements: Statements, origin: int, column: int) -> None:
-    """The column has a new item of the origin; nothing remains of an older one."""
+    """Number a new item of the origin; clear the state of the column's old item."""
     for node in range(len(statements.confirmed)):
         statements.confirmed[node, column] = statements.told[node, column] = statements.telling[node, column] = 0
         statements.passed_slot[node, column] = UNKNOWN
@@ -177,7 +176,7 @@ def number_item(statements: Statements, origin: int, column: int) -> None:
 
 
 def columns_of(load: Load, origin: int) -> range:
-    """Columns of the items of an origin."""
+    """Columns of an origin."""
     first = origin * load.columns_per_source
     return range(first, first + (load.columns_per_source if origin < load.n_sources else 0))
 
@@ -188,7 +187,7 @@ def has_item(fleet: Fleet, node: int, column: int) -> bool:
 
 
 def place_of_last(n_nodes: int, node: int, slot: int) -> int:
-    """Place in the ring of the last packet of a node, in a slot."""
+    """Ring place of a node's last packet before or in a slot."""
     return (slot - (slot - node) % n_nodes) % (2 * n_nodes)
 
 
@@ -197,11 +196,11 @@ def knows_last(n_nodes: int, fleet: Fleet, node: int, sender: int, slot: int) ->
     return bool(fleet.known[node, place_of_last(n_nodes, sender, slot)] & 1)
 
 
-# What goes into a packet --------------------------------------------------------------------------
+# Packet composition -------------------------------------------------------------------------------
 
 
 def look_through(load: Load, fleet: Fleet, statements: Statements, owner: int) -> None:
-    """Find what the owner of the slot can state of each origin: from where to where."""
+    """Compute the range of the owner's statement about each origin."""
     for origin in range(len(statements.first)):
         first = n_numbers = statements.n_numbers[origin]
         for column in columns_of(load, origin):
@@ -216,7 +215,7 @@ def look_through(load: Load, fleet: Fleet, statements: Statements, owner: int) -
 
 
 def count_owed(load: Load, fleet: Fleet, statements: Statements, plan: PacketPlan, owner: int, slot: int) -> None:
-    """Count what the owner has to tell each origin of holding its items, and what a statement takes."""
+    """Count the unreported acknowledgements to each origin, and the size of a statement."""
     n_nodes = len(statements.first)
     for origin in range(n_nodes):
         plan.owed[origin], plan.statement_bits[origin] = 0.0, IMPOSSIBLE
@@ -232,9 +231,9 @@ def count_owed(load: Load, fleet: Fleet, statements: Statements, plan: PacketPla
 
 
 def gather(rules: PolicyRules, load: Load, fleet: Fleet, statements: Statements, plan: PacketPlan, owner: int) -> int:
-    """Gather what the owner may send and does not know all to hold; returns how many items."""
+    """Collect the items that the owner may send and does not know all to hold; return how many."""
     n_nodes, c = rules.n_nodes, 0
-    for turn in range(n_nodes):  # own ones first: of equals each node takes others
+    for turn in range(n_nodes):  # own first: with equal values, nodes choose different items
         origin = (owner + turn) % n_nodes
         for column in columns_of(load, origin if rules.repeat or origin == owner else load.n_sources):
             if not has_item(fleet, owner, column) or fleet.settled[owner, column] & 1:
@@ -258,16 +257,9 @@ def gather(rules: PolicyRules, load: Load, fleet: Fleet, statements: Statements,
 def compose_packet(
     rules: PolicyRules, load: Load, fleet: Fleet, statements: Statements, plan: PacketPlan, slot: int, n_bits: int
 ) -> tuple[int, int]:
-    """Put into the packet what the owner of the slot sends; returns the number of items and symbols.
+    """Compose the owner's packet; return the numbers of items and symbols.
 
-    Args:
-        rules: of the policy.
-        load: what there is to send.
-        fleet: all nodes.
-        statements: of all nodes.
-        plan: scratch.
-        slot: of the trial.
-        n_bits: of the header.
+    ``n_bits`` is the size of the header, ``plan`` is scratch.
     """
     n_nodes = rules.n_nodes
     owner, place = slot % n_nodes, slot % (2 * n_nodes)
@@ -306,7 +298,7 @@ def compose_packet(
 def state_holdings(
     load: Load, fleet: Fleet, statements: Statements, plan: PacketPlan, owner: int, place: int, n_symbols: int
 ) -> None:
-    """Write what the statements say, what they leave out, and what symbols are over."""
+    """Write statements, their omissions, and the items that symbols cover."""
     n_plain, n_coded = statements.n_plain[owner], 0
     statements.stated[:] = 0
     statements.below[:] = 0
@@ -333,7 +325,7 @@ def state_holdings(
 def show_holders(
     rules: PolicyRules, load: Load, fleet: Fleet, statements: Statements, owner: int, slot: int, room_bits: int
 ) -> None:
-    """Tell of the items of which something was learned last who holds them, as far as there is room."""
+    """Add holder sets of items with recent news, within the capacity."""
     left, size_bits = room_bits, holder_set_bits(rules.n_nodes, load.number_bits)
     statements.shown[:] = 0
     while left >= size_bits:
@@ -355,7 +347,7 @@ def show_holders(
 
 
 def can_show(fleet: Fleet, statements: Statements, owner: int, column: int) -> bool:
-    """True if the owner can tell who holds an item, beside itself, and has not done so in this packet."""
+    """True if the owner knows another holder of an item and has not reported it in this packet."""
     if not statements.telling[owner, column] or not statements.alive[column] or statements.shown[column]:
         return False
     n_holders = 0
@@ -365,13 +357,13 @@ def can_show(fleet: Fleet, statements: Statements, owner: int, column: int) -> b
 
 
 def rank(statements: Statements, owner: int, column: int) -> int:
-    """Of what it can tell, a node tells the lowest first: the newest of news, then what it told the longest ago."""
+    """Rank of a holder set, lowest first: newest news, then the longest time since its report."""
     learned, passed = statements.learned_slot[owner, column], statements.passed_slot[owner, column]
     return int(passed if learned <= passed else -1 - learned)
 
 
 def note_told(load: Load, fleet: Fleet, statements: Statements, owner: int, slot: int) -> None:
-    """Note what the packet tells of the owner's holdings."""
+    """Record what the packet reports of the owner's received set."""
     n_nodes = len(statements.first)
     for origin in range(load.n_sources):
         last, is_known = place_of_last(n_nodes, origin, slot), knows_last(n_nodes, fleet, owner, origin, slot)
@@ -387,7 +379,7 @@ def note_told(load: Load, fleet: Fleet, statements: Statements, owner: int, slot
 def note_brought(
     rules: PolicyRules, fleet: Fleet, statements: Statements, node: int, owner: int, n_symbols: int
 ) -> None:
-    """Reckon with what the owner's packet, which a node has sent or heard, brings to others: of items that it holds."""
+    """Update a node's lack estimates by the owner's packet, for items that the node holds."""
     n_nodes, n_plain, n_coded = rules.n_nodes, statements.n_plain[owner], statements.n_coded[owner]
     for peer in range(n_nodes):
         reception = reception_of(statements.lost[node, peer], statements.weight[node, peer])
@@ -403,7 +395,7 @@ def note_brought(
 
 
 def lacked_of_code(fleet: Fleet, statements: Statements, node: int, owner: int, peer: int) -> float:
-    """How many items of those that the owner's symbols are over a node reckons a peer to lack."""
+    """Expected number of items in the owner's symbols that a peer lacks, by a node's estimate."""
     lacked, n_plain = 0.0, statements.n_plain[owner]
     for place in range(n_plain, n_plain + statements.n_coded[owner]):
         column = statements.brought[owner, place]
@@ -417,7 +409,7 @@ def lacked_of_code(fleet: Fleet, statements: Statements, node: int, owner: int, 
 def reckon_brought(
     rules: PolicyRules, fleet: Fleet, statements: Statements, node: int, owner: int, begin: int, end: int
 ) -> None:
-    """Reckon with some of what it brings: ``kept`` is left of what each peer lacked."""
+    """Multiply lack probabilities by ``kept``, for a range of the packet's items."""
     for place in range(begin, end):
         column = statements.brought[owner, place]
         if has_item(fleet, node, column):
@@ -425,11 +417,11 @@ def reckon_brought(
                 statements.lacks[node, column, peer] *= statements.kept[peer]
 
 
-# What is made of one ------------------------------------------------------------------------------
+# Packet reception ---------------------------------------------------------------------------------
 
 
 def note_answers(n_nodes: int, layouts: Layouts, fleet: Fleet, statements: Statements, at: int, slot: int) -> None:
-    """Note which last packets of others the header of the owner says that it received."""
+    """Read from the owner's header which last packets it received."""
     statements.received[:] = UNKNOWN
     for bit in range(layouts.n_bits[at]):
         if layouts.node[at, bit] == slot % n_nodes:
@@ -437,7 +429,7 @@ def note_answers(n_nodes: int, layouts: Layouts, fleet: Fleet, statements: State
 
 
 def note_fate(fleet: Fleet, statements: Statements, load: Load, node: int, owner: int) -> None:
-    """Learn from the owner's bit about a node's own last packet what became of that."""
+    """Update link and lack estimates by the owner's acknowledgement of a node's last packet."""
     received = statements.received[node]
     lost, weight = statements.lost[node, owner], statements.weight[node, owner]
     statements.lost[node, owner] = KEPT * lost + (1 - received)
@@ -448,7 +440,7 @@ def note_fate(fleet: Fleet, statements: Statements, load: Load, node: int, owner
 
 
 def reckon_fate(fleet: Fleet, statements: Statements, node: int, owner: int, sender: int, reception: float) -> None:
-    """The owner says whether it has received the last packet of a sender, which the node has: no longer guess."""
+    """Correct lack estimates by the owner's acknowledgement of a sender's last packet."""
     is_received = statements.received[sender] == 1
     n_plain, share = statements.n_plain[sender], statements.share[node, sender, owner]
     for place in range(n_plain + statements.n_coded[sender]):
@@ -459,7 +451,7 @@ def reckon_fate(fleet: Fleet, statements: Statements, node: int, owner: int, sen
 
 
 def note_fates_of_others(n_nodes: int, fleet: Fleet, statements: Statements, node: int, owner: int, slot: int) -> None:
-    """Learn from the owner's bits about the last packets of others, as far as the node has received them."""
+    """Apply the owner's acknowledgements of the last packets of others that the node received."""
     reception = reception_of(statements.lost[node, owner], statements.weight[node, owner])
     for sender in range(n_nodes):
         if sender not in (node, owner) and knows_last(n_nodes, fleet, node, sender, slot):
@@ -467,7 +459,7 @@ def note_fates_of_others(n_nodes: int, fleet: Fleet, statements: Statements, nod
 
 
 def believe_statements(load: Load, fleet: Fleet, statements: Statements, node: int, owner: int) -> None:
-    """Believe what statements and holder sets of the owner say."""
+    """Apply the owner's statements and holder sets."""
     for column in range(n_columns_of(load)):
         below, shown = statements.below[column], statements.shown[column]
         fleet.holders[node, column, owner] |= statements.stated[column] | below
@@ -478,7 +470,7 @@ def believe_statements(load: Load, fleet: Fleet, statements: Statements, node: i
 
 
 def add_symbol(load: Load, fleet: Fleet, statements: Statements, node: int) -> None:
-    """Take in the symbol that stands in `vector`: `exchange.coding.Decoder.add`, of which only coefficients count."""
+    """Add the symbol in `vector`, as `exchange.coding.Decoder.add`, coefficients only."""
     rows, pivots, vector = statements.rows[node], statements.pivots[node], statements.vector
     n_rows = int(statements.n_rows[node])
     for row in range(n_rows):
@@ -499,20 +491,20 @@ def add_symbol(load: Load, fleet: Fleet, statements: Statements, node: int) -> N
 
 
 def take_off(one: Bytes, factor: int, row: Bytes, pivot: int) -> None:
-    """Take the factor times a row, which has nothing before its pivot, off another."""
+    """Subtract the factor times a row, which is zero before its pivot."""
     if factor != 0:
         for column in range(pivot, len(row)):
             one[column] ^= _PRODUCTS[factor, row[column]]
 
 
 def overwrite(one: NDArray[Any], other: NDArray[Any]) -> None:
-    """Write the numbers of one row over those of the other."""
+    """Copy the first row over the second."""
     for at in range(len(one)):
         other[at] = one[at]
 
 
 def pivot_of(row: Bytes, begin: int = 0) -> int:
-    """The first column from `begin` on that is not 0; -1 if all are."""
+    """Return the first non-zero column from `begin`; -1 if all are 0."""
     for column in range(begin, len(row)):
         if row[column] != 0:
             return column
@@ -520,7 +512,7 @@ def pivot_of(row: Bytes, begin: int = 0) -> int:
 
 
 def take_solved(load: Load, fleet: Fleet, statements: Statements, node: int) -> None:
-    """Take out the symbols of a single item, which the node holds from now on."""
+    """Remove symbols of a single item; the node holds that item from now on."""
     rows, pivots, kept = statements.rows[node], statements.pivots[node], 0
     for row in range(statements.n_rows[node]):
         pivot = pivots[row]
@@ -537,7 +529,7 @@ def take_solved(load: Load, fleet: Fleet, statements: Statements, node: int) -> 
 
 
 def drop_known(load: Load, fleet: Fleet, statements: Statements, node: int) -> None:
-    """Take what the node holds out of the symbols that wait, each solved anew: `exchange.coding.Decoder.learn`."""
+    """Eliminate known items from undecoded symbols, as `exchange.coding.Decoder.learn`."""
     n_known = 0
     for column in range(n_columns_of(load)):
         n_known += int(statements.waiting[node, column] and has_item(fleet, node, column))
@@ -552,7 +544,7 @@ def drop_known(load: Load, fleet: Fleet, statements: Statements, node: int) -> N
 
 
 def hear_symbols(load: Load, fleet: Fleet, statements: Statements, node: int, slot: int, n_symbols: int) -> None:
-    """Take in the symbols of a packet."""
+    """Decode the symbols of a packet."""
     drop_known(load, fleet, statements, node)
     for place in range(n_symbols):
         key, n_lacked = symbol_key(slot, place), 0
@@ -571,7 +563,7 @@ def hear(
     layouts: Layouts, rules: PolicyRules, load: Load, fleet: Fleet, statements: Statements, at: int, slot: int,
     node: int, n_symbols: int,
 ) -> None:  # fmt: skip
-    """Let a node receive the packet of a slot."""
+    """Process the packet of a slot at a node."""
     n_nodes = rules.n_nodes
     owner = slot % n_nodes
     for column in range(n_columns_of(load)):
@@ -601,7 +593,7 @@ def play_slot(
     header: Header, layouts: Layouts, rules: PolicyRules, load: Load, fleet: Fleet, lanes: Lanes,
     statements: Statements, plan: PacketPlan, slot: int,
 ) -> int:  # fmt: skip
-    """Play one slot of all nodes, of which `lanes.drawn` says who receive it; return the items and symbols sent."""
+    """Run one slot with receptions `lanes.drawn`; return the number of items and symbols sent."""
     at, place = slot % len(layouts.n_bits), slot % (2 * rules.n_nodes)
     trials.acknowledge(header, layouts, fleet, at, slot % rules.n_nodes, place)
     n_sent, n_symbols = compose_packet(rules, load, fleet, statements, plan, slot, layouts.n_bits[at])
@@ -618,7 +610,7 @@ def run_stating_trials(
     header: Header, layouts: Layouts, rules: PolicyRules, load: Load, p_loss: Floats, seed: int, first_trial: int,
     received: Ints, outcomes: Ints,
 ) -> None:  # fmt: skip
-    """Play the trials `first_trial`, `first_trial` + 1, ... of one policy one by one, as `trials.run_trials` does."""
+    """Run trials of one policy one by one; arguments as `trials.run_trials`."""
     n_nodes, word_slots = rules.n_nodes, trials.slots_of_word(rules.n_nodes)
     fleet, lanes = (
         trials.new_fleet(n_nodes, n_columns_of(load), layouts.node.shape[1]),

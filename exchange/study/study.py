@@ -1,10 +1,8 @@
-"""The policy study: how long each policy takes to deliver items, and to know it, at which loss rate.
+"""Policy study: time of delivery and of acknowledgement by policy and loss rate.
 
 Reproduces figures 3 to 5 of Maurelli et al., "TDMA-based exchange policies for multi-robot communication of world
-information", and goes on to what the paper leaves to future work: items at every node, and items that arrive while
-others are under way. Every policy and every loss rate meets the same random numbers, so that differences are paired.
-
-What a policy study answers: a row for every policy and loss rate.
+information", and adds cases of its future work: items at every node, and items that arrive during the exchange. All
+policies and loss rates use the same random numbers, so that differences are paired.
 """
 
 import math
@@ -25,16 +23,17 @@ from exchange.study.parts import Tally, TrialPlan, play_all
 from exchange.study.trial import Floats
 
 NO_COLUMNS = ("acknowledgement", "repeats")
-"""Fields of a row that tables leave out."""
+"""Fields of a row that tables omit."""
 
 
 @dataclass(frozen=True, slots=True)
 class StudyRow:
-    """Results of one policy at one loss rate; times in slots, from slot 0 or from an item's generation.
+    """Results of one policy at one loss rate; times in slots from slot 0 or generation.
 
-    Relative values are those of the policy over those of `ack`. An estimate is None where no trial counts: because all
-    are censored, or because the quantity belongs to Poisson load. With `links`, `per` is the mean over the links.
-    `acknowledgement` and `repeats` say what the policy is made of, for figures; they are no columns of tables.
+    Relative values are ratios to policy `ack`. An estimate is None if all trials are censored or the quantity needs
+    Poisson
+    load. With `links`, `per` is the mean over links. `acknowledgement` and `repeats` are for figures, not table
+    columns.
     """
 
     nodes: int
@@ -69,7 +68,7 @@ class StudyRow:
     repeats: bool
 
     def as_json(self) -> dict[str, Any]:
-        """The row as plain values; a relative value is one number, its interval stands beside it."""
+        """Return plain values; the interval of a relative value becomes a separate field."""
         values = asdict(self)
         for name in NO_COLUMNS:
             del values[name]
@@ -81,7 +80,7 @@ class StudyRow:
 
 
 def row_of(study: ExchangeStudy, per: float, policy: AckPolicy, tally: Tally) -> StudyRow:
-    """The row of one policy at one loss rate."""
+    """Build the row of one policy at one loss rate."""
     means: list[TrialMean | None] = [estimates.mean(products) for products in tally.moments]
     means += [None] * (trial.N_QUANTITIES - len(means))
     relative = [estimates.relative_mean(products) for products in tally.moments[: trial.N_STAGES]]
@@ -139,16 +138,16 @@ __all__ = [
 BASELINE = POLICIES["ack"]
 
 KINDS = tuple(kind.name for kind in ACKNOWLEDGEMENTS)
-"""Names of the shipped acknowledgements, in the order of lists and figures; `StudyRow.acknowledgement` is one."""
+"""Names of the shipped acknowledgements in display order, as in `StudyRow.acknowledgement`."""
 
 PAPER_PER = tuple(step / 20 for step in range(1, 17))
 """Loss rates of figures 3 to 5: 0.05 to 0.8."""
 
 LOADED_RATES = (0.005, 0.02, 0.04, 0.06, 0.08, 0.1, 0.12, 0.15, 0.18, 0.22, 0.26, 0.32)
-"""Items per node and slot of the loaded case: from nearly idle to more than any policy carries."""
+"""Items per node and slot in the loaded case, from nearly idle to overload of every policy."""
 
 SYMBOL_MORE_BITS = 10
-"""What an item takes in a symbol beyond `item_bits`: there it stands in a form that does not depend on the packet."""
+"""Extra size of an item in a symbol, where its encoding does not depend on the packet."""
 
 LOADED_CAPACITY_BITS = 256
 """Packet size of the loaded case: 32 bytes."""
@@ -160,13 +159,12 @@ def run(
     progress: Callable[[int, int], None] = lambda done, total: None,
     say: Callable[[str], None] = lambda text: None,
 ) -> list[StudyRow]:
-    """Run a study: a row for every loss rate and policy, in the order given.
+    """Run a study; return a row per loss rate and policy, in the order given.
 
     Args:
-        study: what is asked.
-        jobs: threads; the numbers do not depend on it.
-        progress: is told how many parts of how many are done.
-        say: is told before the machine code is made, which takes some seconds and happens once, or why none is made.
+        jobs: threads; results do not depend on it.
+        progress: called with batches done and in total.
+        say: receives an announcement before compilation, or the reason why it is impossible.
 
     Raises:
         ConfigurationError: `jobs` is not positive, or an acknowledgement cannot be compiled.
@@ -198,12 +196,12 @@ def run(
 
 
 def paper_studies(trials: int = 2000, seed: int = 1) -> list[ExchangeStudy]:
-    """The studies behind figures 3 and 4 (five nodes) and figure 5 (ten nodes)."""
+    """Return the studies of figures 3 and 4 (five nodes) and figure 5 (ten nodes)."""
     return [ExchangeStudy(nodes=nodes, per=PAPER_PER, trials=trials, seed=seed) for nodes in (5, 10)]
 
 
 def loaded_studies(trials: int = 100, seed: int = 1) -> list[ExchangeStudy]:
-    """The loaded case: one study of five nodes, of which 30 % of packets are lost, for every rate of new items."""
+    """Return the loaded case: five nodes, 30 % loss, one study per rate of new items."""
     return [
         ExchangeStudy(
             nodes=5,
@@ -218,7 +216,7 @@ def loaded_studies(trials: int = 100, seed: int = 1) -> list[ExchangeStudy]:
 
 
 def load_of(study: ExchangeStudy) -> trial.Load:
-    """The load as the slot loop takes it."""
+    """Convert the load for the slot loop."""
     n_sources = 1 if study.load.kind is LoadKind.SINGLE else study.nodes
     columns = study.load.items
     window_start = window_end = 0
@@ -234,7 +232,7 @@ def load_of(study: ExchangeStudy) -> trial.Load:
 
 
 def number_bits_of(study: ExchangeStudy) -> int:
-    """Bits that number the items that a node is expected to tell, as those of a vehicle do."""
+    """Return the bits of a sequence for the expected items per node, as in a vehicle."""
     n_items: float = study.load.items
     if study.load.kind is LoadKind.POISSON:
         n_items = 1 + study.load.rate * (study.warmup_frames + study.window_frames) * study.nodes
@@ -242,7 +240,7 @@ def number_bits_of(study: ExchangeStudy) -> int:
 
 
 def p_loss_matrices(study: ExchangeStudy) -> tuple[Floats, ...]:
-    """The loss probability of every link, from row to column, for each setting; a node never hears itself."""
+    """Return the loss matrix (from row to column) of each setting, with 1 on the diagonal."""
     if study.links is not None:
         matrices = [np.array(study.links, np.float64)]
     else:
@@ -253,6 +251,5 @@ def p_loss_matrices(study: ExchangeStudy) -> tuple[Floats, ...]:
 
 
 def _mean_link(matrix: Floats) -> float:
-    """Mean of the loss probabilities of the links."""
     n_nodes = len(matrix)
     return float((math.fsum(matrix.flat) - n_nodes) / (n_nodes * (n_nodes - 1)))

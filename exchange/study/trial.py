@@ -1,10 +1,10 @@
-"""Load, quantities and items of the trials of the policy study.
+"""Load, quantities and items of the policy study's trials.
 
-An item is a column. Under Poisson load a node has a fixed number of columns, its queue, and an item that finds it full
-is refused. A column is given to a new item only when every sender has dropped the old one and no node remembers a
-packet that carried it: two items never mix.
+An item is a column. Under Poisson load a node's queue has a fixed number of columns; an item that finds it full is
+refused. A column is reused only once every sender has dropped the old item and no node remembers a packet with it, so
+that two items never mix.
 
-Plain Python that `exchange.study.compiler` compiles, like all that the slot loops call.
+Plain Python that `exchange.study.compiler` compiles, as all that the slot loops call.
 """
 
 from typing import NamedTuple, TypeAlias
@@ -17,16 +17,16 @@ from exchange.acoustics.loss import link_uniform, slot_key
 Ints: TypeAlias = NDArray[np.int64]
 Floats: TypeAlias = NDArray[np.float64]
 
-# What a trial reports, each as a sum and a count to divide it by: `outcomes[trial, quantity]`.
+# Quantities of a trial, each a sum and a count to divide it by: `outcomes[trial, quantity]`.
 DELIVERED = 0  # slots until all nodes hold the item(s)
 SOURCE_ACKED = 1  # slots until every origin believes that all hold its item(s)
 SENDERS_ACKED = 2  # slots until every node that may send an item believes that all hold it
 TRANSMISSIONS = 3  # times an item was sent; under Poisson load per item delivered
-IN_FLIGHT = 4  # items that exist and are not source-acknowledged, per slot of the window
+IN_FLIGHT = 4  # items not source-acknowledged, per slot of the window
 GOODPUT = 5  # items delivered, per slot of the window
 OFFERED = 6  # items generated, per slot of the window
-REFUSED = 7  # items that found the queue full, per item generated in the window
-FALSE_BELIEFS = 8  # beliefs that a peer holds what it lacks: there is never one
+REFUSED = 7  # items refused by a full queue, per item generated in the window
+FALSE_BELIEFS = 8  # beliefs that a peer holds an item it lacks: always 0
 SLOTS = 9  # slots played
 N_QUANTITIES = 10
 
@@ -37,7 +37,7 @@ NEVER = 1 << 62
 
 
 class PolicyRules(NamedTuple):
-    """What a policy says beside its acknowledgement, and the size of the fleet."""
+    """Policy beside its acknowledgement, and size of the fleet."""
 
     repeat: bool
     carrier_evidence: bool
@@ -47,12 +47,12 @@ class PolicyRules(NamedTuple):
 
 
 class Load(NamedTuple):
-    """What there is to send: nodes 0 to `n_sources` - 1 have as many columns each.
+    """Items to send: nodes 0 to `n_sources` - 1 have as many columns each.
 
-    `rate` is 0 for a batch: every column is an item of slot 0. Under Poisson load it is the mean number of items
-    generated per node and slot; those generated in the window are followed to their end, while generation goes on.
-    `p_none` is exp(-rate). Where holdings are stated, `number_bits` name an item of a node, and a symbol has
-    `symbol_bits`.
+    `rate` is 0 for a batch: every column is an item of slot 0. Under Poisson load it is the mean number of new items
+    per
+    node and slot; items generated in the window are followed to their end, while generation continues. `p_none` is
+    exp(-rate). `number_bits` is the size of a sequence, for policies that report received sets.
     """
 
     n_sources: int
@@ -74,14 +74,14 @@ def n_columns_of(load: Load) -> int:
 
 
 class Items(NamedTuple):
-    """The items of one trial, by column."""
+    """Items of one trial, by column."""
 
     born_slot: Ints
     free_slot: Ints  # from this slot on the column may be given to a new item
 
 
 def poisson_number(uniform: float, mean: float, p_none: float) -> int:
-    """The Poisson number at that quantile, for small means; ``p_none`` is exp(-mean).
+    """Return the Poisson quantile for small means; ``p_none`` is exp(-mean).
 
     >>> [poisson_number(u, 0.5, 0.6065306597126334) for u in (0.0, 0.60, 0.61, 0.95)]
     [0, 0, 1, 2]
@@ -97,15 +97,9 @@ def poisson_number(uniform: float, mean: float, p_none: float) -> int:
 
 
 def generate(load: Load, items: Items, key: int, slot: int, born: Ints, outcome: Ints) -> int:
-    """Draw the Poisson arrivals of a slot, from the link of each node to itself; return how many are followed.
+    """Draw the Poisson arrivals of a slot; return how many are followed.
 
-    Args:
-        load: what there is to send.
-        items: of the trial.
-        key: of the trial.
-        slot: of the trial.
-        born: takes the columns of new items, and -1 behind them.
-        outcome: of the trial.
+    Draws use the link of each node to itself. ``born`` receives the columns of new items, then -1.
     """
     key = slot_key(key, slot)
     in_window = load.window_start <= slot < load.window_end
@@ -131,7 +125,7 @@ def generate(load: Load, items: Items, key: int, slot: int, born: Ints, outcome:
 
 
 def note_item(rules: PolicyRules, load: Load, items: Items, stage: int, column: int, slot: int, outcome: Ints) -> None:
-    """Note that an item reaches a stage in this slot."""
+    """Record that an item reaches a stage in this slot."""
     if load.rate == 0.0:
         outcome[stage, SUM] = slot + 1
         outcome[stage, COUNT] += 1
@@ -150,7 +144,7 @@ def note_item(rules: PolicyRules, load: Load, items: Items, stage: int, column: 
 
 
 def slots_in_window(load: Load, start: int, stop: int) -> int:
-    """Slots from `start` to before `stop` that lie in the window."""
+    """Number of slots from `start` to before `stop` inside the window."""
     return max(0, min(stop, load.window_end) - max(start, load.window_start))
 
 
@@ -166,16 +160,10 @@ def close(
 ) -> None:
     """Complete the sums and counts of a trial.
 
-    A batch counts once, or as censored; of Poisson load each item that is followed does.
+    A batch counts once, or as censored; under Poisson load each followed item does.
 
     Args:
-        load: what there was to send.
-        items: of the trial.
-        acknowledged: by column, a word of which the bit `lane` says that its item is source-acknowledged.
-        lane: of the trial.
-        n_slots: slots played.
-        n_followed: items that were to be followed.
-        outcome: of the trial.
+        acknowledged: by column, a word whose bit `lane` is set if the item is source-acknowledged.
     """
     outcome[SLOTS, SUM] = n_slots
     if load.rate == 0.0:

@@ -1,14 +1,14 @@
-"""The slot loop of the policy study: 64 trials to a word, a lane each (Biham, "A fast new DES implementation in
-software", 1997).
+"""Bit-sliced slot loop of the policy study: 64 trials per word, one per lane.
 
-Bit t of a word says whether something holds in the trial of lane t. What headers state is the policy's own rule
-(`exchange.ack.Acknowledgement.header`), which combines words; around it stand loops over slots, nodes and items. All
-lanes are in the same slot of a TDMA frame. A trial that ends leaves its lane to the next one at the end of the frame.
+Method of Biham, "A fast new DES implementation in software", 1997. Bit t of a word is the state in the trial of lane t.
+Headers follow the policy's own rule (`exchange.ack.Acknowledgement.header`), which combines words; around it are loops
+over slots, nodes and items. All lanes are in the same slot of a TDMA frame. A trial that ends frees its lane for the
+next one at the end of the frame.
 
-Which nodes receive a packet is drawn trial by trial, in words of a few slots, and remembered for the next policy. The
-lanes' words are transposed before they are played: from slots and nodes of a trial to trials of a slot and node.
+Receptions are drawn trial by trial, in words of a few slots, and cached for the next policy. The words of all lanes
+are transposed before use: from slots and nodes of a trial to trials of a slot and node.
 
-Plain Python that `exchange.study.compiler` compiles; uncompiled it does the same, slowly.
+Plain Python that `exchange.study.compiler` compiles; uncompiled it gives the same results slowly.
 """
 
 from collections.abc import Callable
@@ -42,25 +42,25 @@ from exchange.study.trial import (
 )
 
 LANES = 64
-"""Trials that are played at once."""
+"""Trials that run at once."""
 N_DIGITS = 32
 """Binary digits of a number of transmissions."""
 WORD_BITS = 63
-"""Bits of a word of draws: one less than it has, so that all are positive."""
+"""Bits used of a word of draws; the sign bit stays 0."""
 
 Header = Callable[[int, int, int, int], int]
-"""Rule of an acknowledgement: what a header states."""
+"""Header rule of an acknowledgement."""
 
 
 class Layouts(NamedTuple):
-    """What headers carry, by slot, until layout and place in the ring of two frames repeat.
+    """Header layouts by slot, over the period of layout and ring of two frames.
 
     Attributes:
         n_bits: [slot] bits of the header.
-        place, node: [slot, bit] place in the ring of the packet that a bit is about, and who received it.
-        mine, others: [slot, bit] all bits if the sender is who received it; if that packet is not its own.
-        relays: nodes keep what headers state.
-        infers: the header goes by who holds the items of a packet.
+        place, node: [slot, bit] ring place of the acknowledged packet, and the receiver.
+        mine, others: [slot, bit] all bits if the sender is the receiver; if that packet is not its own.
+        relays: nodes store acknowledgements in received headers.
+        infers: the header depends on known holders of a packet's items.
     """
 
     n_bits: Ints
@@ -73,12 +73,14 @@ class Layouts(NamedTuple):
 
 
 class Fleet(NamedTuple):
-    """What all nodes know, in all lanes; `place` is a slot in the ring of two frames."""
+    """State of all nodes in all lanes; `place` is a slot in the ring of two frames."""
 
     known: Ints  # [node, place] lanes in which the node received the packet, or sent it
     loaded: Ints  # [place, column] lanes in which the packet had the item
     some: Ints  # [place] lanes in which the packet had any
-    said: Ints  # [place, earlier place, receiver] lanes in which the packet stated that the receiver received one
+    said: (
+        Ints  # [place, earlier place, receiver] lanes in which the packet acknowledges the earlier one for the receiver
+    )
     holders: Ints  # [node, column, holder] lanes in which the node believes the holder to hold the item
     settled: Ints  # [node, column] lanes in which the node believes all to hold it
     done: Ints  # [node] lanes in which it believes so of all items
@@ -88,22 +90,22 @@ class Fleet(NamedTuple):
 
 
 class Lanes(NamedTuple):
-    """What is known of each lane beside the state of its nodes."""
+    """State of each lane beside its nodes."""
 
     trials: Ints  # [lane] number of its trial, counted from the first that is played
     numbers: Ints  # [lane] number of its trial in the study
     began_frame: Ints  # [lane]
-    n_followed: Ints  # [lane] items whose end is awaited
+    n_followed: Ints  # [lane] items followed to their end
     drawn: Ints  # [slot * n_nodes + node] lanes in which the node receives the packet of the slot, of a few slots
-    digits: Ints  # [digit] lanes in whose number of transmissions the digit is 1
+    digits: Ints  # [digit] lanes whose transmission counter has the digit 1
     born_slot: Ints  # [lane, column] see `Items`
     free_slot: Ints  # [lane, column]
     born: Ints  # [place] columns of new items; scratch
 
 
-@lru_cache(maxsize=16)  # takes as long as a few hundred trials
+@lru_cache(maxsize=16)  # costs as much as a few hundred trials
 def layouts_of(kind: Acknowledgement, n_nodes: int) -> Layouts:
-    """The layouts of an acknowledgement."""
+    """Compute the header layouts of an acknowledgement."""
     ring = 2 * n_nodes
     carried: list[list[tuple[int, int, int, int]]] = []
     for slot in range(ring * kind.period_frames):
@@ -119,7 +121,7 @@ def layouts_of(kind: Acknowledgement, n_nodes: int) -> Layouts:
 
 
 def new_fleet(n_nodes: int, n_columns: int, n_bits: int) -> Fleet:
-    """Memory for all trials."""
+    """Allocate the state of all nodes."""
     return Fleet(
         np.zeros((n_nodes, 2 * n_nodes), np.int64),
         np.zeros((2 * n_nodes, n_columns), np.int64),
@@ -135,7 +137,7 @@ def new_fleet(n_nodes: int, n_columns: int, n_bits: int) -> Fleet:
 
 
 def new_lanes(n_columns: int) -> Lanes:
-    """Memory for all trials."""
+    """Allocate the state of all lanes."""
     return Lanes(
         np.zeros(LANES, np.int64),
         np.zeros(LANES, np.int64),
@@ -153,12 +155,12 @@ def new_lanes(n_columns: int) -> Lanes:
 
 
 def lane_bit(lane: int) -> int:
-    """The bit of the lane in a signed word."""
+    """Bit of the lane in a signed word."""
     return 1 << lane if lane < LANES - 1 else -1 << lane
 
 
 def first_lane(lanes: int) -> int:
-    """The lowest of some lanes; a power of two is a float without loss.
+    """Return the lowest lane of a set; a power of two is an exact float.
 
     >>> [first_lane(lanes) for lanes in (1, 0b11000, lane_bit(63))]
     [0, 3, 63]
@@ -168,7 +170,7 @@ def first_lane(lanes: int) -> int:
 
 
 def count(digits: Ints, lanes: int) -> None:
-    """Add 1 to the numbers of these lanes, of which every word has one binary digit."""
+    """Add 1 to the bit-sliced counters of these lanes."""
     digit = 0
     while lanes != 0:
         carried = digits[digit] & lanes
@@ -178,7 +180,7 @@ def count(digits: Ints, lanes: int) -> None:
 
 
 def counted(digits: Ints, lane: int) -> int:
-    """The number of a lane."""
+    """Read the counter of a lane."""
     number = 0
     for digit in range(len(digits)):
         number += (digits[digit] >> lane & 1) << digit
@@ -186,25 +188,25 @@ def counted(digits: Ints, lane: int) -> int:
 
 
 def own_slot(lanes: Lanes, lane: int, n_nodes: int, frame: int, owner: int) -> int:
-    """Slot of the trial of a lane."""
+    """Return the slot number within the trial of a lane."""
     return int((frame - lanes.began_frame[lane]) * n_nodes + owner)
 
 
 def key_of(lanes: Lanes, lane: int, seed: int) -> int:
-    """State of the generator of the trial of a lane; as a word of all 64 bits it is not kept."""
+    """Return the generator key of a lane's trial; recomputed, since it needs all 64 bits."""
     return trial_key(seed, int(lanes.numbers[lane]))
 
 
 def items_of(lanes: Lanes, lane: int) -> Items:
-    """Items of the trial of a lane."""
+    """Return the items of a lane's trial."""
     return Items(lanes.born_slot[lane], lanes.free_slot[lane])
 
 
-# Who receives what --------------------------------------------------------------------------------
+# Receptions ---------------------------------------------------------------------------------------
 
 
 def slots_of_word(n_nodes: int) -> int:
-    """Slots whose receivers are drawn into one word: as many as it takes, and at most a frame.
+    """Number of slots with receptions in one word: as many as fit, at most a frame.
 
     >>> [slots_of_word(n_nodes) for n_nodes in (2, 5, 10, 64)]
     [2, 5, 6, 1]
@@ -213,7 +215,7 @@ def slots_of_word(n_nodes: int) -> int:
 
 
 def threshold(p_loss: float) -> int:
-    """The least `link_draw` of a packet that is not lost: draws are compared as whole numbers.
+    """Return the least `link_draw` of a packet that is not lost, for integer comparison.
 
     >>> threshold(0.0), threshold(1.0) == 2**53
     (0, True)
@@ -222,7 +224,7 @@ def threshold(p_loss: float) -> int:
 
 
 def thresholds_of(p_loss: Floats) -> Ints:
-    """The thresholds of all links, same shape."""
+    """Return the thresholds of all links, same shape."""
     thresholds = np.zeros(p_loss.shape, np.int64)
     for sender in range(len(p_loss)):
         for receiver in range(len(p_loss)):
@@ -231,7 +233,7 @@ def thresholds_of(p_loss: Floats) -> Ints:
 
 
 def draw_word(key: int, frame_slot: int, first: int, n_slots: int, n_nodes: int, thresholds: Ints) -> int:
-    """Draw who receives the packets of some slots of a frame in a trial: bit n * n_nodes + node for the n-th slot."""
+    """Draw the receptions of some slots: bit n * n_nodes + node for the n-th slot."""
     word = 0
     for n in range(n_slots):
         owner = first + n
@@ -244,7 +246,7 @@ def draw_word(key: int, frame_slot: int, first: int, n_slots: int, n_nodes: int,
 
 
 def transpose(words: Ints, n_rows: int) -> None:
-    """Bit i of word k becomes bit k of word i, of which so many are needed (Warren, Hacker's Delight, 7-3)."""
+    """Transpose a bit matrix, first `n_rows` words only (Warren, Hacker's Delight, 7-3)."""
     width, mask = LANES // 2, (1 << LANES // 2) - 1
     while width != 0:
         for first in range(0, n_rows, 2 * width):
@@ -267,7 +269,7 @@ def draw(
     playing: int,
     received: Ints,
 ) -> None:
-    """Put into `lanes.drawn` who receives the packets of some slots of the frame, remembered or drawn."""
+    """Set `lanes.drawn` to the receptions of some slots of the frame, cached or drawn."""
     word_slots = slots_of_word(n_nodes)
     words_of_frame = -(-n_nodes // word_slots)
     for lane in range(LANES):
@@ -290,16 +292,14 @@ def draw(
 
 
 def acknowledge(header: Header, layouts: Layouts, fleet: Fleet, at: int, owner: int, place: int) -> None:
-    """Open a slot at all nodes, and let its owner write its header.
+    """Open a slot at all nodes and compose its owner's header.
 
-    What a packet stated is shared: it counts for a node that received it, until the sender of the packet that it is
-    about has another slot. See `exchange.ack.PacketLog`.
+    Acknowledgements of a packet are shared: they count for each node that received it, until the next slot of the
+    sender
+    that they refer to. See `exchange.ack.PacketLog`.
 
     Args:
-        header, layouts: of the acknowledgement.
-        fleet: all nodes.
-        at: slot, until the layouts repeat.
-        owner: of the slot.
+        at: slot modulo the period of layouts.
         place: of the slot in the ring.
     """
     n_nodes = len(fleet.known)
@@ -328,16 +328,10 @@ def acknowledge(header: Header, layouts: Layouts, fleet: Fleet, at: int, owner: 
 
 
 def fill(rules: PolicyRules, load: Load, fleet: Fleet, owner: int, place: int, room_bits: int, playing: int) -> None:
-    """Let the owner of a slot put into its packet items that it knows some node to lack.
+    """Fill the owner's packet with items that it believes some node to lack.
 
     Args:
-        rules: of the policy.
-        load: what there is to send.
-        fleet: all nodes.
-        owner: of the slot.
-        place: of the slot in the ring.
-        room_bits: behind the header.
-        playing: lanes.
+        room_bits: capacity behind the header.
     """
     for column in range(n_columns_of(load)):
         is_sender = rules.repeat or column // load.columns_per_source == owner
@@ -351,7 +345,7 @@ def fill(rules: PolicyRules, load: Load, fleet: Fleet, owner: int, place: int, r
 
 
 def note_load(fleet: Fleet, place: int) -> None:
-    """Note where a packet has any items."""
+    """Record the lanes in which a packet has any item."""
     some = 0
     for column in range(fleet.loaded.shape[1]):
         some |= fleet.loaded[place, column]
@@ -359,15 +353,14 @@ def note_load(fleet: Fleet, place: int) -> None:
 
 
 def choose(weights: Ints, loaded: Ints, lane: int, room: int) -> None:
-    """Leave in a packet, of one lane, the candidates of greatest weight that have room; of equals the first ones.
+    """Keep the candidates of greatest weight that fit one lane's packet; of equals the first.
 
-    The weight of a candidate grows by its need priority, here 1, in each own slot; when it is sent, it restarts at 0
-    (Maurelli et al., section 6). `exchange.queueing.queue` chooses the same without looking at all that waits.
+    The weight of a candidate grows by its need priority, here 1, in each own slot and restarts at 0 when it is sent
+    (Maurelli et al., section 6). `exchange.queueing.queue` implements the same rule incrementally.
 
     Args:
-        weights: by column, of the candidates of the sender.
-        loaded: by column, lanes in which the item waits; of those not chosen it is taken out.
-        lane: of the trial.
+        weights: by column, of the sender.
+        loaded: by column, lanes with the item queued; the lane is cleared for items not chosen.
         room: number of items.
     """
     bit = lane_bit(lane)
@@ -393,7 +386,7 @@ def hear(
     layouts: Layouts, rules: PolicyRules, load: Load, fleet: Fleet, at: int, owner: int, place: int, node: int,
     heard: int,
 ) -> None:  # fmt: skip
-    """Let a node receive the packet of a slot in the lanes `heard`; other arguments as of `acknowledge`."""
+    """Process the packet of a slot at a node in the lanes `heard`; others as in `acknowledge`."""
     known, holders = fleet.known[node], fleet.holders[node]
     known[place] = heard
     for column in range(n_columns_of(load) if fleet.some[place] & heard != 0 else 0):
@@ -414,7 +407,7 @@ def hear(
 
 
 def settle(fleet: Fleet, node: int) -> None:
-    """Note which items a node believes all to hold."""
+    """Update the items that a node believes all nodes to hold."""
     holders, done = fleet.holders[node], -1
     for column in range(len(holders)):
         all_hold = -1
@@ -428,12 +421,14 @@ def settle(fleet: Fleet, node: int) -> None:
 def pass_freely(
     rules: PolicyRules, load: Load, fleet: Fleet, lanes: Lanes, owner: int, heard: Ints, playing: int, noted: int
 ) -> None:
-    """Play one slot of the bound: each receiver takes what it lacks, as much as has room, first what the fewest hold.
+    """Run one slot of the bound: each receiver takes lacked items that fit, rarest first.
 
-    A packet carries all that its sender knows of the holders, and has no header. No policy hears more than packets let
-    it hear. A single item waits for the links alone, so no policy is sooner with it in any trial. With several items
-    the choice of the rarest is a good one that is not proved to be the best, and a code may make use of a packet of
-    whose items a receiver lacks none. As sent counts what the receiver takes that takes most.
+    A packet carries all knowledge of its sender about holders, without a header. No policy receives more. For a single
+    item
+    this is a lower bound of the time in every trial. For several items, rarest first is a good heuristic, not proved
+    optimal; coded packets may also use receptions that bring no item here. Transmissions count by the receiver that
+    takes
+    most.
     """
     for lane in range(LANES):
         if playing >> lane & 1:
@@ -458,7 +453,7 @@ def pass_freely(
 
 
 def take(load: Load, fleet: Fleet, n_holders: Ints, lane: int, owner: int, node: int) -> int:
-    """Let a node take what it lacks out of the owner's packet, of items that the fewest held; return how many."""
+    """Transfer lacked items of the owner to a node, rarest first; return how many."""
     room = n_columns_of(load) if load.capacity_bits == NEVER else load.capacity_bits // load.item_bits
     n_taken = 0
     while n_taken < room:
@@ -475,7 +470,7 @@ def take(load: Load, fleet: Fleet, n_holders: Ints, lane: int, owner: int, node:
 
 
 def note_false_beliefs(n_nodes: int, fleet: Fleet, lanes: Lanes, heard: Ints, playing: int, outcomes: Ints) -> None:
-    """Count the receivers that believe a peer to hold something which it lacks."""
+    """Count receivers with a false belief that a peer holds an item."""
     n_columns = fleet.holders.shape[1]
     anywhere = 0
     for column in range(n_columns):
@@ -498,7 +493,7 @@ def note_false_beliefs(n_nodes: int, fleet: Fleet, lanes: Lanes, heard: Ints, pl
 def note_progress(
     rules: PolicyRules, load: Load, fleet: Fleet, lanes: Lanes, frame: int, owner: int, playing: int, outcomes: Ints
 ) -> int:
-    """Note the items that reach a stage in this slot; return lanes in which one reaches the last."""
+    """Record items that reach a stage in this slot; return lanes with one at the last stage."""
     last = 0
     for column in range(n_columns_of(load)):
         origin = column // load.columns_per_source
@@ -526,7 +521,7 @@ def note_progress(
 
 
 def add_item(load: Load, fleet: Fleet, column: int, begun: int) -> None:
-    """Give the column to a new item in some lanes; nothing remains of an older one."""
+    """Start a new item in a column, in some lanes; clear the state of the old one."""
     for node in range(len(fleet.known)):
         for holder in range(len(fleet.known)):
             fleet.holders[node, column, holder] &= ~begun
@@ -542,7 +537,7 @@ def begin(
     load: Load, fleet: Fleet, lanes: Lanes, frame: int, first_trial: int, n_begun: int, n_trials: int,
     idle: int,
 ) -> int:  # fmt: skip
-    """Begin further trials in idle lanes; return these."""
+    """Start trials in idle lanes; return these lanes."""
     begun = 0
     while idle != 0 and n_begun < n_trials:
         lane = first_lane(idle)
@@ -562,7 +557,7 @@ def begin(
 
 
 def forget_lanes(fleet: Fleet, lanes: Lanes, kept: int) -> None:
-    """Nobody knows anything in the other lanes."""
+    """Clear the state of all lanes but `kept`."""
     for node in range(fleet.known.shape[0]):
         for place in range(fleet.known.shape[1]):
             fleet.known[node, place] &= kept
@@ -591,7 +586,7 @@ def arrive(
     playing: int,
     outcomes: Ints,
 ) -> int:
-    """Let the Poisson arrivals of a slot come in all lanes; return lanes whose slot is in the window."""
+    """Generate the Poisson arrivals of a slot; return lanes whose slot is in the window."""
     in_window = 0
     for lane in range(LANES):
         if playing >> lane & 1:
@@ -612,7 +607,7 @@ def arrive(
 def ended(
     rules: PolicyRules, load: Load, fleet: Fleet, lanes: Lanes, frame: int, owner: int, asked: int, outcomes: Ints
 ) -> int:
-    """Close the trials that end with a slot, of those that are asked for; return their lanes."""
+    """Close the trials of `asked` that end with a slot; return their lanes."""
     over = 0
     while asked != 0:
         lane = first_lane(asked)
@@ -630,19 +625,15 @@ def run_trials(
     header: Header, layouts: Layouts, rules: PolicyRules, load: Load, p_loss: Floats, seed: int, first_trial: int,
     received: Ints, outcomes: Ints,
 ) -> None:  # fmt: skip
-    """Play the trials `first_trial`, `first_trial` + 1, ... of one policy.
+    """Run the trials `first_trial`, `first_trial` + 1, ... of one policy.
 
     Args:
         header: rule of the acknowledgement, or its compiled form.
-        layouts: of its headers.
-        rules: what else the policy says, and the size of the fleet.
-        load: what there is to send.
-        p_loss: loss probability of the link from row to column, shape (n_nodes, n_nodes); 1 on the diagonal.
-        seed: of all random numbers.
-        first_trial: number of the first trial.
-        received: memory of who received what, shape (any, n_trials), at first all zeros; to be shared by policies that
-            meet the same seed, trials and loss probabilities.
-        outcomes: takes sum, count and censored number of every quantity, shape (n_trials, N_QUANTITIES, 3).
+        p_loss: loss probability from row to column, shape (n_nodes, n_nodes); 1 on the diagonal.
+        received: cache of receptions, shape (any, n_trials), initially zero; shared by policies with the same seed,
+        trials
+            and loss probabilities.
+        outcomes: filled with sum, count and censored number of every quantity, shape (n_trials, N_QUANTITIES, 3).
     """
     n_nodes, n_trials, period = rules.n_nodes, len(outcomes), len(layouts.n_bits)
     fleet, lanes = new_fleet(n_nodes, n_columns_of(load), layouts.node.shape[1]), new_lanes(n_columns_of(load))
