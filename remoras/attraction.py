@@ -86,16 +86,16 @@ class GuidanceTable(Sparse):
     UNSAID = frozenset({"keeps_calls"})
 
     separation_m: float = Field(
-        SEPARATION_M, ge=1.0, le=20.0, description="distance that vehicles in one depth layer keep from each other"
+        SEPARATION_M, ge=1.0, le=20.0, description="minimum distance between vehicles in one depth layer"
     )
     attraction: NotNegative = Field(
-        1.0, description="weight by which a call that a vehicle answers draws it to the one that calls, nearby"
+        1.0, description="weight of the attraction to a nearby caller that the vehicle responds to"
     )
     repulsion: NotNegative = Field(
-        2.0, description="weight by which a call makes more satisfied vehicles withdraw that are in the way, nearby"
+        2.0, description="weight of the repulsion by nearby calls on more satisfied vehicles in the way"
     )
     keeps_calls: bool = Field(
-        False, description="true: a vehicle that withdraws does not pass the call on to who is behind it"
+        False, description="true: a withdrawing vehicle does not relay the call to the ones behind it"
     )
 
 

@@ -154,9 +154,9 @@ class SensorSettings(BaseModel):
     EQUIPMENT: ClassVar[str] = "Sensor"
     """Ontology class of such sensors, overridden per kind."""
 
-    type: str = Field("", description="sensor: a name that the mission knows, or package.module:object")
-    name: str = Field("", description="name by which activities switch it on; its type if absent")
-    equipment: str = Field("", description="class of the ontology that it is of; that of its type if absent")
+    type: str = Field("", description="sensor: a name known to the mission, or package.module:object")
+    name: str = Field("", description="name by which activities activate it; its type if absent")
+    equipment: str = Field("", description="class in the ontology; that of its type if absent")
 
     @property
     def tells_state(self) -> bool:

@@ -136,14 +136,14 @@ class AcousticChannel(ChannelModel):
         "francois-garrison", description="acoustic: formula of absorption; thorp is twice the other in warm water"
     )
     temperature_c: float = Field(10.0, ge=0.0, le=30.0, description="acoustic: temperature of the water (deg C)")
-    salinity_psu: float = Field(35.0, ge=0.0, le=42.0, description="acoustic: salinity of the water (g/kg, nearly)")
-    ph: float = Field(8.1, ge=7.0, le=9.0, description="acoustic: pH of the water; francois-garrison alone uses it")
+    salinity_psu: float = Field(35.0, ge=0.0, le=42.0, description="acoustic: salinity of the water (about g/kg)")
+    ph: float = Field(8.1, ge=7.0, le=9.0, description="acoustic: pH of the water; only for francois-garrison")
     shipping: float = Field(0.5, ge=0.0, le=1.0, description="acoustic: noise of ships, from 0 (none) to 1 (dense)")
     wind_mps: float = Field(5.0, ge=0.0, le=50.0, description="acoustic: wind at the surface, which makes noise (m/s)")
     fading: Literal["none", "bit", "frame", "packet"] = Field(
         "frame",
-        description="acoustic: what one Rayleigh fade lasts for: a bit, a frame, a packet; none: steady "
-        "level. A modem whose losses were measured (modem.per_at_snr) has the fades of its curve instead",
+        description="acoustic: duration of a Rayleigh fade: a bit, a frame, a packet; none: steady level. A modem "
+        "with measured losses (modem.per_at_snr) has the fades of its curve instead",
     )
 
     site: SiteTable | None = None

@@ -205,8 +205,8 @@ class LinkTable(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
 
-    sender: VehicleName = Field(description="vehicle that sends")
-    receiver: VehicleName = Field(description="vehicle that listens; the other direction is a link of its own")
+    sender: VehicleName = Field(description="sender")
+    receiver: VehicleName = Field(description="receiver; the reverse direction is a separate link")
     per: Probability = Field(description="packet error rate of this link")
 
 

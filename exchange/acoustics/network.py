@@ -203,9 +203,9 @@ class NetworkChannel(ChannelModel):
         "sender, receiver, per. Links are static on moving vehicles",
     )
     nodes: dict[str, NodeName] = Field(
-        {}, description="network: node that a vehicle is, by its name; those not listed are drawn by the seed"
+        {}, description="network: node of a vehicle, by its name; nodes of others are drawn by the seed"
     )
-    sha256: str = Field("", description="network: hash of the file, which results repeat")
+    sha256: str = Field("", description="network: hash of the file, recorded in results")
 
     def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
         """Return links between the nodes of the vehicles, or over range."""

@@ -68,13 +68,13 @@ class SiteTable(BaseModel):
         description="acoustic: standard deviation of transmission losses about the law of the range",
     )
     distance_m: float = Field(
-        200.0, ge=1.0, le=1e5, description="acoustic: distance of places over which these differences are correlated"
+        200.0, ge=1.0, le=1e5, description="acoustic: distance over which these differences are correlated"
     )
     time_h: float = Field(
         1.0, ge=0.01, le=1e4, description="acoustic: time over which these differences are correlated (h)"
     )
     receiver_db: float = Field(
-        0.0, ge=0.0, le=40.0, description="acoustic: standard deviation of the noise from one receiver to the other"
+        0.0, ge=0.0, le=40.0, description="acoustic: standard deviation of the noise between receivers"
     )
 
     @property

@@ -114,10 +114,10 @@ class TraceChannel(ChannelModel):
     title = "losses of each link as recorded in channel.file: outcomes, or rates over time"
 
     file: str = Field("", description="trace: CSV or Parquet file of the columns time_s, sender, receiver, lost or per")
-    repeat: bool = Field(False, description="trace: start anew when the file has ended")
+    repeat: bool = Field(False, description="trace: restart when the file has ended")
     sha256: str = Field(
         "",
-        description="trace, network: hash of the file, which results repeat; another file under its name is refused",
+        description="trace, network: hash of the file, recorded in results; another file under its name is refused",
     )
 
     def link_model(self, deployment: Deployment, seed: int) -> LinkModel:

@@ -27,32 +27,30 @@ class ArrowsSettings(JobSettings):
 
     search: Search = Field(
         "elementary",
-        description="who says where a vehicle looks next. elementary: itself, by its own map and by what others hold; "
-        "lawnmower: lanes that were laid before; central: the head of the group, by its map",
+        description="selection of the next cell of a vehicle. elementary: itself, by its map and the targets of "
+        "others; lawnmower: lanes planned before; central: the group leader, by its map",
     )
-    search_s: Positive = Field(3600.0, description="when the search ends and all come to the rally point")
+    search_s: Positive = Field(3600.0, description="end of the search, when all go to the rally point")
     repulsion: Probability = Field(
-        1.0, description="how much a vehicle leaves to others what lies on their way to where they go; 0: nothing"
+        1.0, description="strength with which a vehicle avoids cells near the path of others; 0: not at all"
     )
-    repulsion_m: Positive = Field(150.0, description="how far from that way it leaves something to them")
-    contact: bool = Field(
-        True, description="false: a vehicle never comes back into contact to tell what it found, or to hear of more"
-    )
+    repulsion_m: Positive = Field(150.0, description="distance from that path up to which it avoids cells")
+    contact: bool = Field(True, description="false: a vehicle never returns into contact to exchange updates")
     contact_loss: float = Field(
         0.3,
         ge=0.0,
         lt=1.0,
-        description="a vehicle is in contact where a full packet to the middle is lost no more often than this",
+        description="a vehicle is in contact where the loss of a full packet to the middle is at most this",
     )
-    alone_s: Positive = Field(600.0, description="how long a vehicle may be out of contact under search = central")
+    alone_s: Positive = Field(600.0, description="longest time out of contact under search = central")
     greeting_s: Positive = Field(
         120.0,
-        description="a vehicle that is back stays in contact until it is heard, but not for longer than this",
+        description="longest time that a returned vehicle stays in contact until it is received",
     )
-    sure: float = Field(0.9, gt=0.5, lt=1.0, description="an anomaly is identified at this probability")
-    picture_s: Positive = Field(60.0, description="how long a vehicle stays to take pictures of a site")
+    sure: float = Field(0.9, gt=0.5, lt=1.0, description="probability at which an anomaly is identified")
+    picture_s: Positive = Field(60.0, description="duration of taking pictures of a site")
     goal: float = Field(
-        0.5, gt=0.0, le=1.0, description="share of the sites in the area that have to be found and rightly identified"
+        0.5, gt=0.0, le=1.0, description="share of the sites in the area to find and identify correctly"
     )
 
 
@@ -61,7 +59,7 @@ class SearchTable(Section):
 
     x_m: PointM = Field(description="west and east border")
     y_m: PointM = Field(description="south and north border")
-    cell_m: float = Field(40.0, ge=5.0, description="side of a cell; a cell holds one thing at most")
+    cell_m: float = Field(40.0, ge=5.0, description="side of a cell; a cell holds at most one object")
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
         """Yield borders in the wrong order."""
@@ -76,12 +74,12 @@ class KindTable(Sparse):
 
     UNSAID: ClassVar[frozenset[str]] = frozenset({"map"})
 
-    name: Kind = Field(description="what it is")
-    expected: float = Field(gt=0.0, le=1000.0, description="how many are expected in the whole area")
+    name: Kind = Field(description="kind of object")
+    expected: float = Field(gt=0.0, le=1000.0, description="expected number in the whole area")
     uniform_share: Probability = Field(
-        0.3, description="share of these that may lie anywhere; the others lie where historic finds lie"
+        0.3, description="share of these that may lie anywhere; the others lie near historic finds"
     )
-    spread_m: Positive = Field(250.0, description="how far around a historic find others of its kind are expected")
+    spread_m: Positive = Field(250.0, description="distance from historic finds at which others are expected")
     map: tuple[tuple[float, ...], ...] = Field(
         (), description="in place of the historic finds: share of each cell, row by row from the south; sums to 1"
     )
@@ -90,20 +88,20 @@ class KindTable(Sparse):
 class HistoricFindTable(Section):
     """One ``[[historic_find]]``: an earlier find, by divers or in nets."""
 
-    kind: Kind = Field(description="what it was")
-    position_m: PointM = Field(description="where, x east, y north")
+    kind: Kind = Field(description="kind of the find")
+    position_m: PointM = Field(description="position, x east, y north")
 
 
 class DetectorTable(Section):
     """Table ``[detector.acoustic]``, ``[detector.magnetic]`` or ``[detector.optical]``."""
 
-    range_m: Positive = Field(description="farthest cell, by its centre, or thing that it notices")
-    look_s: Positive = Field(description="time between two looks at a cell that count as independent")
-    p_false: Rate = Field(description="rate at which a look at an empty cell gives a contact; optical: an image errs")
+    range_m: Positive = Field(description="maximum range to the centre of a cell, or to an object")
+    look_s: Positive = Field(description="time between independent observations of a cell")
+    p_false: Rate = Field(description="contact probability in an empty cell per observation; optical: image error")
     p_detect: dict[Kind, Rate] = Field(
-        {}, description="rate at which a look gives a contact, by kind; those left out are as nothing to it"
+        {}, description="probability of a contact per observation, by kind; others look like an empty cell"
     )
-    sigma_m: float = Field(5.0, gt=0.0, le=32.0, description="standard deviation of the place of what it finds")
+    sigma_m: float = Field(5.0, gt=0.0, le=32.0, description="standard deviation of the position of detections")
 
 
 class DetectorsTable(Section):

@@ -46,18 +46,18 @@ class SuiteAbout(Section):
     """Table ``[suite]``."""
 
     name: Name = Field(description="name of the suite")
-    title: str = Field("", description="what it is about, in a line")
+    title: str = Field("", description="summary in one line")
     grounds: tuple[str, ...] = Field(min_length=1, description="scenarios, by their shipped names")
-    bound: str = Field(description="package.module:object that gives the least ways and work of a scenario")
-    limit_s: float = Field(gt=0.0, description="time that a run counts that has not completed")
+    bound: str = Field(description="package.module:object: least paths and work of a scenario")
+    limit_s: float = Field(gt=0.0, description="time that counts for a run that has not completed")
     seed: int = Field(1, ge=0, le=2**53, strict=True, description="master seed")
-    repeats: int = Field(ge=1, le=10_000, strict=True, description="runs of each cell")
+    repeats: int = Field(ge=1, le=10_000, strict=True, description="runs per cell")
 
 
 class NetworkCase(Section):
     """Table ``[[network]]``: links between the vehicles."""
 
-    name: Name = Field(description="what tables call it")
+    name: Name = Field(description="name in tables")
     set: dict[str, Any] = Field(description="keys of the scenario that it sets")
 
 
@@ -65,7 +65,7 @@ class SuiteFile(Section):
     """Content of a suite file."""
 
     suite: SuiteAbout
-    set: dict[str, Any] = Field({}, description="keys of the scenario that are the same in all runs")
+    set: dict[str, Any] = Field({}, description="keys of the scenario common to all runs")
     network: tuple[NetworkCase, ...] = Field(min_length=1)
     unforeseen: tuple[Unforeseen, ...] = Field(min_length=1)
 
@@ -238,8 +238,8 @@ def _unknown_grounds(file: SuiteFile) -> Iterator[ConfigurationFault]:
 class JudgingTable(Section):
     """File of a held-out split."""
 
-    ground: str = Field(description="shipped scenario of which others are drawn")
-    generator: str = Field(description="package.module:object that draws the tables of one of a seed")
+    ground: str = Field(description="shipped scenario that instances are derived from")
+    generator: str = Field(description="package.module:object: tables of an instance from a seed")
     seeds_sha256: str = Field(pattern="^[0-9a-f]{64}$", description="digest of the list of seeds")
 
 

@@ -72,9 +72,9 @@ class Biased(FaultOfSensors):
         "offset": "required by kind biased: by how much",
     }
 
-    attribute: str | None = Field(None, description="attribute of the facts that are off")
+    attribute: str | None = Field(None, description="attribute of the wrong facts")
     offset: Annotated[float | PointM | None, BeforeValidator(_off)] = Field(
-        None, description="what is added to a number, or [east, north] to a point"
+        None, description="offset of a number, or [east, north] of a point"
     )
 
     @property

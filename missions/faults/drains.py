@@ -22,7 +22,7 @@ class Drains(DeclaredFault):
     TEXT = "it loses drain_w beside what it uses"
     REQUIRED: ClassVar[Mapping[str, str]] = {"drain_w": "missing: the power that the vehicle loses, above 0 W"}
 
-    drain_w: Positive | None = Field(None, description="power that is lost, W")
+    drain_w: Positive | None = Field(None, description="lost power, W")
 
     def detail(self, data: VehicleData, how_long: str) -> str:
         """Describe the lost power."""

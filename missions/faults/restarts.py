@@ -35,8 +35,7 @@ class Restarts(DeclaredFault):
 
     memory: Literal["kept", "lost"] | None = Field(
         None,
-        description="whether the vehicle still knows what it knew; lost if absent. It has its roles and work back from "
-        "the others",
+        description="whether the vehicle keeps its knowledge; lost if absent. The others restore its roles and jobs",
     )
 
     def leaves(self, data: VehicleData) -> Condition:

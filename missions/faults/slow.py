@@ -22,9 +22,7 @@ class Slow(DeclaredFault):
     NUMBER = 3
     TEXT = "its speeds are multiplied by factor"
 
-    factor: float | None = Field(
-        None, gt=0.0, lt=1.0, description=f"share of its speeds that is left, {USUAL} if absent"
-    )
+    factor: float | None = Field(None, gt=0.0, lt=1.0, description=f"remaining share of its speeds, {USUAL} if absent")
 
     @property
     def speed_left(self) -> float:

@@ -32,11 +32,11 @@ KEY = "ban"
 class BanTable(Section):
     """One ``[[ban]]``."""
 
-    issuer: str = Field(description="vehicle that says so, told by a person at its console")
-    vehicle: str = Field(description="vehicle whose observations do not count")
-    at_s: NotNegative = Field(description="when the issuer says so")
-    from_s: int = Field(0, ge=0, le=604_800, description="from which time on its observations do not count")
-    until_s: Positive | None = Field(None, description="when the issuer takes the ban back; never if absent")
+    issuer: str = Field(description="vehicle that issues it, entered at its console by a person")
+    vehicle: str = Field(description="vehicle whose observations are excluded")
+    at_s: NotNegative = Field(description="time of issue")
+    from_s: int = Field(0, ge=0, le=604_800, description="time from which its observations are excluded")
+    until_s: Positive | None = Field(None, description="time of withdrawal by the issuer; never if absent")
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
         """Yield a ban of the issuer itself, or one withdrawn before it is issued."""

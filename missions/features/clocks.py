@@ -44,34 +44,28 @@ class ClocksTable(Section):
         0.0,
         ge=0.0,
         le=MOST_OFF_S,
-        description="every clock is by up to this ahead or behind at the start, evenly, drawn once per run",
+        description="largest offset of a clock at the start, drawn uniformly once per run",
     )
     drift_ppm: float = Field(
         0.0,
         ge=0.0,
         le=MOST_DRIFT_PPM,
-        description="every clock gains or loses by up to this many millionths, evenly, drawn once per run",
+        description="largest drift of a clock (ppm), drawn uniformly once per run",
     )
     apart_s: float = Field(
         0.0,
         ge=0.0,
         le=MOST_OFF_S,
-        description="most by which two clocks differ that slots stand: the guard and clock tolerances cover it",
+        description="largest difference of two clocks that slots tolerate: guard and clock tolerances cover it",
     )
-    discipline: bool = Field(
-        False, description="vehicles set their clocks by when packets of their peers arrive, one way"
-    )
+    discipline: bool = Field(False, description="vehicles adjust their clocks by arrival times of packets, one way")
 
 
 class VehicleClockTable(Section):
     """The table ``[vehicle.clock]``; a value given here replaces the drawn one."""
 
-    offset_s: float | None = Field(
-        None, ge=-MOST_OFF_S, le=MOST_OFF_S, description="by how much it is ahead at the start"
-    )
-    drift_ppm: float | None = Field(
-        None, ge=-MOST_DRIFT_PPM, le=MOST_DRIFT_PPM, description="by how many millionths it gains"
-    )
+    offset_s: float | None = Field(None, ge=-MOST_OFF_S, le=MOST_OFF_S, description="clock offset at the start")
+    drift_ppm: float | None = Field(None, ge=-MOST_DRIFT_PPM, le=MOST_DRIFT_PPM, description="drift (ppm)")
 
 
 CLOCKS = Table("clocks", (
@@ -330,13 +324,13 @@ FEATURE = Feature(
         "communication": {
             KEY: (
                 ClocksTable | None,
-                Field(None, description="how far the clocks of vehicles are off; all right if absent"),
+                Field(None, description="clock errors of vehicles; none if absent"),
             )
         },
         "vehicle": {
             OF_VEHICLE: (
                 VehicleClockTable | None,
-                Field(None, description="how far its clock is off; drawn if absent"),
+                Field(None, description="clock error; drawn if absent"),
             )
         },
     },

@@ -44,9 +44,9 @@ class SurgeTable(Section):
     """One ``[[current.surge]]``: a temporary change of the current."""
 
     between_s: tuple[NotNegative, NotNegative] = Field(description="[earliest, latest] start, drawn once per run")
-    lasts_s: Positive = Field(description="how long it lasts")
-    east_mps: float = Field(0.0, ge=-5.0, le=5.0, description="what is added towards the east, at all depths")
-    north_mps: float = Field(0.0, ge=-5.0, le=5.0, description="what is added towards the north, at all depths")
+    lasts_s: Positive = Field(description="duration")
+    east_mps: float = Field(0.0, ge=-5.0, le=5.0, description="additional speed towards the east, at all depths")
+    north_mps: float = Field(0.0, ge=-5.0, le=5.0, description="additional speed towards the north, at all depths")
 
     @field_validator("between_s")
     @classmethod
@@ -71,20 +71,20 @@ class CurrentTable(Sparse):
     east_mps: float = Field(0.0, ge=-5.0, le=5.0, description="current towards the east at the surface")
     north_mps: float = Field(0.0, ge=-5.0, le=5.0, description="current towards the north at the surface")
     shear_depth_m: Positive | None = Field(
-        None, description="depth at which the current has fallen to nothing, evenly; alike at all depths if absent"
+        None, description="depth at which the current has decreased linearly to zero; uniform if absent"
     )
     tide_period_h: Positive | None = Field(
-        None, description="time in which the current turns and returns, 12.42 for the moon's tide; steady if absent"
+        None, description="period of the current, 12.42 for the lunar tide; steady if absent"
     )
     tide_phase: float = Field(
-        0.0, ge=0.0, le=1.0, description="share of the period that is over at the start: 0 full, 0.25 slack, 0.5 turned"
+        0.0, ge=0.0, le=1.0, description="elapsed share of the period at the start: 0 full, 0.25 slack, 0.5 reversed"
     )
     lost_stay: bool = Field(
         False,
-        description="true: a vehicle that is lost, off or without energy stays where it is; else it floats, and the "
-        "current at the surface carries it",
+        description="true: a lost, switched-off or empty vehicle stays in place; else it floats and drifts with "
+        "the surface current",
     )
-    surge: tuple[SurgeTable, ...] = Field((), description="when it rises or turns for a time, a table each")
+    surge: tuple[SurgeTable, ...] = Field((), description="temporary changes, a table each")
 
     def surges(self, seed: int) -> tuple[Surge, ...]:
         """Return the surges of the run with this seed."""

@@ -29,10 +29,11 @@ KEY = "damage"
 class DamageTable(Section):
     """The table ``[damage]``."""
 
-    share: Probability = Field(0.0, description="share of the packets that arrive of which bits are turned, drawn")
-    bits: int = Field(1, ge=1, le=64, description="bits turned in each of them, at places that are drawn")
+    share: Probability = Field(0.0, description="share of received packets with flipped bits, drawn")
+    bits: int = Field(1, ge=1, le=64, description="flipped bits per damaged packet, at random places")
     unchecked: bool = Field(
-        False, description="true: damage is wanted though packets have neither checksum nor key, and much is believed"
+        False,
+        description="true: accept damage although packets have neither checksum nor key, so that much is undetected",
     )
 
 

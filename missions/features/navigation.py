@@ -68,12 +68,10 @@ class NavigationTable(Sparse):
         0.0,
         ge=0.0,
         le=0.2,
-        description="share of its way under water by which a vehicle comes to err about its place",
+        description="position error as a share of the distance under water",
     )
-    fix_s: Positive = Field(10.0, description="time in which that error falls to 1/e, at the surface and near a beacon")
-    vertical_speed_mps: Positive = Field(
-        0.5, description="speed at which vehicles that err go up to learn where they are, and down again"
-    )
+    fix_s: Positive = Field(10.0, description="time for the error to fall to 1/e, at the surface and near a beacon")
+    vertical_speed_mps: Positive = Field(0.5, description="vertical speed of vehicles that surface for a position fix")
 
 
 class BeaconTable(Sparse):
@@ -82,12 +80,12 @@ class BeaconTable(Sparse):
     UNSAID = frozenset({"position_m", "vehicle", "sensor"})
 
     name: Name = Field(description="name of the beacon")
-    position_m: PointM | None = Field(None, description="where it stands, x east, y north; or name a vehicle")
+    position_m: PointM | None = Field(None, description="position, x east, y north; or name a vehicle")
     vehicle: str | None = Field(None, description="vehicle that carries it, instead of position_m")
     sensor: str | None = Field(
-        None, description="sensor of that vehicle by which it is a beacon: while the sensor is dead there is no fix"
+        None, description="sensor of that vehicle that is the beacon: no fixes while it has failed"
     )
-    range_m: Positive = Field(description="within this distance of it vehicles learn where they are")
+    range_m: Positive = Field(description="distance within which vehicles get a fix")
 
 
 def beacon_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:

@@ -70,17 +70,17 @@ ALL = "all"
 class NeedTable(Section):
     """One ``[[need]]``."""
 
-    attribute: str = Field(description="attribute of which values are needed")
-    of: str = Field("", description="class or instance of which they are needed; all that have the attribute if absent")
+    attribute: str = Field(description="attribute whose values are needed")
+    of: str = Field("", description="class or instance with these values; all with the attribute if absent")
     vehicle: str = Field(ALL, description='vehicle that needs them, or "all"')
-    priority: int = Field(1, ge=1, le=1000, description="how urgent it is")
-    ttl_s: float | None = Field(None, description="age beyond which a value is of no use; none if absent")
-    blackout_s: NotNegative = Field(0.0, description="least time between two packets of one vehicle with such values")
-    queue_limit: int | None = Field(None, description="most such values that wait at a vehicle; no limit if absent")
-    newest_first: bool = Field(False, description="the newest value goes first, else the one that has waited longest")
-    acknowledged: bool = Field(True, description="told until all who need it are known to hold it, else once")
-    from_s: NotNegative = Field(0.0, description="when the vehicle says so; agreed before the mission if 0 or absent")
-    until_s: Positive | None = Field(None, description="when the vehicle takes the need back; never if absent")
+    priority: int = Field(1, ge=1, le=1000, description="priority")
+    ttl_s: float | None = Field(None, description="age at which a value expires; none if absent")
+    blackout_s: NotNegative = Field(0.0, description="minimum time between two packets of one vehicle with such values")
+    queue_limit: int | None = Field(None, description="longest queue of such values per vehicle; no limit if absent")
+    newest_first: bool = Field(False, description="true: the newest value is sent first; false: the one queued longest")
+    acknowledged: bool = Field(True, description="true: sent until all that need it acknowledge; false: once")
+    from_s: NotNegative = Field(0.0, description="start of the need; agreed before the mission if 0 or absent")
+    until_s: Positive | None = Field(None, description="withdrawal of the need; never if absent")
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
         """Yield limits below their minimum, and a blackout in which values expire."""
@@ -421,8 +421,7 @@ FEATURE = Feature(
                 tuple[str, ...],
                 Field(
                     (),
-                    description="attributes that nobody may need yet: facts about them are kept for who comes to need "
-                    "them",
+                    description="attributes without a need at the start: their facts are stored for later needs",
                 ),
             ),
         },

@@ -18,7 +18,6 @@ class Without(Observer):
 
 FEATURE = on_unless_off(
     "parking",
-    "what a vehicle needs is not waited for while it is silent for longer than loss explains; it catches up when it is "
-    "heard again",
+    "items do not wait for a vehicle whose silence exceeds loss; it resynchronises on its return",
     Without,
 )

@@ -39,8 +39,8 @@ class PassageTable(Section):
     """The table ``[passage]``."""
 
     x_m: tuple[float, float] = Field(description="western and eastern border of the reef")
-    y_m: float = Field(description="middle of the passage")
-    width_m: Positive = Field(description="how wide the passage is")
+    y_m: float = Field(description="centre of the passage")
+    width_m: Positive = Field(description="width of the passage")
 
     def passage(self, separation_m: float) -> ReefPassage:
         """Return the passage for a separation; vehicles keep half of it from the reef."""

@@ -18,7 +18,7 @@ class Without(Observer):
 
 FEATURE = on_unless_off(
     "relaying",
-    "where only origins send items by the policy, a vehicle that a peer receives much better than the origin of an "
-    "item sends that, too",
+    "under policies in which only origins send, a vehicle with a much better link to a peer than the "
+    "origin relays its items",
     Without,
 )

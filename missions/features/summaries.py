@@ -18,7 +18,6 @@ class Without(Observer):
 
 FEATURE = on_unless_off(
     "summaries",
-    "vehicles tell, where a packet has room or a peer needs to catch up, up to which number they hold the items of "
-    "each",
+    "vehicles report, with spare packet capacity or to resynchronise a peer, their received prefix per origin",
     Without,
 )

@@ -26,13 +26,13 @@ class UncertaintyTable(Section):
     """The table ``[uncertainty]``."""
 
     p_miss: float = Field(
-        0.0, ge=0.0, lt=1.0, description="probability that a sensor yields nothing in a motion tick, tick by tick"
+        0.0, ge=0.0, lt=1.0, description="probability that a sensor fails to observe, per motion tick"
     )
     speed_spread: float = Field(
         0.0,
         ge=0.0,
         le=0.5,
-        description="every vehicle is by up to this share slower or faster than its data, evenly, drawn once per run",
+        description="largest deviation of a vehicle's speed from its data, as a share, drawn uniformly once per run",
     )
 
 

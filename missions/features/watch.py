@@ -29,9 +29,7 @@ SILENCED = Table("silenced", (TIME, VEHICLE, Column("group", "str"), Column("par
 class WatchTable(Section):
     """The table ``[watch]``."""
 
-    cpu_s: float = Field(
-        0.0, ge=0.0, le=1e6, description="CPU time that a strategy may take for a decision (s), 0 for any"
-    )
+    cpu_s: float = Field(0.0, ge=0.0, le=1e6, description="CPU time limit of a strategy per decision (s), 0 for none")
 
 
 def watched(scenario: Scenario, strategy: Strategy) -> Strategy:

@@ -114,8 +114,8 @@ class DrillSettings(EquipmentSettings):
 
     EQUIPMENT: ClassVar[str] = "Manipulator"
 
-    battery_j: float = Field(90e3, gt=0.0, description="energy in its battery when that is full, as it is at the start")
-    power_w: float = Field(300.0, gt=0.0, description="power that it takes from its battery while it bores")
+    battery_j: float = Field(90e3, gt=0.0, description="energy of its full battery, as at the start")
+    power_w: float = Field(300.0, gt=0.0, description="battery power for drilling")
 
     def of(self, vehicle: str, energies: Energies) -> Drill:
         """True state of a vehicle's drill."""
@@ -176,9 +176,9 @@ def _step(share: float) -> int:
 class TransferTable(Section):
     """Table ``[transfer]``: energy from the store of one vehicle to the drill of another."""
 
-    power_w: Positive = Field(500.0, description="power that leaves the store while both vehicles are in place")
-    efficiency: float = Field(0.7, gt=0.0, le=1.0, description="share of it that comes into the battery")
-    berth_m: Positive = Field(10.0, description="how far beside the hole, to the east, the vehicle with the store lies")
+    power_w: Positive = Field(500.0, description="power taken from the store while both vehicles are in place")
+    efficiency: float = Field(0.7, gt=0.0, le=1.0, description="share of it that reaches the battery")
+    berth_m: Positive = Field(10.0, description="distance of the supplying vehicle east of the drill site")
 
     def berth(self, place_m: Point) -> Point:
         """Position of the giving vehicle.

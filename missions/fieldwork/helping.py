@@ -167,7 +167,7 @@ class Help:
 class HelpSettings(JobSettings):
     """Table ``[mission]`` of a mission with waits for help."""
 
-    wait_s: Positive = Field(2400.0, description="a vehicle that has waited for help for so long gives up its job")
+    wait_s: Positive = Field(2400.0, description="time after which a vehicle that waits for help gives up its job")
 
 
 class HelpMission(JobMission):

@@ -112,7 +112,7 @@ class SonarSettings(SensorSettings):
 
     EQUIPMENT: ClassVar[str] = "Sonar"
 
-    range_m: float = Field(40.0, gt=NEAREST_M, description="farthest object that it shows")
+    range_m: float = Field(40.0, gt=NEAREST_M, description="maximum range to an object")
 
     def make(self, data: VehicleData) -> Sensor:
         """Create the sonar of a vehicle."""

@@ -92,57 +92,55 @@ class SiteTable(Section):
 
     name: Name = Field(description="name of the site")
     position_m: PointM = Field(description="where it is, x east, y north")
-    stay_s: Positive = Field(120.0, description="how long a survey takes there")
+    stay_s: Positive = Field(120.0, description="duration of a survey")
 
 
 class LiftsTable(Section):
     """Table ``[lifts]``: objects near sites, at positions unknown until a sonar shows them."""
 
-    number: int = Field(
-        4, ge=0, le=MOST_LIFTS, description="how many objects there are, each near a site that is drawn"
-    )
-    vehicles: int = Field(2, ge=1, le=6, description="how many vehicles it takes at once to lift one")
-    lift_s: Positive = Field(60.0, description="how long it takes once all are there")
-    length_m: Positive = Field(10.0, description="distance of the places of two of them")
+    number: int = Field(4, ge=0, le=MOST_LIFTS, description="number of objects, each near a drawn site")
+    vehicles: int = Field(2, ge=1, le=6, description="number of vehicles needed to lift one")
+    lift_s: Positive = Field(60.0, description="duration once all are in place")
+    length_m: Positive = Field(10.0, description="distance between positions of two of them")
 
 
 class DeliveryTable(Section):
     """One ``[[delivery]]``."""
 
     name: Name = Field(description="name of the delivery")
-    from_m: PointM = Field(description="where the load is fetched, x east, y north")
-    to_m: PointM = Field(description="where it is handed over")
+    from_m: PointM = Field(description="position of the pick-up, x east, y north")
+    to_m: PointM = Field(description="position of the hand-over")
 
 
 class LineTable(Section):
     """One ``[[line]]``."""
 
     name: Name = Field(description="name of the line")
-    from_m: PointM = Field(description="where it begins, x east, y north")
-    to_m: PointM = Field(description="where it ends")
-    escorted: bool = Field(False, description="true: it takes a second vehicle that follows the one which surveys it")
+    from_m: PointM = Field(description="start, x east, y north")
+    to_m: PointM = Field(description="end")
+    escorted: bool = Field(False, description="true: a second vehicle must escort the surveying one")
 
 
 class BoringTable(Section):
     """One ``[[boring]]``: a drill site."""
 
-    name: Name = Field(description="name of the hole")
+    name: Name = Field(description="name of the drill site")
     position_m: PointM = Field(description="where it is, x east, y north")
-    stay_s: Positive = Field(300.0, description="how long the drill takes to bore it")
-    drill: str = Field(description="name of the sensor that bores it, of type drill")
+    stay_s: Positive = Field(300.0, description="duration of drilling")
+    drill: str = Field(description="name of the sensor that drills, of type drill")
 
 
 class FerrySettings(JobSettings):
     """Table ``[mission]``."""
 
-    handling_s: NotNegative = Field(10.0, description="how long a vehicle stays to fetch a load, or to hand it over")
+    handling_s: NotNegative = Field(10.0, description="duration of a pick-up or hand-over")
 
 
 class EscortSettings(HelpSettings):
     """Table ``[mission]``."""
 
     within_m: float = Field(
-        20.0, ge=10.0, le=SEEN_M, description="an escort farther away than this is of no use to who surveys a line"
+        20.0, ge=10.0, le=SEEN_M, description="largest effective distance of an escort from the surveying vehicle"
     )
 
 

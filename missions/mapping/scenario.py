@@ -20,27 +20,26 @@ OBJECTIVES = (*NEEDED_OBJECTIVES, "GroupSupervision", "Positioning", "Inspecting
 class MappingSettings(Section):
     """Table ``[mission]``."""
 
-    arrival_radius_m: float = Field(gt=0.0, description="a vehicle this near to a rally point has arrived")
+    arrival_radius_m: float = Field(gt=0.0, description="distance within which a vehicle has arrived")
     follow_distance_m: float = Field(
-        gt=0.0, description="a follower lets its leader get this far ahead, then catches up by half"
+        gt=0.0, description="distance to its leader at which a follower catches up, by half"
     )
     formation_spacing_m: float = Field(
         gt=0.0,
-        description="distance between places of the formation; more where the leader, or the vehicle itself, keeps "
-        "others farther off as it turns",
+        description="spacing of the formation; more if the leader or the vehicle needs a larger distance to turn",
     )
     patience_s: float = Field(
-        gt=0.0, description="a leader is content if news came in this time, a worker if its work yielded something"
+        gt=0.0, description="a leader is satisfied after an update within this time, a worker after progress"
     )
     meeting_deadline_s: float = MEETING_DEADLINE
     goal: float = Field(
         0.95,
         gt=0.0,
         le=1.0,
-        description="share of the cells of all areas that must be mapped for the mission to complete",
+        description="share of the cells of all areas to map",
     )
     half_left: float = Field(
-        0.1, ge=0.0, le=1.0, description="share of an area left at which going on with it attracts half as much"
+        0.1, ge=0.0, le=1.0, description="remaining share of an area at which its stimulus is midway between its bounds"
     )
     importance: dict[str, Annotated[float, Field(ge=0.0, le=1.0)]] = Field(
         description="importance of objectives, by Role.Objective or by Objective"
@@ -72,7 +71,7 @@ class Area(Sparse):
     name: Name = Field(description="name of the area")
     corners_m: tuple[PointM, ...] = Field(min_length=3, description="corners of a convex polygon, in order")
     depth_m: Positive | None = Field(
-        None, description="depth of the area: who explores it stands as much; any vehicle may if absent"
+        None, description="depth of the area, required of its explorers; any vehicle may if absent"
     )
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
@@ -89,7 +88,7 @@ class Area(Sparse):
 class MappingRole(Role):
     """One ``[[group.role]]``, with its place in the formation."""
 
-    job: str | None = Field(None, description="area that its holder explores, or find")
+    job: str | None = Field(None, description="area that its holder explores, or feature")
     position: tuple[Literal["top", "bottom"], Literal["left", "middle", "right"]] | None = Field(
         None, description="place in the formation: row and side"
     )
@@ -107,11 +106,11 @@ class FindsTable(Section):
     MOST: ClassVar[int] = 64
     """Most features of a scenario."""
 
-    number: int = Field(0, ge=0, le=MOST, description="features that nobody knows of, drawn once per run")
-    close_speed_mps: float = Field(0.6, gt=0.0, le=20.0, description="greatest speed at which one is inspected")
-    close_radius_m: float = Field(8.0, ge=2.0, description="greatest distance from which one is inspected")
-    shortest_stay_s: float = Field(60.0, gt=0.0, description="an inspection takes as long at least")
-    longest_stay_s: float = Field(600.0, gt=0.0, le=604_800.0, description="and as long at most, evenly drawn")
+    number: int = Field(0, ge=0, le=MOST, description="unknown features, drawn once per run")
+    close_speed_mps: float = Field(0.6, gt=0.0, le=20.0, description="maximum speed for an inspection")
+    close_radius_m: float = Field(8.0, ge=2.0, description="maximum distance for an inspection")
+    shortest_stay_s: float = Field(60.0, gt=0.0, description="minimum duration of an inspection")
+    longest_stay_s: float = Field(600.0, gt=0.0, le=604_800.0, description="maximum duration, drawn uniformly")
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
         """Yield a fault if the longest stay is below the shortest."""

@@ -47,8 +47,8 @@ class ObjectTable(Section):
     """One ``[[object]]``: an object in the sea unknown to all vehicles."""
 
     name: Name = Field(description="name of the object in tables; vehicles do not know it")
-    position_m: PointM = Field(description="where it lies, x east, y north")
-    classification: Literal["wreck", "pipeline", "anomaly"] = Field(description="what it is")
+    position_m: PointM = Field(description="position, x east, y north")
+    classification: Literal["wreck", "pipeline", "anomaly"] = Field(description="kind of object")
 
     def lying(self) -> SeaObject:
         """Return the object as a value."""
@@ -58,19 +58,17 @@ class ObjectTable(Section):
 class ClassifierSettings(SensorSettings):
     """Table ``[vehicle.sensor]`` of a classifier."""
 
-    range_m: float = Field(80.0, gt=0.0, description="farthest object that it sees")
-    p_right: float = Field(
-        0.8, gt=0.25, lt=1.0, description="probability that it takes an object for what it is, which it states"
-    )
+    range_m: float = Field(80.0, gt=0.0, description="maximum range to an object")
+    p_right: float = Field(0.8, gt=0.25, lt=1.0, description="probability of the right class, stated with it")
     sigma_m: float = Field(
         2.0,
         gt=0.0,
         le=MOST_SIGMA_M,
-        description="standard deviation of the place that it sees, on each axis, which it states with that of its own",
+        description="standard deviation of the observed position per axis, stated with its own error",
     )
-    every_s: float = Field(60.0, gt=0.0, description="time between two looks at an object")
+    every_s: float = Field(60.0, gt=0.0, description="time between observations of an object")
     within_m: float = Field(
-        20.0, ge=0.0, description="a known object so near to what it sees is taken for the same; 0: none is"
+        20.0, ge=0.0, description="distance within which an observation is matched to a known object; 0: never"
     )
 
     def make(self, data: VehicleData) -> Classifier:
@@ -235,8 +233,8 @@ class SwathSettings(SensorSettings):
 
     EQUIPMENT: ClassVar[str] = "MappingSonar"
 
-    swath_m: float = Field(ge=0.1, description="width that the mapping sensor covers")
-    speed_limit_mps: float = Field(gt=0.0, description="greatest speed over ground at which it maps")
+    swath_m: float = Field(ge=0.1, description="swath width of the mapping sensor")
+    speed_limit_mps: float = Field(gt=0.0, description="maximum speed over ground for mapping")
 
     def make(self, data: VehicleData) -> SwathSensor:
         """Create the sensor; its speed limit scales with the vehicle's true speed."""

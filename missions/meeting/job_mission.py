@@ -50,7 +50,7 @@ from remoras.work import IS_IMPOSSIBLE, Job, Point, vehicles_taken
 
 Tables = TypeVar("Tables", bound=Scenario)
 MEETING_DEADLINE: Any = Field(
-    900.0, gt=0.0, description="a head that has waited this long at the rally point meets with those who are there"
+    900.0, gt=0.0, description="time after which a leader at the rally point meets with the vehicles present"
 )
 
 
@@ -128,11 +128,11 @@ IMPORTANCE = {WORK: 0.6, RENDEZ_VOUS: 0.3, GATHERING: 0.18, SUPERVISION: 0.1}
 class JobSettings(Section):
     """Table ``[mission]``; missions with additional settings subclass it."""
 
-    arrival_radius_m: float = Field(20.0, gt=0.0, description="a vehicle this near to a rally point has arrived")
+    arrival_radius_m: float = Field(20.0, gt=0.0, description="distance within which a vehicle has arrived")
     follow_distance_m: float = Field(
-        40.0, gt=0.0, description="a follower lets its leader get this far ahead, then catches up by half"
+        40.0, gt=0.0, description="distance to its leader at which a follower catches up, by half"
     )
-    patience_s: float = Field(60.0, gt=0.0, description="a leader is content if news came in this time")
+    patience_s: float = Field(60.0, gt=0.0, description="a leader is satisfied by an update in this time")
     meeting_deadline_s: float = MEETING_DEADLINE
     importance: dict[str, Annotated[float, Field(ge=0.0, le=1.0)]] = Field(
         IMPORTANCE,

@@ -63,9 +63,9 @@ class ImageryTable(Section):
 
     strips: int = Field(8, ge=1, le=MOST_STRIPS, description="strips of a snippet, five echoes each")
     target_strips: int = Field(3, ge=1, le=MOST_STRIPS, description="strips of it that show the contact")
-    strip_s: Positive = Field(10.0, description="how long a strip takes")
-    target_db: Positive = Field(1.8, description="by how much a mine is above, a rock below, in strips that show it")
-    floor_db: Positive = Field(0.6, description="the same in the other strips")
+    strip_s: Positive = Field(10.0, description="duration of a strip")
+    target_db: Positive = Field(1.8, description="deviation of a mine (up) or rock (down) in strips that show it")
+    floor_db: Positive = Field(0.6, description="the same in other strips")
     sigma_db: Positive = Field(6.0, description="standard deviation of an echo")
     mine_share: Annotated[float, Field(ge=0.0, le=1.0)] = Field(0.5, description="probability that a contact is a mine")
 

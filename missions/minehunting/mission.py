@@ -68,10 +68,10 @@ class ContactTable(Section):
 class MinehuntingSettings(JobSettings):
     """Table ``[mission]``."""
 
-    confidence: float = Field(0.99, gt=0.5, lt=1.0, description="probability of being right at which analysts decide")
-    waits_s: Positive = Field(900.0, description="how long an analyst waits for strips that do not come")
-    revisits: int = Field(6, ge=0, le=MOST_REVISITS, description="views more that analysts may ask for")
-    view_m: float = Field(15.0, ge=LEAST_APART_M, description="how far from its contact a view is")
+    confidence: float = Field(0.99, gt=0.5, lt=1.0, description="probability of being correct at which analysts decide")
+    waits_s: Positive = Field(900.0, description="time that an analyst waits for missing strips")
+    revisits: int = Field(6, ge=0, le=MOST_REVISITS, description="further views that analysts may request")
+    view_m: float = Field(15.0, ge=LEAST_APART_M, description="distance of a view from its contact")
 
 
 class MinehuntingScenario(JobScenario):

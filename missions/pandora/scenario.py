@@ -35,25 +35,25 @@ class PartTable(Section):
     """Common keys of all parts."""
 
     name: Name = Field(description="name of the part; its task is called `service NAME`")
-    work_s: Positive = Field(description="how long a camera looks at each point of it, or a tool works on it")
+    work_s: Positive = Field(description="duration of a camera observation or of work with a tool, per point")
 
 
 class PlacedTable(PartTable):
     """One ``[[panel]]`` or ``[[anode]]``."""
 
-    position_m: PointM = Field(description="where the plan has it, x east, y north")
+    position_m: PointM = Field(description="planned position, x east, y north")
 
 
 class ValveTable(PlacedTable):
     """One ``[[valve]]`` to close."""
 
-    panel: str = Field(description="panel on which it sits")
+    panel: str = Field(description="panel that holds it")
 
 
 class ChainTable(PartTable):
     """One ``[[chain]]``."""
 
-    points_m: tuple[PointM, ...] = Field(min_length=2, max_length=200, description="points to be looked at, in order")
+    points_m: tuple[PointM, ...] = Field(min_length=2, max_length=200, description="points to observe, in order")
 
 
 class UpsetTable(Sparse):
@@ -62,10 +62,10 @@ class UpsetTable(Sparse):
     UNSAID = frozenset({"distance_m"})
 
     kind: Literal["moved", "turned", "stuck"] = Field(
-        description="moved: it is distance_m from its place; turned: it is closed already; stuck: it takes a wrench"
+        description="moved: distance_m from its position; turned: already closed; stuck: needs a wrench"
     )
     part: str = Field(ANY_VALVE, description="name of a valve; any: drawn, once per run, among those without an upset")
-    distance_m: Positive | None = Field(None, description="of kind moved: how far, in a direction that is drawn")
+    distance_m: Positive | None = Field(None, description="of kind moved: distance, in a random direction")
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
         """Yield a missing or unused distance."""
@@ -80,17 +80,15 @@ class PandoraSettings(JobSettings):
 
     adaptation: Literal["none", "tactical", "all"] = Field(
         "all",
-        description="none: the plan is carried out step by step, each for its planned time; tactical: actions are "
-        "assessed and their parameters learnt; all: beside that, the plan is repaired by what is inferred",
+        description="none: the plan is executed step by step, each for its planned time; tactical: actions are "
+        "assessed and their parameters learnt; all: also repairs the plan by inferred facts",
     )
-    false_alarms_per_h: float = Field(
-        0.01, gt=0.0, le=10.0, description="rate at which each sequential test raises an alarm where nothing is wrong"
-    )
-    hold_speed_mps: Positive = Field(0.35, description="speed through the water with which a place is held, as planned")
-    tolerance_m: Positive = Field(0.5, description="a vehicle this near to a place holds it")
-    late_factor: float = Field(1.5, gt=1.0, description="an action is late after this multiple of its expected time")
-    failed_factor: float = Field(4.0, gt=1.0, description="and has failed after this multiple")
-    focus_radius_m: Positive = Field(20.0, description="how far around its place a part is sought")
+    false_alarms_per_h: float = Field(0.01, gt=0.0, le=10.0, description="false alarm rate of each sequential test")
+    hold_speed_mps: Positive = Field(0.35, description="planned speed through the water while holding a position")
+    tolerance_m: Positive = Field(0.5, description="distance within which a position is held")
+    late_factor: float = Field(1.5, gt=1.0, description="multiple of the expected time after which an action is late")
+    failed_factor: float = Field(4.0, gt=1.0, description="multiple after which it has failed")
+    focus_radius_m: Positive = Field(20.0, description="search distance around the position of a part")
 
     @field_validator("failed_factor")
     @classmethod

@@ -104,10 +104,10 @@ class CameraSettings(SensorSettings):
 
     EQUIPMENT: ClassVar[str] = "Camera"
 
-    range_m: float = Field(6.0, gt=0.0, description="farthest point of a part that it sees")
-    sigma_m: float = Field(0.2, gt=0.0, description="standard deviation of a place that it sees, on each axis")
+    range_m: float = Field(6.0, gt=0.0, description="maximum range to a point of a part")
+    sigma_m: float = Field(0.2, gt=0.0, description="standard deviation of an observed position, on each axis")
     every_s: float = Field(10.0, gt=0.0, description="time between two images")
-    p_blank: float = Field(0.1, ge=0.0, lt=1.0, description="probability that an image shows nothing, for turbid water")
+    p_blank: float = Field(0.1, ge=0.0, lt=1.0, description="probability of an empty image, for turbid water")
 
     def make(self, data: VehicleData) -> Sensor:
         """Create the camera of a vehicle."""
@@ -198,8 +198,8 @@ class ToolSettings(SensorSettings):
     STRONG: ClassVar[bool]
     """True if it turns stuck valves."""
 
-    reach_m: float = Field(1.0, gt=0.0, description="farthest part that it touches")
-    pace: float = Field(1.0, gt=0.0, description="how fast it works, as a multiple of the planned pace")
+    reach_m: float = Field(1.0, gt=0.0, description="maximum range of touch")
+    pace: float = Field(1.0, gt=0.0, description="work rate, as a multiple of the planned one")
 
     def make(self, data: VehicleData) -> Sensor:
         """Create the tool of a vehicle."""
@@ -216,7 +216,7 @@ class WrenchSettings(ToolSettings):
     """Table ``[vehicle.sensor]`` of a wrench: slow and strong."""
 
     STRONG: ClassVar[bool] = True
-    pace: float = Field(0.25, gt=0.0, description="how fast it works, as a multiple of the planned pace")
+    pace: float = Field(0.25, gt=0.0, description="work rate, as a multiple of the planned one")
 
 
 class Tool:

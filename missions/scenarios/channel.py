@@ -63,13 +63,15 @@ class BlackoutTable(Sparse):
     UNSAID: ClassVar[frozenset[str]] = frozenset({"between"})
 
     from_s: NotNegative = Field(description="packets that start at this time or later are lost")
-    until_s: NotNegative = Field(description="packets that start at this time or later are heard again")
-    vehicle: str | None = Field(None, description="vehicle neither heard nor hearing; the whole channel if absent")
+    until_s: NotNegative = Field(description="packets that start at this time or later are received again")
+    vehicle: str | None = Field(
+        None, description="vehicle that neither sends nor receives; the whole channel if absent"
+    )
     between: tuple[Side, ...] | None = Field(
         None,
         min_length=2,
-        description='in place of vehicle: lists of vehicles between which nothing passes, as [["A", "B"], ["C"]]; '
-        "those of one list hear each other, and those in none hear all",
+        description='in place of vehicle: lists of vehicles without links between lists, as [["A", "B"], ["C"]]; '
+        "vehicles in one list, and unlisted ones, keep their links",
     )
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
@@ -87,9 +89,9 @@ class NamedTable(Section):
     """The name of a channel."""
 
     name: str = Field(
-        description="loss model, see `remoras list channels`, or package.module:Class. A key that the model does not "
-        "use is refused, with two exceptions: perfect leaves the settings aside that a file has for other "
-        "models, and a model named by --channel, --set or a study those that the scenario has for its own"
+        description="loss model, see `remoras list channels`, or package.module:Class. Keys that the model does "
+        "not use are refused, except that perfect ignores settings of other models in the file, and a "
+        "model from --channel, --set or a study ignores those for the scenario's own"
     )
 
 

@@ -46,16 +46,16 @@ class ModemTable(Section):
     title: str = Field("", description="one line for reports")
     payload_bytes: int = Field(ge=LEAST_BYTES, le=65_535, description="largest packet")
     frame_bytes: int | None = Field(
-        None, ge=1, le=65_535, description="of its frames, each lost or passed for itself; the packet if left out"
+        None, ge=1, le=65_535, description="size of its frames, lost independently; the packet if left out"
     )
     rate_bps: Positive = Field(description="net bit rate while the payload is sent")
-    head_s: NotNegative = Field(0.0, description="time on the air before the payload")
+    head_s: NotNegative = Field(0.0, description="transmission time before the payload")
     range_m: Positive = Field(description="nominal range")
     band_khz: tuple[Positive, Positive] | None = Field(
         None, description="lower and upper end of the band; the channel acoustic needs it"
     )
     modulation: Literal["fsk-noncoherent", "fsk-coherent", "psk", "dpsk", "table"] | None = Field(
-        None, description="how bits are written, or table where losses were measured; the channel acoustic needs it"
+        None, description="modulation, or table of measured losses; the channel acoustic needs it"
     )
     per_at_snr: tuple[tuple[float, Probability], ...] = Field(
         (),
@@ -66,16 +66,16 @@ class ModemTable(Section):
         0.0,
         ge=-100.0,
         le=100.0,
-        description="by which the receiver falls short of its modulation or table; shipped ones fit nominal ranges",
+        description="implementation loss of the receiver against modulation or table; shipped ones fit nominal ranges",
     )
     source_level_db: float | None = Field(
         None, ge=100.0, le=250.0, description="dB re 1 uPa at 1 m; the channel acoustic needs it, or a key of its own"
     )
     receive_w: float | None = Field(
-        None, ge=0.0, le=1000.0, description="power while it listens, see communication.count_listening"
+        None, ge=0.0, le=1000.0, description="power while listening, see communication.count_listening"
     )
     unverified: tuple[str, ...] = Field((), description="keys of this table whose values are estimates")
-    equipment: str = Field("AcousticModem", description="class of the ontology that it is of")
+    equipment: str = Field("AcousticModem", description="class in the ontology")
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
         """Frames larger than packets, a band in the wrong order, a curve that is missing, in vain, or out of order."""
@@ -186,32 +186,32 @@ class Communication(Sparse):
     range_m: float = Field(
         gt=0.0,
         le=100_000.0,
-        description="operating range: sets the guard of a slot; nothing is heard beyond, save on the channel acoustic",
+        description="operating range: sets the guard of a slot; no reception beyond, except on the channel acoustic",
     )
-    transmit_power_w: NotNegative = Field(10.0, description="power of the modem while it sends")
+    transmit_power_w: NotNegative = Field(10.0, description="power of the modem while sending")
     receive_power_w: float | None = Field(
         None,
         gt=0.0,
         le=1000.0,
-        description="power of the modem while it listens, which is all the time: counts on top of hotel_w",
+        description="power of the modem while listening, at all times: in addition to hotel_w",
     )
     count_listening: bool = Field(
         False,
-        description="the modem listens with the receive power of its profile, if receive_power_w does not say more; "
-        "false: hotel_w has it",
+        description="the modem draws the receive power of its profile, unless receive_power_w is set; false: "
+        "hotel_w has it",
     )
     policy: str = Field(description="exchange policy, see `remoras list policies`")
     lease_frames: int = Field(
-        40, ge=1, le=100_000, description="TDMA frames without word of a vehicle after which it is taken to have left"
+        40, ge=1, le=100_000, description="TDMA frames without reception after which a vehicle is declared absent"
     )
     false_absence: float = Field(
         1e-6,
         ge=0.0,
         le=0.01,
-        description="probability that losses alone make a silence for which a vehicle is taken to have left: by it "
-        "leases are shorter where others hear it, too, down to 10 frames and 200 s; 0: lease_frames for all",
+        description="probability that losses alone cause a silence that declares a vehicle absent: shortens "
+        "leases where others receive it, down to 10 frames and 200 s; 0: lease_frames for all",
     )
-    carrier_evidence: bool = Field(True, description="take a peer that sends an item as holding it")
+    carrier_evidence: bool = Field(True, description="implicit acknowledgement by a peer that sends an item")
     time_resolution_s: float = Field(
         0.1, ge=0.001, le=10.0, multiple_of=0.001, description="resolution of observation times on the wire"
     )
@@ -219,38 +219,38 @@ class Communication(Sparse):
         None,
         ge=0.0,
         le=86_400.0,
-        description="silence behind the longest packet of a slot; as long as needed if absent",
+        description="silence after the longest packet of a slot; as needed if absent",
     )
     clock_tolerance_s: float = Field(
         1.0,
         ge=0.0,
         le=604_800.0,
-        description="how much later than its arrival a fact may be observed; with a later one a packet is refused",
+        description="largest lead of an observation time over its arrival; a packet beyond it is refused",
     )
     crc_bits: Literal[0, 8, 16, 32] = Field(
-        0, description="checksum of each packet; 0 where the modem refuses what was damaged, as modems do"
+        0, description="checksum of each packet; 0 where the modem discards damaged packets, as modems do"
     )
     key_file: str = Field(
         "",
-        description="file of 32, 48 or 64 hexadecimal digits, by whose key packets are encrypted behind their head; "
-        "open to its owner alone (chmod 600); extra `crypto`",
+        description="file of 32, 48 or 64 hexadecimal digits, the key that encrypts packets after their header; "
+        "readable by its owner only (chmod 600); extra `crypto`",
     )
     needs_follow: Literal["all", "groups"] = Field(
-        "all", description="who needs the listed attributes: all vehicles, or those whose groups what is told concerns"
+        "all",
+        description="need for the listed attributes: of all vehicles, or of those in the groups that a fact concerns",
     )
     value: str = Field(
         "additive",
-        description="rule by which vehicles compare what waits to be said: additive, goby, age, deadline, or "
-        "package.module:object",
+        description="rule for the value of queued items: additive, goby, age, deadline, or package.module:object",
     )
     queue_limit: int = Field(
         QUEUE_LIMIT,
         ge=1,
         le=1_000_000,
-        description="most items in the queue of a vehicle; others wait outside of it until there is room",
+        description="maximum number of items in the queue of a vehicle; others wait outside",
     )
     needs: dict[str, Annotated[int, Field(ge=1, le=1000)]] = Field(
-        description="priority of each attribute that vehicles need of each other"
+        description="priority of each attribute needed by peers"
     )
 
 

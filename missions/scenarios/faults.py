@@ -118,20 +118,20 @@ class DeclaredFault(Section):
     ABSENCE: ClassVar[Absence | None] = None
     DISABLES: ClassVar[bool] = False
 
-    kind: Annotated[str, AfterValidator(_kind)] = Field(description="what befalls the vehicle")
+    kind: Annotated[str, AfterValidator(_kind)] = Field(description="kind of fault of the vehicle")
     vehicle: str = Field(
-        description="name of the vehicle; any: drawn among those that have a sensor or are able to play a role with a "
-        "job; head of GROUP: who was agreed to lead the group before the mission"
+        description="name of the vehicle; any: drawn among those with a sensor or a role with a job; head of "
+        "GROUP: leader of the group as agreed before the mission"
     )
     at_s: Annotated[float | PointM | None, BeforeValidator(_time)] = Field(
-        None, description="when it begins; [earliest, latest] is drawn evenly, once per run"
+        None, description="start; [earliest, latest] is drawn uniformly, once per run"
     )
     rate_per_h: Positive | None = Field(
         None,
-        description="instead of at_s: faults per hour, so that the time of the first is drawn exponentially, once per "
-        "run; later than the end of the mission, or than until_s, it does not happen",
+        description="instead of at_s: faults per hour; the first time is drawn exponentially, once per run; none "
+        "occurs after the end of the mission or until_s",
     )
-    until_s: Positive | None = Field(None, description="when it is over; for good if absent")
+    until_s: Positive | None = Field(None, description="end; permanent if absent")
 
     # What a kind says ----------------------------------------------------------------------------
 

@@ -109,9 +109,9 @@ def vocabulary_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[Co
 
 
 _PRUNED: dict[str, Any] = {  # `class` is no name of an attribute in Python
-    "class": (str, Field(description="class of the instances whose values are dropped, or a class above it")),
-    "attribute": (str, Field(description="attribute whose values are dropped")),
-    "older_than_s": (NotNegative, Field(description="age at which they are dropped, but the newest of each vehicle")),
+    "class": (str, Field(description="class of the instances whose values are pruned, or a superclass")),
+    "attribute": (str, Field(description="attribute whose values are pruned")),
+    "older_than_s": (NotNegative, Field(description="age at which they are pruned, except the newest of each vehicle")),
 }
 PruneTable = create_model("PruneTable", __base__=Section, __doc__="One entry of ``worldmodel.prune``.", **_PRUNED)
 
@@ -127,14 +127,14 @@ class WorldModelTable(Sparse):
         "working folder",
     )
     ontology_text: dict[str, str] = Field(
-        {}, description="text of these files by name; it is filled in as they are read, and what is there is not read"
+        {}, description="text of these files by name; filled in as they are read, given text is not read from the file"
     )
-    waiting_s: Positive = Field(WAITING_S, description="for how long a block waits for what it rests on")
+    waiting_s: Positive = Field(WAITING_S, description="time that a block is pending for its dependencies")
     waiting_blocks: int = Field(
-        WAITING_BLOCKS, ge=1, le=65_536, description="blocks of one vehicle that may wait; the oldest is dropped"
+        WAITING_BLOCKS, ge=1, le=65_536, description="maximum pending blocks per vehicle; the oldest is discarded"
     )
     prune: tuple[PruneTable, ...] = Field(
-        (), description="old values that vehicles drop, a table each; for attributes whose past values do not matter"
+        (), description="pruned values, a table each; for attributes whose past values do not matter"
     )
 
 

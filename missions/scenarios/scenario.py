@@ -49,10 +49,10 @@ class About(Sparse):
         0.0,
         ge=0.0,
         le=604_800.0,
-        description="longest time that the exchange goes on after the mission, until nobody has anything left to tell",
+        description="maximum duration of the exchange after the mission, until all items are delivered",
     )
     metrics: tuple[str, ...] = Field(
-        (), description="metrics of one's own in the summary, each package.module:object or file.py:object"
+        (), description="additional metrics in the summary, each package.module:object or file.py:object"
     )
 
 
@@ -126,13 +126,11 @@ class Requires(Sparse):
 
     UNSAID = frozenset({"capability"})
 
-    sensor: str | None = Field(None, description="kind or name of a sensor that it has")
-    capability: str | None = Field(
-        None, description="class of the ontology that it is of by what it carries, such as SurveyPlatform"
-    )
-    speed_mps: Positive | None = Field(None, description="least speed on the way")
-    depth_m: Positive | None = Field(None, description="depth that it stands at least")
-    endurance_s: Positive | None = Field(None, description="time for which its battery lasts at survey speed")
+    sensor: str | None = Field(None, description="kind or name of a required sensor")
+    capability: str | None = Field(None, description="class in the ontology by its equipment, such as SurveyPlatform")
+    speed_mps: Positive | None = Field(None, description="minimum transit speed")
+    depth_m: Positive | None = Field(None, description="minimum depth rating")
+    endurance_s: Positive | None = Field(None, description="minimum battery life at survey speed")
     social_layer: bool = Field(False, description="it has the social layer")
 
 
@@ -142,26 +140,26 @@ class Role(Sparse):
     UNSAID = frozenset({"incompatible", "authority", "requires"})
 
     name: Name = Field(description="name of the role")
-    minimum: int = Field(0, ge=0, description="fewest holders")
-    maximum: int | None = Field(None, ge=1, description="most holders; any number if absent")
+    minimum: int = Field(0, ge=0, description="minimum holders")
+    maximum: int | None = Field(None, ge=1, description="maximum holders; any number if absent")
     head: bool = Field(False, description="its holder leads the group")
     founding: bool = Field(False, description="held from the start, not allocated during the mission")
-    job: str | None = Field(None, description="job that its holder does")
+    job: str | None = Field(None, description="job of its holder")
     played_by: str | None = Field(None, description="Group.Role whose holder must play it")
     influences: tuple[str, ...] = Field((), description="roles of the group that its influence signals address")
     incompatible: tuple[str, ...] = Field(
-        (), description="roles that no holder of it plays: Role of the group, or Group.Role; holds in both directions"
+        (), description="roles incompatible with it: Role of the group, or Group.Role; holds in both directions"
     )
     authority: tuple[str, ...] = Field(
-        (), description="roles of the group that its holders may give out, take back and give objectives"
+        (), description="roles of the group that its holders may assign, release and give objectives"
     )
-    requires: Requires | None = Field(None, description="what a vehicle needs to play it")
+    requires: Requires | None = Field(None, description="requirements on a vehicle")
     extends: tuple[str, ...] = Field(
         (),
         exclude=True,
-        description="roles that it has keys of: of the group or a [[role]]; the later wins, its own keys over all",
+        description="roles whose keys it inherits: of the group or a [[role]]; the later wins, its own keys over all",
     )
-    abstract: bool = Field(False, exclude=True, description="there to be extended alone: no role of the group")
+    abstract: bool = Field(False, exclude=True, description="abstract, to be extended only: no role of the group")
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
         """Fewest holders above most."""
@@ -173,8 +171,8 @@ class SubgroupTable(Section):
     """One ``[[group.subgroup]]``: how many groups of a template a group has within it."""
 
     template: str = Field(description="template of the subgroups")
-    minimum: int = Field(0, ge=0, description="fewest subgroups of it")
-    maximum: int | None = Field(None, ge=1, description="most subgroups of it; any number if absent")
+    minimum: int = Field(0, ge=0, description="minimum subgroups of it")
+    maximum: int | None = Field(None, ge=1, description="maximum subgroups of it; any number if absent")
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
         """Fewest subgroups above most."""
@@ -190,24 +188,22 @@ class GroupTable(Sparse):
 
     name: Name = Field(description="name of the group")
     template: str | None = Field(
-        None, description="[[group_template]] whose keys and roles it has, beside or below those that it lists itself"
+        None, description="[[group_template]] whose keys and roles it inherits, in addition to or overridden by its own"
     )
-    within: str | None = Field(None, description="group that it is a subgroup of, whose head supervises it")
-    subgroup: tuple[SubgroupTable, ...] = Field(
-        (), description="how many subgroups of which templates it has; any if absent"
-    )
-    rally_point: str = Field(description="where the group meets")
-    mission: str | None = Field(None, description="mission it has from the start; else it is given one")
+    within: str | None = Field(None, description="parent group, whose leader supervises it")
+    subgroup: tuple[SubgroupTable, ...] = Field((), description="number of subgroups per template; any if absent")
+    rally_point: str = Field(description="rally point of the group")
+    mission: str | None = Field(None, description="initial mission; else assigned at run time")
     formed_by: str | None = Field(
         None,
-        description="group whose head forms this one at sea and dissolves it; founded before the mission if absent",
+        description="group whose leader forms and dissolves this one at run time; formed before the mission if absent",
     )
     succession: tuple[str, ...] = Field(
-        (), description="roles of the group whose holders succeed a head that is lost, the first of them first"
+        (), description="roles of the group whose holders succeed a lost leader, in this order"
     )
     information: Literal["replicated", "held by head"] = Field(
         "replicated",
-        description="who needs what the group knows of its jobs: all members, or its head and who does the job",
+        description="need for facts on the jobs of the group: of all members, or of leader and assignee",
     )
     role: tuple[Role, ...] = Field(min_length=1, description="roles of the group")
 
@@ -233,21 +229,21 @@ class VehicleTable(Sparse):
     )
     social_layer: bool = Field(True, description="able to lead a group, and to divide jobs with others")
     start_m: PointM = Field(
-        description="position at time 0, x east, y north; too near to another in its layer, the nearest free place"
+        description="position at time 0, x east, y north; the nearest free place if too close to another in its layer"
     )
     depth_m: NotNegative = Field(0.0, description="working depth")
-    depth_limit_m: NotNegative = Field(0.0, description="greatest depth the vehicle stands")
-    transit_speed_mps: float = Field(gt=0.0, le=20.0, description="speed on the way")
+    depth_limit_m: NotNegative = Field(0.0, description="maximum depth")
+    transit_speed_mps: float = Field(gt=0.0, le=20.0, description="transit speed")
     survey_speed_mps: float = Field(gt=0.0, le=20.0, description="speed while working")
-    turn_rate_radps: Positive = Field(0.5, description="greatest rate of turn")
-    acceleration_mps2: Positive = Field(0.5, description="greatest change of speed")
+    turn_rate_radps: Positive = Field(0.5, description="maximum turn rate")
+    acceleration_mps2: Positive = Field(0.5, description="maximum acceleration")
     energy_j: Positive = Field(description="battery capacity")
     hotel_w: NotNegative = Field(description="power at rest")
     drag_w_per_mps3: NotNegative = Field(description="power of propulsion per cubed speed")
     playable_roles: tuple[str, ...] | None = Field(
         None,
-        description="roles the vehicle is able to play, those it is meant for first: Role of any group, or Group.Role; "
-        "if absent, all whose requirements it meets",
+        description="roles the vehicle can play, preferred first: Role of any group, or Group.Role; if absent, "
+        "all whose requirements it meets",
     )
     sensor: tuple[dict[str, Any], ...] = Field(  # each kind of sensor says what it allows
         (),
@@ -283,13 +279,11 @@ class FleetTable(Section):
         None,
         ge=2,
         le=MAX_VEHICLES,
-        description="vehicles, listed ones and copies; those listed if absent",
+        description="fleet size, listed vehicles and copies; those listed if absent",
     )
-    copies_of: str | None = Field(None, description="vehicle that is copied to bring the fleet to its size")
-    spacing_m: float = Field(SPACING_M, ge=1.0, description="distance between the starts of copies at one depth")
-    layers: bool = Field(
-        True, description="copies get depth layers of their own; false: all stay in that of the original"
-    )
+    copies_of: str | None = Field(None, description="vehicle to copy to reach the size of the fleet")
+    spacing_m: float = Field(SPACING_M, ge=1.0, description="distance between starting copies at one depth")
+    layers: bool = Field(True, description="copies get own depth layers; false: all stay in that of the original")
 
 
 @with_features("")
@@ -307,7 +301,7 @@ class Scenario(Sparse):
     scenario: About
     world: World
     communication: Communication
-    modem: dict[Name, ModemTable] = Field({}, description="modems of one's own by name, a table each")
+    modem: dict[Name, ModemTable] = Field({}, description="additional modems by name, a table each")
     channel: ChannelTable
     strategy: StrategyTable
     decision: DecisionTable = DecisionTable.usual()
@@ -319,7 +313,7 @@ class Scenario(Sparse):
         (), description="roles that roles of groups extend, a table each, with the keys of a group.role"
     )
     group_template: tuple[dict[str, Any], ...] = Field(
-        (), description="what groups have in common, a table each, with the keys of a group; `extends` names others"
+        (), description="common parts of groups, a table each, with the keys of a group; `extends` names others"
     )
     group: tuple[GroupTable, ...] = Field(min_length=1)
     fleet: FleetTable | None = Field(None, exclude=True)

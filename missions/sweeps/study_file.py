@@ -168,22 +168,22 @@ class Design(Section):
     vehicles: tuple[int, ...] | None = Field(
         None, min_length=1, description="sizes of the fleet (fleet.size); the scenario's if absent"
     )
-    repeats: int = Field(ge=1, le=1_000_000, strict=True, description="runs of each configuration")
+    repeats: int = Field(ge=1, le=1_000_000, strict=True, description="runs per configuration")
     seed: int = Field(1, ge=0, le=2**53, strict=True, description="master seed")
     metrics: tuple[str, ...] | None = Field(
         None,
         min_length=1,
-        description="metrics that are compared, by their fields or as package.module:object or file.py:object; "
-        "the headline metrics of the mission if absent",
+        description="compared metrics, by field or as package.module:object or file.py:object; the headline "
+        "metrics of the mission if absent",
     )
-    baseline: str | None = Field(None, description="strategy or policy the others are compared with; else the first")
-    sampling: Literal["grid", "list", "latin", "factorial"] = Field("grid", description="where the points come from")
+    baseline: str | None = Field(None, description="baseline strategy or policy; else the first")
+    sampling: Literal["grid", "list", "latin", "factorial"] = Field("grid", description="source of the points")
     samples: int = Field(10, ge=2, le=100_000, strict=True, description="points of a Latin hypercube")
     halvings: int = Field(
-        0, ge=0, le=5, strict=True, description="how many times a factorial design is halved; 0 for all combinations"
+        0, ge=0, le=5, strict=True, description="number of halvings of a factorial design; 0 for all combinations"
     )
     keep_tables: int | None = Field(
-        None, ge=0, description="repeats of each configuration whose tables are kept; if absent all, up to 500 MB"
+        None, ge=0, description="number of repeats per configuration with stored tables; if absent all, up to 500 MB"
     )
 
     @field_validator("scenario", mode="before")
@@ -195,21 +195,21 @@ class Design(Section):
 class StoppingRule(Section):
     """The table ``[stopping]``: repeat a configuration until its mean is known well enough."""
 
-    metric: str = Field(description="metric whose mean has to be known")
+    metric: str = Field(description="metric that determines the repeats")
     half_width: float | None = Field(
-        None, gt=0.0, description="half-width of its 95 % interval at which a configuration is done"
+        None, gt=0.0, description="half-width of its 95 % interval at which a configuration is complete"
     )
     half_width_share: float | None = Field(
-        None, gt=0.0, lt=1.0, description="the same as a share of the mean; of both limits the first that is met counts"
+        None, gt=0.0, lt=1.0, description="the same as a share of the mean; the first limit that is met counts"
     )
-    minimum: int = Field(10, ge=2, strict=True, description="fewest repeats")
-    maximum: int = Field(ge=2, le=1_000_000, strict=True, description="most repeats; replaces study.repeats")
+    minimum: int = Field(10, ge=2, strict=True, description="minimum repeats")
+    maximum: int = Field(ge=2, le=1_000_000, strict=True, description="maximum repeats; replaces study.repeats")
 
 
 class Unforeseen(Section):
     """One ``[[unforeseen]]``: an event that the mission plan does not consider."""
 
-    name: Name = Field(description="what figures and tables call it")
+    name: Name = Field(description="name in figures and tables")
     set: dict[str, Any] = Field({}, description="keys of the scenario that it sets")
     fault: tuple[dict[str, Any], ...] = Field(
         (), description="faults, as the tables [[fault]] of the scenario have them"
@@ -225,7 +225,7 @@ class StudyFile(Section):
         description="in a study: a table for each channel, in which a list of values is a grid",
         json_schema_extra=one_or_more,
     )
-    set: dict[str, Any] = Field({}, description="keys of the scenario that are the same in all runs")
+    set: dict[str, Any] = Field({}, description="keys of the scenario common to all runs")
     grid: dict[str, Any] = Field({}, description="keys of the scenario with lists of values; all combinations are run")
     point: tuple[dict[str, Any], ...] = Field(
         (), description='keys of the scenario, a table for each point; for sampling = "list"'
@@ -237,7 +237,7 @@ class StudyFile(Section):
         {}, description='keys of the scenario with their [low, high] levels; for sampling = "factorial"'
     )
     unforeseen: tuple[Unforeseen, ...] = Field(
-        (), description="an axis of its own: the runs of every entry are made with what it sets"
+        (), description="separate axis: runs are made with the settings of each entry"
     )
     stopping: StoppingRule | None = None
 

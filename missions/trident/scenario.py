@@ -18,46 +18,40 @@ class TridentSettings(JobSettings):
 
     response: Response = Field(
         "matching",
-        description="what follows when a service fails. fixed: nothing, each activity has the service that the plan "
-        "names; repair: once a step has failed, the next service that the plan lists, all of one vehicle; matching: "
-        "any service of the fleet that says it works and whose class the world model concludes to fit",
+        description="reaction to a failed service. fixed: none, each activity has the service that the plan "
+        "names; repair: after a failed step, the next service in the plan, all of one vehicle; "
+        "matching: any working service of the fleet whose inferred class fits",
     )
-    inference: bool = Field(
-        True, description="false: matching compares names of classes, without what the world model concludes"
-    )
+    inference: bool = Field(True, description="false: matching compares names of classes, without inference")
     escort_m: float = Field(
         80.0,
         ge=0.0,
-        description="a vehicle that gives fixes to others keeps so near to one that is out; 0: it escorts nobody",
+        description="distance that an escort keeps while it gives fixes to another vehicle; 0: no escort",
     )
     tile_m: float = Field(20.0, ge=5.0, description="side of a tile of the map")
-    goal: float = Field(
-        0.85, gt=0.0, le=1.0, description="share of the tiles of all blocks that must really be charted"
-    )
-    patience_work_s: Positive = Field(
-        60.0, description="a step that yields nothing for so long, where it should, has failed"
-    )
-    search_m: float = Field(40.0, gt=0.0, description="how far around its place a candidate is searched for")
+    goal: float = Field(0.85, gt=0.0, le=1.0, description="share of the tiles of all blocks to chart, by ground truth")
+    patience_work_s: Positive = Field(60.0, description="time without result after which a step has failed")
+    search_m: float = Field(40.0, gt=0.0, description="search distance around the position of a candidate")
     reach_limit_s: Positive = Field(
-        1200.0, description="a candidate that is not found again so long after the choice counts as absent"
+        1200.0, description="time after its choice at which a candidate not found again counts as absent"
     )
     p_mistaken: float = Field(
-        0.01, gt=0.0, lt=0.5, description="rate at which looks from near may take a decoy for the target"
+        0.01, gt=0.0, lt=0.5, description="allowed rate of decoys accepted as the target by close observations"
     )
     p_missed: float = Field(
-        0.01, gt=0.0, lt=0.5, description="rate at which looks from near may take the target for a decoy"
+        0.01, gt=0.0, lt=0.5, description="allowed rate of targets rejected as decoys by close observations"
     )
     surveys_again: int = Field(
         1,
         ge=0,
         le=10,
-        description="how often all blocks are surveyed anew once each candidate was seen to be none, under matching",
+        description="repeated surveys of all blocks once all candidates are rejected, under matching",
     )
     looks_again: int = Field(
         2,
         ge=0,
         le=10,
-        description="how often a candidate that was rejected is looked at anew after that, once none is left",
+        description="later observations of a rejected candidate, once none is left",
     )
 
 
@@ -67,8 +61,8 @@ class BlockTable(Section):
     name: Name = Field(description="name of the block")
     x_m: PointM = Field(description="west and east border")
     y_m: PointM = Field(description="south and north border")
-    service: str = Field(description="service, as `vehicle module`, that the plan names for it")
-    spare: tuple[str, ...] = Field((), description="services that the plan lists behind it")
+    service: str = Field(description="planned service, as `vehicle module`")
+    spare: tuple[str, ...] = Field((), description="alternative services in the plan")
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
         """Yield borders in the wrong order."""
@@ -85,16 +79,16 @@ class RecoveryTable(Section):
     """Table ``[recovery]``: the target and its decoys."""
 
     name: Name = Field("recovery", description="name of the job")
-    target_m: PointM | None = Field(None, description="where the target lies; drawn in the blocks if absent")
-    decoys: int = Field(3, ge=0, le=8, description="objects that look similar; where they lie is drawn")
+    target_m: PointM | None = Field(None, description="position of the target; drawn in the blocks if absent")
+    decoys: int = Field(3, ge=0, le=8, description="similar objects at drawn positions")
 
 
 class ActivityTable(Section):
     """One table of ``[activity]``: required class of service, and planned services."""
 
-    requires: str = Field(description="class of services that are able to do it")
-    service: str = Field("", description="service, as `vehicle module`, that the plan names; of blocks for a survey")
-    spare: tuple[str, ...] = Field((), description="services that the plan lists behind it")
+    requires: str = Field(description="class of suitable services")
+    service: str = Field("", description="planned service, as `vehicle module`; of blocks for a survey")
+    spare: tuple[str, ...] = Field((), description="alternative services in the plan")
 
 
 class Activities(Section):
@@ -102,7 +96,7 @@ class Activities(Section):
 
     survey: ActivityTable = Field(description="survey of a block")
     choose: ActivityTable = Field(description="choice of the target among the candidates")
-    fix: ActivityTable = Field(description="bounding the navigation error before the target is gone to")
+    fix: ActivityTable = Field(description="bounding the navigation error before the transit to the target")
     find: ActivityTable = Field(description="finding the target again")
     hold: ActivityTable = Field(description="holding on at the target")
     handle: ActivityTable = Field(description="handling the target")
@@ -111,26 +105,26 @@ class Activities(Section):
 class TransponderTable(Section):
     """Table ``[transponder]``."""
 
-    position_m: PointM = Field(description="where it stands, x east, y north; a [[beacon]] there gives the fix")
-    range_m: Positive = Field(60.0, description="within which it is heard")
+    position_m: PointM = Field(description="position, x east, y north; a [[beacon]] there gives the fix")
+    range_m: Positive = Field(60.0, description="maximum range of reception")
 
 
 class MessageTable(Section):
     """One ``[[choreography.message]]``: sender and content allowed in a state, and next state."""
 
-    state: str = Field(description="state in which it may be said")
-    says: str = Field(description="attribute of the fact that is said")
+    state: str = Field(description="state in which it is allowed")
+    says: str = Field(description="attribute of the sent fact")
     value: str = Field("", description="value of the fact, as tables write it; any if absent")
-    by: str = Field("", description="vehicle that says it, or role that it plays; any if absent")
-    to: str = Field(description="state that follows")
+    by: str = Field("", description="sending vehicle, or its role; any if absent")
+    to: str = Field(description="next state")
 
 
 class StateTable(Section):
     """One ``[[choreography.state]]``."""
 
     name: Name = Field(description="name of the state")
-    final: bool = Field(False, description="nothing has to follow")
-    within_s: Positive | None = Field(None, description="time in which something of it has to be said; any if absent")
+    final: bool = Field(False, description="no message has to follow")
+    within_s: Positive | None = Field(None, description="time limit for a message; any if absent")
 
 
 class ChoreographyTable(Section):

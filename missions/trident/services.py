@@ -67,13 +67,13 @@ ATTEMPTS = Table("attempts", (
 class ModuleSettings(SensorSettings):
     """Module without sensing: a console, a classifier, a positioning system."""
 
-    capability: str = Field(description="class of the ontology that its service is advertised as")
-    cost_s: float = Field(0.0, ge=0.0, le=4000.0, description="seconds that one would wait to be spared its use")
+    capability: str = Field(description="class in the ontology advertised for its service")
+    cost_s: float = Field(0.0, ge=0.0, le=4000.0, description="cost of its use, as an equivalent delay (s)")
     precondition: Literal["none", "surveyed", "chosen", "identified", "held"] = Field(
-        "none", description="what has to be so before it is used; for the advertisement"
+        "none", description="precondition of its use, for the advertisement"
     )
-    delay_s: float = Field(0.0, ge=0.0, description="how long a choice by it takes")
-    self_test: bool = Field(True, description="it tells its vehicle whether it works; else it fails in silence")
+    delay_s: float = Field(0.0, ge=0.0, description="duration of a choice by it")
+    self_test: bool = Field(True, description="it reports its state to its vehicle; else it fails silently")
 
     @property
     def tells_state(self) -> bool:
@@ -98,15 +98,13 @@ class Passive:
 class SurveyorSettings(ModuleSettings):
     """Module that charts the seabed below and detects objects."""
 
-    reach_m: float = Field(gt=0.0, le=200.0, description="it charts so far to both sides of the track")
-    speed_limit_mps: float = Field(gt=0.0, description="greatest speed over ground at which it charts")
+    reach_m: float = Field(gt=0.0, le=200.0, description="charted width on each side of the track")
+    speed_limit_mps: float = Field(gt=0.0, description="maximum speed over ground for charting")
     sigma_m: float = Field(
-        gt=0.0, le=32.0, description="standard deviation of the place of what it finds, on each axis"
+        gt=0.0, le=32.0, description="standard deviation of the position of detections, on each axis"
     )
-    sigma_likeness: float = Field(
-        0.125, gt=0.0, le=1.0, description="standard deviation of how much that looks like the target"
-    )
-    p_seen: float = Field(0.95, gt=0.0, le=1.0, description="probability that a pass shows an object within reach")
+    sigma_likeness: float = Field(0.125, gt=0.0, le=1.0, description="standard deviation of the likeness to the target")
+    p_seen: float = Field(0.95, gt=0.0, le=1.0, description="probability that a pass detects an object in range")
 
     def make(self, data: VehicleData) -> Sensor:
         """Create the module of a vehicle."""
@@ -154,10 +152,10 @@ class Surveyor:
 class FinderSettings(ModuleSettings):
     """Module that classifies and locates candidates at close range."""
 
-    range_m: float = Field(gt=0.0, description="farthest object that it sees")
-    speed_limit_mps: float = Field(0.8, gt=0.0, description="greatest speed over ground at which it sees something")
-    sigma_m: float = Field(gt=0.0, le=32.0, description="standard deviation of the place that it sees, on each axis")
-    p_right: float = Field(gt=0.5, le=1.0, description="probability that a look takes an object for what it is")
+    range_m: float = Field(gt=0.0, description="maximum range to an object")
+    speed_limit_mps: float = Field(0.8, gt=0.0, description="maximum speed over ground for detection")
+    sigma_m: float = Field(gt=0.0, le=32.0, description="standard deviation of the observed position, on each axis")
+    p_right: float = Field(gt=0.5, le=1.0, description="probability of the right class per observation")
 
     def make(self, data: VehicleData) -> Sensor:
         """Create the module of a vehicle."""
@@ -192,7 +190,7 @@ class EffectorSettings(ModuleSettings):
     """Module that holds on to an object or handles it; success falls with distance."""
 
     does: Literal["hold", "handle"] = Field(description="whether it holds the vehicle in place or handles the object")
-    attempt_s: float = Field(gt=0.0, description="how long the vehicle has to be at rest for an attempt")
+    attempt_s: float = Field(gt=0.0, description="time at rest for an attempt")
     tolerance_m: float = Field(
         gt=0.0, description="an attempt at a distance d from the object succeeds with probability exp(-(d/tolerance)^2)"
     )
@@ -242,7 +240,7 @@ class Effector:
 class FixerSettings(ModuleSettings):
     """Module that ranges a transponder near it for a fix."""
 
-    stay_s: float = Field(40.0, gt=0.0, description="how long it has to hear the transponder")
+    stay_s: float = Field(40.0, gt=0.0, description="reception time of the transponder")
 
     def make(self, data: VehicleData) -> Sensor:
         """Create the module of a vehicle."""

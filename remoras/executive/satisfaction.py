@@ -41,12 +41,12 @@ class DecisionTable(Section):
 
     period_s: Positive = Field(2.0, description="time between two decisions of the executive layer")
     weight_continuing: NotNegative = Field(0.1, description="weight of the motivation to continue")
-    weight_external: NotNegative = Field(2.0, description="weight of the motivation to answer influence signals")
+    weight_external: NotNegative = Field(2.0, description="weight of the motivation to respond to influence signals")
     gain_per_s: NotNegative = Field(1.0, description="satisfaction gained per second of progress")
     tedium_per_s: float = Field(-1.8, le=0.0, description="satisfaction change per second without progress")
     dismay_per_s: float = Field(-2.0, le=0.0, description="satisfaction change per second of setback")
-    fade_per_s: NotNegative = Field(0.5, description="how fast satisfaction in an idle role returns to 0")
-    signal_memory_frames: Positive = Field(8.5, description="TDMA frames in which a heard signal fades to 1/e")
+    fade_per_s: NotNegative = Field(0.5, description="rate at which satisfaction in an idle role returns to 0")
+    signal_memory_frames: Positive = Field(8.5, description="TDMA frames in which a received signal fades to 1/e")
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
         """Yield weights with which a vehicle could never leave its current activity."""

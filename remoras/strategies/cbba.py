@@ -293,7 +293,7 @@ def _strength(gain: float) -> int:
 
 PlansForAll = Annotated[
     bool,
-    Field(description="bid for the own part of a plan for all (hybrid of information and plan consensus); false: CBBA"),
+    Field(description="bid for the own part of a common plan (hybrid of information and plan consensus); false: CBBA"),
 ]
 
 
@@ -301,11 +301,11 @@ PlansForAll = Annotated[
 class Cbba(KnownFromStart):
     """CBBA and its hybrid with ``plans_for_all``; see the module docstring."""
 
-    bundle: Annotated[int, Field(ge=1, le=12, description="most jobs that a vehicle plans ahead")] = 6
-    settle_rounds: Annotated[int, frames("that a claim must have stood before its job is begun", 0)] = 1
-    repeat_rounds: Annotated[int, frames("after which all claims are said again")] = 4
+    bundle: Annotated[int, Field(ge=1, le=12, description="maximum number of jobs planned ahead")] = 6
+    settle_rounds: Annotated[int, frames("for which a claim must stand before its job starts", 0)] = 1
+    repeat_rounds: Annotated[int, frames("after which all claims are repeated")] = 4
     discount_s: Annotated[
-        float, Field(gt=0.0, le=1e6, description="a job finished this much later is worth 1/e of the other")
+        float, Field(gt=0.0, le=1e6, description="delay of completion that reduces the worth of a job to 1/e")
     ] = 2500.0
     plans_for_all: PlansForAll = True
     common_plan: AtSea = "missions"

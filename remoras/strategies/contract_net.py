@@ -326,7 +326,7 @@ class ContractNet(KnownFromStart):
     queue: Annotated[int, QUEUE] = 2
     bidding_rounds: Annotated[int, frames("from announcement to award", 2)] = 3
     accept_rounds: Annotated[int, frames("to accept an award", most=10_000)] = 60
-    initiative_rounds: Annotated[int, frames("that others wait, for each node, before they announce", most=10_000)] = 10
+    initiative_rounds: Annotated[int, frames("per node that others wait before they announce", most=10_000)] = 10
     margin: Annotated[float, MARGIN] = 0.05
     looks_ahead: Annotated[bool, Field(description="award by a plan of all jobs, else the lowest bids")] = True
 

@@ -18,12 +18,10 @@ from remoras.strategies.founding import common_roles
 from remoras.strategy import Move, Situation, Statable, Statement
 from remoras.work import Work, share_left
 
-QUEUE = Field(ge=1, le=64, description="most jobs that a vehicle holds, the one it is at included")
-MARGIN = Field(
-    ge=0.0, le=1.0, description="share of the time left by which the end has to come earlier for jobs to be moved"
-)
-HELP = Field(ge=0.0, le=1e6, description="time that helping at another's job has to save (s)")
-ACKNOWLEDGE = Field(ge=1, le=10_000, description="TDMA frames that a member may take to acknowledge a job")
+QUEUE = Field(ge=1, le=64, description="maximum jobs per vehicle, including the current one")
+MARGIN = Field(ge=0.0, le=1.0, description="minimum gain, as a share of the remaining time, for moving jobs")
+HELP = Field(ge=0.0, le=1e6, description="minimum time saved by helping with another's job (s)")
+ACKNOWLEDGE = Field(ge=1, le=10_000, description="TDMA frames for a member to acknowledge a job")
 
 NEXT_JOBS = 2
 """Default ``queue`` of leaders that send next jobs only."""

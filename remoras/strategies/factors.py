@@ -33,22 +33,22 @@ NO_HELP_S = 1e6
 
 AtSea = Annotated[
     Literal["none", "missions"],
-    Field(description="what all know at 0 s: nothing, or the missions and objectives of all groups"),
+    Field(description="common knowledge at 0 s: none, or missions and objectives of all groups"),
 ]
 """``common_plan`` of strategies that divide jobs at run time."""
 CommonPlan = Annotated[
     Literal["none", "missions", "jobs"],
-    Field(description="what all know at 0 s: nothing, missions and objectives, or who does which job too"),
+    Field(description="common knowledge at 0 s: none, missions and objectives, or also the job assignment"),
 ]
 """``common_plan`` of strategies with a planning leader."""
 Repairs = Annotated[
     Literal["changes", "calls", "never"],
-    Field(description="when the head mends the plan: as something changes, as somebody without work calls, or never"),
+    Field(description="when the leader repairs the plan: on changes, on a call by an idle vehicle, or never"),
 ]
 
 Announces = Annotated[
     Literal["plan", "next-jobs"],
-    Field(description="what a head tells each vehicle: all of its part of the plan, or its next jobs only"),
+    Field(description="messages of a leader to each vehicle: its whole part of the plan, or only its next jobs"),
 ]
 
 MISSIONS_AT_SEA = {

@@ -174,7 +174,7 @@ class FixedPartition:
     """Strategy without communication; see the module docstring."""
 
     margin: Annotated[
-        float, Field(ge=0.0, le=100.0, description="how much later than expected the head leaves, as a share")
+        float, Field(ge=0.0, le=100.0, description="margin of rendezvous times over expected arrivals, as a share")
     ] = 0.15
 
     name: ClassVar[str] = "fixed-partition"

@@ -234,16 +234,16 @@ class FmcAta(DividedAtSea):
     """Fisher market for jobs; see the module docstring."""
 
     discount_s: Annotated[
-        float, Field(gt=0.0, le=1e6, description="a job that is reached this much later is worth 1/e of the other")
+        float, Field(gt=0.0, le=1e6, description="delay of arrival that reduces the worth of a job to 1/e")
     ] = 300.0
-    elasticity: Annotated[
-        float, Field(gt=0.0, le=1.0, description="gain from a share x of a job goes as x to the power of this")
-    ] = 0.9
+    elasticity: Annotated[float, Field(gt=0.0, le=1.0, description="exponent of the gain over the share of a job")] = (
+        0.9
+    )
     least_share: Annotated[
-        float, Field(ge=0.0, le=1.0, description="share of a job that is worth the way where others do the rest")
+        float, Field(ge=0.0, le=1.0, description="minimum share of a job worth travelling for, if others do the rest")
     ] = 0.25
-    settle_rounds: Annotated[int, frames("that the market is given before a job is begun", 0)] = 2
-    repeat_rounds: Annotated[int, frames("after which bids are said again")] = 4
+    settle_rounds: Annotated[int, frames("for the market to settle before a job starts", 0)] = 2
+    repeat_rounds: Annotated[int, frames("after which bids are repeated")] = 4
 
     name: ClassVar[str] = "fmc-ata"
     declaration: ClassVar[Declaration] = taking(

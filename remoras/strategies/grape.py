@@ -144,10 +144,10 @@ class Grape(DividedAtSea):
     """Anonymous hedonic game; see the module docstring."""
 
     reward_s: Annotated[
-        float, Field(ge=0.0, le=1e6, description="what each job is worth beside the time that it takes (s)")
+        float, Field(ge=0.0, le=1e6, description="reward of each job in addition to its duration (s)")
     ] = 1000.0
-    settle_rounds: Annotated[int, frames("that a coalition must have stood before its job is begun", 0)] = 1
-    repeat_rounds: Annotated[int, frames("after which the partition is said again")] = 4
+    settle_rounds: Annotated[int, frames("for which a coalition must stand before its job starts", 0)] = 1
+    repeat_rounds: Annotated[int, frames("after which the partition is repeated")] = 4
 
     name: ClassVar[str] = "grape"
     declaration: ClassVar[Declaration] = taking(

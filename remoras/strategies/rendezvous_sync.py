@@ -125,9 +125,9 @@ class Convener(Member["RendezvousSync"]):
 class RendezvousSync:
     """Rendezvous synchronisation; see the module docstring."""
 
-    jobs_per_leg: Annotated[int, Field(ge=1, le=64, description="most jobs for a vehicle between two meetings")] = 5
+    jobs_per_leg: Annotated[int, Field(ge=1, le=64, description="maximum jobs of a vehicle between two rendezvous")] = 5
     meeting_radius_m: Annotated[
-        float, Field(gt=0.0, le=10_000.0, description="a vehicle this near to the rally point has come")
+        float, Field(gt=0.0, le=10_000.0, description="arrival distance from the rally point")
     ] = 40.0
 
     name: ClassVar[str] = "rendezvous-sync"

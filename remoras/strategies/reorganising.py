@@ -138,12 +138,12 @@ class Reorganising:
     """Strategy that changes at run time; see the module docstring."""
 
     news_s: Annotated[
-        float, Field(ge=0.0, le=1e6, description="how old news may be where the plan is given up (s)")
+        float, Field(ge=0.0, le=1e6, description="maximum age of information to abandon the plan (s)")
     ] = 30.0
     share: Annotated[
-        float, Field(ge=0.0, le=100.0, description="share of the time foreseen by which a job is early or late")
+        float, Field(ge=0.0, le=100.0, description="relative deviation at which a job is early or late")
     ] = 0.1
-    repeat_rounds: Annotated[int, frames("after which the organisation is said again")] = 3
+    repeat_rounds: Annotated[int, frames("after which the organisation is repeated")] = 3
 
     name: ClassVar[str] = "reorganising"
     declaration: ClassVar[Declaration] = Declaration(

@@ -106,7 +106,7 @@ def test_what_can_be_set_of_a_strategy_is_listed():
     assert re.search(
         r"^  central .*\n      source: .*\n      factors: .*\n      message playsRole: ", text, re.MULTILINE
     )
-    assert "      parameter queue = 2: most jobs that a vehicle holds, the one it is at included\n" in text
+    assert "      parameter queue = 2: maximum jobs per vehicle, including the current one\n" in text
     assert "parameter queue" not in remoras("list").stdout
 
 
