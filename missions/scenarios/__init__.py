@@ -1,4 +1,4 @@
-"""Scenarios: the whole input of a run, read from TOML and checked whole."""
+"""Scenarios: the input of a run, read from TOML and validated."""
 
 from missions.files import shipped
 from missions.scenarios.loading import load

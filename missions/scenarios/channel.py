@@ -1,6 +1,6 @@
-"""The table ``[channel]``: which loss model, with which settings, and when the channel is cut off.
+"""The table ``[channel]``: loss model, its settings, and blackouts.
 
-Which settings there are is said by the models themselves: see ``exchange.acoustics.models``.
+Each model declares its settings: see ``exchange.acoustics.models``.
 """
 
 from __future__ import annotations
@@ -48,17 +48,17 @@ if TYPE_CHECKING:
 COMPULSORY = ("link_model", "mean_per")
 """Methods that a channel model must have."""
 OF_EVERY_CHANNEL = {"name", "blackout"}
-"""Keys that no model may have for its own."""
+"""Keys reserved in every model."""
 
 FILE_KEYS = {"trace": "file", "network": "network"}
-"""Key by which a channel names a file, which results repeat with its hash."""
+"""Key of the file that a channel reads; results repeat it with a hash."""
 
 
 Side = Annotated[tuple[str, ...], Field(min_length=1)]
 
 
 class BlackoutTable(Sparse):
-    """A time without communication."""
+    """Interval without communication."""
 
     UNSAID: ClassVar[frozenset[str]] = frozenset({"between"})
 
@@ -75,7 +75,7 @@ class BlackoutTable(Sparse):
     )
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Times in the wrong order; sides beside a vehicle, or with one twice."""
+        """Yield times in the wrong order, sides beside a vehicle, and a vehicle on two sides."""
         if self.from_s >= self.until_s:
             yield "until_s", f"must be above from_s = {self.from_s}"
         if self.between is not None and self.vehicle is not None:
@@ -86,7 +86,7 @@ class BlackoutTable(Sparse):
 
 
 class NamedTable(Section):
-    """The name of a channel."""
+    """Name of a channel."""
 
     name: str = Field(
         description="loss model, see `remoras list channels`, or package.module:Class. Keys that the model does "
@@ -96,9 +96,9 @@ class NamedTable(Section):
 
 
 class ChannelTable(TraceChannel, NetworkChannel, AcousticChannel, GilbertElliottChannel, MatrixChannel, NamedTable):
-    """The channel of a scenario: it has the settings of all shipped models, and acts as the one that is named.
+    """Channel of a scenario: settings of all shipped models, behaviour of the named one.
 
-    Settings of a model from outside are kept as they are; its own class checks them.
+    Settings of a plug-in model are kept unchanged; its class checks them.
     """
 
     model_config = ConfigDict(extra="allow")
@@ -107,7 +107,7 @@ class ChannelTable(TraceChannel, NetworkChannel, AcousticChannel, GilbertElliott
 
     @model_serializer(mode="plain")
     def _what_is_used(self, info: SerializationInfo) -> dict[str, Any]:
-        """Without the settings of other models: what is written can be read again, and what is alike looks alike."""
+        """Serialise without the settings of other models, so that equal channels have equal text."""
         blackouts = [table.model_dump(mode=info.mode, exclude_none=bool(info.exclude_none)) for table in self.blackout]
         model = self.settings()
         unsaid = {key for key in model.UNSAID if getattr(model, key) is None}
@@ -115,7 +115,7 @@ class ChannelTable(TraceChannel, NetworkChannel, AcousticChannel, GilbertElliott
         return {"name": self.name, **settings, "blackout": blackouts if info.mode == "json" else tuple(blackouts)}
 
     def settings(self) -> ChannelModel:
-        """The model that is named, with those settings that it uses.
+        """Return the named model with the settings that it uses.
 
         Raises:
             PluginError: there is no such model.
@@ -125,10 +125,10 @@ class ChannelTable(TraceChannel, NetworkChannel, AcousticChannel, GilbertElliott
         return model.model_validate_json(json.dumps(given, default=_plain), strict=True)
 
     def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
-        """The loss model that is named, for a fleet.
+        """Return the named loss model for a fleet.
 
         Raises:
-            ConfigurationError: the file of a trace or network is gone, or another one than when the scenario was read.
+            ConfigurationError: the file of a trace or network is missing or has changed.
         """
         with self._file_there():
             link = self.settings().link_model(deployment, seed)
@@ -136,7 +136,7 @@ class ChannelTable(TraceChannel, NetworkChannel, AcousticChannel, GilbertElliott
 
     @contextmanager
     def _file_there(self) -> Iterator[None]:
-        """Tell a file that cannot be had by its key."""
+        """Report a missing file under its key."""
         try:
             yield
         except LinkFileError as error:
@@ -145,7 +145,7 @@ class ChannelTable(TraceChannel, NetworkChannel, AcousticChannel, GilbertElliott
             raise ConfigurationError("channel", [fault]) from None
 
     def blackouts(self, nodes: Mapping[str, int]) -> tuple[Blackout, ...]:
-        """Times without communication, for vehicles of these node numbers."""
+        """Return the intervals without communication, with node numbers."""
         return tuple(
             Blackout(
                 table.from_s,
@@ -157,17 +157,20 @@ class ChannelTable(TraceChannel, NetworkChannel, AcousticChannel, GilbertElliott
         )
 
     def mean_per(self, deployment: Deployment) -> float:
-        """Packet error rate in the mean over time and all directed pairs of vehicles, within range and no blackout."""
+        """Mean packet error rate over time and directed pairs, without range limit and blackouts."""
         with self._file_there():
             return self.settings().mean_per(deployment)
 
     def assumed(self, deployment: Deployment | None = None, seed: int = 0) -> str:
-        """What the model that is named assumes, of one run if a fleet is given; captions add it. Mostly nothing."""
+        """Return the assumptions of the model, for captions; often empty.
+
+        deployment: fleet of one run; None for any.
+        """
         with self._file_there():
             return self.settings().assumed(deployment, seed)
 
     def sound_speed_mps(self, deployment: Deployment) -> float | None:
-        """Speed of sound of the model that is named; None where that of the world holds."""
+        """Speed of sound of the model; None to use the world's."""
         return self.settings().sound_speed_mps(deployment)
 
 
@@ -177,21 +180,21 @@ def _plain(value: Any) -> Any:
 
 @dataclass(frozen=True, slots=True)
 class CheckedLink:
-    """Links of a model from outside; an answer that is no probability ends the run with a clear message."""
+    """Links of a plug-in model that checks each loss probability."""
 
     name: str
     link: LinkModel
 
     def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
-        """The answer of the model, checked.
+        """Return the model's loss probability.
 
         Raises:
-            ConfigurationError: the model raised, or answered with something else than a number from 0 to 1.
+            ConfigurationError: the model raised, or returned anything but a number from 0 to 1.
         """
         asked = f"p_loss({packet}, {receiver}, {range_m:g})"
         try:
             p_loss = self.link.p_loss(packet, receiver, range_m)
-        except Exception as error:  # it is somebody else's class: anything may be wrong with it
+        except Exception as error:  # user code may raise anything
             raise self._fault(f"{asked} raised {type(error).__name__}: {error}") from error
         if isinstance(p_loss, bool) or not isinstance(p_loss, int | float) or not 0.0 <= p_loss <= 1.0:
             raise self._fault(f"{asked} must be a number from 0 to 1, not {p_loss!r}")
@@ -202,10 +205,10 @@ class CheckedLink:
 
 
 def model_named(name: str) -> type[ChannelModel]:
-    """A shipped model by name, or one from outside by ``package.module:Class``.
+    """Return a shipped model by name, or a plug-in by ``package.module:Class``.
 
     Raises:
-        PluginError: there is none of that name, it cannot be loaded, or it lacks a part of the seam.
+        PluginError: it is unknown, cannot be loaded, or lacks a part of the interface.
     """
     if ":" not in name:
         if name not in CHANNELS:
@@ -228,7 +231,7 @@ def model_named(name: str) -> type[ChannelModel]:
 
 
 def _known_model(name: Any) -> type[ChannelModel] | None:
-    """The model of that name; None if it is none, which ``channel_faults`` tells."""
+    """Return the model of that name; None if unknown, which ``channel_faults`` reports."""
     try:
         return model_named(name) if isinstance(name, str) else None
     except PluginError:
@@ -236,7 +239,7 @@ def _known_model(name: Any) -> type[ChannelModel] | None:
 
 
 def is_left_aside(key: str, channel: str) -> bool:
-    """True for a setting of the shipped models, by its dotted key, in a study whose channel loses nothing."""
+    """True for a setting of a shipped model in a study whose channel loses nothing."""
     model = _known_model(channel)
     table, _, below = key.partition(".")
     name = below.partition(".")[0]
@@ -245,11 +248,11 @@ def is_left_aside(key: str, channel: str) -> bool:
 
 
 def leave_aside(own_name: Any, channel: Any, overridden: Collection[str]) -> list[ConfigurationFault]:
-    """Take out of a channel what its model does not use; what was meant to be used is a fault.
+    """Remove settings that the channel's model does not use; return faults for intended ones.
 
     Args:
-        own_name: name of the channel in the scenario's file.
-        channel: the table with overrides applied; it is changed.
+        own_name: channel of the scenario file.
+        channel: table with overrides applied; modified.
         overridden: dotted keys of the overrides.
     """
     name = channel.get("name") if isinstance(channel, dict) else None
@@ -271,7 +274,7 @@ def leave_aside(own_name: Any, channel: Any, overridden: Collection[str]) -> lis
 
 
 def channel_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
-    """What has to hold within the channel, and between it and the vehicles."""
+    """Yield faults within the channel, and between it and the vehicles."""
     channel, vehicles = scenario.channel, scenario.vehicle_names
     try:
         model = model_named(channel.name)
@@ -287,7 +290,7 @@ def channel_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
 
 
 def _setting_faults(model: type[ChannelModel], scenario: Scenario) -> Iterator[ConfigurationFault]:
-    """What is wrong with the settings of the model: unknown keys, names of no vehicle, and what it says itself."""
+    """Yield faults of the model's settings: unknown keys and vehicles, and its own checks."""
     channel, name = scenario.channel, scenario.channel.name
     own, given = {"name", "blackout"}, {key: getattr(channel, key) for key in channel.model_fields_set}
     known = list(ChannelTable.model_fields) if name in CHANNELS else ["name", *model.model_fields, "blackout"]
@@ -296,7 +299,7 @@ def _setting_faults(model: type[ChannelModel], scenario: Scenario) -> Iterator[C
         yield ConfigurationFault(f"channel.{key}", "", allowed)
     try:
         settings = channel.settings()
-    except ValidationError as error:  # of a model from outside
+    except ValidationError as error:  # of a plug-in model
         for detail in error.errors():
             key = ".".join(str(part + 1 if isinstance(part, int) else part) for part in detail["loc"])
             message = str(detail["msg"])
@@ -314,32 +317,32 @@ def _setting_faults(model: type[ChannelModel], scenario: Scenario) -> Iterator[C
         yield from map(_as_configured, found)
         if name not in CHANNELS and deployment is not None:
             yield from _trial_faults(name, settings, deployment)
-    except Exception as error:  # it is somebody else's class: anything may be wrong with it
+    except Exception as error:  # user code may raise anything
         allowed = f"its checks of settings raised {type(error).__name__}: {error}"
         yield ConfigurationFault("channel.name", "", allowed)
 
 
 def _as_configured(fault: SettingFault) -> ConfigurationFault:
-    """What a model found wrong with a setting, or with a key of a file of its own."""
+    """Convert a model's fault in a setting or in its file."""
     allowed = fault.allowed + suggestion(fault.given.strip('"'), fault.names)
     if not fault.file:
         return ConfigurationFault(f"channel.{fault.key}", fault.given, allowed)
     line = fault.line
     if line is None and fault.file.endswith(".toml"):
-        with suppress(ConfigurationError):  # what is no TOML is said by its line already
+        with suppress(ConfigurationError):  # invalid TOML is reported already
             line = Document.of_text(text_of(Path(fault.file)), fault.file).line_of(fault.key)
     return ConfigurationFault(fault.key, fault.given, allowed, line, fault.file)
 
 
 def deployment_in(scenario: Scenario) -> Deployment | None:
-    """The fleet that transmits; None where modem or slots are wrong, as other checks tell."""
+    """Return the transmitting fleet; None if modem or slots are wrong, as other checks report."""
     slots = sorted(vehicle.slot for vehicle in scenario.vehicle)
     is_whole = modem_in(scenario) is not None and slots == list(range(max(2, len(slots))))
     return scenario.deployment if is_whole else None
 
 
 def _trial_faults(name: str, settings: ChannelModel, deployment: Deployment) -> Iterator[ConfigurationFault]:
-    """What goes wrong when a model from outside is asked for the first time."""
+    """Yield the faults of a first trial of a plug-in model."""
     try:
         per = settings.mean_per(deployment)
         if isinstance(per, bool) or not isinstance(per, int | float) or not 0.0 <= per <= 1.0:
@@ -356,14 +359,14 @@ def _trial_faults(name: str, settings: ChannelModel, deployment: Deployment) -> 
             CheckedLink(name, link).p_loss(Transmission(0, 0, 0.0, deployment.modem.payload_bits), 1, 1.0)
     except ConfigurationError as error:
         yield from error.faults
-    except Exception as error:  # it is somebody else's class: anything may be wrong with it
+    except Exception as error:  # user code may raise anything
         hooks = "link_model, mean_per and sound_speed_mps"
         allowed = f"{hooks} must take every scenario, but raised {type(error).__name__}: {error}"
         yield ConfigurationFault("channel.name", f'"{name}"', allowed)
 
 
 def _vehicle_faults(above: str, table: BaseModel, vehicles: Sequence[str]) -> Iterator[ConfigurationFault]:
-    """Settings that should name a vehicle of the scenario and do not, in the table and in tables below it."""
+    """Yield settings that should name a vehicle but do not, nested tables included."""
     for key, info in type(table).model_fields.items():
         value = getattr(table, key) if key in table.model_fields_set else None
         if any(isinstance(mark, OfVehicle) for mark in info.metadata):
@@ -379,12 +382,9 @@ def _shown(value: Any) -> str:
 
 
 def with_link_file_found(channel: ChannelTable, folder: Path, is_other: bool) -> ChannelTable:
-    """The channel in which the file of a trace or a network has its whole path and its hash, for the results.
+    """Return the channel with absolute path and hash of its file, for the results.
 
-    Args:
-        channel: of the scenario.
-        folder: that the path of the file starts from.
-        is_other: True if an option names the file and no hash of it: it need not be the one that the scenario had.
+    folder: base of the path. is_other: an option names the file but no hash, so that it may differ from the scenario's.
     """
     key = FILE_KEYS.get(channel.name, "")
     given = getattr(channel, key, None)
@@ -393,7 +393,7 @@ def with_link_file_found(channel: ChannelTable, folder: Path, is_other: bool) ->
     found = {"sha256": "" if is_other else channel.sha256}
     if key == "file" or file_in(given):
         path = found[key] = str((folder / given).resolve())
-        with suppress(LinkFileGoneError):  # a check says that it is not there
+        with suppress(LinkFileGoneError):  # a check reports a missing file
             found["sha256"] = found["sha256"] or hash_of(path if key == "file" else file_in(path), "")
     return channel.model_copy(update=found)
 
@@ -402,23 +402,23 @@ ROUNDING_S = 1e-6
 
 
 def most_apart_s(scenario: Scenario) -> float:
-    """The most by which two clocks differ that guard and tolerances cover (s)."""
+    """Greatest difference (s) between two clocks that guard and tolerances cover."""
     return max([feature.apart_s(scenario) for feature in used_in(scenario)], default=0.0)
 
 
 def least_guard_s(scenario: Scenario) -> float:
-    """The time in which a packet travels over the whole range, and by which two clocks may differ (s)."""
+    """Travel time over the whole range plus clock difference (s)."""
     return scenario.communication.range_m / scenario.sound_speed_mps + most_apart_s(scenario)
 
 
 def guard_s(scenario: Scenario) -> float:
-    """The guard of a slot: as given, or the least (s)."""
+    """Slot guard (s): as given, or the least."""
     given_s = scenario.communication.guard_s
     return least_guard_s(scenario) if given_s is None else given_s
 
 
 def guard_faults(scenario: Scenario) -> list[ConfigurationFault]:
-    """A guard in which packets of one slot run into the next."""
+    """Return a fault for a guard with which packets run into the next slot."""
     given_s, least_s = scenario.communication.guard_s, least_guard_s(scenario)
     if given_s is None or given_s >= least_s - ROUNDING_S:
         return []

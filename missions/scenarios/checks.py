@@ -1,6 +1,6 @@
-"""What has to hold between the tables of a scenario: names that are used exist, nothing is owned twice.
+"""Cross-checks between the tables of a scenario: names exist and are unique.
 
-Each check stands beside its subject and sees well-formed tables alone: one that needs a malformed table ends there.
+Each check is next to its subject and sees only well-formed tables; a check that needs a malformed table stops.
 """
 
 from __future__ import annotations
@@ -37,11 +37,9 @@ Faults = Iterator[ConfigurationFault]
 
 
 def cross_faults(scenario: Scenario, mission: type[Mission] | None) -> Faults:
-    """All faults between the well-formed tables of a scenario.
+    """Yield all faults between the well-formed tables of a scenario.
 
-    Args:
-        scenario: as ``missions.document.validated`` has it.
-        mission: class of the mission, which has checks of its own; None if it cannot be had.
+    mission: its class, which has checks of its own; None if it cannot be loaded.
     """
     for check in CHECKS:
         yield from well_formed(partial(check, scenario))
@@ -53,11 +51,11 @@ def cross_faults(scenario: Scenario, mission: type[Mission] | None) -> Faults:
 
 
 def job_faults(scenario: Scenario, mission: type[Mission]) -> Faults:
-    """What is wrong between roles and the jobs of a scenario that has no other faults."""
+    """Yield the faults between roles and jobs, for a scenario without other faults."""
     try:
         made = mission.from_scenario(scenario)
         jobs: Mapping[str, Job] = made.jobs
-    except Exception as error:  # it is somebody else's class: anything may be wrong with it
+    except Exception as error:  # user code may raise anything
         what = f"{type(error).__name__}: {error}"
         allowed = f"its from_scenario and jobs must take every scenario that passes its checks, but raised {what}"
         yield ConfigurationFault("scenario.mission", "", allowed)
@@ -87,7 +85,7 @@ def _role_jobs(scenario: Scenario, mission: type[Mission], jobs: Mapping[str, Jo
 
 
 def _order_of(jobs: Mapping[str, Job]) -> Faults:
-    """Jobs that need each other, or one that is not there."""
+    """Yield jobs with circular or unknown needs."""
     for name, job in jobs.items():
         for needed in job.needs:
             yield from one_of(f"job.{name}.needs", needed, list(jobs))
@@ -122,7 +120,7 @@ def _slots(scenario: Scenario) -> Faults:
 
 
 def _places(scenario: Scenario) -> Faults:
-    """A decision period below the tick, and rally points outside the world."""
+    """Yield a decision period below the tick, and rally points outside the world."""
     period_s, tick_s = scenario.decision.period_s, scenario.scenario.tick_s
     if period_s < tick_s:
         yield ConfigurationFault("decision.period_s", "", f"allowed: scenario.tick_s = {tick_s} or more")
@@ -142,7 +140,7 @@ def _strategy(scenario: Scenario) -> Faults:
 
 
 def _information(scenario: Scenario) -> Faults:
-    """A head can hold what its group knows only where needs follow from groups; else all vehicles need everything."""
+    """Yield leader-held information where needs do not follow from groups."""
     for group in scenario.group if scenario.communication.needs_follow != BY_GROUPS else ():
         if group.information == HELD:
             allowed = f'every vehicle needs everything: set communication.needs_follow = "{BY_GROUPS}", or leave it out'
@@ -150,7 +148,7 @@ def _information(scenario: Scenario) -> Faults:
 
 
 def _needs(scenario: Scenario, mission: type[Mission]) -> Faults:
-    """Attributes that the mission cannot do without."""
+    """Yield attributes required by the mission but not listed."""
     listed = {*scenario.communication.needs}.union(*(feature.needed(scenario) for feature in used_in(scenario)))
     if missing := [name for name in mission.needs if name not in listed]:
         allowed = f"missing: {', '.join(missing)}; without them nobody learns what the mission needs"
@@ -158,7 +156,7 @@ def _needs(scenario: Scenario, mission: type[Mission]) -> Faults:
 
 
 def _missions(scenario: Scenario, mission: type[Mission]) -> Faults:
-    """Missions of groups."""
+    """Yield missing, unknown and duplicate missions of groups."""
     for name, kind in scenario.taken_names().items():
         if name in mission.group_missions:
             yield ConfigurationFault(f"{kind}.{name}.name", "", "is the name of a mission")
@@ -190,7 +188,7 @@ CHECKS: tuple[Callable[[Scenario], Faults], ...] = (
 CHECKS_OF_MISSION: tuple[Callable[[Scenario, type[Mission]], Faults], ...] = (
     player_faults, fault_table_faults, vocabulary_faults, _needs, _missions, formation_faults, equipment_faults,
 )  # fmt: skip
-"""Checks that rest on the class of the mission."""
+"""Checks that need the class of the mission."""
 
 
 PARTS_OF_JOB = ("name", "place_m", "needs", "done", "is_able", "after")
@@ -198,11 +196,9 @@ PARTS_OF_TRUTH = ("milestones", "goal_fraction", "is_over", "observe", "close")
 
 
 def hook_faults(reference: str, made: Mission) -> Iterator[ConfigurationFault]:
-    """Hooks of a mission that raise, or answer with something else than the seam says.
+    """Yield hooks of a mission that raise or return an unexpected value.
 
-    Args:
-        reference: name of the mission in the scenario.
-        made: the mission of a scenario.
+    reference: name of the mission in the scenario.
     """
     count = "a whole number, 0 or more"
     hooks: tuple[tuple[str, str, Callable[[Any], bool], Callable[[], Any]], ...] = (
@@ -241,7 +237,7 @@ def hook_faults(reference: str, made: Mission) -> Iterator[ConfigurationFault]:
             text = str(error).removeprefix("its: ")
             cause = repr(error.__cause__)
             if error.__cause__ is not None and cause in raised:
-                continue  # a hook that asks another one, which has been told
+                continue  # reported for the hook that it calls
             raised.add(cause)
             yield ConfigurationFault("scenario.mission", f'"{reference}"', text)
 

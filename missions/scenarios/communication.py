@@ -1,7 +1,7 @@
-"""Modems, exchange policy, needs, and what packets carry: the tables ``[communication]`` and ``[modem.NAME]``.
+"""Tables ``[communication]`` and ``[modem.NAME]``: modems, exchange policy, needs, packets.
 
-A modem of one's own may stand in a file, which ``communication.modem`` names in place of the modem. It is read once, as
-the scenario is: its table becomes part of the scenario, goes into the manifest of a run and into the keys of a sweep.
+``communication.modem`` may name a file with a modem. It is read with the scenario: its table becomes part of the
+scenario, of the manifest of runs and of the keys of sweeps.
 """
 
 from __future__ import annotations
@@ -33,11 +33,11 @@ if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario
 
 MODEMS, MODEM = "modem", "communication.modem"
-"""Table of a scenario that has a user's own modems by name; and the key that names the one in use."""
+"""Table with a user's modems by name, and the key of the modem in use."""
 CURVE = "per_at_snr"
-"""Key of the losses that were measured."""
+"""Key of measured losses."""
 LEAST_BYTES = 16
-"""A packet needs them beside its acknowledgements: its head, a signal, a block of one fact."""
+"""Bytes of a packet besides acknowledgements: header, a signal, a block of one fact."""
 
 
 class ModemTable(Section):
@@ -78,7 +78,7 @@ class ModemTable(Section):
     equipment: str = Field("AcousticModem", description="class in the ontology")
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Frames larger than packets, a band in the wrong order, a curve that is missing, in vain, or out of order."""
+        """Yield contradictions of frame size, band and measured curve."""
         if self.frame_bytes is not None and self.frame_bytes > self.payload_bytes:
             yield "frame_bytes", f"allowed: up to payload_bytes = {self.payload_bytes}"
         if self.band_khz is not None and self.band_khz[0] >= self.band_khz[1]:
@@ -101,7 +101,7 @@ def _allowed(key: str, given: str, names: Sequence[str]) -> Iterator[tuple[str, 
 
 
 def modem_named(name: str, own: Mapping[str, ModemTable]) -> Modem:
-    """The profile of a modem, one of a checked scenario's own or a shipped one.
+    """Return the profile of a modem, one of a validated scenario or a shipped one.
 
     >>> modem_named("nanomodem-v3", {}).payload_bytes
     64
@@ -110,23 +110,15 @@ def modem_named(name: str, own: Mapping[str, ModemTable]) -> Modem:
 
 
 def modem_in(scenario: Scenario) -> Modem | None:
-    """The modem of a scenario that is being checked; None if there is none of the name."""
+    """Return the modem of a scenario under validation; None if unknown."""
     name, own = scenario.communication.modem, scenario.modem
     return modem_named(name, own) if name in {**own, **modems()} else None
 
 
 def with_modem_read(document: Document, folder: Path) -> tuple[Document, list[ConfigurationFault]]:
-    """A scenario with the modem of the file that ``communication.modem`` names, and what is wrong with the file.
+    """Merge the modem file that ``communication.modem`` names into a scenario; return faults.
 
-    Args:
-        document: the scenario with overrides applied.
-        folder: that the path of the file starts from.
-
-    Returns:
-        The document with that file as a part of it, in which the modem is one of the scenario's own; faults.
-
-    Raises:
-        ConfigurationError: the file cannot be read, or is not TOML.
+    document: with overrides applied. folder: base of the path. Raises ConfigurationError if the file cannot be read.
     """
     communication, own = document.raw.get("communication"), document.raw.get(MODEMS, {})
     given = communication.get("modem") if isinstance(communication, dict) else None
@@ -151,7 +143,7 @@ def with_modem_read(document: Document, folder: Path) -> tuple[Document, list[Co
 
 
 def modem_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
-    """A modem that is none of those known, one of a taken name, and a power that its profile does not have."""
+    """Yield unknown or duplicate modems, and a missing receive power."""
     communication, own = scenario.communication, scenario.modem
     yield from one_of(MODEM, communication.modem, list({**own, **modems()}))
     for name in own.keys() & modems():
@@ -255,17 +247,13 @@ class Communication(Sparse):
 
 
 VALUE_RULES: dict[str, ValueRule] = {rule.name: rule for rule in (ADDITIVE, Goby(), Age(), Deadline())}
-"""The rules that are shipped, by name."""
+"""Shipped rules by name."""
 
 
 def value_rule_of(name: str) -> ValueRule:
-    """The value rule of that name.
+    """Return a value rule by name, or an instance of package.module:object.
 
-    Args:
-        name: of a shipped rule, or package.module:object; a class is called without arguments.
-
-    Raises:
-        PluginError: there is none, or it lacks a part of the seam.
+    Raises PluginError for an unknown rule, or one that lacks a part of the interface.
 
     >>> value_rule_of("goby").name
     'goby'
@@ -284,10 +272,10 @@ def value_rule_of(name: str) -> ValueRule:
 
 
 def policy_of(name: str) -> AckPolicy:
-    """A shipped policy by name, or one from outside by ``package.module:object``.
+    """Return a shipped policy by name, or a plug-in by ``package.module:object``.
 
     Raises:
-        PluginError: there is none of that name, it cannot be loaded, or it lacks a part.
+        PluginError: it is unknown, cannot be loaded, or lacks a part.
     """
     if ":" not in name:
         if name not in POLICIES:
@@ -301,10 +289,10 @@ def policy_of(name: str) -> AckPolicy:
 
 
 def key_of(file: str) -> bytes | None:
-    """The key in a file; None where no file is named.
+    """Return the key in a file; None without a file.
 
     Raises:
-        ConfigurationError: it holds no key, or there is no library to encrypt.
+        ConfigurationError: the file has no key, or the encryption library is missing.
     """
     if not file:
         return None
@@ -314,13 +302,13 @@ def key_of(file: str) -> bytes | None:
 
 
 def communication_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
-    """A value rule, a key or a policy that cannot be had, and acknowledgements that leave no room in a packet."""
+    """Yield an unusable value rule, key or policy, and a header that fills the packet."""
     communication = scenario.communication
     try:
         value_rule_of(communication.value)
     except PluginError as error:
         yield ConfigurationFault("communication.value", "", str(error))
-    except Exception as error:  # it is somebody else's class: anything may be wrong with it
+    except Exception as error:  # user code may raise anything
         allowed = f"it cannot be made without arguments: {type(error).__name__}: {error}"
         yield ConfigurationFault("communication.value", "", allowed)
     try:
@@ -333,7 +321,7 @@ def communication_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
     except PluginError as error:
         yield ConfigurationFault("communication.policy", "", str(error))
         return
-    except Exception as error:  # it is somebody else's function: anything may be wrong with it
+    except Exception as error:  # user code may raise anything
         allowed = f"its carries must answer for every bit of a header, but raised {type(error).__name__}: {error}"
         yield ConfigurationFault("communication.policy", "", allowed)
         return

@@ -1,4 +1,4 @@
-"""What the keys of scenarios and studies mean, from the tables themselves."""
+"""Explanations of the keys of scenarios and studies, derived from their tables."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from missions.scenarios.scenario import Scenario
 
 
 def _limit(constraint: Any) -> str:
-    """A constraint of pydantic in words."""
+    """Describe a pydantic constraint."""
     words = {
         "gt": "above",
         "ge": "at least",
@@ -32,7 +32,7 @@ def _limit(constraint: Any) -> str:
 
 
 def explanations_of(root: type[BaseModel], prefix: str = "") -> dict[str, tuple[str, str]]:
-    """(type, range and default; meaning) of every key of a table and of the tables in it, by dotted key."""
+    """Return (type, range and default; meaning) of every key, dotted, with nested tables."""
     found: dict[str, tuple[str, str]] = {}
     for name, info in root.model_fields.items():
         nested = next((kind for kind in _alternatives(info.annotation) if _is_table(kind)), None)
@@ -48,7 +48,7 @@ def explanations_of(root: type[BaseModel], prefix: str = "") -> dict[str, tuple[
 
 
 def _alternatives(annotation: Any) -> list[Any]:
-    """A type, and those that it is made of."""
+    """Return a type and its components."""
     return [annotation, *get_args(annotation)]
 
 
@@ -57,7 +57,7 @@ def _is_table(kind: Any) -> bool:
 
 
 def _in_words(annotation: Any) -> str:
-    """A type in words of a TOML file.
+    """Describe a type as in a TOML file.
 
     >>> _in_words(tuple[str, ...] | None), _in_words(tuple[float, float]), _in_words(dict[str, Annotated[int, "> 0"]])
     ('list of texts', 'list of 2 numbers', 'table of whole numbers')
@@ -88,7 +88,7 @@ def _in_words(annotation: Any) -> str:
 
 
 def _each(annotation: Any) -> str:
-    """Limits of every entry of a list.
+    """Describe the limits of list entries.
 
     >>> from remoras.table import Positive
     >>> _in_words(tuple[Positive, Positive])
@@ -102,7 +102,8 @@ def _each(annotation: Any) -> str:
 
 
 def _plural(words: str) -> str:
-    """
+    """Return the plural of a described type.
+
     >>> _plural("list of 2 numbers"), _plural("number")
     ('lists of 2 numbers', 'numbers')
     """
@@ -113,21 +114,16 @@ def _plural(words: str) -> str:
 WORDS: dict[Any, str] = {
     str: "text", bool: "true or false", int: "whole number", float: "number", Any: "value", dict: "table",
 }  # fmt: skip
-"""Types of values as a TOML file has them."""
+"""Names of value types in TOML."""
 
 
 def schema_of(root: type[BaseModel], title: str) -> dict[str, Any]:
-    """A JSON Schema of files whose tables a model is, for editors.
-
-    Args:
-        root: model of the whole file.
-        title: what editors call it.
-    """
+    """Return a JSON Schema of files described by a model, for editors."""
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **root.model_json_schema(), "title": title}
 
 
 def explanations() -> dict[str, tuple[str, str]]:
-    """(type and range, meaning) of every key of a scenario; entries of lists without their name."""
+    """Return (type and range, meaning) of every key of a scenario; list entries without names."""
     found = explanations_of(Scenario)
     for mission in {mission_class(about["mission"]): None for about in shipped_abouts().values()}:
         found |= explanations_of(mission.Scenario)
@@ -137,7 +133,7 @@ def explanations() -> dict[str, tuple[str, str]]:
 
 
 def _of_faults() -> dict[str, tuple[str, str]]:
-    """Of the keys of faults: what kinds there are, and which of them have a key of their own."""
+    """Return the explanations of fault keys: kinds, and the keys of some kinds."""
     own = {name: explanations_of(kind, f"{KEY}.") for name, kind in kinds().items()}
     found = {}
     for key, users in users_of_keys().items():

@@ -1,6 +1,6 @@
-"""The tables ``[[fault]]``: what befalls which vehicle, and when; what has to hold between them and the fleet.
+"""Tables ``[[fault]]``: faults of vehicles, and their checks against the fleet.
 
-What befalls is said by the kind that a table names: a class in ``missions.faults``, or one of somebody else's.
+A table names its kind: a class in ``missions.faults`` or a plug-in.
 """
 
 from __future__ import annotations
@@ -45,18 +45,18 @@ if TYPE_CHECKING:
 KEY = "fault"
 A_TIME = "a number of seconds, 0 or more, or [earliest, latest]"
 MOST_SHIPPED = 1 << 8
-"""Numbers of kinds that are shipped are below; those of others follow from their names, and are below 2^25."""
+"""Shipped kinds have lower numbers; those of plug-ins derive from their names, below 2^25."""
 COMPULSORY = ("leaves", "detail", "able", "checks", "began_anew")
 """Hooks of a kind; all have a default."""
 
 
 def number(value: Any) -> float | None:
-    """A time as a number; None if it is none."""
+    """Return a time as a number; None if invalid."""
     return float(value) if is_number(value) and value >= 0 else None
 
 
 def span_of(value: Any) -> tuple[float, float] | None:
-    """Earliest and latest time of ``at_s``; None if it is malformed."""
+    """Return earliest and latest time of ``at_s``; None if malformed."""
     if (one := number(value)) is not None:
         return one, one
     if not isinstance(value, list | tuple) or len(value) != 2:
@@ -66,14 +66,14 @@ def span_of(value: Any) -> tuple[float, float] | None:
 
 
 def _time(value: Any) -> Any:
-    """Refuse what is no time, in one message whatever is wrong with it."""
+    """Refuse an invalid time with one message for every error."""
     if value is not None and span_of(value) is None:
         raise PydanticCustomError("time", "allowed: " + A_TIME)
     return tuple(value) if isinstance(value, list) else value
 
 
 def _kind(name: str) -> str:
-    """Refuse a kind that there is not."""
+    """Refuse an unknown kind."""
     try:
         kind_named(name)
     except PluginError as error:
@@ -82,9 +82,9 @@ def _kind(name: str) -> str:
 
 
 def _with_kinds(schema: dict[str, Any], table: type) -> None:
-    """Let a JSON Schema of the table have the keys of all kinds, and any in one whose kind is from outside."""
+    """Extend a JSON Schema by the keys of all kinds; plug-in kinds accept any key."""
     if table is not DeclaredFault:
-        return  # a kind, of which this asks for its own keys
+        return  # a kind, queried below for its own keys
     own = {key: value for kind in kinds().values() for key, value in kind.model_json_schema()["properties"].items()}
     schema["properties"] = {**own, **schema["properties"]}
     del schema["additionalProperties"]
@@ -93,19 +93,18 @@ def _with_kinds(schema: dict[str, Any], table: type) -> None:
 
 
 class DeclaredFault(Section):
-    """One ``[[fault]]``; a kind is a subclass of it, with keys of its own.
+    """One ``[[fault]]``; kinds are subclasses with further keys.
 
-    A table is read as the kind that it names. What a kind does not say stays as it is here: nothing befalls.
+    A table is parsed as the kind that it names. Hooks that a kind does not override have no effect.
 
     Attributes:
-        TEXT: what befalls the vehicle, in a line of ``remoras explain``.
-        NUMBER: by which draws are keyed, so that no other kind shifts them; of one from outside it follows from the
-            name.
-        NOT_USED: keys of every fault that it does not take, with what to do instead.
-        REQUIRED: keys that have to be given, with what they say.
-        BEFALLS: what vehicles have among which ``any`` is drawn.
-        ABSENCE: how a vehicle is away while it holds, if at all.
-        DISABLES: True if others have to take over what the vehicle did.
+        TEXT: effect on the vehicle, a line of ``remoras explain``.
+        NUMBER: key of draws, so that no other kind shifts them; derived from the name for plug-ins.
+        NOT_USED: keys of every fault that it rejects, with a remedy.
+        REQUIRED: required keys, with a message.
+        BEFALLS: property of the vehicles from which ``any`` is drawn.
+        ABSENCE: kind of absence during the fault; None if present.
+        DISABLES: True if others must take over the vehicle's work.
     """
 
     model_config = ConfigDict(json_schema_extra=_with_kinds)
@@ -133,60 +132,54 @@ class DeclaredFault(Section):
     )
     until_s: Positive | None = Field(None, description="end; permanent if absent")
 
-    # What a kind says ----------------------------------------------------------------------------
+    # Hooks of a kind -----------------------------------------------------------------------------
 
     def leaves(self, data: VehicleData) -> Condition:
-        """What it leaves of a vehicle while it holds; ``Condition()`` is a sound one."""
+        """Return the condition of the vehicle during the fault; ``Condition()`` is sound."""
         return SOUND
 
     def detail(self, data: VehicleData, how_long: str) -> str:
-        """What the table of faults says when it begins.
+        """Return the text in the table of faults at the start.
 
-        Args:
-            data: of the vehicle.
-            how_long: "for good", or until when; the text has to have it.
+        how_long: "for good" or the end; the text must contain it.
         """
         return how_long
 
     @property
     def remembers(self) -> bool | None:
-        """Whether the vehicle begins anew when it is over, and then still knows what it knew; None if it goes on."""
+        """True or False if the vehicle restarts with or without memory; None if it continues."""
         return None
 
     def holds_s(self, at_s: float) -> tuple[float, float]:
-        """From when on, and until before when, it holds that was to happen at a time (s)."""
+        """Return start and end (s) of a fault scheduled for ``at_s``."""
         return at_s, math.inf if self.until_s is None else self.until_s
 
     def able(self, database: AUVDatabase, groups: Mapping[str, Group]) -> list[VehicleData]:
-        """Vehicles among which ``any`` is drawn, in the order of the nodes: those with a sensor, or able to work."""
+        """Return the vehicles from which ``any`` is drawn, in node order: with sensor or job."""
         working = [(group.name, role.name) for group in groups.values() for role in group.roles if role.job is not None]
         return [data for data in database.values() if data.sensors or any(data.can_play(*role) for role in working)]
 
     @property
     def sensor_meant(self) -> str | None:
-        """Name of the sensor that it is about; None if it is about none, or all."""
+        """Name of the affected sensor; None for none or all."""
         return None
 
     @property
     def speed_left(self) -> float:
-        """Share of the speeds of the vehicle that it leaves."""
+        """Factor on the vehicle's speeds."""
         return 1.0
 
     def checks(
         self, key: str, scenario: Scenario, mission: type[Mission], before: Sequence[tuple[str, DeclaredFault]]
     ) -> Iterator[ConfigurationFault]:
-        """What is wrong between the fault and other tables of a scenario; none by default.
+        """Yield faults between this one and other tables; none by default.
 
-        Args:
-            key: of the fault, dotted.
-            scenario: all well-formed tables.
-            mission: its class.
-            before: key and fault of each of the same kind and ``vehicle`` that stands before it.
+        key: dotted key of the fault. before: key and fault of earlier ones with the same kind and ``vehicle``.
         """
         yield from ()
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Keys that the kind lacks or does not use, and times that contradict each other."""
+        """Yield missing and unused keys, and contradicting times."""
         given = {key for key in self.model_fields_set if getattr(self, key) is not None}
         timed, rated = "at_s" in given, "rate_per_h" in given
         for key, allowed in self.NOT_USED.items():
@@ -202,42 +195,41 @@ class DeclaredFault(Section):
             yield "until_s", f"must be above {latest}at_s = {span_s[1]:g}"
 
     def overlaps(self, other: DeclaredFault) -> bool:
-        """True if the two may hold at one time."""
+        """True if both may be active at one time."""
         begin, other_begin = ((one.span_s or (0.0,))[0] for one in (self, other))
         end, other_end = (math.inf if one.until_s is None else one.until_s for one in (self, other))
         return begin < other_end and other_begin < end
 
     @classmethod
     def unknown(cls, key: str) -> str:
-        """Why a key of other kinds is not allowed; empty for a key of none."""
+        """Explain why a key of other kinds is not allowed; empty for an unknown key."""
         users = users_of_keys().get(key, ())
         name = next((name for name, kind in kinds().items() if kind is cls), cls.__name__)
         return f"not used by kind {name}, only by {' and '.join(users)}: leave it out" if users else ""
 
     @classmethod
     def began_anew(cls, detail: str) -> bool | None:
-        """Whether a vehicle that begins anew, when it is over, still knows what it knew; None if it does not.
+        """Return True or False if the vehicle kept or lost its memory at restart; None without one.
 
-        Args:
-            detail: of the row in the table of faults when it began.
+        detail: of the row in the table of faults at the start.
         """
         return None
 
-    # What follows --------------------------------------------------------------------------------
+    # Derived data --------------------------------------------------------------------------------
 
     @classmethod
     def own_keys(cls) -> list[str]:
-        """Keys that the kind has beside those of every fault."""
+        """Return the keys of this kind alone."""
         return [key for key in cls.model_fields if key not in DeclaredFault.model_fields]
 
     @classmethod
     def number_of(cls, name: str) -> int:
-        """Number of the kind, by which draws are keyed."""
+        """Return the number of the kind, which keys its draws."""
         return cls.NUMBER if cls.NUMBER is not None else MOST_SHIPPED + (zlib.crc32(name.encode()) & 0xFF_FFFF)
 
     @classmethod
     def faults_of_kind(cls) -> Iterator[str]:
-        """What a kind from outside lacks of the seam, in words."""
+        """Yield the parts of the interface that a plug-in kind lacks."""
         if not isinstance(cls.TEXT, str) or not cls.TEXT:
             yield "lacks TEXT, a line that says what befalls"
         if cls.leaves is DeclaredFault.leaves and cls.remembers is DeclaredFault.remembers:
@@ -256,11 +248,11 @@ class DeclaredFault(Section):
 
     @property
     def span_s(self) -> tuple[float, float] | None:
-        """Earliest and latest time at which it begins (s); None if a rate says when."""
+        """Earliest and latest start (s); None if a rate determines it."""
         return span_of(self.at_s)
 
     def befalling(self, data: VehicleData, at_s: float) -> Fault:
-        """The fault as it befalls a vehicle at a time (s)."""
+        """Return the fault as it occurs to a vehicle at a time (s)."""
         from_s, until_s = self.holds_s(at_s)
         how_long = "for good" if math.isinf(until_s) else f"until {until_s:g} s"
         who = f"fault kind {self.kind}"
@@ -279,7 +271,7 @@ class DeclaredFault(Section):
     @model_validator(mode="wrap")
     @classmethod
     def _as_its_kind(cls, table: Any, handler: ModelWrapValidatorHandler[DeclaredFault]) -> DeclaredFault:
-        """Read a table as the kind that it names."""
+        """Parse a table as the kind that it names."""
         if cls is not DeclaredFault or not isinstance(table, Mapping):
             return handler(table)
         own = json.dumps(dict(table), default=str)
@@ -287,28 +279,27 @@ class DeclaredFault(Section):
 
     @model_serializer(mode="plain")
     def _said(self, info: SerializationInfo) -> dict[str, Any]:
-        """All keys of its kind: what is written can be read again."""
+        """Serialise all keys of its kind, so that the text can be read back."""
         found = {key: getattr(self, key) for key in type(self).model_fields}
         return {key: value for key, value in found.items() if value is not None or not info.exclude_none}
 
     @classmethod
     def fitting(cls, table: Mapping[str, Any]) -> type[DeclaredFault]:
-        """The class that a table is read as."""
+        """Return the class that parses a table."""
         return fitting(table, cls) if cls is DeclaredFault else cls
 
 
 class _AnyKind(DeclaredFault):
-    """A table whose kind cannot be had, so that its own keys are unknown."""
+    """Table of an unknown kind, whose own keys are unknown."""
 
     model_config = ConfigDict(extra="ignore")
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """None: its kind is told."""
         yield from ()
 
 
 class FaultOfSensors(DeclaredFault):
-    """A kind that befalls sensors: one that is named, or all of a vehicle."""
+    """Kind that affects one named sensor or all of a vehicle."""
 
     BEFALLS = "the sensor"
 
@@ -316,21 +307,21 @@ class FaultOfSensors(DeclaredFault):
 
     @property
     def sensor_meant(self) -> str | None:
-        """Name of the sensor that it is about; None if it is about all."""
+        """Name of the affected sensor; None for all."""
         return self.sensor
 
     def of(self, data: VehicleData) -> tuple[str, ...]:
-        """Names of the sensors of a vehicle that it is about."""
+        """Return the names of a vehicle's affected sensors."""
         return tuple(settings.name for settings in data.sensors if self.sensor in (None, settings.name))
 
     def able(self, database: AUVDatabase, groups: Mapping[str, Group]) -> list[VehicleData]:
-        """Vehicles that have the sensor."""
+        """Return the vehicles with the sensor."""
         return [data for data in database.values() if self.of(data)]
 
     def checks(
         self, key: str, scenario: Scenario, mission: type[Mission], before: Sequence[tuple[str, DeclaredFault]]
     ) -> Iterator[ConfigurationFault]:
-        """A sensor that no vehicle which is meant has."""
+        """Yield a sensor that none of the vehicles in question has."""
         is_any, group = self.vehicle == ANY, self.vehicle.removeprefix(HEAD_OF)
         heads = [(one.name, one.head.name) for one in scenario.group if one.name == group and one.head is not None]
         meant = [
@@ -352,10 +343,10 @@ class FaultOfSensors(DeclaredFault):
 
 @cache
 def kind_named(name: str) -> type[DeclaredFault]:
-    """A kind by its name, or one from outside by ``package.module:Class``.
+    """Return a kind by name, or a plug-in by ``package.module:Class``.
 
     Raises:
-        PluginError: there is none of that name, it cannot be loaded, or it lacks a part of the seam.
+        PluginError: it is unknown, cannot be loaded, or lacks a part of the interface.
     """
     known: dict[str, type[DeclaredFault]] = kinds()
     if ":" not in name:
@@ -372,7 +363,7 @@ def kind_named(name: str) -> type[DeclaredFault]:
 
 
 def fitting(table: Mapping[str, Any], otherwise: type[DeclaredFault]) -> type[DeclaredFault]:
-    """The kind that a table names; ``otherwise`` if it cannot be had, which is reported."""
+    """Return the kind that a table names; ``otherwise`` if unknown, which is reported elsewhere."""
     try:
         return kind_named(table["kind"])
     except (KeyError, TypeError, PluginError):
@@ -381,7 +372,7 @@ def fitting(table: Mapping[str, Any], otherwise: type[DeclaredFault]) -> type[De
 
 @cache
 def users_of_keys() -> dict[str, list[str]]:
-    """The kinds that use a key, for each key that not all have."""
+    """Return the kinds that use each key not common to all."""
     found: dict[str, list[str]] = {}
     for name, kind in kinds().items():
         for key in kind.own_keys():
@@ -389,11 +380,11 @@ def users_of_keys() -> dict[str, list[str]]:
     return found
 
 
-# What has to hold -------------------------------------------------------------------------------
+# Checks --------------------------------------------------------------------------------------
 
 
 def fault_table_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
-    """What has to hold between faults, the vehicles and the groups."""
+    """Yield faults between the table, vehicles and groups."""
     end_s, before = scenario.scenario.duration_s, dict[tuple[str, str], list[tuple[str, DeclaredFault]]]()
     for number, fault in enumerate(scenario.fault, 1):
         key = f"{KEY}.{number}"
@@ -408,15 +399,13 @@ def fault_table_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[C
 
 
 def own_faults(key: str, hook: str, asked: Callable[[], Iterable[ConfigurationFault]]) -> list[ConfigurationFault]:
-    """What a plug-in itself finds wrong.
+    """Return the faults that a plug-in's own hook reports, or a fault if the hook raises.
 
-    Args:
-        key: that names the plug-in.
-        hook: name of its hook; asked: calls it.
+    key: names the plug-in.
     """
     try:
         faults = list(well_formed(asked))
-    except Exception as error:  # it may be somebody else's class
+    except Exception as error:  # user code may raise anything
         what = f"its {hook} must take every scenario whose tables are well-formed, but raised"
         return [ConfigurationFault(key, "", f"{what} {type(error).__name__}: {error}")]
     if all(isinstance(fault, ConfigurationFault) for fault in faults):
@@ -428,19 +417,13 @@ def own_faults(key: str, hook: str, asked: Callable[[], Iterable[ConfigurationFa
 def draw_faults(
     faults: Sequence[DeclaredFault], database: AUVDatabase, groups: Mapping[str, Group]
 ) -> Iterator[ConfigurationFault]:
-    """What cannot be drawn, and kinds that answer with something else than the seam says; where nothing else is wrong.
-
-    Args:
-        faults: of the scenario, in its order.
-        database: of all vehicles.
-        groups: by name.
-    """
+    """Yield impossible draws and kinds with wrong answers, for a scenario without other faults."""
     for number, fault in enumerate(faults, 1):
         try:
             for data in database.values():
                 fault.befalling(data, 0.0)
             able = [data.name for data in fault.able(database, groups)]
-        except Exception as error:  # it may be somebody else's class
+        except Exception as error:  # user code may raise anything
             text = str(error) if isinstance(error, PluginError) else f"raised {type(error).__name__}: {error}"
             yield ConfigurationFault(f"{KEY}.{number}.kind", shown(fault.kind), text)
             continue
@@ -454,7 +437,7 @@ def draw_faults(
 
 
 def _whose(key: str, fault: DeclaredFault, scenario: Scenario) -> Iterator[ConfigurationFault]:
-    """A vehicle or a group that there is not."""
+    """Yield an unknown vehicle or group."""
     vehicle, vehicles = fault.vehicle, scenario.vehicle_names
     if vehicle in vehicles:
         return

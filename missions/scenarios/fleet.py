@@ -1,16 +1,14 @@
-"""Fleet of a scenario: copies of vehicles up to a size, starts that keep vehicles apart, equipment and abilities.
+"""Fleet of a scenario: copies of vehicles, separated starts, equipment and abilities.
 
-A copy is its original but for name (the next free number), slot (the next free), depth and start. Copies get a depth
-layer each, as AUVs that work together do in practice: vehicles in layers pass freely. Where there are more copies than
-layers, or none, as for surface vehicles, those that share a layer start ``spacing_m`` apart. With ``layers = false``
-all copies stay in that of the original, where they keep clear of each other.
+A copy differs from its original only in name and slot (the next free ones), depth and start. Each copy gets a depth
+layer, as is usual for AUVs in a group: vehicles of different layers pass freely. Copies that share a layer start
+``spacing_m`` apart. With ``layers = false`` all copies stay in the original's layer and keep clear of each other.
 
-Many scenarios have vehicles start where their ship is, at one point. A vehicle that would start too near to one that is
-listed before it starts at the nearest free place of a lattice around that point instead.
+Many scenarios start all vehicles at their ship. A vehicle too near to an earlier one starts at the nearest free point
+of a lattice around its start.
 
-Every sensor and every modem is a part of its vehicle (``rm:hasPart``). A kind of sensor and a modem profile say of
-which class they are; ``equipment`` in a sensor's table says it of one. Which classes a vehicle is of by its parts, a
-``SurveyPlatform`` say, the world model concludes from the definitions in the ontology.
+Sensors and modems are parts of their vehicle (``rm:hasPart``). The kind of sensor or modem profile sets their class, or
+``equipment`` in the sensor's table. The world model infers the classes of the vehicle, such as ``SurveyPlatform``.
 """
 
 from __future__ import annotations
@@ -41,18 +39,13 @@ from remoras.table import PointM
 from worldmodel import Instance, Keeping, PropertyValue, TBox, WorldModel, suggestion
 
 LAYER_M = 4.0
-"""Between layers: more than ``remoras.separation.SAME_DEPTH_M``, up to which vehicles keep clear of each other."""
+"""Distance between layers, more than ``remoras.separation.SAME_DEPTH_M``."""
 
 
 def of_copies(
     faults: Sequence[ConfigurationFault], scenario: Scenario, names: Sequence[str]
 ) -> list[ConfigurationFault]:
-    """Faults of copies as faults of ``fleet.size``, once each; those that the original has too are its own.
-
-    Args:
-        faults: of the whole scenario.
-        scenario: with the copies in it; names: of these.
-    """
+    """Report faults of copies under ``fleet.size``, once each, unless the original has them."""
     fleet, own = getattr(scenario, "fleet", None), {(fault.key, fault.allowed) for fault in faults}
     found: list[ConfigurationFault] = []
     said: set[tuple[str, str]] = set()
@@ -71,7 +64,7 @@ def of_copies(
 
 
 def with_copies(scenario: Scenario) -> tuple[Scenario, list[str], list[ConfigurationFault]]:
-    """A scenario with its fleet at its size, names of the copies, and what is wrong with ``[fleet]``."""
+    """Return a scenario with its copies, their names, and the faults of ``[fleet]``."""
     fleet, vehicles = scenario.fleet, scenario.vehicle
     if fleet is None or fleet.size is None:
         return scenario, [], []
@@ -88,7 +81,7 @@ def with_copies(scenario: Scenario) -> tuple[Scenario, list[str], list[Configura
         return scenario, [], [ConfigurationFault("fleet.copies_of", "", allowed)]
     source, box = next(vehicle for vehicle in vehicles if vehicle.name == fleet.copies_of), scenario.world.box_m
     if not _in(box, source.start_m):
-        return scenario, [], []  # which is told of the original
+        return scenario, [], []  # reported for the original
     layers_m = _layers_m(source, vehicles) if fleet.layers else [source.depth_m]
     taken_m = [one.start_m for one in vehicles if any(_shares(one, layer_m) for layer_m in layers_m)]
     starts_m = free_places(source.start_m, fleet.spacing_m, box, taken_m, math.ceil(n_copies / len(layers_m)))
@@ -108,7 +101,7 @@ def with_copies(scenario: Scenario) -> tuple[Scenario, list[str], list[Configura
 
 
 def _next_names(original: str, used: set[str], n_names: int) -> list[str]:
-    """Names with the next free numbers.
+    """Return names with the next free numbers.
 
     >>> _next_names("AUV02", {"AUV02", "AUV04"}, 2)
     ['AUV03', 'AUV05']
@@ -128,7 +121,7 @@ def _shares(vehicle: VehicleTable, layer_m: float) -> bool:
 
 
 def _layers_m(original: VehicleTable, vehicles: Sequence[VehicleTable]) -> list[float]:
-    """Layers above and below the original that no vehicle is in, the nearest first; its own depth if there is none."""
+    """Return free layers above and below the original, the nearest first; else its own depth."""
     own_m, limit_m = original.depth_m, original.depth_limit_m
     steps = sorted(range(-MAX_VEHICLES, MAX_VEHICLES + 1), key=lambda step: (abs(step), -step))
     layers_m = [round(own_m + step * LAYER_M, 3) for step in steps]
@@ -139,7 +132,7 @@ def _layers_m(original: VehicleTable, vehicles: Sequence[VehicleTable]) -> list[
 def free_places(
     around_m: PointM, spacing_m: float, box: tuple[float, float, float, float], taken_m: Sequence[PointM], n_places: int
 ) -> list[PointM]:
-    """The first ``n_places`` points of the lattice in the world that are ``spacing_m`` from all that are taken."""
+    """Return the first lattice points in the world that are ``spacing_m`` from all taken ones."""
     found: list[PointM] = []
     for ring in _rings(around_m, spacing_m, box):
         for place in ring:
@@ -151,7 +144,7 @@ def free_places(
 
 
 def _rings(around_m: PointM, spacing_m: float, box: tuple[float, float, float, float]) -> Iterator[list[PointM]]:
-    """Square rings of the lattice around a point of the world, itself first, as long as one reaches into the world."""
+    """Yield square rings of the lattice around a point, itself first, up to the world's border."""
     (x_m, y_m), (x_min, y_min, x_max, y_max) = around_m, box
     reach_m = max(x_m - x_min, x_max - x_m, y_m - y_min, y_max - y_m)
     for ring in range(int(reach_m / spacing_m) + 1):
@@ -169,7 +162,7 @@ def _in(box: tuple[float, float, float, float], place: PointM) -> bool:
 
 
 def with_starts_apart(scenario: Scenario) -> Scenario:
-    """A scenario with other starts where vehicles would start too near, as far as there is room for it."""
+    """Return a scenario with separated starts, where free places exist."""
     separation_m, box, placed = scenario.guidance.separation_m, scenario.world.box_m, list[VehicleTable]()
     for vehicle in scenario.vehicle:
         near = [other.start_m for other in placed if _meet(vehicle, other)]
@@ -182,7 +175,7 @@ def with_starts_apart(scenario: Scenario) -> Scenario:
 
 
 def start_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
-    """Starts outside the world, or nearer to an earlier one in the same layer than vehicles are to come, once each."""
+    """Yield starts outside the world or too near to an earlier one in the layer, once each."""
     yield from scenario.world.outside((f"vehicle.{one.name}.start_m", one.start_m) for one in scenario.vehicle)
     separation_m, said = scenario.guidance.separation_m, set()
     for other, vehicle in itertools.combinations(scenario.vehicle, 2):
@@ -199,21 +192,21 @@ def start_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
 
 
 def _meet(one: VehicleTable, other: VehicleTable) -> bool:
-    """True if the two do not pass freely."""
+    """True if both vehicles are in one layer."""
     return abs(one.depth_m - other.depth_m) <= SAME_DEPTH_M
 
 
 HAS_PART = "hasPart"
 EQUIPMENT = "Equipment"
-"""The class above all that may be listed as equipment."""
+"""Superclass of all equipment."""
 MODEM = "AcousticModem"
-"""The class of all modems that vehicles exchange with."""
+"""Superclass of all modems."""
 CAPABILITIES = "CapablePlatform"
-"""The class above the capabilities that the core ontology defines."""
+"""Superclass of the capabilities in the core ontology."""
 
 
 class EquipmentItem(NamedTuple):
-    """One piece of equipment: its name on board, and its class."""
+    """Piece of equipment: its name on board, and its class."""
 
     name: str
     of_class: str
@@ -223,19 +216,17 @@ class EquipmentItem(NamedTuple):
 
 
 def makes_sensors(kind: Any) -> bool:
-    """True for settings that say how their sensor is made."""
+    """True for settings that define how their sensor is made."""
     return isinstance(kind, type) and issubclass(kind, SensorSettings) and kind.make is not SensorSettings.make
 
 
 def sensor_kind(reference: str, kinds: Mapping[str, type[SensorSettings]]) -> type[SensorSettings]:
-    """The kind of sensor that ``type`` of a sensor's table names.
+    """Return the kind of sensor that ``type`` names.
 
-    Args:
-        reference: a name among ``kinds``, ``package.module:Class``, or empty for the first of the kinds.
-        kinds: those that the mission knows.
+    reference: a name in ``kinds``, ``package.module:Class``, or empty for the first kind.
 
     Raises:
-        PluginError: there is none, or it is no subclass of SensorSettings that says how its sensor is made.
+        PluginError: it is unknown, or no subclass of SensorSettings that defines ``make``.
     """
     if not reference and kinds:
         return next(iter(kinds.values()))
@@ -254,10 +245,10 @@ def sensor_kind(reference: str, kinds: Mapping[str, type[SensorSettings]]) -> ty
 def sensor_settings(
     table: Mapping[str, Any], kinds: Mapping[str, type[SensorSettings]]
 ) -> SensorSettings | ValidationError:
-    """Settings from one ``[[vehicle.sensor]]`` table, or what is wrong with its values.
+    """Parse a ``[[vehicle.sensor]]`` table; return its settings or the validation error.
 
     Raises:
-        PluginError: the kind of sensor cannot be had.
+        PluginError: the kind of sensor is unknown.
     """
     try:
         reference = str(table.get("type", ""))
@@ -268,16 +259,16 @@ def sensor_settings(
 
 
 def sensors_of(vehicle: VehicleTable, kinds: Mapping[str, type[SensorSettings]]) -> tuple[SensorSettings, ...]:
-    """Settings of the sensors of a vehicle, whose tables are well-formed; ``kinds``: those that its mission knows."""
+    """Return the settings of a vehicle's sensors; malformed tables are skipped."""
     found = (sensor_settings(table, kinds) for table in vehicle.sensor)
     return tuple(settings for settings in found if isinstance(settings, SensorSettings))
 
 
-# What a vehicle is able to do -------------------------------------------------------------------
+# Abilities -----------------------------------------------------------------------------------
 
 
 def listening_w(communication: Communication, modem: Modem | None) -> float:
-    """Power that a modem takes all the time on top of ``hotel_w``."""
+    """Power (W) of the listening modem in addition to ``hotel_w``."""
     profile_w = modem.receive_w if modem is not None and communication.count_listening else None
     return communication.receive_power_w or profile_w or 0.0
 
@@ -285,20 +276,14 @@ def listening_w(communication: Communication, modem: Modem | None) -> float:
 def equipment_of(
     vehicle: VehicleTable, modem: Modem | None, kinds: Mapping[str, type[SensorSettings]]
 ) -> list[EquipmentItem]:
-    """The equipment of a vehicle.
-
-    Args:
-        vehicle: its table.
-        modem: its modem; None if that is not known.
-        kinds: of sensors that the mission knows.
-    """
+    """Return the equipment of a vehicle; ``modem`` is None if unknown."""
     found = [EquipmentItem(one.name, one.equipment or one.EQUIPMENT) for one in sensors_of(vehicle, kinds)]
     return found if modem is None else [*found, EquipmentItem("modem", modem.equipment)]
 
 
 @lru_cache(maxsize=256)
 def capabilities_of(tbox: TBox, vehicle_type: str, parts: tuple[str, ...]) -> frozenset[str]:
-    """Names of all classes that a vehicle is of by its type and the classes of its parts, as far as these are known."""
+    """Return the known classes of a vehicle inferred from its type and parts."""
     named = {ontology_class.name: ontology_class.uid for ontology_class in tbox.classes}
     links = [attribute.uid for attribute in tbox.attributes if attribute.name == HAS_PART]
     if vehicle_type not in named or not links:
@@ -314,10 +299,9 @@ def capabilities_of(tbox: TBox, vehicle_type: str, parts: tuple[str, ...]) -> fr
 
 
 def with_abilities(scenario: Scenario, mission: type[Mission]) -> Scenario:
-    """A scenario in which every vehicle lists the roles that it is able to play, as ``Group.Role``.
+    """Return a scenario whose vehicles list the roles they can play, as ``Group.Role``.
 
-    A vehicle that lists no ``playable_roles`` is able to play all whose requirements it meets; of those that it lists,
-    it is not able to play a role whose requirements it does not meet.
+    Without ``playable_roles`` these are all roles whose requirements the vehicle meets; else the listed ones of them.
     """
     demanding = any(role.requires is not None for role in scenario.roles.values())
     if not demanding and all(vehicle.playable_roles is not None for vehicle in scenario.vehicle):
@@ -337,7 +321,7 @@ def with_abilities(scenario: Scenario, mission: type[Mission]) -> Scenario:
 
 
 def lacking(vehicle: VehicleTable, role: Role, scenario: Scenario, mission: type[Mission]) -> Iterator[str]:
-    """What a vehicle lacks of what a role requires, in words; nothing if it meets it."""
+    """Yield unmet requirements of a role, as text."""
     requires, default = role.requires, next(iter(mission.sensors), "")
     if requires is None:
         return
@@ -364,7 +348,7 @@ def lacking(vehicle: VehicleTable, role: Role, scenario: Scenario, mission: type
 
 
 def equipment_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
-    """Capabilities and equipment that are no classes of the ontology."""
+    """Yield capabilities and equipment that are not classes of the ontology."""
     tbox = words_in(scenario, mission)
     if tbox is None:
         return
@@ -382,7 +366,7 @@ def equipment_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[Con
 
 
 def _below(tbox: TBox, name: str) -> list[str]:
-    """Names of the classes below one, if there is such a class."""
+    """Return the subclasses of a class, by name."""
     found = [ontology_class.uid for ontology_class in tbox.classes if ontology_class.name == name]
     return [tbox.classes[uid].name for above in found for uid in tbox.subclasses(above) if uid != above]
 
@@ -394,14 +378,9 @@ def common_equipment(
     tbox: TBox,
     instances: Sequence[Instance],
 ) -> tuple[tuple[Instance, ...], tuple[PropertyValue, ...]]:
-    """The equipment of all vehicles as common instances, and whose part each is; none if no role asks for capabilities.
+    """Return all equipment as common instances, and its part-of facts.
 
-    Args:
-        scenario: the scenario.
-        modem: of all vehicles.
-        kinds: of sensors that the mission knows.
-        tbox: of the scenario.
-        instances: the common instances before; a vehicle's uid is its slot.
+    Empty unless a role requires a capability. ``instances``: the preceding ones; a vehicle's uid is its slot.
     """
     if not any(role.requires and role.requires.capability for group in scenario.group for role in group.role):
         return (), ()

@@ -1,7 +1,7 @@
-"""World model of a scenario: ontologies, pruning, waiting.
+"""World model of a scenario: ontologies, pruning, pending blocks.
 
-They are read once, as the scenario is: their text becomes part of it, as ``worldmodel.ontology_text``, goes into the
-manifest of a run and into the keys of a sweep. So a run is read back and repeated where the files are gone or changed.
+Ontology files are read with the scenario; their text becomes part of it (``worldmodel.ontology_text``), of the manifest
+of runs and of the keys of sweeps. So runs can be read and repeated without the files.
 """
 
 from __future__ import annotations
@@ -28,20 +28,15 @@ KEY = "worldmodel.ontology"
 
 
 def words_of(texts: Mapping[str, str], mission: type[Mission]) -> TBox:
-    """The ontology of a scenario with all that its mission may say.
+    """Return the ontology of a scenario and its mission.
 
-    Args:
-        texts: of the scenario's own ontology files, by name.
-        mission: its class.
-
-    Raises:
-        OntologyError: a file is wrong.
+    texts: of the scenario's ontology files, by name. Raises OntologyError for an invalid file.
     """
     return read_tbox(*core_ontology_paths(), *mission.vocabulary, *sources_of(texts))
 
 
 def words_in(scenario: Scenario, mission: type[Mission]) -> TBox | None:
-    """The same for a scenario that is being checked; None if a file is wrong, which ``vocabulary_faults`` tells."""
+    """Return the ontology of a scenario under validation; None if invalid, reported elsewhere."""
     try:
         return words_of(scenario.worldmodel.ontology_text, mission)
     except (OntologyError, OSError):
@@ -49,16 +44,14 @@ def words_in(scenario: Scenario, mission: type[Mission]) -> TBox | None:
 
 
 def sources_of(texts: Mapping[str, str]) -> tuple[Source, ...]:
-    """The ontology files of a scenario, from their texts by name."""
+    """Return the ontology files of a scenario from their texts."""
     return tuple(Source(name, text) for name, text in texts.items())
 
 
 def with_ontologies(table: WorldModelTable, folder: Path) -> tuple[WorldModelTable, list[ConfigurationFault]]:
-    """The table with the text of the ontology files that it names, and what is wrong with the names.
+    """Read the ontology files that the table names; return faults of the names.
 
-    Args:
-        table: of the scenario.
-        folder: what names of files are relative to; a file whose text is there already is not read.
+    folder: base of the paths; files with known text are not read.
     """
     names, texts = table.ontology, table.ontology_text
     faults, read = [], dict[str, str]()
@@ -80,7 +73,7 @@ def with_ontologies(table: WorldModelTable, folder: Path) -> tuple[WorldModelTab
 
 
 def vocabulary_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
-    """What is wrong with the ontology files of a scenario or its mission, in themselves or beside the others."""
+    """Yield faults of the ontology files, alone and combined."""
     texts = scenario.worldmodel.ontology_text
     try:
         words = words_of(texts, mission)
@@ -108,7 +101,7 @@ def vocabulary_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[Co
             yield ConfigurationFault(unknown.key, "", f"no attribute of the ontology; {unknown.allowed}")
 
 
-_PRUNED: dict[str, Any] = {  # `class` is no name of an attribute in Python
+_PRUNED: dict[str, Any] = {  # `class` is a keyword
     "class": (str, Field(description="class of the instances whose values are pruned, or a superclass")),
     "attribute": (str, Field(description="attribute whose values are pruned")),
     "older_than_s": (NotNegative, Field(description="age at which they are pruned, except the newest of each vehicle")),
@@ -139,7 +132,7 @@ class WorldModelTable(Sparse):
 
 
 def pruning_of(table: WorldModelTable, tbox: TBox) -> tuple[PruneRule, ...]:
-    """What vehicles drop."""
+    """Return the pruning rules."""
     rules = [rule.model_dump() for rule in table.prune]
     return tuple(
         PruneRule(tbox.class_named(r["class"]).uid, tbox.attribute_named(r["attribute"]).uid, r["older_than_s"])

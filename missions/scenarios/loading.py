@@ -1,6 +1,6 @@
-"""Reading a scenario: from a shipped name or a TOML file, with overrides, checked whole.
+"""Loading of a scenario: shipped name or TOML file, overrides, validation.
 
-``load`` reports every fault of a file at once, each with file, line, key, what was given and what is allowed.
+``load`` reports all faults of a file at once, each with file, line, key, given and allowed values.
 """
 
 from __future__ import annotations
@@ -49,14 +49,10 @@ from remoras.mission import Mission
 
 
 def load(name_or_path: str, overrides: Sequence[tuple[str, str]] = ()) -> Scenario:
-    """The scenario of a shipped name or a TOML file, with overrides applied.
+    """Load a scenario by shipped name or path, with overrides applied.
 
-    Args:
-        name_or_path: a name of ``missions.files.shipped()`` or a path.
-        overrides: (where it comes from, ``KEY=VALUE``), for example ("--set", "channel.per=0.3").
-
-    Returns:
-        A ``Scenario``, of the subclass that its mission names.
+    overrides: (origin, ``KEY=VALUE``), for example ("--set", "channel.per=0.3"). The result has the mission's subclass
+    of ``Scenario``.
 
     Raises:
         ConfigurationError: with every fault of the file and the overrides.
@@ -65,12 +61,12 @@ def load(name_or_path: str, overrides: Sequence[tuple[str, str]] = ()) -> Scenar
 
 
 def scenario_from(document: Document, overrides: Sequence[tuple[str, str]] = ()) -> Scenario:
-    """The scenario that a document is; see ``load``."""
+    """Return the scenario of a document; see ``load``."""
     faults = list(_contradictions(overrides))
     options = {".".join(key_parts(text.partition("=")[0].strip())): option for option, text in overrides}
 
     def folder(key: str) -> Path:
-        """Folder that the path below a key starts from: the working folder if an option gives it."""
+        """Return the base of the path under a key: the working folder for an option."""
         is_given = not options.keys().isdisjoint({key, key.partition(".")[0]})
         return Path() if is_given else Path(document.path).parent
 
@@ -78,7 +74,7 @@ def scenario_from(document: Document, overrides: Sequence[tuple[str, str]] = ())
     faults += [fault for option, text in chosen if (fault := _override(document.raw, option, text)) is not None]
     document, more = with_organisation(document)
     faults += more
-    if any(fault.key == ORGANISATION for fault in more):  # most of a scenario rests on its groups
+    if any(fault.key == ORGANISATION for fault in more):  # most checks depend on the groups
         raise document.error(faults, options)
     own_channel = document.raw.get("channel")
     own_name = own_channel.get("name") if isinstance(own_channel, dict) else None
@@ -93,7 +89,7 @@ def scenario_from(document: Document, overrides: Sequence[tuple[str, str]] = ())
     faults += [*written.faults, *more]
     scenario, more = _validated(replace(document, raw={**raw, **written.raw}), mission)
     faults += more
-    if len(getattr(scenario, "vehicle", ())) > MAX_VEHICLES:  # more would take the checks of pairs for ever
+    if len(getattr(scenario, "vehicle", ())) > MAX_VEHICLES:  # the checks of pairs would take too long
         allowed = f"{len(scenario.vehicle)} vehicles; allowed: up to {MAX_VEHICLES}"
         raise document.error([*faults, ConfigurationFault("vehicle", "", allowed)], options)
     if hasattr(scenario, "channel"):
@@ -120,11 +116,11 @@ def scenario_from(document: Document, overrides: Sequence[tuple[str, str]] = ())
 
 
 def _mission_of(raw: Mapping[str, Any]) -> tuple[type[Mission] | None, list[ConfigurationFault]]:
-    """The class of the mission, or what is wrong with its name."""
+    """Return the class of the mission, or the faults of its name."""
     about = raw.get("scenario")
     reference = about.get("mission") if isinstance(about, dict) else None
     if not isinstance(reference, str):
-        return None, []  # told as a missing or malformed key
+        return None, []  # reported as a missing or malformed key
     try:
         return mission_class(reference), []
     except PluginError as error:
@@ -134,10 +130,9 @@ def _mission_of(raw: Mapping[str, Any]) -> tuple[type[Mission] | None, list[Conf
 def _completed(
     scenario: Scenario, mission: type[Mission] | None
 ) -> tuple[Scenario, list[str], bool, list[ConfigurationFault]]:
-    """A scenario with what follows from its tables.
+    """Derive the remaining tables of a scenario.
 
-    Returns:
-        The scenario; names of copies in its fleet; True if nothing is lacking for a malformed table; faults.
+    Returns the scenario, names of copies, True unless a malformed table prevented something, and faults.
     """
     copies, faults, is_whole = list[str](), list[ConfigurationFault](), False
     with passing_over_malformed():
@@ -147,7 +142,7 @@ def _completed(
         if mission is not None:
             scenario = mission.completed(with_abilities(scenario, mission))
         is_whole = True
-    except Exception as error:  # the mission may be somebody else's class
+    except Exception as error:  # user code may raise anything
         if not is_malformed(error):
             faults.append(_raised(error))
         elif not copies and getattr(scenario, "fleet", True):
@@ -166,7 +161,7 @@ def _raised(error: Exception) -> ConfigurationFault:
 
 
 def _validated(document: Document, mission: type[Mission] | None) -> tuple[Scenario, list[ConfigurationFault]]:
-    """The well-formed tables, sensors by their kinds, and what is wrong with the others."""
+    """Return the well-formed tables, sensors parsed by kind, and faults of the others."""
     model: type[Scenario] = Scenario if mission is None else mission.Scenario
     scenario, faults = validated(model, document.raw, passes_over_unknown=mission is None)
     if mission is not None and (found := [*well_formed(lambda: _sensor_faults(scenario, mission))]):
@@ -181,7 +176,7 @@ def _sensor_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[Confi
 
 
 def _sensors(vehicle: VehicleTable, mission: type[Mission]) -> Iterator[ConfigurationFault]:
-    """What is wrong with the tables of the sensors of a vehicle, each by the kind that it names."""
+    """Yield faults of a vehicle's sensor tables, each checked by its kind."""
     key = f"vehicle.{vehicle.name}.sensor"
     for number, table in enumerate(vehicle.sensor, 1):
         at = f"{key}.{table.get('name', number)}" if len(vehicle.sensor) > 1 else key
@@ -200,7 +195,7 @@ def _sensors(vehicle: VehicleTable, mission: type[Mission]) -> Iterator[Configur
 
 
 def _contradictions(overrides: Sequence[tuple[str, str]]) -> Iterator[ConfigurationFault]:
-    """Overrides that give a key another value than one before them."""
+    """Yield overrides that contradict an earlier one."""
     first: dict[str, tuple[str, str]] = {}
     for option, text in overrides:
         name, _, value = text.partition("=")
@@ -213,11 +208,11 @@ def _contradictions(overrides: Sequence[tuple[str, str]]) -> Iterator[Configurat
 
 
 def _override(raw: dict[str, Any], option: str, override: str) -> ConfigurationFault | None:
-    """Apply ``channel.per=0.3`` or ``vehicle.AUV01.energy_j=1e6``; entries of lists by name or number."""
+    """Apply an override such as ``vehicle.AUV01.energy_j=1e6``; list entries by name or number."""
     key, equals, value = override.partition("=")
     if not equals or not key:
         return ConfigurationFault(option, override, "KEY=VALUE, for example channel.per=0.3")
-    if any("\ud800" <= character <= "\udfff" for character in override):  # bytes that are no text for the shell
+    if any("\ud800" <= character <= "\udfff" for character in override):  # bytes that are not valid text
         readable = override.encode("ascii", "backslashreplace").decode()
         return ConfigurationFault(option, readable, "is no text in UTF-8; set LC_ALL=C.UTF-8 and try again")
     target: Any = raw
@@ -245,7 +240,7 @@ def _override(raw: dict[str, Any], option: str, override: str) -> ConfigurationF
 
 
 def _are_alike(one: str, other: str) -> bool:
-    """True for texts of one value; none that is out of all limits is like another."""
+    """True if both texts denote the same value; a value beyond the limits equals none."""
     try:
         return bool(_value(one) == _value(other))
     except LimitError:
@@ -253,7 +248,7 @@ def _are_alike(one: str, other: str) -> bool:
 
 
 def _value(text: str) -> Any:
-    """A value as TOML has it; a bare word is a string.
+    """Parse a TOML value; a bare word is a string.
 
     Raises:
         LimitError: see ``missions.files.parsed``.

@@ -1,14 +1,11 @@
-"""Groups of a scenario: roles, formation, and the file of an organisation.
+"""Groups of a scenario: templates, inheritance, formation, and the organisation file.
 
-A ``[[group_template]]`` is a group without a place of its own: a ``[[group]]`` with ``template`` has its keys and its
-roles, besides or instead of which it has those that it lists itself. Templates and roles have parents by ``extends``.
-Of several parents the later one wins, and the own keys win over all; tables in them are joined key by key. A role with
-``abstract = true``, and every ``[[role]]`` of the file, is there to be extended and nothing else.
+A ``[[group]]`` with ``template`` inherits the keys and roles of a ``[[group_template]]`` and may add or replace them.
+Templates and roles have parents by ``extends``. A later parent overrides an earlier one, own keys override all; nested
+tables are merged by key. Abstract roles, and every ``[[role]]`` of the file, serve only as parents.
 
-Works on the raw tables, before anything else is checked: checks, missions and manifests see whole groups. Where a key
-comes from is kept, so that a fault names the table that has it.
-
-Groups that are formed at sea: what has to hold of ``formed_by``.
+Inheritance is resolved on raw tables before validation, so that checks, missions and manifests see whole groups. The
+origin of each key is kept, so that a fault names the table that has it.
 """
 
 from __future__ import annotations
@@ -34,20 +31,20 @@ from remoras.table import Section
 from worldmodel import ontology_path
 
 Raw = Mapping[str, Any]
-"""A table as TOML has it, not checked yet."""
+"""Raw TOML table."""
 Name = TypeVar("Name", bound=Hashable)
 
 GROUP, TEMPLATE, ROLE = "group", "group_template", "role"
 TABLES = (GROUP, TEMPLATE, ROLE)
-"""Tables at the top of a file that make up the specification of an organisation."""
+"""Top-level tables that specify an organisation."""
 EXTENDS, ABSTRACT = "extends", "abstract"
 OWN = frozenset({"name", EXTENDS, ABSTRACT})
-"""Keys that nobody inherits."""
+"""Keys that are not inherited."""
 
 
 @dataclass(frozen=True)
 class TableLayer:
-    """A table that a group or role is made from, and its dotted key in the file."""
+    """Table from which a group or role is made, with its dotted key in the file."""
 
     key: str
     table: Raw
@@ -55,12 +52,11 @@ class TableLayer:
 
 @dataclass(frozen=True)
 class Specification:
-    """Tables of a scenario with every group written out.
+    """Tables of a scenario with inheritance resolved.
 
     Attributes:
-        raw: the tables.
         faults: of templates, parents and names.
-        layers: by dotted key of a group or a role, the tables that it is made from, those that win first.
+        layers: source tables by dotted key of a group or role, in order of precedence.
     """
 
     raw: Raw
@@ -68,7 +64,7 @@ class Specification:
     layers: Mapping[str, tuple[TableLayer, ...]] = field(default_factory=dict)
 
     def attributed(self, faults: Sequence[ConfigurationFault]) -> list[ConfigurationFault]:
-        """Faults of what was written out as faults of the tables that it comes from, once each."""
+        """Map faults of resolved tables to their source tables, once each."""
         found: list[ConfigurationFault] = []
         said: set[tuple[str, str, str]] = set()
         for fault in faults:
@@ -81,7 +77,7 @@ class Specification:
         return found
 
     def _source(self, key: str) -> tuple[str, str]:
-        """The key of the table that has it, and the group or role that it is for if that is another table."""
+        """Return the source key, and the group or role for which it is used if another one."""
         parts = key.split(".")
         for length in (4, 2):
             whole, rest = ".".join(parts[:length]), parts[length:]
@@ -95,18 +91,18 @@ class Specification:
 
 
 def entries(raw: Raw, key: str) -> list[Raw]:
-    """The tables of a list of tables; what is none is passed over."""
+    """Return the tables of a list; other entries are skipped."""
     found = raw.get(key, [])
     return [e for e in found if isinstance(e, dict)] if isinstance(found, list) else []
 
 
 def names_of(raw: Raw, key: str) -> list[str]:
-    """Names of the tables of a list."""
+    """Return the names of the tables of a list."""
     return [e["name"] for e in entries(raw, key) if isinstance(e.get("name"), str)]
 
 
 def specified(raw: Raw) -> Specification:
-    """The tables of a scenario with templates, parents and abstract roles written out."""
+    """Resolve templates, parents and abstract roles."""
     listed = raw.get(GROUP)
     has_parents = any(EXTENDS in role or ABSTRACT in role for g in entries(raw, GROUP) for role in entries(g, ROLE))
     if not isinstance(listed, list) or not (TEMPLATE in raw or ROLE in raw or has_parents):
@@ -122,11 +118,7 @@ def _without_templates(raw: Raw) -> Iterator[ConfigurationFault]:
 
 
 class _Writer:
-    """Writes groups out.
-
-    Args:
-        raw: tables of a scenario.
-    """
+    """Resolver of group inheritance."""
 
     def __init__(self, raw: Raw) -> None:
         self.faults: list[ConfigurationFault] = []
@@ -138,7 +130,7 @@ class _Writer:
             self._whether_abstract(layer)
 
     def _named(self, raw: Raw, kind: str) -> dict[str, TableLayer]:
-        """Tables of a kind by name; the first where several have one."""
+        """Return the tables of a kind by name; of duplicates the first."""
         for number, table in enumerate(entries(raw, kind), 1):
             if not isinstance(table.get("name"), str):
                 self.faults.append(ConfigurationFault(f"{kind}.{number}.name", "", "missing"))
@@ -160,7 +152,6 @@ class _Writer:
     # Groups --------------------------------------------------------------------------------------
 
     def group(self, table: Raw) -> Raw:
-        """A group with all that it has of its template."""
         key = f"{GROUP}.{table.get('name')}"
         own = TableLayer(key, table)
         template = table.get("template")
@@ -179,7 +170,7 @@ class _Writer:
         return {**found, **{k: table[k] for k in ("name", "template") if k in table}}
 
     def _roles(self, key: str, levels: Sequence[TableLayer]) -> list[Any]:
-        """Roles of a group written out, in the order of its farthest template; what is no table stays as it is."""
+        """Resolve the roles of a group, in the order of its farthest template; keep other entries."""
         own: dict[str, list[TableLayer]] = {}
         others: list[Any] = []
         for level in reversed(levels):
@@ -188,7 +179,7 @@ class _Writer:
                 name = role.get("name") if isinstance(role, dict) else None
                 layer = TableLayer(f"{level.key}.{ROLE}.{name if isinstance(name, str) else number}", role)
                 if not isinstance(name, str) or any(other.key == layer.key for other in own.get(name, ())):
-                    others.append(role)  # reported as what it is
+                    others.append(role)  # reported as malformed
                 else:
                     own.setdefault(name, []).insert(0, layer)
                     self._whether_abstract(layer)
@@ -206,13 +197,12 @@ class _Writer:
     def _of_parents(
         self, name: str, layers: Sequence[TableLayer], own: Mapping[str, list[TableLayer]], below: tuple[str, ...]
     ) -> list[TableLayer]:
-        """The tables that a role of a group is made from, those that win first.
+        """Return the source tables of a role in a group, in order of precedence.
 
         Args:
-            name: of the role.
-            layers: tables of the group and of its templates that list it.
-            own: those of all roles of the group, by name.
-            below: roles that this one is a parent of.
+            layers: tables of the group and its templates that list it.
+            own: tables of all roles of the group, by name.
+            below: roles that extend this one.
         """
         holder = next((layer for layer in layers if EXTENDS in layer.table), None)
         found = list(layers)
@@ -234,7 +224,7 @@ class _Writer:
     def _ancestry(
         self, layer: TableLayer, named: Callable[[str], TableLayer | None], below: list[str], known: Sequence[str]
     ) -> list[TableLayer]:
-        """A template or a role of the library and all its parents, those that win first."""
+        """Return a template or library role and all its parents, in order of precedence."""
         name = str(layer.table.get("name"))
         key, given = f"{layer.key}.{EXTENDS}", layer.table.get(EXTENDS, [])
         found = [layer]
@@ -247,7 +237,7 @@ class _Writer:
         return found
 
     def _parents(self, key: str, given: Any, known: Sequence[str]) -> list[str]:
-        """Names of parents that there are; the others are faults."""
+        """Return the known parents; others are faults."""
         if not isinstance(given, list) or not all(isinstance(name, str) for name in given):
             self._fault(key, given, f"a list of names, of {', '.join(known)}")
             return []
@@ -263,7 +253,7 @@ class _Writer:
 
 
 def _joined(tables: Sequence[Raw]) -> dict[str, Any]:
-    """Keys of several tables, those of the first win; tables in them are joined key by key."""
+    """Merge tables, those of the first with precedence; nested tables by key."""
     found: dict[str, Any] = {}
     for table in reversed(tables):
         for key, value in table.items():
@@ -278,7 +268,7 @@ NO_LEADER = "the group has no vehicle with the social layer to lead it: set soci
 
 
 def organisation_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
-    """All faults between groups, their roles and rally points."""
+    """Yield all faults between groups, their roles and rally points."""
     yield from structure_faults(scenario.group, scenario.group_template)
     rallies = [point.name for point in scenario.rally_point]
     for group in scenario.group:
@@ -286,7 +276,7 @@ def organisation_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
 
 
 def structure_faults(groups: Sequence[GroupTable], templates: Sequence[Raw]) -> Iterator[ConfigurationFault]:
-    """Faults of groups and roles alone, whichever vehicles play them and wherever they meet."""
+    """Yield faults of groups and roles alone, independent of vehicles and rally points."""
     roles = {(group.name, role.name): role for group in groups for role in group.role}
     for group in groups:
         yield from _head(group)
@@ -296,13 +286,12 @@ def structure_faults(groups: Sequence[GroupTable], templates: Sequence[Raw]) -> 
 
 
 def role_key(path: str) -> RoleKey:
-    """The names in ``Group.Role``."""
+    """Split ``Group.Role`` into names."""
     group, _, role = path.partition(".")
     return group, role
 
 
 def _at(role: RoleKey) -> str:
-    """Key of a role in a file."""
     return f"group.{role[0]}.role.{role[1]}"
 
 
@@ -321,7 +310,7 @@ def _head(group: GroupTable) -> Iterator[ConfigurationFault]:
 
 
 def _names_of_roles(group: GroupTable, roles: Mapping[RoleKey, Role]) -> Iterator[ConfigurationFault]:
-    """Roles that roles name: by which they are played, which they influence, exclude and have authority over."""
+    """Yield unknown or self-referencing roles in the keys of roles."""
     paths, names = [".".join(key) for key in roles], group.role_names
     for name, count in Counter(names).items():
         if count > 1:
@@ -337,7 +326,7 @@ def _names_of_roles(group: GroupTable, roles: Mapping[RoleKey, Role]) -> Iterato
 
 
 def _played_by(roles: Mapping[RoleKey, Role]) -> Iterator[ConfigurationFault]:
-    """Roles that wait for their own holder, or are incompatible with one that their holder has to play."""
+    """Yield cycles of ``played_by``, and incompatible roles that one holder must play."""
     above = {key: other for key, role in roles.items() if (other := role_key(role.played_by or "")) in roles}
     for cycle in _cycles(above):
         line = " is played by ".join(".".join(key) for key in [*cycle, cycle[0]])
@@ -357,7 +346,7 @@ def _played_by(roles: Mapping[RoleKey, Role]) -> Iterator[ConfigurationFault]:
 
 
 def _cycles(above: Mapping[Name, Name]) -> list[list[Name]]:
-    """Cycles of names of which each has one above it, each once."""
+    """Return each cycle of a parent relation once."""
     found: list[list[Name]] = []
     done: set[Name] = set()
     for start in above:
@@ -373,7 +362,7 @@ def _cycles(above: Mapping[Name, Name]) -> list[list[Name]]:
 
 
 def excluded(roles: Mapping[RoleKey, Role]) -> dict[RoleKey, set[RoleKey]]:
-    """For each role, those that its holders may not play; in both directions."""
+    """Return the incompatible roles of each role, symmetrically."""
     found: dict[RoleKey, set[RoleKey]] = {key: set() for key in roles}
     for key, role in roles.items():
         for name in role.incompatible:
@@ -385,7 +374,7 @@ def excluded(roles: Mapping[RoleKey, Role]) -> dict[RoleKey, set[RoleKey]]:
 
 
 def _nesting(listed: Sequence[GroupTable], templates: Sequence[Raw]) -> Iterator[ConfigurationFault]:
-    """Groups within groups: which there are, that none is within itself, and how many there may be."""
+    """Yield unknown, circular and too many or too few subgroups."""
     groups = {group.name: group for group in listed}
     for name, group in groups.items():
         yield from one_of(f"group.{name}.within", group.within, list(groups))
@@ -402,11 +391,9 @@ def _nesting(listed: Sequence[GroupTable], templates: Sequence[Raw]) -> Iterator
 def _subgroups(
     group: GroupTable, kinds: Mapping[str, Sequence[str]], templates: Sequence[str]
 ) -> Iterator[ConfigurationFault]:
-    """A group has as many subgroups of each template as it says, and no others.
+    """Yield violations of the number and templates of subgroups.
 
-    Args:
-        group: the outer group; kinds: templates of the groups within it, by name.
-        templates: names of all.
+    kinds: templates of the groups within ``group``, by name.
     """
     for number, table in enumerate(group.subgroup, 1):
         key = f"group.{group.name}.subgroup.{number}"
@@ -425,7 +412,7 @@ def _subgroups(
 
 
 def ancestry(templates: Sequence[Raw], template: str | None) -> tuple[str, ...]:
-    """A template and all that it extends, the nearest first."""
+    """Return a template and all that it extends, the nearest first."""
     named = {str(table.get("name")): table for table in templates}
     found: list[str] = []
     due = [template]
@@ -442,7 +429,7 @@ def ancestry(templates: Sequence[Raw], template: str | None) -> tuple[str, ...]:
 
 
 def player_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
-    """Roles that too few vehicles are able to play, or none with what else it takes."""
+    """Yield roles with too few able vehicles, or with none that meets the further conditions."""
     for (group, name), role in scenario.roles.items():
         key, able = _at((group, name)), scenario.able_to_play(group, name)
         if not able and role.requires is not None:
@@ -462,7 +449,7 @@ def player_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[Config
 
 
 def playable_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
-    """Roles in lists of vehicles that there are not."""
+    """Yield unknown roles in the vehicles' lists."""
     roles = sorted({name for _, name in scenario.roles})
     paths = [*roles, *(".".join(key) for key in scenario.roles)]
     for vehicle in scenario.vehicle:
@@ -472,7 +459,7 @@ def playable_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
 
 
 def _players_of_both(scenario: Scenario) -> Iterator[ConfigurationFault]:
-    """A role that the holder of another must play needs a vehicle that is able to play both."""
+    """Yield pairs of roles for one holder that no vehicle can play together."""
     for key, role in scenario.roles.items():
         other = role_key(role.played_by or ".")
         if all(other) and not any(one.can_play(*key) and one.can_play(*other) for one in scenario.vehicle):
@@ -480,7 +467,7 @@ def _players_of_both(scenario: Scenario) -> Iterator[ConfigurationFault]:
 
 
 def _successors(scenario: Scenario) -> Iterator[ConfigurationFault]:
-    """Holders of some role of a succession have to be able to lead."""
+    """Yield successions whose role holders cannot lead."""
     for group in scenario.group:
         key, given, head = f"group.{group.name}.succession", group.succession, group.head
         faults = [fault for role in given for fault in one_of(key, role, group.role_names)]
@@ -497,11 +484,11 @@ def _successors(scenario: Scenario) -> Iterator[ConfigurationFault]:
 
 
 ORGANISATION = "organisation"
-"""Key of a scenario that names the file."""
+"""Scenario key of the organisation file."""
 
 
 class OrganisationTables(Section):
-    """What an organisation file holds."""
+    """Content of an organisation file."""
 
     role: tuple[dict[str, Any], ...] = ()
     group_template: tuple[dict[str, Any], ...] = ()
@@ -509,10 +496,7 @@ class OrganisationTables(Section):
 
 
 def with_organisation(document: Document) -> tuple[Document, list[ConfigurationFault]]:
-    """A scenario with the tables of the organisation file that it names, or what is wrong with that.
-
-    Args:
-        document: whose key ``organisation`` names a file, relative to its own.
+    """Merge the organisation file that a scenario names; return faults.
 
     Raises:
         ConfigurationError: the file cannot be read, or is not TOML.
@@ -550,15 +534,15 @@ def _unknown(part: Document) -> list[ConfigurationFault]:
 
 
 def is_organisation(raw: Raw) -> bool:
-    """True if tables are those of an organisation file alone."""
+    """True if the tables are those of an organisation file alone."""
     return bool(raw) and set(raw) <= set(TABLES)
 
 
 def checked(document: Document) -> tuple[Sequence[GroupTable], int]:
-    """The groups of an organisation file, written out, and the number of its templates.
+    """Return the resolved groups of an organisation file, and the number of its templates.
 
-    A template without a group is checked as if it had one. What needs a scenario is not checked: rally points, jobs,
-    which vehicles are able to play a role, and keys of a mission.
+    A template without a group is checked as if it had one. Checks that need a scenario are skipped: rally points, jobs,
+    able vehicles, and keys of a mission.
 
     Raises:
         ConfigurationError: with every fault of the file.
@@ -578,11 +562,11 @@ def checked(document: Document) -> tuple[Sequence[GroupTable], int]:
 
 
 FORMATION_WORDS = ontology_path("formation")
-"""Listed in the ``vocabulary`` of a mission that forms groups at sea."""
+"""Ontology in the ``vocabulary`` of a mission that forms groups at run time."""
 
 
 def formation_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
-    """Groups that nobody could form, or that would have what only founded groups have."""
+    """Yield groups that cannot be formed, or that have keys of initial groups."""
     formers = {group.name: group.formed_by for group in scenario.group if group.formed_by is not None}
     circular = {name for cycle in _cycles(formers) for name in cycle}
     for group in scenario.group:

@@ -1,8 +1,8 @@
-"""What a scenario names, as values: its mission, its strategy, the data of its vehicles, its groups.
+"""Objects named in a scenario: mission, strategy, vehicle data, groups, metrics, figures.
 
-A plug-in is named ``package.module:object``, or ``file.py:object`` wherever the file is. A file is imported as a module
-of its name, from a folder of plug-ins (``remoras/plugins.py``); worker processes know it, too. So results call
-``mine.py:Mine`` what scenarios call it, ``mine:Mine``, wherever the file is.
+A plug-in is named ``package.module:object`` or ``file.py:object``. A file is imported as a module of its name from a
+plug-in folder (``remoras/plugins.py``), also in worker processes. Hence scenarios and results name ``mine.py:Mine`` as
+``mine:Mine``, independent of the folder.
 """
 
 from __future__ import annotations
@@ -33,18 +33,16 @@ from remoras.strategy import Strategy, faults_of_strategy
 from worldmodel import suggestion
 
 METRICS = "scenario.metrics"
-"""Key of a scenario that names metrics of one's own."""
+"""Scenario key of user metrics."""
 OBJECT_OF_FILE = re.compile(r"\S.*\.py:\w+")
 TRACKS = "trajectories"
 """Kind of figure into which layers and marks are drawn."""
 
 
 def importable(given: str, folder: Path | None = None) -> str:
-    """A plug-in as scenarios name it; the folder of a file is one of plug-ins then.
+    """Return a plug-in reference as scenarios store it, and register the folder of a file.
 
-    Args:
-        given: ``package.module:object`` or ``file.py:object``.
-        folder: in which a file is looked for first; then in the current one.
+    folder: searched for a file before the current one.
 
     Raises:
         PluginError: there is no such file, or it cannot be imported by its name.
@@ -76,10 +74,10 @@ def importable(given: str, folder: Path | None = None) -> str:
 
 
 def metric_named(reference: str) -> Metric:
-    """The metric that a user names, as ``importable`` has it.
+    """Return the metric that a user names, as for ``importable``.
 
     Raises:
-        PluginError: it cannot be loaded, is no ``remoras.Metric``, or a part of it is none.
+        PluginError: it cannot be loaded, or is no valid ``remoras.Metric``.
     """
     found: Any = named_object(importable(reference))
     if faults := list(faults_of_metric(found)):
@@ -89,11 +87,7 @@ def metric_named(reference: str) -> Metric:
 
 
 def metric_given(given: str | Metric, where: str) -> Metric:
-    """The metric that a user names, or passes as an object.
-
-    Args:
-        given: ``package.module:object``, ``file.py:object``, or the metric.
-        where: how it was given, for messages.
+    """Return a metric given by name or as an object; ``where`` is its origin, for messages.
 
     Raises:
         PluginError: see ``metric_named``.
@@ -111,15 +105,15 @@ def metric_given(given: str | Metric, where: str) -> Metric:
 def with_figures(
     kinds: Sequence[str | Declared], declared: Sequence[Declared], taken: Collection[str]
 ) -> tuple[list[str], list[Declared]]:
-    """Kinds of figures by their names, and what is declared, each with figures of a user's own.
+    """Return the names of figures, and the declared figures with a user's added.
 
     Args:
-        kinds: names of figures, ``package.module:object``, ``file.py:object``, or figures themselves.
-        declared: what the mission declares.
-        taken: names of figures that every run has.
+        kinds: names of figures, ``package.module:object``, ``file.py:object``, or figures.
+        declared: by the mission.
+        taken: names of figures of every run.
 
     Raises:
-        PluginError: one cannot be had, is no figure, or has the name of another one.
+        PluginError: one cannot be loaded, is no figure, or has a taken name.
     """
     names: list[str] = []
     figures = list(declared)
@@ -147,14 +141,11 @@ def with_figures(
 
 
 def with_files_found(raw: Mapping[str, Any], folder: Path, overridden: Collection[str] = ()) -> dict[str, Any]:
-    """Tables in which every object of a file is named by its module, as worker processes and results name it.
+    """Replace file references in tables by module references, as workers and results use.
 
-    What cannot be had stays, and is reported where it is looked for.
+    Unresolved references stay and are reported later.
 
-    Args:
-        raw: tables of a scenario or a study.
-        folder: that the paths of files start from.
-        overridden: dotted keys of the overrides; a path in one starts from the current folder.
+    folder: base of the paths. overridden: dotted keys of overrides, whose paths start from the current folder.
     """
 
     def found(value: Any, key: str) -> Any:
@@ -175,7 +166,7 @@ def with_files_found(raw: Mapping[str, Any], folder: Path, overridden: Collectio
 
 
 def metric_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
-    """Metrics of a scenario that cannot be had."""
+    """Yield metrics of a scenario that cannot be loaded."""
     for reference in scenario.scenario.metrics:
         try:
             metric_named(reference)
@@ -188,18 +179,18 @@ COMPULSORY_OF_MISSION = (
     "founding_objectives", "is_individual", "completion", "findings", "world", "check", "completed",
     "delegating_mission", "groups_of", "needs", "vocabulary", "sensors", "tables", "metrics", "figures",
 )  # fmt: skip
-"""Members that the class of a mission must have; a subclass of ``Mission`` inherits those with a default."""
+"""Required members of a mission class; subclasses of ``Mission`` inherit defaults."""
 HELD = {
     "group_missions": (str,), "needs": (str,), "vocabulary": (Path, str), "tables": (Table,), "metrics": (Metric,),
 }  # fmt: skip
-"""What the sequences of a mission hold."""
+"""Element types of a mission's sequences."""
 
 
 def mission_class(reference: str) -> type[Mission]:
-    """The class of a mission, by ``package.module:Class``.
+    """Load the class of a mission, ``package.module:Class``.
 
     Raises:
-        PluginError: it cannot be loaded, is no class, or lacks a part of the seam.
+        PluginError: it cannot be loaded, is no class, or lacks a part of the interface.
     """
     found = named_object(reference)
     if not isinstance(found, type):
@@ -216,7 +207,7 @@ def mission_class(reference: str) -> type[Mission]:
 
 
 def _wrongly_held(mission: type[Mission]) -> Iterator[str]:
-    """Sequences of a mission that are none, or hold something else than they should."""
+    """Yield members of a mission that are no sequences or have wrong elements."""
     for name, kinds in HELD.items():
         given, wanted = getattr(mission, name), f"expected a tuple of {kinds[0].__name__}"
         if isinstance(given, str) or not isinstance(given, Sequence):
@@ -236,22 +227,20 @@ def _wrong_sensors(sensors: Any) -> Iterator[str]:
 
 
 def mission_of(scenario: Scenario) -> Mission:
-    """The mission of a scenario."""
+    """Create the mission of a scenario."""
     return mission_class(scenario.scenario.mission).from_scenario(scenario)
 
 
 def strategy_of(scenario: Scenario) -> Strategy:
-    """The strategy that the scenario names, with the parameters that it sets."""
+    """Create the strategy of a scenario, with its parameters."""
     return configured(strategy_named(scenario.strategy.name), scenario.strategy.parameters)
 
 
 def strategy_named(name: str) -> Strategy:
-    """A shipped strategy by name, or one from outside by ``package.module:object`` or ``file.py:object``.
-
-    A class stands for an object of it with its defaults.
+    """Return a shipped strategy by name, or a plug-in reference; a class is instantiated.
 
     Raises:
-        PluginError: there is none of that name, it cannot be loaded, or it lacks a part of the seam.
+        PluginError: it is unknown, cannot be loaded, or lacks a part of the interface.
     """
     if not is_named(name):
         if (of_name := shipped(name)) is None:
@@ -262,7 +251,7 @@ def strategy_named(name: str) -> Strategy:
     if isinstance(found, type):
         try:
             found = found()
-        except Exception as error:  # it is somebody else's class
+        except Exception as error:  # user code may raise anything
             why = f"{type(error).__name__}: {error}"
             raise PluginError(f"a class that needs no arguments, or an object; {name} raised {why}") from error
     if faults := list(faults_of_strategy(found)):
@@ -272,12 +261,12 @@ def strategy_named(name: str) -> Strategy:
 
 
 class ModemEnergy(NamedTuple):
-    """What a modem takes.
+    """Energy of a modem.
 
     Attributes:
-        transmit_j_per_bit: for each bit that it sends: its power while it sends over its bit rate.
-        transmit_j_per_packet: for what it sends before the bits.
-        listening_w: all the time, on top of that; 0 where the ``hotel_w`` of the vehicles has it.
+        transmit_j_per_bit: transmission power over bit rate.
+        transmit_j_per_packet: for the time before the payload.
+        listening_w: continuous; 0 if included in the vehicles' ``hotel_w``.
     """
 
     transmit_j_per_bit: float = 0.0
@@ -286,7 +275,7 @@ class ModemEnergy(NamedTuple):
 
 
 def vehicle_data(table: VehicleTable, kinds: Mapping[str, type[SensorSettings]], modem: ModemEnergy) -> VehicleData:
-    """Static data of a vehicle from its table; what its modem takes while it listens is part of its ``hotel_w``."""
+    """Return the static data of a vehicle; ``hotel_w`` includes the listening modem."""
     sensors = sensors_of(table, kinds)
     fields = {
         **table.model_dump(include=set(VehicleData.__dataclass_fields__)),
@@ -303,20 +292,20 @@ def vehicle_data(table: VehicleTable, kinds: Mapping[str, type[SensorSettings]],
 
 
 def modem_energy(scenario: Scenario) -> ModemEnergy:
-    """What the modem of a scenario takes: as the scenario says, or its profile."""
+    """Return the energy of a scenario's modem, by its keys or its profile."""
     communication = scenario.communication
     modem, power_w = modem_named(communication.modem, scenario.modem), communication.transmit_power_w
     return ModemEnergy(power_w / modem.rate_bps, power_w * modem.head_s, listening_w(communication, modem))
 
 
 def database_of(scenario: Scenario, mission: type[Mission]) -> AUVDatabase:
-    """Static data of all vehicles, in the order of the nodes."""
+    """Return the static data of all vehicles, in node order."""
     modem = modem_energy(scenario)
     return AUVDatabase(tuple(vehicle_data(table, mission.sensors, modem) for table in scenario.vehicle))
 
 
 def groups_of(scenario: Scenario) -> tuple[Group, ...]:
-    """Groups with the demands of their roles."""
+    """Return the groups with the specifications of their roles."""
     apart = excluded(scenario.roles)
     return tuple(_group(table, apart, ancestry(scenario.group_template, table.template)) for table in scenario.group)
 

@@ -1,7 +1,7 @@
-"""Scenario: the whole input of a run, frozen. Field descriptions are what ``remoras explain`` prints.
+"""Scenario: the frozen input of a run. ``remoras explain`` prints the field descriptions.
 
-Units are in the names of the keys. A mission may extend these tables: it subclasses them and names its ``Scenario``.
-``missions.scenarios.loading`` reads one from TOML and checks it whole.
+Key names include units. A mission may extend the tables by subclasses, named in its ``Scenario``.
+``missions.scenarios.loading`` reads and validates a scenario.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ from remoras.executive.satisfaction import DecisionTable
 from remoras.table import Name, NotNegative, PointM, Positive, Section, Sparse, one_or_more, unless
 
 BY_GROUPS: Final = "groups"
-"""Needs follow from groups, else all vehicles have the same."""
+"""Needs follow from groups; otherwise all vehicles have equal needs."""
 MAX_VEHICLES: Final = 64
-"""Most vehicles of one fleet: as many as there are TDMA slots."""
+"""Most vehicles of one fleet, by the number of TDMA slots."""
 SPACING_M: Final = 10.0
-"""Between copies in one layer: twice the distance that vehicles keep when they pass each other."""
+"""Distance between copies in one layer: twice the separation of passing vehicles."""
 MOST_VEHICLES: Final = 1200
-"""Of all fleets of a scenario; how many one may have, ``missions.scenarios.loading`` says."""
+"""Most vehicles of all fleets together; ``missions.scenarios.loading`` limits each fleet."""
 HELD: Final = "held by head"
-"""The head of a group holds what it knows of its jobs, else all members do."""
+"""Information about jobs is held by the group leader instead of all members."""
 
 
 class About(Sparse):
@@ -60,9 +60,9 @@ class World(Section):
     """The table ``[world]``."""
 
     MOST_M: ClassVar[float] = 100_000.0
-    """So far out the map is a plane still, and modems have their longest operating range."""
+    """Limit of the planar map, equal to the greatest operating range of modems."""
     MOST_LATITUDE_DEG: ClassVar[float] = 89.0
-    """Nearer to a pole, east and north are no directions of a plane."""
+    """Limit of the planar map: nearer to a pole, east and north are undefined."""
 
     x_m: PointM = Field(description="west and east border of the area of operations")
     y_m: PointM = Field(description="south and north border of the area of operations")
@@ -79,7 +79,7 @@ class World(Section):
     )
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Borders in the wrong order or too far out, and an origin that is no place."""
+        """Yield borders out of order or range, and an invalid origin."""
         for key, names in (("x_m", "west {} east"), ("y_m", "south {} north")):
             low, high = getattr(self, key)
             if low >= high:
@@ -93,11 +93,11 @@ class World(Section):
 
     @property
     def box_m(self) -> tuple[float, float, float, float]:
-        """(x_min, y_min, x_max, y_max)."""
+        """Area of operations (x_min, y_min, x_max, y_max)."""
         return self.x_m[0], self.y_m[0], self.x_m[1], self.y_m[1]
 
     def outside(self, places_m: Iterable[tuple[str, PointM]]) -> Iterator[ConfigurationFault]:
-        """Faults of places, by key, that are not in the world."""
+        """Yield faults of positions, by key, outside the world."""
         x_min, y_min, x_max, y_max = self.box_m
         for key, (x, y) in places_m:
             if not (x_min <= x <= x_max and y_min <= y <= y_max):
@@ -109,7 +109,7 @@ class StrategyTable(Section):
     """The table ``[strategy]``."""
 
     name: str = Field(description="organisational strategy, a shipped name or package.module:object")
-    parameters: dict[str, Any] = Field(  # the strategy itself says what it allows
+    parameters: dict[str, Any] = Field(  # the strategy validates them
         {}, description="parameters of the strategy, see `remoras list strategies`; others keep their defaults"
     )
 
@@ -122,7 +122,7 @@ class RallyPoint(Section):
 
 
 class Requires(Sparse):
-    """What a role requires of a vehicle that plays it; a table in a ``[[group.role]]``."""
+    """Requirements of a role on its vehicle; a table in a ``[[group.role]]``."""
 
     UNSAID = frozenset({"capability"})
 
@@ -162,20 +162,20 @@ class Role(Sparse):
     abstract: bool = Field(False, exclude=True, description="abstract, to be extended only: no role of the group")
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Fewest holders above most."""
+        """Yield a minimum above the maximum."""
         if self.maximum is not None and self.minimum > self.maximum:
             yield "minimum", f"allowed: 0 to maximum = {self.maximum}"
 
 
 class SubgroupTable(Section):
-    """One ``[[group.subgroup]]``: how many groups of a template a group has within it."""
+    """One ``[[group.subgroup]]``: number of subgroups of a template."""
 
     template: str = Field(description="template of the subgroups")
     minimum: int = Field(0, ge=0, description="minimum subgroups of it")
     maximum: int | None = Field(None, ge=1, description="maximum subgroups of it; any number if absent")
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Fewest subgroups above most."""
+        """Yield a minimum above the maximum."""
         if self.maximum is not None and self.minimum > self.maximum:
             yield "minimum", f"allowed: 0 to maximum = {self.maximum}"
 
@@ -209,7 +209,7 @@ class GroupTable(Sparse):
 
     @property
     def head(self) -> Role | None:
-        """The role whose holder leads the group; None if no role is declared for that."""
+        """Role whose holder leads the group; None if not declared."""
         return next((role for role in self.role if role.head), None)
 
     @property
@@ -245,7 +245,7 @@ class VehicleTable(Sparse):
         description="roles the vehicle can play, preferred first: Role of any group, or Group.Role; if absent, "
         "all whose requirements it meets",
     )
-    sensor: tuple[dict[str, Any], ...] = Field(  # each kind of sensor says what it allows
+    sensor: tuple[dict[str, Any], ...] = Field(  # each kind of sensor validates its keys
         (),
         description="sensors of the vehicle, a table each; `type` names the kind, or package.module:object",
         json_schema_extra=one_or_more,
@@ -256,11 +256,11 @@ class VehicleTable(Sparse):
         return not {role, f"{group}.{role}"}.isdisjoint(self.playable_roles or ())
 
     def sensor_names(self, default: str) -> list[str]:
-        """Names of its sensors; ``default`` is the kind of one whose table has none."""
+        """Return the names of its sensors; ``default`` is the kind of an unnamed one."""
         return [str(table.get("name") or table.get("type") or default) for table in self.sensor]
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """A depth below the greatest, work faster than the way."""
+        """Yield a depth beyond the limit, and a survey speed above transit speed."""
         if self.depth_m > self.depth_limit_m:
             yield "depth_m", f"allowed: 0 to depth_limit_m = {self.depth_limit_m}"
         if self.survey_speed_mps > self.transit_speed_mps:
@@ -273,7 +273,7 @@ class VehicleTable(Sparse):
 
 
 class FleetTable(Section):
-    """Brings the fleet to a size; gone from the resolved scenario, which lists every vehicle."""
+    """Size of the fleet; absent from the resolved scenario, which lists every vehicle."""
 
     size: int | None = Field(
         None,
@@ -288,7 +288,7 @@ class FleetTable(Section):
 
 @with_features("")
 class Scenario(Sparse):
-    """The whole input of a run; a mission with tables of its own subclasses it."""
+    """Input of a run; a mission with further tables subclasses it."""
 
     model_config = ConfigDict(json_schema_extra=unless("organisation", "group"))
     UNSAID = frozenset({"role", "group_template", "worldmodel", "modem"})
@@ -322,26 +322,26 @@ class Scenario(Sparse):
 
     @property
     def vehicle_names(self) -> list[str]:
-        """Names of the vehicles in the order of the file."""
+        """Names of the vehicles in file order."""
         return [vehicle.name for vehicle in self.vehicle]
 
     @property
     def roles(self) -> dict[tuple[str, str], Role]:
-        """All roles, by the names of the group and the role."""
+        """All roles by (group, role)."""
         return {(group.name, role.name): role for group in self.group for role in group.role}
 
     def able_to_play(self, group: str, role: str) -> list[VehicleTable]:
-        """Vehicles that are able to play the role of the group."""
+        """Return the vehicles able to play a role of a group."""
         return [vehicle for vehicle in self.vehicle if vehicle.can_play(group, role)]
 
     def taken_names(self, *more: str) -> dict[str, str]:
-        """What has a name: the list of tables of each vehicle, group and rally point, and of those in ``more``."""
+        """Return the kind of table by name, for vehicles, groups, rally points and ``more``."""
         kinds = ("vehicle", "group", "rally_point", *more)
         return {entry.name: kind for kind in reversed(kinds) for entry in getattr(self, kind)}
 
     @property
     def deployment(self) -> Deployment:
-        """The fleet, as channel models know it."""
+        """Fleet as seen by channel models."""
         by_node = sorted(self.vehicle, key=lambda table: table.slot)
         return Deployment(
             nodes={table.name: table.slot for table in by_node},
@@ -353,17 +353,16 @@ class Scenario(Sparse):
 
     @property
     def sound_speed_mps(self) -> float:
-        """Speed of sound: what the channel makes of the water, or that of the world."""
+        """Speed of sound (m/s) of the channel model, else of the world."""
         speed_mps = self.channel.sound_speed_mps(self.deployment)
         return self.world.sound_speed_mps if speed_mps is None else speed_mps
 
     @property
     def names_by_slot(self) -> list[str]:
-        """Names of the vehicles in the order of their nodes."""
+        """Names of the vehicles in node order."""
         return [vehicle.name for vehicle in sorted(self.vehicle, key=lambda vehicle: vehicle.slot)]
 
     def __repr__(self) -> str:
-        """What it is, in a line."""
         named = f"strategy {self.strategy.name}, policy {self.communication.policy}, channel {self.channel.name}"
         return f"<Scenario {self.scenario.name}: {len(self.vehicle)} vehicles, {named}>"
 

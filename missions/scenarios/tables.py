@@ -1,6 +1,6 @@
-"""Checks that many tables share, and the keys that features bring to the tables of scenarios.
+"""Checks common to many tables, and the keys that features add to tables.
 
-A feature is a ``missions.feature.Feature``. It is ``Any`` here, for features know scenarios, not the other way round.
+A feature (``missions.feature.Feature``) is ``Any`` here, since features depend on scenarios, not vice versa.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from remoras.table import Sparse
 from worldmodel import suggestion
 
 QUEUE_LIMIT = 10_000
-"""Items in the queue of a vehicle, if a scenario does not say how many."""
+"""Default limit on a vehicle's queue."""
 
 
 def numbered(kind: str, number: int) -> tuple[str, ...]:
-    """Names of so many things of a kind.
+    """Return numbered names.
 
     >>> numbered("lift", 2)
     ('lift 1', 'lift 2')
@@ -34,14 +34,14 @@ def numbered(kind: str, number: int) -> tuple[str, ...]:
 
 
 def one_of(key: str, given: Any, allowed: Sequence[str]) -> Iterator[ConfigurationFault]:
-    """A fault, with the nearest name, if a text is none of those allowed."""
+    """Yield a fault, with the nearest name, if a text is not allowed."""
     if isinstance(given, str) and given not in allowed:
         hint = suggestion(given, allowed)
         yield ConfigurationFault(key, f'"{given}"', f"allowed: {', '.join(allowed) or 'none'}{hint}")
 
 
 def span_faults(key: str, from_s: float, until_s: float | None, end_s: float) -> Iterator[ConfigurationFault]:
-    """Times from which and until when a table at ``key`` holds that cannot be; ``end_s``: of the mission."""
+    """Yield an impossible start or end of a table at ``key``; ``end_s``: of the mission."""
     if from_s >= end_s:
         allowed = f"must be below scenario.duration_s = {end_s:g}, when the mission is over"
         yield ConfigurationFault(f"{key}.from_s", "", allowed)
@@ -50,7 +50,7 @@ def span_faults(key: str, from_s: float, until_s: float | None, end_s: float) ->
 
 
 def is_number(value: object) -> TypeGuard[float]:
-    """True for a finite number, and no truth value."""
+    """True for a finite number; False for a truth value."""
     return type(value) in (int, float) and math.isfinite(value)  # type: ignore[arg-type]
 
 
@@ -60,17 +60,13 @@ Table = TypeVar("Table", bound=Sparse)
 
 @cache
 def features() -> dict[str, Any]:
-    """The features that are there, by name, in the order of their names."""
+    """Return the existing features by name, sorted."""
     names = sorted(module.name for module in pkgutil.iter_modules(importlib.import_module(FOLDER).__path__))
     return {name: importlib.import_module(f"{FOLDER}.{name}").FEATURE for name in names}
 
 
 def used_in(scenario: Sparse) -> tuple[Any, ...]:
-    """The features that a scenario uses: one of their keys is not at its default. The others are asked for nothing.
-
-    Args:
-        scenario: the whole input; a malformed table of it uses none.
-    """
+    """Return the features with a key off its default; a malformed table uses none."""
 
     def says(place: str, key: str) -> bool:
         found = getattr(scenario, place, ()) if place else scenario
@@ -85,48 +81,32 @@ def used_in(scenario: Sparse) -> tuple[Any, ...]:
 
 
 def slower_by(scenario: Sparse) -> tuple[float, str]:
-    """The share by which vehicles may be slower than their data, and the key that says so."""
+    """Return the greatest relative loss of speed, and the key that sets it."""
     return next((found for feature in used_in(scenario) if (found := feature.slower(scenario))[0]), (0.0, ""))
 
 
 def place_error_m(scenario: Sparse, vehicles: Sequence[Any]) -> float | None:
-    """How far off these vehicles may take themselves to be in the time in which they learn their place (m).
-
-    Args:
-        scenario: the whole input.
-        vehicles: their data.
-
-    Returns:
-        None where vehicles know where they are.
-    """
+    """Greatest error (m) of these vehicles before a fix; None without navigation error."""
     errors_m = (feature.place_error_m(scenario, vehicles) for feature in used_in(scenario))
     return max((error for error in errors_m if error is not None), default=None)
 
 
 def locating(scenario: Sparse) -> frozenset[str]:
-    """Names of the vehicles near which others learn where they are."""
+    """Return the vehicles near which others get a position fix."""
     return frozenset(name for feature in used_in(scenario) for name in feature.locating(scenario))
 
 
 def water(scenario: Sparse) -> Any:
-    """How the water moves; None where it stands.
+    """Return the table of moving water; None for still water.
 
-    Args:
-        scenario: the whole input.
-
-    Returns:
-        The table of the feature by which it does: ``foretold()`` is None or has ``at(depth_m, now_s)``, the velocity by
-        the plan (m/s, east and north); ``surges(seed)`` what no plan knows of.
+    ``foretold()`` is the planned current or None, with ``at(depth_m, now_s)`` for its velocity (m/s, east and north);
+    ``surges(seed)`` are unknown to plans.
     """
     return next((found for feature in used_in(scenario) if (found := feature.water(scenario)) is not None), None)
 
 
 def with_features(table: str) -> Callable[[type[Table]], type[Table]]:
-    """Let a table take in what features bring to it: a decorator of its class.
-
-    Args:
-        table: as features call it, see ``missions.feature.Feature.keys``.
-    """
+    """Decorate a table class with the keys of features; ``table`` as in ``Feature.keys``."""
 
     def extended(base: type[Table]) -> type[Table]:
         keys: dict[str, Any] = {}
