@@ -1,11 +1,11 @@
-"""TDMA exchange of world knowledge between vehicles, over acoustic links that lose packets.
+"""TDMA exchange of world knowledge between vehicles over lossy acoustic links.
 
-The kernels stand here: `ack` (which packets were received), `policies`, `packets`, `blocks`, `interests` (who needs
-what), `values` (what it is worth to say it), `schedule`, and `manager`, which a vehicle runs. `exchange.wire` makes
-bits of packets, `exchange.queueing` has what waits to be said, `exchange.peering` what is known of peers.
-`exchange.acoustics` has the sea; `exchange.study` compares policies.
+Core modules are here: `ack` (received packets), `policies`, `packets`, `blocks`, `interests` (information needs),
+`values` (utility of queued items), `schedule`, and `manager`, which a vehicle runs. `exchange.wire` encodes packets,
+`exchange.queueing` queues items, `exchange.peering` keeps the state of peers, `exchange.acoustics` models the channel,
+`exchange.study` compares policies.
 
-The names below are promised to stay. Each is loaded when it is first used; none of them needs NumPy or Numba.
+The names below are stable. Each is loaded on first use; none needs NumPy or Numba.
 """
 
 from typing import TYPE_CHECKING

@@ -1,15 +1,15 @@
-"""The acknowledgements of TDMA-based exchange as rules on sets of nodes and sets of slots.
+"""Acknowledgement rules of TDMA-based exchange, on bit sets of nodes and slots.
 
 Source: Maurelli et al., "TDMA-based exchange policies for multi-robot communication of world information", sections 5
-and 6; sentences in quotation marks are theirs. N nodes send in turn: node s owns the slots t with t mod N = s and sends
-in each of them, with items or without. A header carries bits A[i][j], "node i received the message sent by j before the
-transmission from i". Each bit is a fact about a slot, "node i received the packet of slot t", since the last slot of j
-before that of i is known. So a node keeps, for each slot of the last two frames (the *ring*, slot mod 2N), the nodes
-that received its packet. A set of nodes is an integer: bit j is node j.
+and 6; sentences in quotation marks are theirs. Of N nodes, node s owns the slots t with t mod N = s and sends in each,
+with items or without. A header carries bits A[i][j], "node i received the message sent by j before the transmission
+from i". Each bit is a fact about a slot, "node i received the packet of slot t", since the last slot of j before that
+of i is known. A node stores, per slot of the last two frames (the *ring*, slot mod 2N), the receivers of its packet. A
+set of nodes is an integer: bit j is node j.
 
-What a header states is one rule, bit by bit (`Acknowledgement.header`): a bit of its words is a node in a vehicle, and
-one of 64 trials in the policy study, which has loops of its own (`exchange.study.trials`). One thing always holds,
-whatever is lost: no node believes that a peer holds an item which that peer lacks.
+One bitwise rule composes headers (`Acknowledgement.header`): a bit of its words is a node in a vehicle, and one of 64
+trials in the policy study (`exchange.study.trials`). Invariant under any loss: no node believes that a peer holds an
+item which that peer lacks.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -18,28 +18,31 @@ from typing import NamedTuple, Protocol
 
 
 class Acknowledgement(NamedTuple):
-    """What a packet's header says about packets heard: a plug-in, made of plain functions.
+    """Kind of acknowledgement: plug-in of plain functions.
 
     Attributes:
-        name: short, as in `m-ack`; policies, figures and messages use it.
+        name: short, as in `m-ack`; part of policy names.
         title: a noun phrase for listings.
-        carries: called with ``(n_nodes, frame, sender, row, column)``.
-            True if the header that `sender` sends in that TDMA frame has the bit A[row][column]. Sender and receivers
-            ask it alike, so that both know the header's layout and size. `frame` is below `period_frames`. Nobody
-            acknowledges itself: row and column differ.
-        header: called with ``(said, mine, received, held)`` for each slot of the last two frames.
-            Return the nodes that the header states to have received its packet. `said`: what peers stated of that.
-            `mine`: this node. `received`: all bits if this node received the packet, else none. `held`: nodes believed
-            to hold all items of it, if it has any. Combines words by ``&``, ``|`` and ``~`` alone: the study calls it,
-            compiled, with a trial in each bit. What the header cannot carry is left out.
-        relays: nodes keep what headers state of the receptions of others; without it `said` is empty.
-        infers: `header` goes by `held`; without it `held` is empty.
-        period_frames: the layout of headers repeats after so many TDMA frames.
-        states: packets state what their senders hold, too, and what they repeat is planned by that; see
-            `exchange.planning`.
-        codes: they repair by coded symbols, see `exchange.coding`.
+        carries: ``carries(n_nodes, frame, sender, row, column)`` is True if the header of `sender` in that TDMA frame
+        has
+            the bit A[row][column]. It fixes the layout for sender and receivers. `frame` is below `period_frames`; row
+            and
+            column differ, as no node acknowledges itself.
+        header: ``header(said, mine, received, held)`` returns the nodes reported as receivers of a packet, for each
+        slot of
+            the last two frames. `said`: receivers reported by peers. `mine`: this node. `received`: all bits if this
+            node
+            received the packet, else none. `held`: nodes believed to hold all its items, if it has any. Only ``&``,
+            ``|``
+            and ``~`` are allowed: the study compiles it with a trial in each bit. Bits that the header cannot carry are
+            masked afterwards.
+        relays: nodes store what headers report about others; otherwise `said` is empty.
+        infers: `header` uses `held`; otherwise it is empty.
+        period_frames: TDMA frames until the header layout repeats.
+        states: packets also report received sets, which determine the repeats; see `exchange.planning`.
+        codes: repairs are coded symbols, see `exchange.coding`.
 
-    A kind of one's own that states every second frame only what the sender heard:
+    A user's kind that reports own receptions in every second frame only:
 
     >>> from exchange.policies import ACK, AckPolicy, header_bits
     >>> def every_other_frame(n_nodes, frame, sender, row, column):
@@ -62,7 +65,7 @@ class Acknowledgement(NamedTuple):
 
 
 def members(words: int) -> list[int]:
-    """Numbers in a set, in order: nodes, columns of items, slots.
+    """Return the elements of a bit set in order.
 
     >>> members(0b1011)
     [0, 1, 3]
@@ -76,11 +79,11 @@ def members(words: int) -> list[int]:
 
 
 Acknowledged = tuple[int, int]
-"""Place of a slot in the ring, and the nodes that received its packet."""
+"""Ring place of a slot, and the nodes that received its packet."""
 
 
 def slots_ago(n_nodes: int, sender: int, row: int, column: int) -> int:
-    """How long before a slot of `sender` the packet was sent that the bit A[row][column] is about, in slots.
+    """Slots between the packet that A[row][column] refers to and a slot of `sender`.
 
     >>> slots_ago(5, sender=3, row=3, column=1), slots_ago(5, sender=3, row=1, column=3), slots_ago(5, 3, 1, 2)
     (2, 5, 6)
@@ -88,9 +91,9 @@ def slots_ago(n_nodes: int, sender: int, row: int, column: int) -> int:
     return (sender - row) % n_nodes + (row - column) % n_nodes
 
 
-@lru_cache(maxsize=4096)  # for each header of a fleet: asked in every own slot
+@lru_cache(maxsize=4096)  # per header of a fleet; used in every own slot
 def layout(kind: Acknowledgement, n_nodes: int, frame: int, sender: int) -> tuple[tuple[int, int], ...]:
-    """Slots ago, and the nodes whose acknowledgement of that slot the header can carry."""
+    """Return pairs of slots ago and nodes whose acknowledgement of it the header can carry."""
     carried: dict[int, int] = {}
     for row in range(n_nodes):
         for column in range(n_nodes):
@@ -101,12 +104,12 @@ def layout(kind: Acknowledgement, n_nodes: int, frame: int, sender: int) -> tupl
 
 
 def bits_carried(kind: Acknowledgement, n_nodes: int, frame: int, sender: int) -> int:
-    """Size of the acknowledgement header that `sender` sends in a TDMA frame, in bits."""
+    """Size of the acknowledgement header that `sender` sends in a TDMA frame."""
     return sum([nodes.bit_count() for _, nodes in layout(kind, n_nodes, frame % kind.period_frames, sender)])
 
 
 def acknowledged(rows: Sequence[int], n_nodes: int, slot: int) -> tuple[Acknowledged, ...]:
-    """Facts that the matrix in a packet of that slot states; row i has bit j for A[i][j]."""
+    """Convert the matrix of a packet into facts by ring place; row i has bit j for A[i][j]."""
     facts: dict[int, int] = {}
     sender = slot % n_nodes
     for row, columns in enumerate(rows):
@@ -117,7 +120,7 @@ def acknowledged(rows: Sequence[int], n_nodes: int, slot: int) -> tuple[Acknowle
 
 
 def passed(since: int, slot: int, n_nodes: int) -> int:
-    """Set of the slots after `since` up to `slot`: their places in the ring are taken anew.
+    """Return the ring places (bit set) of the slots after `since` up to `slot`.
 
     >>> bin(passed(8, 11, 5))
     '0b1000000011'
@@ -129,46 +132,41 @@ def passed(since: int, slot: int, n_nodes: int) -> int:
 
 
 class Beliefs(Protocol):
-    """What one node believes of the holders of items, which are numbered by column."""
+    """Holders of items as one node believes, by column."""
 
     holders: list[int]
-    """By column, the nodes believed to hold the item."""
+    """Believed holders (bit mask) by column."""
 
     def believe(self, column: int, nodes: int) -> None:
-        """Believe that these nodes hold the item, too."""
+        """Add believed holders of an item."""
 
 
 class PacketLog:
-    """What one node knows of the packets of the last two frames.
-
-    Args:
-        kind: acknowledgement of the policy.
-        me: this node.
-        n_nodes: size of the fleet.
-    """
+    """Packets of the last two frames, as one node knows them."""
 
     def __init__(self, kind: Acknowledgement, me: int, n_nodes: int) -> None:
         self._kind, self.me, self.n_nodes = kind, me, n_nodes
         self._others = (1 << n_nodes) - 1 & ~(1 << me)
         self._ring = 2 * n_nodes
         self.slot = -1
-        """The slot to which time has come."""
+        """Latest slot opened."""
         self.sent_slot: int | None = None
-        """Of the last own packet."""
+        """Slot of the last own packet; None before the first."""
         self.known = 0
-        """Slots of the ring whose packets this node received or sent."""
+        """Ring places of packets that this node received or sent (bit set)."""
         self.heard = 0
-        """Nodes whose last packet this node received."""
+        """Nodes whose last packet this node received (bit mask)."""
         self.items: list[Sequence[int]] = [()] * self._ring
-        """By place in the ring, columns of the items in the packet."""
-        self._said = [0] * self._ring  # by place, nodes that peers stated to have received it
+        """Columns of a packet's items, by ring place."""
+        self._said = [0] * self._ring  # by place, receivers reported by peers
 
     def open(self, slot: int) -> None:
-        """Time comes to a slot: its place in the ring is taken anew, and so are those of slots passed since.
+        """Advance to a slot; clear its ring place and those of slots passed since.
 
         5.3: "Just before the beginning of every TDMA slot k, each peer clears the bits in the ACK matrices it holds
-        where the ACKed peer j = k, as well as the entire ACK matrix last received from peer k". What such a matrix says
-        is about packets sent before it, and is gone when it can no longer be stated, so the second clearing follows.
+        where the ACKed peer j = k, as well as the entire ACK matrix last received from peer k". Such a matrix is about
+        earlier
+        packets, whose places are cleared by the time it can no longer be reported: the second clearing is implied.
         """
         if slot <= self.slot:
             return
@@ -180,7 +178,7 @@ class PacketLog:
         self.slot = slot
 
     def _frame_away(self, places: int) -> int:
-        """The other packets of the same senders."""
+        """Return the ring places of the other packets of the same senders."""
         return (places << self.n_nodes | places >> self.n_nodes) & ((1 << self._ring) - 1)
 
     def _forget_said(self, places: int) -> None:
@@ -190,28 +188,25 @@ class PacketLog:
 
     @property
     def own_slot(self) -> int:
-        """The last own slot to which time has come, below 0 if none."""
+        """Last own slot up to the latest slot; below 0 if none."""
         return self.slot - (self.slot - self.me) % self.n_nodes
 
     def last(self, node: int) -> Sequence[int]:
-        """Columns of the items in the last packet of a node, as far as it is known."""
+        """Return the columns of a node's last packet; empty if this node missed it."""
         place = (self.slot - (self.slot - node) % self.n_nodes) % self._ring
         return self.items[place] if self.known >> place & 1 else ()
 
     def note(self, slot: int, items: Sequence[int]) -> None:
-        """Remember the items of a packet that was received or sent in a slot."""
+        """Record the items of a packet received or sent."""
         place = slot % self._ring
         self.items[place] = items
         self.known |= 1 << place
         self.heard |= 1 << slot % self.n_nodes & self._others
 
     def compose(self, slot: int, items: Sequence[int], holders: Sequence[int]) -> list[int]:
-        """Remember the own packet of a slot, and return its matrix.
+        """Record the own packet of the open slot; return its acknowledgement matrix.
 
-        Args:
-            slot: the own one, which is open.
-            items: columns of the items in the packet.
-            holders: by column, nodes believed to hold the item.
+        ``holders`` has the believed holders by column.
         """
         kind, me, n_nodes, ring = self._kind, self.me, self.n_nodes, self._ring
         self.sent_slot, mine, rows = slot, 1 << me, [0] * n_nodes
@@ -231,16 +226,14 @@ class PacketLog:
         return rows
 
     def learn(self, slot: int, facts: Iterable[Acknowledged], heeded: int, beliefs: Beliefs) -> None:
-        """Believe the acknowledgements of a packet received.
+        """Apply the acknowledgements of a received packet to the beliefs.
 
         5.: "if a packet sent by node A is acknowledged by node B, another node receiving that ACK (either A or C) will
         know that the ACKing peer now holds the information in the ACKed packet".
 
         Args:
-            slot: of the packet; what it states of senders that have had a slot since is void.
-            facts: that it states.
-            heeded: nodes of which it is to be believed.
-            beliefs: of this node.
+            slot: of the packet; facts about senders with a later slot up to now are void.
+            heeded: nodes (bit mask) whose acknowledgements count.
         """
         void = 0
         if slot < self.slot:
@@ -257,7 +250,7 @@ class PacketLog:
                             beliefs.believe(column, nodes)
 
     def forget(self, node: int) -> None:
-        """Forget what a node has received, and its packets."""
+        """Clear the receptions and packets of a node."""
         self.known &= ~(1 << node | 1 << node + self.n_nodes)
         self.heard &= ~(1 << node)
         if node != self.me:

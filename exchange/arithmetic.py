@@ -1,33 +1,31 @@
-"""Elementary functions that give the same bits on every machine; whoever makes results takes them from here.
+"""Elementary functions with bit-identical results on every machine, for all results of runs.
 
-IEEE 754 says to the last bit what + - * / and the square root give. Of exp, log, sin and their kind it does not: their
-last bit depends on the library, its version, and on what the processor can do. What is here is made of the former
-alone, in a fixed order, with whole numbers where tables are worked out. Powers are products, lengths are square roots
-of sums of squares, and sums of many floats are ``math.fsum``, which is exact but for one rounding.
+IEEE 754 fixes + - * / and the square root to the last bit, but not exp, log, sin and the like, whose last bit depends
+on library, version and processor. These functions use the former alone, in a fixed order; tables come from integer
+arithmetic. Powers are products, lengths are square roots of sums of squares, sums of many floats are ``math.fsum``.
 
-At most they are off by, in units in the last place: exp 0.6, expm1 3.0, log 0.8, log1p 1.5, log2 2.0, log10 2.5,
-power_of_10 3.5, sine 2.5, cosine 2.5, atan2 1.6, length 1.2, erfc 6.0, normal_quantile 6.0. This is what was found at
-100,000 random arguments each, against a calculation to 40 digits, rounded up. What is out of the domain raises
-``ValueError``.
+Maximum errors in units in the last place: exp 0.6, expm1 3.0, log 0.8, log1p 1.5, log2 2.0, log10 2.5,
+power_of_10 3.5, sine 2.5, cosine 2.5, atan2 1.6, length 1.2, erfc 6.0, normal_quantile 6.0, as found at 100,000 random
+arguments each against 40 digits, rounded up. Arguments outside the domain raise ``ValueError``.
 """
 
 from collections.abc import Iterable, Sequence
 from math import copysign, fabs, floor, frexp, fsum, inf, isnan, isqrt, ldexp, sqrt
 
 _BITS = 160
-"""Binary places of the whole numbers from which tables are made."""
+"""Binary places of the fixed-point numbers behind the tables."""
 _ONE = 1 << _BITS
 
 
 def _split(number: int) -> tuple[float, float]:
-    """A number of ``_BITS`` binary places as the sum of a float and of a small rest."""
+    """Split a fixed-point number into a float and its small remainder."""
     high = number / _ONE  # a quotient of whole numbers is rounded once
     upper, lower = high.as_integer_ratio()
     return high, (number - upper * _ONE // lower) / _ONE
 
 
 def _trimmed(number: int, *bits: int) -> tuple[float, ...]:
-    """The same as a sum of more floats, of which all but the last have so many binary places."""
+    """Split it into floats, of which all but the last have the given numbers of binary places."""
     parts = []
     for places in bits:
         part = number >> _BITS - places << _BITS - places
@@ -37,7 +35,7 @@ def _trimmed(number: int, *bits: int) -> tuple[float, ...]:
 
 
 def _arctangent(top: int, bottom: int) -> int:
-    """The arctangent of a fraction below 1, by its power series."""
+    """Arctangent of a fraction below 1, by its power series."""
     term, square, total, number = (top << _BITS) // bottom, bottom * bottom, 0, 1
     while term:
         total += term // number if number % 4 == 1 else -(term // number)
@@ -46,7 +44,7 @@ def _arctangent(top: int, bottom: int) -> int:
 
 
 def _whole_log_2() -> int:
-    """The logarithm of 2, by 2 artanh(1 / 3)."""
+    """Logarithm of 2 by 2 artanh(1 / 3)."""
     term, total, number = (2 << _BITS) // 3, 0, 1
     while term:
         total += term // number
@@ -55,7 +53,7 @@ def _whole_log_2() -> int:
 
 
 def _whole_roots_of_2(halvings: int) -> list[int]:
-    """The powers of 2 by 0, 1, ... of 2^halvings parts of 1, below 2."""
+    """Powers of 2 with exponents 0 to below 1, in steps of 2^-halvings."""
     roots = [_ONE]
     for step in range(1, halvings + 1):
         root = 2 << _BITS
@@ -73,13 +71,13 @@ _TURN_1, _TURN_2, _TURN_3 = _trimmed(_WHOLE_PI >> 1, 32, 64)
 _LN2_HIGH, _LN2_LOW = _trimmed(_whole_log_2(), 32)
 LN2, _ = _split(_whole_log_2())
 
-# 2^(j / 32) and its rest; exp has to know only what lies within 1 / 64 of a power of 2 by such a fraction.
+# 2^(j / 32) and its rest; exp needs a series within 1 / 64 of such a power only.
 _PARTS = 32
 _ROOTS = tuple(_split(root) for root in _whole_roots_of_2(5))
 _PER_PART = _PARTS / LN2
 _PART_HIGH, _PART_LOW = _LN2_HIGH / _PARTS, _LN2_LOW / _PARTS
 _LARGEST, _SMALLEST = 709.782712893384, -745.1332191019412
-"""Beyond them exp overflows, or gives 0."""
+"""Arguments beyond which exp overflows, or is 0."""
 
 _SECTORS = 64
 _ARCTANGENTS = [(0.0, 0.0)]
@@ -90,7 +88,7 @@ for _sector in range(1, _SECTORS + 1):  # atan b = atan a + atan (b - a) / (1 + 
 
 
 def exp(x: float) -> float:
-    """The exponential function: exp x = 2^(n / 32) (1 + q), q = exp r - 1, with r what is left of x, below log 2 / 64.
+    """Exponential: exp x = 2^(n / 32) (1 + q), q = exp r - 1, remainder r of x below log 2 / 64.
 
     >>> exp(0.0), exp(-float("inf")), exp(1.0)
     (1.0, 0.0, 2.718281828459045)
@@ -105,7 +103,7 @@ def exp(x: float) -> float:
 
 
 def expm1(x: float) -> float:
-    """exp x - 1, exact to its own last places for small arguments too.
+    """Return exp x - 1, accurate for small arguments too.
 
     >>> expm1(0.0), expm1(1e-20), expm1(-float("inf"))
     (0.0, 1e-20, -1.0)
@@ -114,7 +112,7 @@ def expm1(x: float) -> float:
 
 
 def expm1_of(numbers: Iterable[float]) -> list[float]:
-    """The same of many numbers, for whoever needs them by the thousand."""
+    """Return ``expm1`` of many numbers, faster than one by one."""
     values = []
     for x in numbers:
         if not -40.0 <= x <= 700.0:
@@ -134,7 +132,7 @@ def expm1_of(numbers: Iterable[float]) -> list[float]:
 
 
 def log(x: float) -> float:
-    """The natural logarithm.
+    """Natural logarithm.
 
     With x = 2^e (1 + f) and s = f / (2 + f), log (1 + f) = 2 artanh s = f - f^2 / 2 + s (f^2 / 2 + R), where R is the
     series of artanh without its first term, over s.
@@ -159,7 +157,7 @@ def log(x: float) -> float:
 
 
 def log1p(x: float) -> float:
-    """log (1 + x), exact to its own last places for small arguments too.
+    """Return log (1 + x), accurate for small arguments too.
 
     >>> log1p(0.0), log1p(1e-20)
     (0.0, 1e-20)
@@ -167,14 +165,14 @@ def log1p(x: float) -> float:
     near = 1.0 + x
     if near in (1.0, inf):
         return x
-    return log(near) + (x - (near - 1.0)) / near  # what was lost in the sum, to first order
+    return log(near) + (x - (near - 1.0)) / near  # rounding error of the sum, to first order
 
 
 LN10 = log(10.0)
 
 
 def log2(x: float) -> float:
-    """The binary logarithm; exact for powers of 2."""
+    """Binary logarithm; exact for powers of 2."""
     mantissa, e = frexp(x)
     if mantissa < 0.7071067811865476:
         mantissa, e = 2.0 * mantissa, e - 1
@@ -182,12 +180,12 @@ def log2(x: float) -> float:
 
 
 def log10(x: float) -> float:
-    """The decimal logarithm."""
+    """Decimal logarithm."""
     return log(x) / LN10
 
 
 def power_of_10(x: float) -> float:
-    """10 to the power of x; what a level of 10 x decibels is as a ratio.
+    """Return 10 to the power of x: the ratio of a level of 10 x decibels.
 
     >>> power_of_10(3.0), power_of_10(-2.0)
     (1000.0, 0.01)
@@ -197,7 +195,7 @@ def power_of_10(x: float) -> float:
 
 
 def power(base: float, n: int) -> float:
-    """A base to the power of a whole number from 0 on, by squares and products.
+    """Return a base to the power of an integer >= 0, by repeated squaring.
 
     >>> power(3.0, 5), power(0.5, 0)
     (243.0, 1.0)
@@ -211,7 +209,7 @@ def power(base: float, n: int) -> float:
 
 
 def sincos(x: float) -> tuple[float, float]:
-    """Sine and cosine of an angle in radians, of at most a million turns.
+    """Sine and cosine of an angle (rad) up to 6.5e6 in magnitude.
 
     >>> sincos(0.0), sincos(PI)[1]
     ((0.0, 1.0), -1.0)
@@ -237,7 +235,7 @@ def sincos(x: float) -> tuple[float, float]:
 
 
 def atan2(y: float, x: float) -> float:
-    """The angle of a vector (x, y) in radians, in [-pi, pi].
+    """Angle (rad) of a vector (x, y), in [-pi, pi].
 
     >>> atan2(0.0, 1.0), atan2(1.0, 0.0) == PI / 2.0, atan2(0.0, -1.0) == PI, atan2(-1.0, -1.0) == -0.75 * PI
     (0.0, True, True, True)
@@ -264,7 +262,7 @@ def atan2(y: float, x: float) -> float:
 
 
 def _scaled(high: float, low: float) -> tuple[float, float]:
-    """Two numbers of the same ratio that are neither very large nor very small."""
+    """Scale two numbers by one factor away from overflow and underflow."""
     if high == inf:
         return 1.0, float(low == inf)
     by = -700 if high > 1.0 else 700
@@ -272,7 +270,7 @@ def _scaled(high: float, low: float) -> tuple[float, float]:
 
 
 def distance(point: Sequence[float], other: Sequence[float]) -> float:
-    """Distance of two points in the plane, whose squares neither overflow nor underflow.
+    """Distance of two points in the plane; squares must neither overflow nor underflow.
 
     >>> distance((0.0, 1.0), (3.0, 5.0))
     5.0
@@ -282,7 +280,7 @@ def distance(point: Sequence[float], other: Sequence[float]) -> float:
 
 
 def length(x: float, y: float) -> float:
-    """Length of a vector in the plane, whose squares neither overflow nor underflow.
+    """Length of a vector in the plane; squares must neither overflow nor underflow.
 
     >>> length(3.0, -4.0)
     5.0
@@ -296,10 +294,11 @@ _HEIGHTS = tuple(exp(-square) for square in _NODES)
 
 
 def erfc(x: float) -> float:
-    """The complementary error function.
+    """Complementary error function.
 
-    By its series below 0.5; beyond, by the trapezoidal rule for its integral in the complex plane, with the residue of
-    its pole (Chiarella and Reichel, Mathematics of Computation 22 (1968), 137-143).
+    Series below 0.5; beyond, trapezoidal rule for its integral in the complex plane with the residue of its pole
+    (Chiarella
+    and Reichel, Mathematics of Computation 22 (1968), 137-143).
 
     >>> erfc(0.0), erfc(float("inf")), erfc(-float("inf"))
     (1.0, 0.0, 2.0)
@@ -345,7 +344,7 @@ _FAR = (
 
 
 def _ratio(of: tuple[tuple[float, ...], tuple[float, ...]], x: float) -> float:
-    """A quotient of two polynomials, highest powers first."""
+    """Quotient of two polynomials, highest powers first."""
     top = bottom = 0.0
     for upper, lower in zip(*of, strict=True):
         top, bottom = top * x + upper, bottom * x + lower
@@ -353,10 +352,9 @@ def _ratio(of: tuple[tuple[float, ...], tuple[float, ...]], x: float) -> float:
 
 
 def normal_quantile(share: float) -> float:
-    """What a standard normal number stays below with a probability (Wichura, Applied Statistics 37 (1988), 477-484).
+    """Standard normal quantile (Wichura, Applied Statistics 37 (1988), 477-484).
 
-    Args:
-        share: the probability, above 0 and below 1.
+    ``share`` is a probability above 0 and below 1.
 
     >>> normal_quantile(0.5), round(normal_quantile(0.975), 6)
     (0.0, 1.959964)

@@ -1,4 +1,4 @@
-"""Block boundaries: a block that does not fit a packet travels in fragments and goes in whole or not at all."""
+"""Fragmentation: a block too large for a packet is sent in fragments and merged as a whole."""
 
 from __future__ import annotations
 
@@ -11,14 +11,13 @@ from worldmodel.facts import Guid
 
 MAX_FRAGMENTS = 16
 HALF_BLOCKS = 64
-"""Blocks of one origin of which parts lack that are put together at one time."""
+"""Incomplete blocks of one origin that are assembled at once."""
 
 
 def fragments_of(block: Block, capacity_bits: int, size_bits: Callable[[Fragment], int]) -> tuple[Fragment, ...]:
-    """Split ``block`` into the fewest fragments, in order, of at most ``capacity_bits`` each.
+    """Split ``block`` into the fewest fragments of at most ``capacity_bits`` each, in order.
 
-    Raises ConfigurationError if a single fact is larger than a packet, or more than
-    ``MAX_FRAGMENTS`` fragments are needed.
+    Raises ConfigurationError if a single fact is larger than a packet, or ``MAX_FRAGMENTS`` are too few.
     """
 
     def fragment(facts: tuple[PropertyValue, ...], index: int, count: int) -> Fragment:
@@ -48,10 +47,10 @@ def fragments_of(block: Block, capacity_bits: int, size_bits: Callable[[Fragment
 
 
 class Assembly:
-    """Caches the fragments of each block until the whole block is there.
+    """Reassembly of incomplete blocks.
 
-    Of one origin ``HALF_BLOCKS`` are kept; of one dropped the parts are still in the ledger, from where ``add`` takes
-    them. Nobody asks for parts that lack: who told a block repeats each part until it is acknowledged.
+    At most ``HALF_BLOCKS`` per origin are cached; ``add`` restores the parts of an evicted one from the ledger. Missing
+    parts are not requested, since senders repeat each part until it is acknowledged.
     """
 
     def __init__(self) -> None:
@@ -61,11 +60,9 @@ class Assembly:
         return len(self._parts)
 
     def add(self, fragment: Fragment, known: Iterable[Fragment] = ()) -> Block | None:
-        """The whole block if this fragment completes it, else None.
+        """Return the whole block if this fragment completes it, else None.
 
-        Args:
-            fragment: new part of a block.
-            known: parts of the block heard before.
+        ``known`` has the parts of the block received before.
         """
         if fragment.count == 1:
             return fragment.block
@@ -81,7 +78,7 @@ class Assembly:
         return joined_block([parts[index] for index in range(fragment.count)])
 
     def lacking(self) -> list[Guid]:
-        """Blocks of which parts lack."""
+        """Return the incomplete blocks."""
         return [guid for guid, _ in self._parts]
 
     def _make_room(self, origin: int) -> None:
@@ -91,5 +88,5 @@ class Assembly:
 
 
 def joined_block(parts: Sequence[Fragment]) -> Block:
-    """The block of all its parts, in their order."""
+    """Join all parts of a block, in order."""
     return parts[0].block._replace(facts=tuple(fact for part in parts for fact in part.facts))

@@ -1,13 +1,12 @@
-"""Coded repairs: sums of items over a field of 256 numbers, and what a node makes of those that it hears.
+"""Coded repairs: symbols as linear combinations of items over GF(256), and their decoder.
 
-A symbol is the sum of items, each times a coefficient from 1 to 255, in GF(256) (random linear network coding, Ho et
-al., IEEE Transactions on Information Theory 52 (2006), 4413-4430). It brings something new to each peer that lacks any
-of the items, whichever that is; a peer that lacks as many as it has heard symbols knows them all, but for about one
-case in 255. No coefficient travels: each is drawn from slot, place in the packet and name of the item, which sender and
-receivers know alike.
+A symbol is the sum of items, each times a coefficient from 1 to 255 (random linear network coding, Ho et al., IEEE
+Transactions on Information Theory 52 (2006), 4413-4430). It is innovative for each peer that lacks any of the items; a
+peer decodes all once it has received as many symbols as it lacks items, except in about one case of 255. Coefficients
+are not sent: they follow from slot, place in the packet and item name, known to sender and receivers.
 
-The field is that of Reed-Solomon codes: bytes as polynomials modulo x^8 + x^4 + x^3 + x^2 + 1, of which x generates all
-but 0.
+The field is that of Reed-Solomon codes: bytes as polynomials modulo x^8 + x^4 + x^3 + x^2 + 1, where x generates all
+non-zero elements.
 """
 
 from __future__ import annotations
@@ -17,15 +16,14 @@ from functools import cache
 from typing import Generic, TypeVar
 
 FIELD = 0x11D
-"""x^8 + x^4 + x^3 + x^2 + 1."""
+"""Field polynomial x^8 + x^4 + x^3 + x^2 + 1."""
 NONZERO = 255
-"""Numbers of the field beside 0."""
+"""Number of non-zero field elements."""
 MOST_ROWS = 48
-"""Symbols that a node keeps until they can be decoded; others that come are of no use to it."""
+"""Undecoded symbols that a node stores; further ones are dropped."""
 
 
 def _powers() -> list[int]:
-    """The powers of x from 0 to 254."""
     powers, number = [], 1
     for _ in range(NONZERO):
         powers.append(number)
@@ -36,9 +34,9 @@ def _powers() -> list[int]:
 
 
 POWERS = (*_powers(), *_powers())
-"""x to the power of 0 to 509, so that exponents need not be reduced."""
+"""Powers of x from 0 to 509, so that exponents need no reduction."""
 LOGS = (0, *[POWERS.index(number) for number in range(1, 256)])
-"""The exponent of each number from 1; that of 0 means nothing."""
+"""Discrete logarithm of each element; that of 0 is undefined."""
 
 
 def times(a: int, b: int) -> int:
@@ -51,14 +49,14 @@ def times(a: int, b: int) -> int:
 
 
 def inverse(a: int) -> int:
-    """What a number other than 0 gives 1 with."""
+    """Multiplicative inverse of a non-zero element."""
     return POWERS[NONZERO - LOGS[a]]
 
 
 def scrambled(word: int) -> int:
-    """Scramble 32 bits: each input bit turns about half of the output bits (C. Wellons, "hash prospector", 2018).
+    """Hash 32 bits with full avalanche (C. Wellons, "hash prospector", 2018).
 
-    The constants are below 2^31, so the same lines give the same on Python integers and on compiled 64-bit words.
+    The constants are below 2^31, so Python integers and compiled 64-bit words give the same result.
     """
     word = ((word ^ word >> 16) * 0x21F0AAAD) & 0xFFFFFFFF
     word = ((word ^ word >> 15) * 0x735A2D97) & 0xFFFFFFFF
@@ -66,45 +64,36 @@ def scrambled(word: int) -> int:
 
 
 def symbol_key(slot: int, place: int) -> int:
-    """What the coefficients of a symbol are drawn from: its slot, and its place in the packet."""
+    """Return the seed of a symbol's coefficients, from its slot and place in the packet."""
     return scrambled(scrambled(slot & 0xFFFFFFFF) + place & 0xFFFFFFFF)
 
 
 def coefficient(key: int, origin: int, sequence: int) -> int:
-    """What an item is multiplied by in the symbol with that key: from 1 to 255.
-
-    Args:
-        key: of the symbol.
-        origin: of the item, ``sequence`` is its number.
-    """
+    """Return the coefficient (1 to 255) of an item in the symbol with that key."""
     return scrambled(key + (origin << 24) + sequence & 0xFFFFFFFF) % NONZERO + 1
 
 
 @cache
 def _products(factor: int) -> bytes:
-    """The products of a number with each byte."""
     return bytes([times(factor, byte) for byte in range(256)])
 
 
 def scaled(data: bytes, factor: int) -> bytes:
-    """Each byte times the factor."""
+    """Multiply each byte by the factor."""
     return data.translate(_products(factor))
 
 
 def added(one: bytes, other: bytes) -> bytes:
-    """Sum of two strings of bytes, of which the shorter counts as followed by zeros."""
+    """Add two byte strings; the shorter is padded by zeros."""
     size = max(len(one), len(other))
     total = int.from_bytes(one.ljust(size, b"\0"), "big") ^ int.from_bytes(other.ljust(size, b"\0"), "big")
     return total.to_bytes(size, "big")
 
 
 def symbol(items: Mapping[tuple[int, int], bytes], key: int, size: int) -> bytes:
-    """The sum of items, each times its coefficient, as ``size`` bytes.
+    """Return the linear combination of items as ``size`` bytes.
 
-    Args:
-        items: by origin and number, at most so long.
-        key: of the symbol.
-        size: in bytes.
+    ``items`` has data of at most that size, by origin and number.
     """
     total = bytes(size)
     for (origin, sequence), data in items.items():
@@ -116,30 +105,29 @@ Name = TypeVar("Name", bound=Hashable)
 
 
 class Decoder(Generic[Name]):
-    """Symbols that one node has heard and cannot decode yet, each as an equation of what it lacks.
+    """Undecoded symbols of one node, as linear equations of the items it lacks.
 
-    The equations are kept solved for their first unknown each (Gauss and Jordan), so that an item is known as soon as
-    what was heard determines it.
+    The equations stay in reduced form (Gauss-Jordan), so that an item is known as soon as they determine it.
     """
 
     def __init__(self) -> None:
         self._rows: list[tuple[dict[Name, int], bytes]] = []
 
     def __len__(self) -> int:
-        """How many symbols it keeps."""
+        """Number of undecoded symbols."""
         return len(self._rows)
 
     @property
     def unknown(self) -> list[Name]:
-        """The items that they are over and that this node lacks, in the order of their names."""
+        """Sorted items that these cover and this node lacks."""
         return sorted({name for row, _ in self._rows for name in row})  # type: ignore[type-var]
 
     def add(self, unknown: Mapping[Name, int], data: bytes) -> dict[Name, bytes]:
-        """Take in a symbol; returns the items that are known now, each filled up with zeros.
+        """Add a symbol; return the items decoded by it, each padded by zeros.
 
         Args:
-            unknown: coefficients of the items in it that this node lacks, none 0.
-            data: the symbol, less the items that this node holds.
+            unknown: non-zero coefficients of items that this node lacks.
+            data: the symbol minus the items that this node holds.
         """
         terms = dict(unknown)
         for row, of_row in self._rows:
@@ -159,7 +147,7 @@ class Decoder(Generic[Name]):
         return self._solved()
 
     def learn(self, name: Name, data: bytes) -> dict[Name, bytes]:
-        """An item has come to be known otherwise; returns those that are known by it."""
+        """Eliminate an item known from elsewhere; return the items decoded by it."""
         known, (rows, self._rows) = {name: data}, (self._rows, [])
         for row, of_row in rows:
             rest = of_row
@@ -170,7 +158,7 @@ class Decoder(Generic[Name]):
         return known
 
     def _solved(self) -> dict[Name, bytes]:
-        """Take out the equations of a single unknown."""
+        """Remove and return the equations with a single unknown."""
         found = {name: data for row, data in self._rows if len(row) == 1 for name in row}
         self._rows = [(row, data) for row, data in self._rows if len(row) > 1]
         return found
@@ -179,6 +167,6 @@ class Decoder(Generic[Name]):
     def _less(
         terms: dict[Name, int], data: bytes, row: Mapping[Name, int], of_row: bytes, factor: int
     ) -> tuple[dict[Name, int], bytes]:
-        """An equation less the factor times a row; the first unknown of the equation stays the first."""
+        """Subtract a multiple of a row from an equation, whose first unknown stays first."""
         less = {name: terms.get(name, 0) ^ times(factor, of_name) for name, of_name in row.items()}
         return {name: number for name, number in (terms | less).items() if number}, added(data, scaled(of_row, factor))

@@ -1,6 +1,6 @@
-"""What can go wrong in the exchange layer, split by whose fault it is.
+"""Errors of the exchange layer, by cause.
 
-A peer's bad packet is an event and a count, never an exception: see the manager.
+Invalid packets of peers are counted events, never exceptions for the caller: see the manager.
 """
 
 
@@ -9,16 +9,16 @@ class ExchangeError(Exception):
 
 
 class ConfigurationError(ExchangeError):
-    """The user asked for something that cannot be: the message says what was given and what is allowed."""
+    """Invalid request of the user; the message has the value given and the values allowed."""
 
 
 class PeerFault(ExchangeError):
-    """A peer's packet makes no sense. It never leaves this package: the manager counts it and goes on."""
+    """Invalid packet of a peer; never leaves this package, as the manager counts it."""
 
 
 class DefinitionFault(PeerFault):
-    """A packet whose byte of the definition hash is not that of this node."""
+    """Packet with a byte of another definition hash."""
 
 
 class SlotConflict(PeerFault):
-    """A packet of another vehicle that speaks under the name of this one."""
+    """Packet of another vehicle with the id of this one."""

@@ -1,11 +1,11 @@
-"""Who needs which items, as one node believes: what it sends, and what of what it hears it keeps.
+"""Information needs as one node believes them: items to send, and received blocks to keep.
 
-Needs may follow from something that changes, such as who belongs to which group. So an item is judged when it comes in,
-and all of them again when needs have changed: one that was settled without a peer which needs it now is sent again, and
-one that nobody lacks any more is sent no longer. A peer that is believed to hold an item never gets it twice for that.
+Needs may change, for instance with group membership. An item is evaluated on arrival and again whenever needs change:
+one that was delivered is reopened for a peer that needs it now, and one that no peer lacks is closed. Peers believed to
+hold an item cause no repeats.
 
-A node may be selective: it passes on nothing that it has no need of, and sets aside what it hears of that kind. What it
-set aside it holds as others believe; if it comes to need it, it takes it from there.
+A selective node does not relay what it does not need, and filters it out on reception. Other nodes count it as a
+holder of filtered blocks; it takes them from there if it needs them later.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ from worldmodel.needs import Wanted
 
 @dataclass(frozen=True, slots=True)
 class Renewal:
-    """What changed needs mean for one vehicle.
+    """Effect of changed needs on one vehicle.
 
     Attributes:
-        blocks: heard before and set aside, of use now; items: that completed them.
-        settled: items that all who need them are believed to hold now.
-        unneeded: items that waited until now and that nobody needs any more.
+        blocks: filtered out before, needed now; items: that completed them.
+        settled: items delivered to all interested nodes now.
+        unneeded: queued items that no node needs any more.
     """
 
     blocks: tuple[Block, ...] = ()
@@ -40,15 +40,12 @@ class Renewal:
 
 
 class Interests:
-    """The needs of all nodes, applied to the items of one.
+    """Information needs of all nodes, applied to the items of one.
 
     Args:
-        model: own world model, which knows the classes of instances.
-        needs: of all nodes, this one among them.
-        beliefs: of this node, where it is noted which nodes have no need of an item.
-        queue: takes what this node has to say.
-        size_bits: about the size of a fragment on the wire.
-        selective: True if this node neither keeps nor passes on what it has no need of.
+        model: own world model; gives the classes of instances.
+        size_bits: approximate size of a fragment.
+        selective: this node neither keeps nor relays what it does not need.
     """
 
     def __init__(
@@ -70,15 +67,15 @@ class Interests:
         self._selective = selective
         self._may_send: list[int] = []
         self._sendable = 0  # the same, as an item set
-        self._addressed: set[int] = set()  # columns of items that wait for those to whom they are addressed
+        self._addressed: set[int] = set()  # columns of items lacked by an addressed peer
         self._aside: list[tuple[Block, ItemUid]] = []
         self.undecided: dict[int, None] = {}
-        """Columns of items about instances whose class is not known yet."""
-        self._wanted: dict[tuple[int, int], Wanted] = {}  # by slot, as long as needs do not change
+        """Columns of items about instances of unknown class."""
+        self._wanted: dict[tuple[int, int], Wanted] = {}  # by instance and attribute, until needs change
         self._terms: dict[tuple[int, int], Terms] = {}
 
     def of(self, facts: Iterable[PropertyValue]) -> tuple[int, int]:
-        """Nodes (bit word) that need any of the facts, and the highest priority among them."""
+        """Return the nodes (bit mask) that need any of the facts, and their highest priority."""
         nodes, priority = 0, 0
         facts = tuple(facts)
         for fact in facts:
@@ -88,7 +85,7 @@ class Interests:
         return nodes, priority
 
     def is_of_use(self, facts: Iterable[Stated]) -> bool:
-        """True if these facts have an attribute that is exchanged, whoever needs it now."""
+        """True if these facts have an attribute that is exchanged, regardless of present needs."""
         block = tuple(facts)
         for fact in block:
             wanted = self._wanted.get(fact[:2])
@@ -99,20 +96,20 @@ class Interests:
         return False
 
     def _ask(self, fact: PropertyValue, block: tuple[PropertyValue, ...]) -> Wanted:
-        """Who needs a fact of a block, and how urgently; kept where that is so for any value, until needs change."""
+        """Return the need of a fact; cache it until needs change if it is independent of the value."""
         wanted = self._needs.priority_of(fact, self._class_of(fact, block))
         if self._is_lasting(fact):
             self._wanted[fact.subject, fact.attribute] = wanted
         return wanted
 
     def _is_lasting(self, fact: PropertyValue) -> bool:
-        """True if whoever needs a fact needs any value of its slot: one of a common instance, and no link or type."""
+        """True if the need is independent of the value: common instance, neither link nor type."""
         attribute = self._model.tbox.attributes[fact.attribute]
         is_common = 0 <= fact.subject < len(self._model.common_instances)
         return is_common and attribute.kind is not ValueKind.LINK and attribute.kind is not ValueKind.TYPE
 
     def terms_of(self, facts: tuple[PropertyValue, ...]) -> Terms:
-        """Terms that serve all who need any of the facts; of what nobody needs, nothing is asked."""
+        """Return delivery requirements that serve all nodes that need any of the facts."""
         terms: Terms | None = None
         for fact in facts:
             slot = fact.subject, fact.attribute
@@ -130,26 +127,26 @@ class Interests:
         instance = self._model.instance(fact.subject)
         if instance is not None:
             return instance.class_uid
-        # announced by this very block
+        # announced by the same block
         announced = next((f.value for f in block if f.subject == fact.subject and f.attribute == 0), 0)
         return int(announced) if isinstance(announced, int) else 0
 
     def priority_here(self, column: int) -> int:
-        """Priority of an item that this node needs; 0 if it holds it for others alone."""
+        """Priority of an item that this node needs; 0 if only others need it."""
         nodes, priority = self.of(self._beliefs.about(column))
         return priority if nodes >> self._me & 1 else 0
 
-    # What is sent --------------------------------------------------------------------------------
+    # Sending -------------------------------------------------------------------------------------
 
     def take(self, column: int, now_s: float) -> None:
-        """Take an item that this node may send, new to it."""
+        """Add a new item that this node may send."""
         self._may_send.append(column)
         self._sendable |= 1 << column
         if self._judge(column):
             self._send(column, now_s)
 
     def take_status(self, block: Block) -> None:
-        """Let the newest value of a status wait in place of the older one; one that nobody needs does not wait."""
+        """Queue the newest value of a status in place of the older one; drop it if no node needs it."""
         facts = block.facts
         nodes, priority = self.of(facts)
         if nodes & ~(1 << self._me):
@@ -159,19 +156,14 @@ class Interests:
             self._queue.drop_status((facts[0].subject, facts[0].attribute), block.time_s)
 
     def decide(self, now_s: float) -> None:
-        """Judge again the items about instances that were not known when they came in, and may be now."""
+        """Evaluate again the items about instances of unknown class."""
         undecided, self.undecided = self.undecided, {}
         for column in undecided:
             if self._judge(column) and self._beliefs.is_lacked(column):
                 self._send(column, now_s)
 
     def adopt(self, columns: Iterable[int], now_s: float) -> None:
-        """Send items, from now on, that this node was not to send, where anybody lacks them.
-
-        Args:
-            columns: of the items.
-            now_s: the time (s).
-        """
+        """Start sending items of other origins that some node lacks."""
         for column in columns:
             if not self._sendable >> column & 1:
                 self._may_send.append(column)
@@ -180,10 +172,9 @@ class Interests:
                     self._send(column, now_s)
 
     def settle(self, of_all: bool) -> tuple[ItemUid, ...]:
-        """Close the open items that all who need them, and are there, are believed to hold; return their names.
+        """Close items that all present interested nodes are believed to hold; return their names.
 
-        Args:
-            of_all: of all of them; else of those of which more is believed than at the last call.
+        ``of_all``: check all open items, not only those with new holders since the last call.
         """
         beliefs, is_open = self._beliefs, self._queue.open
         columns = members(is_open) if of_all or beliefs.peers.away else beliefs.unsettled
@@ -199,11 +190,7 @@ class Interests:
         return tuple(sorted([beliefs.uids[column] for column in settled]))
 
     def renew(self, now_s: float) -> Renewal:
-        """Judge all items anew: who needs what has changed.
-
-        Args:
-            now_s: the time (s).
-        """
+        """Evaluate all items again after a change of needs."""
         self._wanted.clear()
         self._terms.clear()
         before = self._queue.open
@@ -232,13 +219,13 @@ class Interests:
         return Renewal(tuple(blocks), tuple(items), tuple(settled), tuple(unneeded))
 
     def reopen(self, now_s: float) -> None:
-        """Send again what is lacked now and was settled before: a peer has lost it, or is there again."""
+        """Reopen delivered items that a peer lacks now, because it lost them or returned."""
         for column in members(self._sendable & ~self._queue.open):
             if self._beliefs.is_lacked(column):
                 self._send(column, now_s)
 
     def postponed(self) -> Iterator[tuple[int, ItemUid]]:
-        """Peers that are away, and the items that each is told once it is there again."""
+        """Yield absent peers and the items that each will receive on its return."""
         beliefs = self._beliefs
         for node in members(beliefs.peers.away):
             for column in members(self._sendable):
@@ -257,7 +244,7 @@ class Interests:
         self._queue.take(column, fragment, entry.waiting, self._size_bits(fragment), terms, now_s, is_new_need)
 
     def _judge(self, column: int) -> bool:
-        """Note who needs an item; True if anybody else does."""
+        """Update the needs of an item; return True if another node needs it."""
         entry = self._beliefs.entry(column)
         nodes, entry.priority = self._judged(entry)
         if not nodes and any(self._class_of(fact, entry.about) == 0 for fact in entry.about):
@@ -267,7 +254,7 @@ class Interests:
         return bool(nodes)
 
     def _judged(self, entry: Sendable) -> tuple[int, int]:
-        """Nodes beside this one that are to have an item, and how urgent it is."""
+        """Return the other nodes (bit mask) that are to receive an item, and its priority."""
         nodes, of_block = self.of(entry.about)
         priority = self.of(entry.fragment.facts)[1] or of_block
         mine = nodes >> self._me & 1 or entry.fragment.origin == self._me
@@ -275,13 +262,12 @@ class Interests:
             return 0, priority
         return (nodes | entry.addressed) & ~(1 << self._me), priority
 
-    # What is kept --------------------------------------------------------------------------------
+    # Filtering -----------------------------------------------------------------------------------
 
     def keeps(self, block: Block, completed_by: ItemUid) -> bool:
-        """True if this node has a use for a block it has heard; else it sets the block aside.
+        """Return True if this node needs a received block; else filter it out.
 
-        Args:
-            completed_by: the last of its items to be heard.
+        ``completed_by`` is the last of its items received.
         """
         if not self._selective or self.of(block.facts)[0] >> self._me & 1:
             return True
@@ -289,7 +275,7 @@ class Interests:
         return False
 
     def _taken_up(self) -> tuple[list[Block], list[ItemUid]]:
-        """Blocks that were set aside and are of use now, and the items that completed them."""
+        """Take blocks that were filtered out and are needed now, with the items that completed them."""
         taken = [kept for kept in self._aside if self.of(kept[0].facts)[0] >> self._me & 1]
         self._aside = [kept for kept in self._aside if kept not in taken]
         return [block for block, _ in taken], [uid for _, uid in taken]

@@ -1,7 +1,7 @@
-"""Names of a package that are loaded when they are first used.
+"""Lazy loading of a package's names.
 
-Its ``__init__.py`` imports them for those who read and check code, below ``if TYPE_CHECKING``, and has
-``__getattr__ = lazily.loader(__name__, __file__)``: what is asked for is looked up in those imports.
+The package's ``__init__.py`` imports the names below ``if TYPE_CHECKING`` for type checkers, and defines
+``__getattr__ = lazily.loader(__name__, __file__)``, which finds them in these imports.
 """
 
 import ast
@@ -13,11 +13,7 @@ from typing import Any
 
 
 def loader(package: str, file: str) -> Callable[[str], Any]:
-    """The function by which a package gives its names.
-
-    Args:
-        package: its name; file: its ``__init__.py``.
-    """
+    """Return a module ``__getattr__`` for a package; ``file`` is its ``__init__.py``."""
 
     @cache
     def homes() -> dict[str, str]:

@@ -1,19 +1,17 @@
-"""The Data Exchange Manager of one vehicle: what to say in a slot, what to make of what was heard.
+"""Data Exchange Manager of one vehicle: packet selection and processing of received packets.
 
-Sans-io: bits and ``now_s`` go in; bits and frozen values come out. It reads no clock, draws no random numbers and
-calls nobody back.
+Sans-io: bits and ``now_s`` in, bits and frozen values out. It reads no clock, draws no random numbers and makes no
+callbacks.
 
-The slot of the cooperation paper (section IV, "Selecting information to be shared"), step by step:
-``interests`` asks who needs an item (1, 2); new candidates enter through ``offer`` and acknowledgement
-timers are one frame, so every item sent in the last frame is a candidate again (3); items that all
-interested peers are believed to hold are dropped (4); ``queue`` raises weights, sorts and fills the packet as
-the policy study does (5, 6, 7). Who is believed to hold what, and until when an item is sent, is the business of
-``ack``; who sends it that of the policy.
+A slot follows the cooperation paper (section IV, "Selecting information to be shared"): ``interests`` finds the nodes
+that need an item (1, 2); ``offer`` adds candidates, and the acknowledgement timer is one frame, so that every item sent
+in the last frame is a candidate again (3); items that all interested peers are believed to hold are dropped (4);
+``queue`` raises weights, sorts and fills the packet as the policy study does (5, 6, 7). ``ack`` keeps the holders of an
+item; the policy fixes its senders.
 
-Two kinds of information are told apart by the TBox. An attribute of which only the latest value
-matters (a vehicle's position) is a *status*: its newest value waits in the same weighted queue, is said once
-and never acknowledged; the paper tolerates its loss. Everything else is an item and is repeated until it
-is acknowledged.
+The TBox distinguishes two kinds of information. An attribute of which only the latest value matters (such as a
+position) is a *status*: its newest value waits in the same queue, is sent once and never acknowledged; the paper
+tolerates its loss. Everything else is an item and is repeated until acknowledged.
 """
 
 from __future__ import annotations
@@ -58,21 +56,21 @@ if TYPE_CHECKING:
 
 OptionalPart = Literal["parking", "relaying", "summaries"]
 OPTIONAL_PARTS: tuple[OptionalPart, ...] = get_args(OptionalPart)
-"""Parts that a manager can do without."""
+"""Parts that a manager can disable."""
 SUMMARY_SHARE = 4
-"""Summaries that are due take one part in this many of a packet at most."""
+"""Due summaries take at most one part in this many of a packet."""
 SIGNAL_SHARE = 4
-"""A packet keeps one part in this many for influence signals; fragments are cut to fit the rest."""
+"""Influence signals reserve one part in this many of a packet; fragments fit the rest."""
 
 
 class Options(NamedTuple):
-    """What a vehicle does beyond needs and policy, and how its queue values what waits.
+    """Options of a vehicle beyond needs and policy.
 
     Attributes:
-        carrier_evidence: take a peer that carries an item as holding it.
-        selective: neither keep nor pass on items that this vehicle has no need of.
-        value: rule by which the queue compares what waits.
-        queue_limit: most items that wait in it; None for no limit.
+        carrier_evidence: a peer that carries an item counts as a holder.
+        selective: neither keep nor relay items that this vehicle does not need.
+        value: rule of the queue.
+        queue_limit: most items in the queue; None for no limit.
     """
 
     carrier_evidence: bool = True
@@ -85,7 +83,7 @@ USUAL = Options()
 
 
 def _refuse_future(packet: Packet, now_s: float, model: WorldModel) -> None:
-    """Refuse a packet with a fact that was observed later than it arrives: it was damaged, or a clock is wrong."""
+    """Raise PeerFault for a fact observed after its arrival: damage or a wrong clock."""
     for fragment in packet.fragments:
         if fragment.time_s > now_s and fragment.time_s > model.latest_time_s(now_s):
             raise PeerFault(
@@ -98,15 +96,13 @@ class ExchangeManager:
     """Ledger, acknowledgement state and queue of one vehicle.
 
     Args:
-        me: own node index.
-        model: own world model, read only (which blocks are known, classes of instances).
-        codec, schedule, policy: the same at every vehicle.
-        payload_bits: size of a packet on the modem.
-        needs: which nodes need what, with priorities; ``renew`` is called when they have changed.
-        options: what it does beyond these.
+        model: own world model, read only.
+        codec, schedule, policy: equal at every vehicle.
+        payload_bits: packet size of the modem.
+        needs: of all nodes; call ``renew`` after a change.
 
     Raises:
-        ConfigurationError: the header and one signal do not fit ``payload_bits``.
+        ConfigurationError: ``payload_bits`` cannot hold the header and signals, or a text.
     """
 
     def __init__(
@@ -142,14 +138,14 @@ class ExchangeManager:
         beliefs.summaries = Summaries(beliefs, codec.summary_bits)
         self._peers = beliefs.peers
         self.queue = Queue(options.value, options.queue_limit)
-        """What waits to be said, why it was not said, and what is said no more."""
+        """Queued entries, with the reasons for entries not sent or discarded."""
         self._interests = Interests(model, needs, beliefs, self.queue, codec.fragment_bits, options.selective)
         self.is_of_use = self._interests.is_of_use
-        """``is_of_use(facts)``: True if these have an attribute that is exchanged, whoever needs it now."""
+        """``is_of_use(facts)``: True if an attribute of these is exchanged, needed now or not."""
         evidence, frame_s = options.carrier_evidence, schedule.frame_s
         self._listener = Listener(model, beliefs, self._interests, policy.repeat, evidence, frame_s)
         self.parking: Parking | None = Parking(beliefs, self._listener)
-        """Suspension for peers that are silent for too long; None if it is taken out."""
+        """Suspension for absent peers; None if disabled."""
         if not policy.repeat:
             self._listener.relaying = Relaying(beliefs, self._listener)
         if codec.accounts is not None:
@@ -158,20 +154,18 @@ class ExchangeManager:
             sizes = codec.accounts, codec.fragment_bits
             self._listener.stating = Stating(beliefs, *sizes, self._interests.priority_here, kind.codes)
         self.half_blocks = self._listener.assembly.lacking
-        """``half_blocks() -> list``: names of blocks of which it has parts, and lacks others."""
+        """``half_blocks() -> list``: names of incomplete blocks."""
         self._signals: tuple[InfluenceSignal, ...] = ()
         self._n_signals_said = 0
-        self._left_to_relays = 0  # items that rest, in the packet that is being filled
-        self._due_to_statuses = 0  # bits that statuses may take before items, so far
-        self._is_for_large = False  # large items go first in the next one that leaves no room to statuses
+        self._left_to_relays = 0  # item set suspended for the packet under construction
+        self._due_to_statuses = 0  # accumulated bits that statuses may take before items
+        self._is_for_large = False  # the next packet without reserve for statuses starts with large items
         self.n_faults = 0
 
     def offer(self, changes: Iterable[Change], addressed: Collection[int] = ()) -> tuple[Fragment, ...]:
-        """Take blocks this vehicle recorded itself as candidates; returns the items they became, without status.
+        """Queue own blocks; return their items, statuses excluded.
 
-        Args:
-            changes: of the world model.
-            addressed: peers that the blocks are for, if not for all alike: once these hold them, others can wait.
+        ``addressed`` are peers that the blocks are for; once these hold them, the priority for others falls.
         """
         items: list[Fragment] = []
         for change in changes:
@@ -188,29 +182,26 @@ class ExchangeManager:
         return tuple(items)
 
     def resume(self, now_s: float) -> None:
-        """Take up what the world model holds, after a restart with its memory; who holds it is to be learned anew."""
+        """Register the content of the world model after a restart; its holders are unknown."""
         self._listener.resume(self._room_bits - self._signal_room_bits, self._codec.fragment_bits, now_s)
         self._interests.adopt(self._beliefs.orphans(), now_s)
         if self.summaries is not None:
             self.summaries.telling.urge()
 
     def fits(self, facts: Iterable[Stated]) -> bool:
-        """True if a block of these facts would go into one packet, beside influence signals."""
+        """True if a block of these facts fits one packet, beside influence signals."""
         whole = Fragment(self._me, 0, 0.0, tuple(PropertyValue(*fact) for fact in facts))
         return self._codec.fragment_bits(whole) <= self._room_bits - self._signal_room_bits
 
     def offer_signals(self, signals: Sequence[InfluenceSignal]) -> None:
-        """Influence signals for the next own slot; those of an earlier call are forgotten.
-
-        Of more than fit, a part is said, another one in the next slot.
-        """
+        """Replace the influence signals for the next own slot; if too many, slots alternate."""
         most = self._signal_room_bits // self._codec.signal_bits
         first = self._n_signals_said % len(signals) if len(signals) > most else 0
         self._signals = (*signals[first:], *signals[:first])[:most]
         self._n_signals_said += len(self._signals)
 
     def receive(self, data: bytes, now_s: float) -> Reception:
-        """Take in a packet that arrives at ``now_s``; a bad one is counted, never raised, nor acknowledged."""
+        """Process a packet that arrives at ``now_s``; count an invalid one, without an exception."""
         schedule = self._schedule
         try:
             head = self._codec.head(data)
@@ -236,7 +227,7 @@ class ExchangeManager:
                 self._definitions.agree(sender, frame)
             if judged.latest_s > now_s:
                 _refuse_future(packet, now_s, self._model)
-            if judged.wrong is not None:  # the world model would never take its block
+            if judged.wrong is not None:  # the world model would refuse its block
                 raise PeerFault(judged.wrong)
             met = self._peers.meet(sender, packet.epoch, frame)
         except PeerFault as fault:
@@ -257,7 +248,7 @@ class ExchangeManager:
         return heard
 
     def _refuse_untimely(self, slot: int, sender: int, now_s: float) -> None:
-        """Raise PeerFault if a packet of that slot comes when it can no more be heeded, or not yet."""
+        """Raise PeerFault for a packet too old or too early to be processed."""
         log = self._beliefs.log
         if slot + self.n_nodes <= log.slot:
             raise PeerFault(f"a packet of node {sender} of slot {slot} arrives when its next slot is open")
@@ -266,12 +257,12 @@ class ExchangeManager:
             raise PeerFault(f"a packet of slot {slot} arrives before the own slot {own} is open")
 
     def _era_now(self, data: bytes, sender: int, frame: int, known: int) -> int:
-        """The era that a peer is in by its packet, if that is to be believed, else the one known."""
+        """Return the era of a peer by its packet if proven, else the known one."""
         era = self._codec.era_of(data, frame)
         return era if self._definitions.claim(sender, frame, era) and era is not None else known
 
     def _own_slot(self, now_s: float) -> int:
-        """The slot of this vehicle that opens; raises ConfigurationError if it is that of another."""
+        """Return the own slot that opens; raise ConfigurationError in a slot of another node."""
         slot = self._schedule.slot_at(now_s)
         if (owner := slot % self.n_nodes) != self._me:
             raise ConfigurationError(f"slot {slot} at {now_s} s belongs to node {owner}, not to node {self._me}")
@@ -279,16 +270,16 @@ class ExchangeManager:
 
     @property
     def summaries(self) -> Summaries | None:
-        """What peers are told and tell of what is held; None if that is taken out."""
+        """Summary exchange; None if disabled."""
         return self._beliefs.summaries
 
     @property
     def relaying(self) -> Relaying | None:
-        """What is sent for others whose links are poor; None where all repeat or if that is taken out."""
+        """Relaying over poor links; None if disabled or if the policy repeats items."""
         return self._listener.relaying
 
     def leave_out(self, part: OptionalPart) -> None:
-        """Do without an optional part from now on."""
+        """Disable an optional part."""
         if part == "parking":
             self.parking = None
         elif part == "relaying":
@@ -297,26 +288,26 @@ class ExchangeManager:
             self._beliefs.summaries = None
 
     def give_up(self, guids: Iterable[Guid]) -> None:
-        """The world model has forgotten these blocks, so that they may come again: peers are told that they lack."""
+        """Mark discarded blocks as missing, so that peers send them again."""
         self._beliefs.give_up(guids)
 
     def links(self, peer: int) -> PeerLinks:
-        """What the links from and to a peer lose, as far as this vehicle can tell."""
+        """Return the loss estimates of the links from and to a peer."""
         return self._peers.links(peer)
 
     def renew(self, now_s: float) -> Renewal:
-        """Judge all items anew: who needs what has changed."""
+        """Evaluate all items again after a change of needs."""
         return self._interests.renew(now_s)
 
     def keep_silent(self, now_s: float) -> int:
-        """Let the own slot that opens at ``now_s`` pass without a packet; returns its number."""
+        """Skip the own slot at ``now_s``; return its number."""
         slot = self._own_slot(now_s)
         self._beliefs.log.open(slot)
         self._signals = ()
         return slot
 
     def packet_to_send(self, now_s: float) -> Transmission:
-        """The packet for the own slot that opens at ``now_s`` (s)."""
+        """Compose the packet of the own slot that opens at ``now_s``."""
         slot = self._own_slot(now_s)
         self._beliefs.log.open(slot)
         if self._interests.undecided:
@@ -384,11 +375,13 @@ class ExchangeManager:
         )
 
     def _let_plan(self, stating: Stating, room_bits: int) -> int:
-        """Let what is not planned rest for this packet; returns what is said of holdings (bits).
+        """Plan the packet, suspend all other items; return the size of the holdings section.
 
-        Statuses are not planned. Of the room they are due the share that they have of what waits, by priority and size,
-        as under the additive rule; half of a packet at most, once the smallest of them fits. Else they compete with
-        what is planned for what the account leaves.
+        Statuses are not planned. Their share of the capacity is their share of the queue by priority times size, as
+        under the
+        additive rule, accumulated over packets; at most half of a packet, once the smallest of them fits. Otherwise
+        they
+        compete with planned items for the capacity beside the section.
         """
         queue = self.queue
         self._left_to_relays = queue.resting if self.relaying is not None else 0
@@ -413,19 +406,19 @@ class ExchangeManager:
         return uid in self._beliefs.column_of or self._beliefs.own.has((uid.origin, uid.epoch), uid.sequence)
 
     def knows_life(self, peer: int, epoch: int) -> bool:
-        """True if this vehicle has heard ``peer`` in the life of that epoch; in its first one it need not."""
+        """True if ``peer`` has this epoch as far as known; initially 0."""
         return self._peers.epochs[peer] == epoch
 
     def believes(self, peer: int, uid: ItemUid) -> bool:
-        """True if this vehicle believes that ``peer`` holds the item."""
+        """True if ``peer`` is believed to hold the item."""
         column = self._beliefs.column_of.get(uid)
         return column is not None and bool(self._beliefs.holders[column] >> peer & 1)
 
     @property
     def n_open(self) -> int:
-        """Items that this vehicle goes on sending: none that it leaves to another."""
+        """Number of open items, without those left to relays."""
         return (self.queue.open & ~self.queue.resting).bit_count()
 
     def postponed(self) -> Iterator[tuple[int, ItemUid]]:
-        """Nodes, and items that they lack though nothing is open: peers that are away, and this one what it gave up."""
+        """Yield nodes with lacked items that are not open: absent peers, and own discarded blocks."""
         return chain(self._interests.postponed(), self._beliefs.given_up())

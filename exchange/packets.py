@@ -1,8 +1,7 @@
-"""The messages of the exchange: what a vehicle says in its slot.
+"""Messages of the exchange.
 
-A packet carries four things: acknowledgement bits, fragments of blocks (observations and
-organisational facts alike; the world model does not tell them apart), and influence signals.
-Blocks are delimited and acknowledged; influence signals are ephemeral bytes in the room that is left.
+A packet carries acknowledgement bits, fragments of blocks (observations and organisational facts alike), and influence
+signals. Blocks are delimited and acknowledged; influence signals are ephemeral bytes in the remaining capacity.
 """
 
 from __future__ import annotations
@@ -17,11 +16,11 @@ from worldmodel.facts import Guid
 
 _new = tuple.__new__  # makes a named tuple of a tuple, in half the time
 MASK_BITS = 8
-"""Sequences that the mask of a summary tells of."""
+"""Sequences in the mask of a summary."""
 
 
 class Met(Enum):
-    """What a packet shows of its sender: it was there, it was away, or it has begun anew."""
+    """State of a sender as its packet shows: present, returned or restarted."""
 
     USUAL = "usual"
     BACK = "back"
@@ -29,7 +28,7 @@ class Met(Enum):
 
 
 class ItemUid(NamedTuple):
-    """Name of one exchange item: a fragment of the block ``(origin, epoch, sequence)``."""
+    """Name of an exchange item: a fragment of the block ``(origin, epoch, sequence)``."""
 
     origin: int
     sequence: int
@@ -41,7 +40,7 @@ class ItemUid(NamedTuple):
 
 
 class StatusUid(NamedTuple):
-    """Name of one status: when its origin said what of which instance; ``subject, attribute`` are of its first fact."""
+    """Name of a status: origin, time, and subject and attribute of its first fact."""
 
     origin: int
     time_s: float
@@ -63,7 +62,7 @@ def _item_name(origin: int, sequence: int, part: int, epoch: int) -> str:
 
 
 def name_of(block: Block) -> str:
-    """Name of a block in tables; the items that it is sent in have the number of their part behind it.
+    """Return the name of a block in tables; its items append the number of their part.
 
     >>> [name_of(Block(2, sequence, 1.5, (PropertyValue(7, 3, True),))) for sequence in (17, STATUS, STATUS - 1)]
     ['2-17', '2@1.5:7.3', '2-p1']
@@ -77,7 +76,7 @@ def name_of(block: Block) -> str:
 
 
 def guid_of(name: str) -> Guid:
-    """Origin, epoch and sequence of the block that a name in tables is of; all statuses of an origin have the same.
+    """Parse a name in tables into origin, epoch and sequence; statuses of an origin share one.
 
     >>> [guid_of(name) for name in ("2-17.1", "2.e3-17", "2@1.5:7.3", "2-p1")]
     [(2, 0, 17), (2, 3, 17), (2, 0, -1), (2, 0, -2)]
@@ -91,7 +90,7 @@ def guid_of(name: str) -> Guid:
 
 
 class Fragment(NamedTuple):
-    """Part ``index`` of ``count`` of a block; a block that fits one packet has ``count == 1``, as every status has."""
+    """Part ``index`` of ``count`` of a block; ``count`` is 1 for a whole block and every status."""
 
     origin: int
     sequence: int
@@ -103,32 +102,30 @@ class Fragment(NamedTuple):
 
     @property
     def uid(self) -> ItemUid:
-        """Name of the exchange item that it is, unless it is a status."""
+        """Name as an exchange item; meaningless for a status."""
         return _new(ItemUid, (self.origin, self.sequence, self.index, self.epoch))
 
     @property
     def guid(self) -> Guid:
-        """Name of the block that it is a part of."""
+        """Name of its block."""
         return self.origin, self.epoch, self.sequence
 
     @property
     def is_status(self) -> bool:
-        """True for a status: it is said once, and nobody acknowledges it."""
+        """True for a status, which is sent once and not acknowledged."""
         return self.sequence == STATUS
 
     @property
     def block(self) -> Block:
-        """The block that it is by itself, if it is no part of a larger one."""
+        """Its block, valid if ``count`` is 1."""
         return _new(Block, (self.origin, self.sequence, self.time_s, self.facts, self.epoch))
 
 
 class Named(NamedTuple):
-    """An item with its names, which all who hear it share.
+    """Item with its names, shared by all receivers.
 
     Attributes:
-        fragment: itself; uid: its name as an item.
-        guid: name of the block that it is a part of.
-        block: that block, if it is all of it.
+        block: the block, if the item is all of it.
     """
 
     fragment: Fragment
@@ -138,17 +135,17 @@ class Named(NamedTuple):
 
 
 def name_of_item(fragment: Fragment) -> Named:
-    """An item, with names that are made once."""
+    """Return an item with its names."""
     origin, sequence, time_s, facts, index, count, epoch = fragment
     block = _new(Block, (origin, sequence, time_s, facts, epoch)) if count == 1 else None
     return _new(Named, (fragment, _new(ItemUid, (origin, sequence, index, epoch)), (origin, epoch, sequence), block))
 
 
 class InfluenceSignal(NamedTuple):
-    """Personal satisfaction of the sender in one role of one group, -128..127 (REMORAS, section V.A).
+    """Personal satisfaction of the sender in one role, -128..127 (REMORAS, section V.A).
 
-    ``role`` is the instance uid of the role; a role exists in one group only, so it names the group too.
-    The emitter is the sender of the packet, the target is the whole group.
+    ``role`` is the instance uid of a role, which exists in one group only. The emitter is the sender of the packet, the
+    target is the whole group.
     """
 
     role: int
@@ -156,12 +153,10 @@ class InfluenceSignal(NamedTuple):
 
 
 class Summary(NamedTuple):
-    """What is held of one origin in one epoch.
+    """Received set about one origin and epoch.
 
     Attributes:
-        origin: whose items; epoch: of which of its lives.
-        highest: every item up to this number is held; -1 if not even the first; ``MOST_ITEMS`` for an alarm: two
-            vehicles speak under the name of the origin.
+        highest: all items up to this number are held; -1 for none; ``MOST_ITEMS`` for an alarm of a duplicate node id.
         mask: bit k is set if the item ``highest + 2 + k`` is held; the one behind ``highest`` is not.
 
     >>> one = Summary(0, 0, highest=4, mask=0b101)
@@ -175,15 +170,15 @@ class Summary(NamedTuple):
     mask: int
 
     def held_from(self, first: int) -> int:
-        """What is held as a word, bit k for the sequence ``first + k``."""
+        """Return the received set as a word, bit k for the sequence ``first + k``."""
         return ((1 << self.highest + 1) - 1 | self.mask << self.highest + 2) >> first
 
     def beyond(self, sequence: int) -> bool:
-        """True if it names an item of this number or a higher one."""
+        """True if it covers an item of this number or higher."""
         return self.highest >= sequence or bool(self.mask >> max(0, sequence - self.highest - 2))
 
     def holds(self, sequence: int) -> bool | None:
-        """True if the item is held, False if it is not; None if the summary does not say."""
+        """Return whether the item is held; None if the summary does not cover it."""
         if sequence <= self.highest:
             return True
         if sequence >= self.highest + 2 + MASK_BITS:
@@ -192,13 +187,12 @@ class Summary(NamedTuple):
 
 
 class OriginStatement(NamedTuple):
-    """What a packet states of its sender's holdings of one origin: all items below ``first``, and some from it on.
+    """Statement of the sender's received set about one origin.
 
     Attributes:
-        origin, epoch: whose items, of which of its lives.
-        first: all items below it are held; of the ``length`` ones from it on bit k of ``mask`` says whether
-            ``first + k`` is.
-        is_known_to_all: all nodes are known to hold what is below ``first``.
+        first: all items below it are held.
+        mask: bit k is set if ``first + k`` is held, for k below ``length``.
+        is_known_to_all: all nodes are known to hold the items below ``first``.
     """
 
     origin: int
@@ -210,12 +204,12 @@ class OriginStatement(NamedTuple):
 
     @property
     def held(self) -> int:
-        """What is held, one bit for each sequence."""
+        """Received set, one bit for each sequence."""
         return self.mask << self.first | (1 << self.first) - 1
 
 
 class HolderSet(NamedTuple):
-    """Who is known to hold a block: ``holders``, one bit for each node, the sender among them."""
+    """Nodes known to hold a block (bit mask ``holders``), the sender included."""
 
     origin: int
     epoch: int
@@ -224,9 +218,9 @@ class HolderSet(NamedTuple):
 
 
 class Account(NamedTuple):
-    """What a packet says of holdings, under a policy that states them; see `exchange.planning`.
+    """Holdings section of a packet, see `exchange.planning`.
 
-    ``symbols`` are sums over the blocks that the statements say to be held and that are not in the packet themselves.
+    ``symbols`` are combinations of blocks that the statements report and that are not in the packet.
     """
 
     statements: tuple[OriginStatement, ...] = ()
@@ -235,11 +229,11 @@ class Account(NamedTuple):
 
 
 NO_ACCOUNT = Account()
-"""That of a packet which says nothing of holdings."""
+"""Empty holdings section."""
 
 
 class Head(NamedTuple):
-    """What stands first in a packet and names its slot: who speaks, in which of its lives, in which frame modulo 4."""
+    """Head of a packet, which names its slot; epoch and frame modulo 4 as read from the wire."""
 
     sender: int
     epoch: int
@@ -247,12 +241,12 @@ class Head(NamedTuple):
 
 
 class Packet(NamedTuple):
-    """Everything one vehicle says in one slot.
+    """Content of a packet.
 
-    ``rows`` holds one bit word per node: bit j of row i says that node i received the packet meant of
-    node j (see ``exchange.ack``). ``acknowledgement`` bits that a policy does not send are zero. ``epoch`` is the
-    sender's own, which grows whenever it begins anew; ``frame`` is the TDMA frame in which it speaks. ``summary`` says
-    what it holds of some origins. ``account`` says more of holdings, where the policy states them.
+    Bit j of ``rows[i]``: node i received the packet of node j (see ``exchange.ack``); bits that a policy does not send
+    are
+    zero. ``epoch`` is the sender's, ``frame`` its TDMA frame. ``summary`` has its received sets about some origins,
+    ``account`` its holdings section.
     """
 
     sender: int
@@ -266,18 +260,16 @@ class Packet(NamedTuple):
 
 
 class Judged(NamedTuple):
-    """A packet, and what all who hear it have to know of it.
+    """Packet with the checks that all receivers share.
 
     Attributes:
-        packet: itself.
-        wrong: what value in it nobody can have recorded; None if there is none.
-        latest_s: when the newest of its facts was observed.
-        concerns: nodes, one bit each, of whose items or holdings it tells; all nodes if it has an alarm.
-        relays: True if it tells items or statuses that are not its sender's own.
-        statuses: its statuses, as blocks.
-        items: its items and statuses, in their order, with the names of items; none if it tells no item.
-        heard: nodes, one bit each, whose packets its sender, or one whose word it passes on, has heard lately.
-        facts: what its acknowledgements state of the slots before it.
+        wrong: description of an impossible value; None if all are valid.
+        latest_s: time of its newest observation.
+        concerns: origins (bit mask) of its items and reports; all nodes for an alarm.
+        relays: True if it has items or statuses of other origins.
+        items: named items and statuses in order; empty if it has no item.
+        heard: nodes (bit mask) with a packet acknowledged in it.
+        facts: its acknowledgements by ring place.
     """
 
     packet: Packet
@@ -292,11 +284,11 @@ class Judged(NamedTuple):
 
 
 class Transmission(NamedTuple):
-    """What a vehicle says in one slot, and what it decided in doing so.
+    """Packet sent in one slot, with its composition.
 
-    ``items`` are repeated until they are acknowledged, ``status`` are said this once. ``fragments`` has (attribute of
-    the first fact, size_bits) of each of both; the rest of ``size_bits`` beside ``signals_bits`` and ``summary_bits``
-    is the header. ``noticed`` has what was noticed of peers as the slot opened: node and event.
+    ``items`` repeat until acknowledged, ``status`` are sent once. ``fragments`` has (attribute of the first fact,
+    size_bits) of both; ``size_bits`` minus these, ``signals_bits`` and ``summary_bits`` is the header. ``noticed`` has
+    (node, event) of peers as the slot opened.
     """
 
     slot: int
@@ -314,16 +306,17 @@ class Transmission(NamedTuple):
 
 
 class Reception(NamedTuple):
-    """What one packet brought.
+    """Effects of one received packet.
 
-    ``blocks`` are whole and new to this vehicle, or contradict what it has under the same name, ready to be merged;
-    ``signals`` are the influence signals of ``sender``; ``beliefs`` lists (peer, item) pairs that are believed from
-    now on; ``settled`` lists items that all interested peers are now believed to hold; ``aside`` are those whose
-    block this vehicle has no need of, which are not among ``items``; ``fault`` tells why a packet was refused, else
-    None; ``is_stranger`` if that makes its sender one of another definition; ``met`` says whether the sender was away
-    or has begun anew; ``conflict`` names a node under whose name two vehicles speak, when it is first noticed;
-    ``told`` says of nodes that were not heard themselves when, at the earliest, they spoke: others have heard them, or
-    pass on what they told.
+    Attributes:
+        blocks: whole and new, or contradicting a known block of that name; ready to be merged.
+        beliefs: new (peer, item) pairs.
+        settled: items now believed to be delivered to all interested nodes.
+        aside: filtered out, no local need; not among ``items``.
+        fault: reason of refusal; None for an accepted packet.
+        is_stranger: True if the sender became incompatible by it.
+        conflict: duplicate node id on its first evidence.
+        told: (node, earliest time of transmission) of nodes received by others only.
     """
 
     slot: int

@@ -1,25 +1,24 @@
-"""What a packet carries under a policy that states holdings: items, statements, coded repairs; one plan for all three.
+"""Packet plan of policies that report received sets: items, statements and coded repairs.
 
-A node reckons with what each peer may still lack. An item that it sends brings, for each peer that receives the packet,
-the probability that it lacks it; so many symbols over a set of items bring as many of them as the peer lacks, and no
-more than there are symbols. Of what a peer may have heard in symbols it lacks as many items less, whichever these are.
-A statement of what a node holds of an origin spares that origin repeating what nobody lacks; it is worth as much as
-there is to tell, and the more, the less the bits of the acknowledgements get through. The plan fills the packet with
-what brings most, takes symbols if they bring more than the items would by themselves, and no more than are of use.
+A node estimates the probability that a peer lacks an item. The expected gain of an item is the sum over peers of
+reception times lack probability. The gain of symbols over a set of items is bounded by the number lacked and the number
+of symbols; symbols possibly received reduce the number lacked. A statement saves its origin repeats of items that no
+node lacks; its gain grows with the unreported acknowledgements and the loss of acknowledgement bits. The plan fills the
+packet by expected gain. Symbols replace items if they gain more, up to the number of use.
 
-Plain loops, which the policy study compiles and vehicles interpret, as those of `exchange.ack`.
+Plain loops, compiled by the policy study and interpreted by vehicles, as those of `exchange.ack`.
 
-What a packet says of its sender's holdings: the sizes that vehicles and policy study reckon with.
-
-Behind the vector of acknowledgements stand, each with a bit before it and a bit behind the last::
+Layout of the holdings section behind the acknowledgement vector; a bit precedes each entry, another ends each list::
 
     statement   origin w(nodes) | usual 1 [else epoch 2 or more, all 1] | first w(items) | length 4 | mask
-                all items of the origin below ``first`` are held; ``usual``: it is in its first epoch, and all are known
-                to hold them. Of the ``length`` items from ``first`` on the mask says which are held, in a statement of
-                one's own items without a mask, since all are; behind it none is, if the length is below 15
-    holder set  origin w(nodes) | usual 1 [else epoch 2 or more] | number w(items) | who holds it, nodes - 1
+                all items of the origin below ``first`` are held; ``usual``: first epoch, and all nodes are known to
+                hold
+                them. The mask covers the ``length`` items from ``first`` on; a statement of own items has none, since
+                all
+                are held. Items behind it are lacked if the length is below 15
+    holder set  origin w(nodes) | usual 1 [else epoch 2 or more] | number w(items) | holders, nodes - 1
 
-and, where repairs are coded, how many symbols there are 3 [size in bytes 6 | symbols].
+With coded repairs the number of symbols follows: 3 [size in bytes 6 | symbols].
 """
 
 from __future__ import annotations
@@ -28,21 +27,21 @@ import math
 from typing import NamedTuple, Protocol
 
 END_BITS = 2
-"""Behind the last statement, and behind the last holder set."""
+"""Bits that end the statements and the holder sets."""
 LENGTH_BITS = 4
 MOST_STATED = (1 << LENGTH_BITS) - 1
-"""Items from the first on that a statement tells of."""
+"""Largest number of items in the mask of a statement."""
 COUNT_BITS = 3
 MOST_SYMBOLS = (1 << COUNT_BITS) - 1
-"""Symbols in one packet."""
+"""Largest number of symbols in one packet."""
 SIZE_BITS = 6
 MOST_SYMBOL_BYTES = (1 << SIZE_BITS) - 1
 MOST_PASSED = 16
-"""How often a node tells who holds an item, after it has last learned anything of that."""
+"""Reports of an item's holders after the last news about them."""
 
 
 def names_bits(n_nodes: int) -> int:
-    """Bits that tell so many nodes apart."""
+    """Bits that distinguish as many nodes."""
     bits = 0
     while 1 << bits < n_nodes:
         bits += 1
@@ -50,38 +49,38 @@ def names_bits(n_nodes: int) -> int:
 
 
 def statement_bits(n_nodes: int, number_bits: int, length: int) -> int:
-    """Size of a usual statement with a mask of that length, the bit before it among its bits."""
+    """Size of a usual statement with a mask of ``length`` bits, presence bit included."""
     return 2 + names_bits(n_nodes) + number_bits + LENGTH_BITS + length
 
 
 def holder_set_bits(n_nodes: int, number_bits: int) -> int:
-    """Size of a usual holder set, the bit before it among its bits."""
+    """Size of a usual holder set, presence bit included."""
     return 1 + names_bits(n_nodes) + number_bits + n_nodes
 
 
 LEAST_LACK = 0.02
-"""A peer that is not known to hold an item is reckoned to lack it with this probability at least."""
+"""Lower bound of the lack probability of a peer not known to hold an item."""
 RESERVING = 0.5
-"""A statement keeps new items out of a packet if so much of it is worth more than an item that all lack."""
+"""Share of a statement's gain that must exceed an item's all lack, to reserve capacity."""
 FIRST_STATEMENT = 0.5
-"""The first statement in a packet goes if it is worth so much of what an item brings, bit by bit; others need all."""
+"""Gain per bit, relative to the best item, that the first statement needs; others need 1."""
 TOLD_TO_ALL = 0.2
-"""What it is worth, for each item owed, that the other peers hear a statement, too."""
+"""Gain per unreported acknowledgement from other receivers of a statement."""
 STATED_BY_THE_WAY = 0.25
-"""Share of the worth of a statement that counts where it is sent as the name of what is coded."""
+"""Share of a statement's gain that counts if it is sent to name coded items."""
 IMPOSSIBLE = 1 << 40
-"""Bits of a statement that cannot be made."""
+"""Size of a statement or symbol that cannot be made."""
 KEPT = 1.0 - 1.0 / 64.0
-"""What is left of the weight of a sample of a link after the next one."""
+"""Decay factor of a link sample's weight per new sample."""
 PRIOR_LOSS = 0.5
-"""Loss that is reckoned with before there is a sample; it counts as ``PRIOR_WEIGHT`` samples."""
+"""Prior loss of a link; it counts as ``PRIOR_WEIGHT`` samples."""
 PRIOR_WEIGHT = 2.0
 LEAST_SHARE = 0.02
-"""A link neither loses nor delivers less than this share of packets, as far as plans reckon with it."""
+"""Lower bound of estimated loss and of estimated delivery."""
 
 
 class Counts(Protocol):
-    """Whole numbers by position: a list or an array."""
+    """List or array of integers."""
 
     def __len__(self) -> int: ...
     def __getitem__(self, position: int, /) -> int: ...
@@ -89,59 +88,58 @@ class Counts(Protocol):
 
 
 class Shares(Protocol):
-    """Numbers by position: a list or an array."""
+    """List or array of floats."""
 
     def __getitem__(self, position: int, /) -> float: ...
     def __setitem__(self, position: int, value: float, /) -> None: ...
 
 
 def reception_of(lost: float, weight: float) -> float:
-    """Share of packets that a link is reckoned to deliver, by the weighted numbers of samples: lost, and all."""
+    """Estimated delivery rate of a link from weighted numbers of samples: lost, and all."""
     p_loss = (lost + PRIOR_LOSS * PRIOR_WEIGHT) / (weight + PRIOR_WEIGHT)
     return 1.0 - min(max(p_loss, LEAST_SHARE), 1.0 - LEAST_SHARE)
 
 
 def kept_of_lack(reception: float, share: float) -> float:
-    """What is left of the probability that a peer lacks an item, by a packet that brings it with that certainty."""
+    """Factor of a lack probability after a packet that has the item with probability ``share``."""
     return 1.0 - reception * share
 
 
 def share_of_symbols(n_symbols: int, lacked: float) -> float:
-    """How surely so many symbols bring a peer an item of those that they are over, of which it lacks so many."""
+    """Probability that symbols bring a peer an item if it lacks ``lacked`` of those covered."""
     return min(1.0 - LEAST_LACK, n_symbols / lacked) if lacked > 0.0 else 0.0
 
 
 def lack_after(lack: float, reception: float, share: float, is_received: bool) -> float:
-    """What the probability that a peer lacks an item is once it says whether it received a packet.
+    """Return the lack probability once the peer acknowledges a packet or its loss.
 
     Args:
-        lack: as reckoned before that was known, the packet included.
-        reception: of the link, as reckoned with then.
-        share: how surely the packet brought it.
-        is_received: what the peer says.
+        lack: estimate that includes the packet.
+        reception: delivery rate used for that estimate.
+        share: probability that the packet, if received, brings the item.
     """
     return min(1.0, lack / kept_of_lack(reception, share) * (1.0 - share if is_received else 1.0))
 
 
 class PacketPlan(NamedTuple):
-    """What a packet can carry, and what it shall.
+    """Input, result and scratch of a packet plan.
 
     Candidates c are items that the node holds, may send, and does not know all to hold; origins o and peers r are
     nodes.
 
     Attributes:
         reception: [r] probability that the peer receives a packet of this node; 0 for the node itself.
-        origin, size_bits: [c] of the item, ``symbol_bits`` in a symbol.
-        is_new: [c] 1 for an own item that all who need it are reckoned to lack, as one that was never sent.
-        is_stated: [c] 1 if a statement about its origin says that this node holds it.
-        weight: [c] what it is worth that a peer gets it.
-        lacks: [c * n_nodes + r] probability that the peer lacks it.
-        owed: [o] weight of the items of which the origin is not known to know that this node holds them.
+        origin, size_bits: [c] of the item; ``symbol_bits`` in a symbol.
+        is_new: [c] 1 for an own item that all interested nodes are assumed to lack.
+        is_stated: [c] 1 if a statement about its origin reports it as held.
+        weight: [c] utility for each peer that gets it.
+        lacks: [c * n_nodes + r] lack probability.
+        owed: [o] weight of the origin's items with unreported acknowledgements of this node.
         statement_bits: [o] size of a statement about the origin.
-        gain: [c] filled in: what it brings by itself.
-        takes: [c] 1 for items to be sent by themselves; states: [o] 1 for statements.
+        gain: [c] result: expected gain as a plain item.
+        takes: [c] result: 1 for plain items; states: [o] 1 for statements.
         rests, with_code, lacked, worth_lacked: [c], [o], [r], [r] scratch.
-        begin, end: [o] scratch: between these candidates are those of the origin that can be coded.
+        begin, end: [o] scratch: range of candidates with the origin's codable ones.
     """
 
     reception: Shares
@@ -168,16 +166,14 @@ class PacketPlan(NamedTuple):
 def plan_packet(
     plan: PacketPlan, n_nodes: int, n_candidates: int, room_bits: int, codes: bool, large_first: bool
 ) -> int:
-    """Fill a packet; returns how many symbols it has, over the items stated that are not taken.
+    """Plan a packet; return its number of symbols, which cover the reported items not taken.
 
     Args:
-        plan: of the packet.
-        n_nodes: size of the fleet.
-        n_candidates: items that may go.
-        room_bits: for them, statements and symbols.
-        codes: symbols may go.
-        large_first: an item of more than half of the room goes before statements. So it is in each second packet:
-            statements that are owed anew in every packet would else leave it unsaid for good.
+        room_bits: capacity for items, statements and symbols.
+        codes: symbols are allowed.
+        large_first: an item of more than half of the capacity precedes statements. Callers set it for every second
+        packet,
+            since statements due in every packet would block the item for ever.
     """
     best = 0.0
     for c in range(n_candidates):
@@ -205,13 +201,15 @@ def plan_packet(
 
 
 def statement_worth(plan: PacketPlan, o: int) -> float:
-    """What a statement about an origin brings."""
+    """Expected gain of a statement about an origin."""
     return (1.0 - plan.reception[o] + TOLD_TO_ALL) * plan.owed[o]
 
 
 def take_large(plan: PacketPlan, n_candidates: int, room_bits: int) -> int:
-    """Take, of the items of more than half of the room, the one that brings most, if others in its place do not bring
-    more; returns what is left of the room."""
+    """Take the best item above half of the capacity, unless others in its place gain more.
+
+    Return the remaining capacity.
+    """
     chosen, most = -1, 0.0
     for c in range(n_candidates):
         if room_bits < 2 * plan.size_bits[c] <= 2 * room_bits and plan.gain[c] > most:
@@ -223,7 +221,7 @@ def take_large(plan: PacketPlan, n_candidates: int, room_bits: int) -> int:
 
 
 def take_new(plan: PacketPlan, n_nodes: int, n_candidates: int, room_bits: int) -> int:
-    """Take own items that all lack, first what brings most; returns what is left of the room."""
+    """Take own items that all nodes lack, best first; return the remaining capacity."""
     wanted = 0
     for c in range(n_candidates):
         if plan.is_new[c] != 0 and plan.takes[c] == 0:
@@ -254,13 +252,9 @@ def take_new(plan: PacketPlan, n_nodes: int, n_candidates: int, room_bits: int) 
 
 
 def take_statements(plan: PacketPlan, n_nodes: int, room_bits: int, best: float) -> int:
-    """Take the statements that are worth more than items, bit by bit; returns what is left of the room.
+    """Take statements that gain more per bit than items; return the remaining capacity.
 
-    Args:
-        plan: of the packet.
-        n_nodes: size of the fleet.
-        room_bits: for them and items.
-        best: the most that an item brings, for each of its bits.
+    ``best`` is the largest gain per bit of an item.
     """
     left, share = room_bits, FIRST_STATEMENT
     while True:
@@ -278,7 +272,7 @@ def take_statements(plan: PacketPlan, n_nodes: int, room_bits: int, best: float)
 
 
 def leave_rests(plan: PacketPlan, n_candidates: int, room_bits: int) -> float:
-    """See which items would rest if those that bring most for each of their bits went; returns what these bring."""
+    """Mark the items left over by a greedy choice of gain per bit; return that choice's gain."""
     left, total = room_bits, 0.0
     for c in range(n_candidates):
         plan.rests[c] = 1 - plan.takes[c]
@@ -295,12 +289,12 @@ def leave_rests(plan: PacketPlan, n_candidates: int, room_bits: int) -> float:
 
 
 def can_be_coded(plan: PacketPlan, o: int, c: int) -> bool:
-    """True if symbols can be over an item of an origin."""
+    """True if symbols can cover an item of an origin."""
     return plan.origin[c] == o and plan.takes[c] == 0 and plan.is_stated[c] != 0
 
 
 def find_coded(plan: PacketPlan, n_nodes: int, n_candidates: int) -> None:
-    """Find between which candidates those of each origin are that can be coded."""
+    """Find the range of codable candidates of each origin."""
     for o in range(n_nodes):
         plan.begin[o] = plan.end[o] = 0
     for c in range(n_candidates):
@@ -312,7 +306,7 @@ def find_coded(plan: PacketPlan, n_nodes: int, n_candidates: int) -> None:
 
 
 def add_lacked(plan: PacketPlan, n_nodes: int, o: int) -> None:
-    """Add to what each peer is reckoned to lack of what is coded the items of an origin."""
+    """Add an origin's codable items to the expected numbers that peers lack."""
     for c in range(plan.begin[o], plan.end[o]):
         if can_be_coded(plan, o, c):
             for r in range(n_nodes):
@@ -321,10 +315,9 @@ def add_lacked(plan: PacketPlan, n_nodes: int, o: int) -> None:
 
 
 def symbols_worth(plan: PacketPlan, n_nodes: int, o: int, n_symbols: int) -> float:
-    """What so many symbols bring if the items of an origin are coded, too; of none, if that is -1.
+    """Expected gain of symbols if the items of origin ``o`` are coded too; -1 for no origin.
 
-    It would be the lesser of their number and what a peer lacks, were that known; where only its mean is, the bend is
-    rounded.
+    With a known number of lacked items it is the minimum of both numbers; with its mean only, a smooth approximation.
     """
     begin, end, total = 0, 0, 0.0
     if o >= 0:
@@ -345,7 +338,7 @@ def symbols_worth(plan: PacketPlan, n_nodes: int, o: int, n_symbols: int) -> flo
 
 
 def largest_symbol(plan: PacketPlan, o: int, at_least: int) -> int:
-    """Size of a symbol that items of an origin are part of, too, in bits."""
+    """Size (bits) of a symbol that also covers items of an origin."""
     for c in range(plan.begin[o], plan.end[o]):
         if can_be_coded(plan, o, c):
             at_least = max(at_least, plan.symbol_bits[c])
@@ -353,15 +346,14 @@ def largest_symbol(plan: PacketPlan, o: int, at_least: int) -> int:
 
 
 def number_of_symbols(room_bits: int, size_bits: int) -> int:
-    """How many symbols of that size have room."""
+    """Number of symbols of that size that fit."""
     return max(0, min(MOST_SYMBOLS, (room_bits - SIZE_BITS) // size_bits))
 
 
 def symbols_of_use(plan: PacketPlan, n_nodes: int) -> int:
-    """How many symbols it takes, in the mean, until what a peer lacks of what is coded has come, and word of it back.
+    """Expected number of symbols until the neediest peer has received and acknowledged its lack.
 
-    Of the peer of whom that is most: others need no more. What it lacks is sent 1 / ((1 - p) (1 - p)) times (Maurelli
-    et al., section 5.2).
+    What it lacks is sent 1 / ((1 - p) (1 - p)) times (Maurelli et al., section 5.2).
     """
     most = 0.0
     for r in range(n_nodes):
@@ -371,7 +363,7 @@ def symbols_of_use(plan: PacketPlan, n_nodes: int) -> int:
 
 
 def take_symbols(plan: PacketPlan, n_nodes: int, n_candidates: int, room_bits: int, by_items: float) -> int:
-    """Take statements of origins whose items are coded, if symbols bring more than items do; returns their number."""
+    """Take statements of coded origins if symbols gain more than items; return the symbols."""
     find_coded(plan, n_nodes, n_candidates)
     left, size_bits, current = room_bits, 1, 0.0
     for r in range(n_nodes):

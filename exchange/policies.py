@@ -1,9 +1,8 @@
-"""The exchange policies: which acknowledgement travels in the header, and who repeats items.
+"""Exchange policies: acknowledgements in the header, and senders of items.
 
-A policy is a value and holds no state. The manager of a vehicle and the policy study go by the same one: its
-`Acknowledgement` says what headers state, `repeat` which nodes send an item. A new kind of acknowledgement is a value
-more in this file, or in a file of one's own. Whether a node that sends an item is taken to hold it is a separate
-option, `carrier_evidence`, of vehicles and study: any policy can be had with it or without.
+A policy is a stateless value, shared by vehicles and policy study: `Acknowledgement` composes headers, `repeat` fixes
+the nodes that send an item. A new kind of acknowledgement is a value in this file or a user's. The option
+`carrier_evidence` of vehicles and study, a sender of an item as its holder, is independent of the policy.
 """
 
 from dataclasses import dataclass
@@ -20,22 +19,25 @@ PARTS = ("carries", "header")
 
 
 def own_row(n_nodes: int, frame: int, sender: int, row: int, column: int) -> bool:
-    """A header that is a vector: the sender's own row, N - 1 bits."""
+    """True for the sender's own row: a vector of N - 1 bits."""
     return row == sender
 
 
 def every_row(n_nodes: int, frame: int, sender: int, row: int, column: int) -> bool:
-    """A header that is a whole matrix, N (N - 1) bits."""
+    """True for every row: the whole matrix, N (N - 1) bits."""
     return True
 
 
 def own_receptions(said: int, mine: int, received: int, held: int) -> int:
-    """State what this node received. 5.2: "acknowledging any messages received within the last (N-1) TDMA slots"."""
+    """Acknowledge own receptions.
+
+    5.2: "acknowledging any messages received within the last (N-1) TDMA slots".
+    """
     return mine & received
 
 
 def relayed_receptions(said: int, mine: int, received: int, held: int) -> int:
-    """State what peers stated, too.
+    """Acknowledge own receptions, and relay those that peers report.
 
     5.3: "performing a boolean OR operation over the (N-1) peer ACK matrices it is holding, then replaces the row i = s
     with its own ACKs for the packets it received directly".
@@ -44,7 +46,7 @@ def relayed_receptions(said: int, mine: int, received: int, held: int) -> int:
 
 
 def inferred_receptions(said: int, mine: int, received: int, held: int) -> int:
-    """State on behalf of peers, too.
+    """Add pseudo-acknowledgements for peers known to hold a packet's content.
 
     5.4: "to determine if peer i already has all the information contained in the packet. If this is the case, peer k is
     permitted to set the acknowledgement bit A_ij - a pseudo ACK".
@@ -53,36 +55,35 @@ def inferred_receptions(said: int, mine: int, received: int, held: int) -> int:
 
 
 ACK = Acknowledgement("ack", "packet acknowledgements", own_row, own_receptions)
-"""A vector: which peers' last packets the sender received (Maurelli et al., section 5.2)."""
+"""Vector of the peers whose last packets the sender received (Maurelli et al., section 5.2)."""
 
 M_ACK = Acknowledgement("m-ack", "acknowledgement matrix", every_row, relayed_receptions, relays=True)
-"""A matrix: also what the sender was told about who received whose packets (section 5.3)."""
+"""Matrix that also relays acknowledgements reported to the sender (section 5.3)."""
 
 MPS_ACK = Acknowledgement(
     "mps-ack", "acknowledgement matrix with pseudo-acknowledgements", every_row, inferred_receptions, True, True
 )
-"""The same matrix, with pseudo-acknowledgements for peers known to hold a packet's whole content (section 5.4)."""
+"""Matrix with pseudo-acknowledgements for peers known to hold the content (section 5.4)."""
 
 ACKNOWLEDGEMENTS = (ACK, M_ACK, MPS_ACK)
-"""The kinds of the paper, in the order of lists and figures."""
+"""Kinds of the paper in display order."""
 
 HOLDINGS = Acknowledgement(
     "holdings", "acknowledgements and statements of holdings", own_row, own_receptions, states=True
 )
-"""The vector, and beside it statements of what the sender holds, where these are owed; see `exchange.planning`."""
+"""Vector with due statements of the sender's received set, see `exchange.planning`."""
 
 ADAPTIVE = HOLDINGS._replace(
     name="adaptive", title="statements of holdings, repairs coded over what they state", codes=True
 )
-"""The same, and what lacks is repaired by symbols over what is stated, where these bring more than items do."""
+"""As `HOLDINGS`, with coded repairs of reported items where they gain more than items."""
 
 
 @dataclass(frozen=True, slots=True)
 class AckPolicy:
-    """An exchange policy, shipped or one's own.
+    """Exchange policy, shipped or a user's.
 
     Attributes:
-        acknowledgement: what headers say about packets heard.
         repeat: nodes repeat items of other origins; else only the origin sends an item.
 
     >>> AckPolicy(M_ACK, repeat=True).name
@@ -94,15 +95,12 @@ class AckPolicy:
 
     @property
     def name(self) -> str:
-        """Name in scenarios, tables and figures: the acknowledgement's, with `-repeat` if nodes repeat items.
-
-        Where repairs are coded they do, and no name says so.
-        """
+        """Name of the acknowledgement, with `-repeat` if nodes repeat items uncoded."""
         return self.acknowledgement.name + ("-repeat" if self.repeat and not self.acknowledgement.codes else "")
 
     @property
     def title(self) -> str:
-        """One line for listings."""
+        """Description of one line for listings."""
         return self.acknowledgement.title + (
             ", others repeat items" if self.repeat else ", only the origin sends an item"
         )
@@ -111,23 +109,23 @@ class AckPolicy:
 PAPER_POLICIES: dict[str, AckPolicy] = {
     policy.name: policy for policy in (AckPolicy(kind, repeat) for kind in ACKNOWLEDGEMENTS for repeat in (False, True))
 }
-"""The six policies of the paper by name."""
+"""Six policies of the paper by name."""
 
 STATING: dict[str, AckPolicy] = {
     policy.name: policy
     for policy in (AckPolicy(kind, repeat) for kind, repeat in ((HOLDINGS, False), (HOLDINGS, True), (ADAPTIVE, True)))
 }
-"""The policies that state holdings, by name."""
+"""Policies that report received sets, by name."""
 
 POLICIES = PAPER_POLICIES | STATING
-"""The shipped policies by name."""
+"""Shipped policies by name."""
 
 
 def policy_named(name: str) -> AckPolicy:
-    """The shipped policy of that name.
+    """Return the shipped policy of that name.
 
     Raises:
-        ConfigurationError: no policy has that name; the message lists the names and the nearest one.
+        ConfigurationError: unknown name; the message has all names and the nearest one.
 
     >>> policy_named("mps-ack").repeat
     False
@@ -141,14 +139,10 @@ def policy_named(name: str) -> AckPolicy:
 
 
 def checked_policy(policy: object, reference: str) -> AckPolicy:
-    """The object as a policy, if it is one in all its parts.
-
-    Args:
-        policy: what somebody's module has under the reference.
-        reference: name of the object in the message.
+    """Return the object as a valid policy; ``reference`` names it in the message.
 
     Raises:
-        ConfigurationError: it is no `AckPolicy`, lacks a part or has one of another type.
+        ConfigurationError: no `AckPolicy`, or one of its parts is missing or has another type.
     """
     fault = policy_fault(policy)
     if fault is None and isinstance(policy, AckPolicy):
@@ -157,7 +151,7 @@ def checked_policy(policy: object, reference: str) -> AckPolicy:
 
 
 def policy_fault(policy: object) -> str | None:
-    """What is wrong with an object that should be a policy; None if nothing is."""
+    """Describe the fault of an object that should be a policy; None if valid."""
     if not isinstance(policy, AckPolicy):
         return f"an exchange.AckPolicy is expected, as AckPolicy(KIND, repeat=False), not {_kind_of(policy)}"
     kind = policy.acknowledgement
@@ -191,19 +185,16 @@ def _kind_of(value: object) -> str:
 
 
 def bits_beside(kind: Acknowledgement) -> int:
-    """Bits that end what a packet says of holdings, where the policy states them."""
+    """Bits that end the holdings section, if the policy has one."""
     return (END_BITS if kind.states else 0) + (COUNT_BITS if kind.codes else 0)
 
 
 @lru_cache(maxsize=256)
 def header_bits(policy: AckPolicy, n_nodes: int, frame: int | None = None, sender: int = 0) -> int:
-    """Size of the acknowledgement header of a packet under the policy, in bits; statements and symbols come beside it.
+    """Size of the acknowledgement header of a packet; statements and symbols come on top.
 
     Args:
-        policy: shipped or one's own.
-        n_nodes: size of the fleet.
-        frame: TDMA frame in which the packet is sent; if None, the largest header of all senders and frames is meant.
-        sender: node that sends it.
+        frame: TDMA frame of the packet; None for the largest header of all senders and frames.
 
     >>> header_bits(POLICIES["ack"], 5), header_bits(POLICIES["m-ack"], 5)
     (4, 20)

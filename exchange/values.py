@@ -1,14 +1,13 @@
-"""What waits, and what it is worth to say it now: rules by which the queue of a vehicle compares candidates.
+"""Value rules: utility of sending a queued candidate now.
 
-A rule gives each waiting candidate a value; the most valuable that fit go into the packet. So that a slot does not cost
-a look at all that waits, a rule also says which candidates keep their order among themselves while they wait: those
-have one *group*, and a *rank* in it. The queue then compares the first of each group. Rules whose values are linear in
-the time waited have one group for each rate of growth, so few. A rule that knows no such order answers None; then every
-candidate is a group of its own, and a slot costs as much as there are candidates.
+A rule gives each candidate a value; the most valuable that fit go into the packet. To avoid a scan of the whole queue,
+a rule also assigns a *group* of candidates whose order is constant while they wait, and a *rank* in it. The queue then
+compares the first of each group. Values linear in waiting time need one group per growth rate. A rule without constant
+order returns None; each candidate is then a group of its own, and a slot costs as much as there are candidates.
 
 Shipped are `additive` (Maurelli et al., section 6: the priority is added in every own slot), `goby` (Goby3's dynamic
-buffer, P(t) = base * (t - t_last_send) / ttl, for each item instead of each type), `age` (the age of the information,
-and the chance that it is still lacking) and `deadline` (least time left first, by priority).
+buffer, P(t) = base * (t - t_last_send) / ttl, per item instead of per type), `age` (age of information times the
+probability of lack) and `deadline` (least remaining time first, by priority).
 """
 
 from __future__ import annotations
@@ -22,17 +21,17 @@ from exchange.packets import Fragment, ItemUid, StatusUid
 from worldmodel import PLAIN, Terms
 
 STATUS_COLUMN = -1
-"""A status has no column: nobody acknowledges it."""
+"""Column of statuses, which have none since they are not acknowledged."""
 LACKED = 0.5
-"""Chance that something said is still lacking afterwards, as rules take it that go by it."""
+"""Probability that a sent entry is still lacking, as rules assume."""
 MOST_SAID = 6
-"""Rules that go by how often something was said count no further."""
+"""Transmissions from which rules count no further."""
 _new = tuple.__new__  # makes a named tuple of a tuple, in half the time
 LACKED_AFTER = tuple(power(LACKED, n_said) for n_said in range(MOST_SAID + 1))
 
 
 class Moment(NamedTuple):
-    """A time at which values are compared: ``now_s``, and ``n_slots``, the own slots so far, this one included."""
+    """Time of a comparison; ``n_slots`` counts own slots up to and including this one."""
 
     now_s: float
     n_slots: int
@@ -40,16 +39,16 @@ class Moment(NamedTuple):
 
 @dataclass(slots=True)
 class Waiting:
-    """What is known of one candidate, an item or a status.
+    """Value state of one candidate.
 
     Attributes:
         priority: of the need, 1 or more.
-        observed_s: when its facts were observed (s).
-        since_s: when it was taken or last said (s).
-        since_slot: own slots of the vehicle until then.
-        credit: weight gained before that and not used up; of the additive rule.
-        n_said: how often it has been said.
-        terms: of the need, for rules that go by them.
+        observed_s: time of its observation.
+        since_s: time of queueing or last transmission.
+        since_slot: own slots up to then.
+        credit: weight gained before and not used up; for the additive rule.
+        n_said: number of transmissions.
+        terms: of the need.
     """
 
     priority: int
@@ -61,35 +60,33 @@ class Waiting:
     terms: Terms = PLAIN
 
     def halt(self, n_slots: int) -> None:
-        """Keep what has been gained so far: the priority changes now, or it does not wait any more."""
+        """Save the weight gained before the priority changes or the candidate leaves the queue."""
         self.credit += self.priority * (n_slots - self.since_slot)
         self.since_slot = n_slots
 
     def resume(self, n_slots: int) -> None:
-        """Wait again, with what was gained before."""
+        """Continue from the weight gained before."""
         self.since_slot = n_slots
 
     def note_said(self, moment: Moment) -> None:
-        """It has been said: what it gained is used up."""
+        """Record a transmission, which resets the weight."""
         self.credit, self.since_slot, self.since_s = 0, moment.n_slots, moment.now_s
         self.n_said += 1
 
 
 @dataclass(slots=True, eq=False)
 class Candidate:
-    """One thing that waits: an item, by its column, or a status.
+    """Queued item or status.
 
     Attributes:
         uid: its name in tables.
-        fragment: what is to be said.
         column: of the item, or ``STATUS_COLUMN``.
-        waiting: what it is valued by.
-        terms: of those who need it.
-        tie: orders candidates of equal value.
-        size_bits: about its size.
-        version: another one whenever it is placed or leaves; entries of a line with an older one are stale.
-        line: key of the line in which it stands; None while it does not wait.
-        rests: it waits and is not said, see ``Queue.rest``.
+        terms: of the nodes that need it.
+        tie: order of candidates of equal value.
+        size_bits: approximate size.
+        version: changes with each placement or removal; line entries with an older one are stale.
+        line: key of its queue class; None while not queued.
+        rests: suspended, see ``Queue.rest``.
     """
 
     uid: ItemUid | StatusUid
@@ -104,7 +101,7 @@ class Candidate:
     rests: bool = False
 
     def __lt__(self, other: Candidate) -> bool:
-        """False: of two entries alike but for this one is stale, since an item that left and came again is one."""
+        """Return False: of two equal entries one is stale, left by an item that was queued again."""
         return False
 
     @property
@@ -114,19 +111,19 @@ class Candidate:
 
 
 class QueuePlace(NamedTuple):
-    """Where a candidate stands: in a group, the higher rank first. See `ValueRule.place`."""
+    """Group and rank of a candidate, higher rank first. See `ValueRule.place`."""
 
     group: Hashable
     rank: float
 
 
 class ValueRule(Protocol):
-    """A plug-in: what it is worth to say something now.
+    """Plug-in rule for the utility of sending a candidate now.
 
-    A rule has no state of its own, and answers by its arguments alone. A candidate is placed when it is taken, when it
-    has been said and when its priority changes; it is valued in own slots, if it is the first of its group.
+    A rule is stateless. The queue places a candidate on arrival, after transmission and on a change of priority; it
+    evaluates the first of each group in own slots.
 
-    A rule of one's own, by which the oldest observation goes first whatever its priority:
+    A user's rule that sends the oldest observation first, whatever its priority:
 
     >>> class Oldest:
     ...     name = "oldest"
@@ -140,28 +137,25 @@ class ValueRule(Protocol):
 
     @property
     def name(self) -> str:
-        """Short; messages use it."""
+        """Short name for messages."""
 
     def place(self, waiting: Waiting) -> QueuePlace | None:
-        """Group and rank: of two of one group, that of the higher rank has at no later time the lower value.
+        """Return group and rank; None if candidates have no constant order.
 
-        Called by the queue outside of the comparison. None if candidates keep no order.
+        Of two candidates in one group, the one of higher rank never has the lower value later.
         """
 
     def value(self, waiting: Waiting, moment: Moment) -> float:
-        """What it is worth to say it at that moment, finite; the higher goes first.
-
-        Called by the queue in own slots of its vehicle.
-        """
+        """Return the finite value of sending the candidate at that moment; higher goes first."""
 
 
 class Additive:
-    """The priority is added in every own slot since it was taken or last said: the rule of the paper."""
+    """Sum of the priority over own slots since queueing or last transmission: the paper's rule."""
 
     name = "additive"
 
     def place(self, waiting: Waiting) -> QueuePlace:
-        """One group for each priority; whole numbers, which the policy study has, too."""
+        """Group by priority; ranks are integers, as in the policy study."""
         return _new(QueuePlace, (waiting.priority, waiting.credit - waiting.priority * waiting.since_slot))
 
     def value(self, waiting: Waiting, moment: Moment) -> float:
@@ -174,16 +168,16 @@ class Additive:
 
 
 class Age:
-    """Priority times age of the information, times the chance that it is still lacking."""
+    """Priority times age of information, times the probability of lack."""
 
     name = "age"
 
     def place(self, waiting: Waiting) -> QueuePlace:
-        """One group for each priority and number of times that it was said."""
+        """Group by priority and number of transmissions."""
         return QueuePlace((waiting.priority, min(waiting.n_said, MOST_SAID)), -waiting.observed_s)
 
     def value(self, waiting: Waiting, moment: Moment) -> float:
-        """Age in seconds counts from the observation; each time that it was said halves it.
+        """Age (s) counts from the observation; each transmission halves the value.
 
         >>> Age().value(Waiting(priority=2, observed_s=10.0, n_said=1), Moment(40.0, 1))
         30.0
