@@ -66,7 +66,7 @@ class Biased(FaultOfSensors):
     """One ``[[fault]]`` of kind ``biased``."""
 
     NUMBER = 6
-    TEXT = "what its sensor reads of attribute is off by offset"
+    TEXT = "its sensor readings of attribute have an error of offset"
     REQUIRED: ClassVar[Mapping[str, str]] = {
         "attribute": "required by kind biased: of which attribute readings are off",
         "offset": "required by kind biased: by how much",

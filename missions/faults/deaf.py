@@ -15,7 +15,7 @@ class Deaf(DeclaredFault):
     """One ``[[fault]]`` of kind ``deaf``."""
 
     NUMBER = 2
-    TEXT = "it hears nobody"
+    TEXT = "it receives nothing"
     DISABLES = True
 
     def leaves(self, data: VehicleData) -> Condition:

@@ -19,7 +19,7 @@ class Drains(DeclaredFault):
     """One ``[[fault]]`` of kind ``drains``."""
 
     NUMBER = 8
-    TEXT = "it loses drain_w beside what it uses"
+    TEXT = "it loses drain_w in addition to its consumption"
     REQUIRED: ClassVar[Mapping[str, str]] = {"drain_w": "missing: the power that the vehicle loses, above 0 W"}
 
     drain_w: Positive | None = Field(None, description="lost power, W")

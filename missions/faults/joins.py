@@ -20,7 +20,7 @@ class Joins(DeclaredFault):
     """One ``[[fault]]`` of kind ``joins``."""
 
     NUMBER = 5
-    TEXT = "it is not there before at_s"
+    TEXT = "it is absent before at_s"
     NOT_USED: ClassVar[Mapping[str, str]] = {
         "rate_per_h": "a vehicle joins at a time: give at_s",
         "until_s": "a vehicle that has joined stays; leave until_s out, or add a fault of kind lost",

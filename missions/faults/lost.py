@@ -21,7 +21,7 @@ class Lost(DeclaredFault):
     """One ``[[fault]]`` of kind ``lost``."""
 
     NUMBER = 0
-    TEXT = "it does nothing any more"
+    TEXT = "all its functions fail"
     ABSENCE = Absence.LOSS
     DISABLES = True
 

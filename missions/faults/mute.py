@@ -15,7 +15,7 @@ class Mute(DeclaredFault):
     """One ``[[fault]]`` of kind ``mute``."""
 
     NUMBER = 1
-    TEXT = "nobody hears it"
+    TEXT = "its transmissions reach no peer"
     DISABLES = True
 
     def leaves(self, data: VehicleData) -> Condition:

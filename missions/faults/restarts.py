@@ -27,7 +27,7 @@ class Restarts(DeclaredFault):
     """One ``[[fault]]`` of kind ``restarts``."""
 
     NUMBER = 7
-    TEXT = "it is off from at_s on and begins anew at until_s"
+    TEXT = "it is off from at_s on and restarts at until_s"
     NOT_USED: ClassVar[Mapping[str, str]] = {"rate_per_h": "a vehicle restarts at a time: give at_s"}
     REQUIRED: ClassVar[Mapping[str, str]] = {"until_s": "missing: when the vehicle begins anew"}
     ABSENCE = Absence.PAUSE

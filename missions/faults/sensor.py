@@ -15,7 +15,7 @@ class DeadSensor(FaultOfSensors):
     """One ``[[fault]]`` of kind ``sensor``."""
 
     NUMBER = 4
-    TEXT = "its sensor yields nothing"
+    TEXT = "its sensor observes nothing"
     DISABLES = True
 
     def leaves(self, data: VehicleData) -> Condition:

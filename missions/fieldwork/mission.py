@@ -91,7 +91,7 @@ class SiteTable(Section):
     """One ``[[site]]``."""
 
     name: Name = Field(description="name of the site")
-    position_m: PointM = Field(description="where it is, x east, y north")
+    position_m: PointM = Field(description="position, x east, y north")
     stay_s: Positive = Field(120.0, description="duration of a survey")
 
 
@@ -125,7 +125,7 @@ class BoringTable(Section):
     """One ``[[boring]]``: a drill site."""
 
     name: Name = Field(description="name of the drill site")
-    position_m: PointM = Field(description="where it is, x east, y north")
+    position_m: PointM = Field(description="position, x east, y north")
     stay_s: Positive = Field(300.0, description="duration of drilling")
     drill: str = Field(description="name of the sensor that drills, of type drill")
 

@@ -62,7 +62,7 @@ class ContactTable(Section):
     """One ``[[contact]]``."""
 
     name: Name = Field(description="name of the contact")
-    position_m: PointM = Field(description="where it is, x east, y north")
+    position_m: PointM = Field(description="position, x east, y north")
 
 
 class MinehuntingSettings(JobSettings):

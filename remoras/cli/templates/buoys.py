@@ -21,13 +21,13 @@ SIGHTINGS = Table("sightings", (TIME, VEHICLE, Column("x_m", "float", "m"), Colu
 # Additional scenario content: tables [[buoy]], a key of [mission]
 class BuoyTable(Section):
     name: Name = Field(description="name of the buoy")
-    position_m: PointM = Field(description="where it is, x east, y north")
-    service_s: float = Field(60.0, gt=0.0, description="how long a vehicle stays to service it")
-    after: tuple[str, ...] = Field((), description="names of those that have to be serviced before")
+    position_m: PointM = Field(description="position, x east, y north")
+    service_s: float = Field(60.0, gt=0.0, description="duration of servicing it")
+    after: tuple[str, ...] = Field((), description="names of buoys to service before")
 
 
 class BuoySettings(JobSettings):
-    drifters_m: tuple[PointM, ...] = Field((), description="where drifters are; no vehicle knows")
+    drifters_m: tuple[PointM, ...] = Field((), description="positions of drifters, unknown to vehicles")
 
 
 class BuoyScenario(JobScenario):
@@ -82,7 +82,7 @@ class Servicing(Behaviour):
 
 # A sensor: a detection becomes an instance with a position, and a table row
 class LookoutSettings(SensorSettings):
-    range_m: float = Field(60.0, gt=0.0, description="farthest drifter that it sees")
+    range_m: float = Field(60.0, gt=0.0, description="maximum range to a drifter")
 
     def make(self, data):
         return Lookout(self.range_m)
