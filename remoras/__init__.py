@@ -1,14 +1,13 @@
-"""Fleets of autonomous marine vehicles: how they organise themselves, and what they know of each other.
+"""Fleets of autonomous marine vehicles: organisation, and knowledge of each other.
 
 >>> import remoras
 >>> run = remoras.run("mapping-rendezvous", per=0.6, seed=3)  # doctest: +SKIP
 >>> run.summary["mission_time_s"], run.table("roles"), run.plot("trajectories")  # doctest: +SKIP
 
-``scenarios`` lists those that are shipped; ``load``, ``run`` and ``stepping`` take one; ``open`` reads what was
-written; ``sweep`` makes the runs of a study, ``compare`` sets them side by side; ``exchange_study`` compares
-acknowledgement policies without a mission; ``network`` is a measured one as a graph. The other names are the seams:
-what one needs to add a mission, a strategy, a sensor, a kind of fault, a metric or a figure. All is loaded when it is
-first used.
+``scenarios`` lists the shipped scenarios; ``load``, ``run`` and ``stepping`` take one; ``open`` reads results;
+``sweep`` makes the runs of a study, ``compare`` compares them; ``exchange_study`` compares acknowledgement policies
+without a mission; ``network`` returns a measured network as a graph. The other names are plug-in interfaces: missions,
+strategies, sensors, faults, metrics and figures. Every name is imported at its first use.
 """
 
 from importlib.util import find_spec

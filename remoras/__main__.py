@@ -1,4 +1,4 @@
-"""Entry point of ``remoras`` and of ``python -m remoras``: interruptions are heeded before anything else is loaded."""
+"""Entry point of ``remoras`` and ``python -m remoras``; handles signals before imports."""
 
 import gc
 import os
@@ -7,15 +7,15 @@ from remoras.interruption import heed
 from remoras.plugins import drop_current_folder
 
 NO_PYDANTIC_PLUGINS = "PYDANTIC_DISABLE_PLUGINS"
-"""Variable of the environment by which pydantic does not ask every package that is installed for plug-ins of it."""
+"""Environment variable that stops pydantic from searching installed packages for plug-ins."""
 ARROWS_MEMORY = "ARROW_DEFAULT_MEMORY_POOL"
-"""Variable of the environment by which Arrow takes memory from the system: its own pool gives back little of it."""
+"""Environment variable for Arrow's allocator: its own pool returns little memory."""
 RARELY = 200_000
-"""Objects made between two looks for garbage: nearly all that is loaded stays, and there is little to be found."""
+"""New objects between garbage collections: nearly all loaded objects stay."""
 
 
 def main() -> None:
-    """Do what the command line says."""
+    """Execute the command line."""
     heed()
     gc.set_threshold(RARELY)
     os.environ.setdefault(NO_PYDANTIC_PLUGINS, "true")
@@ -25,7 +25,7 @@ def main() -> None:
 
         command()
     finally:
-        gc.freeze()  # the process ends: all that is left goes with it, and nobody need look through it once more
+        gc.freeze()  # spare the final collection: the process ends
 
 
 if __name__ == "__main__":  # python -m remoras

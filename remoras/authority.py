@@ -1,20 +1,19 @@
-"""Authority: who may change what in an organisation, decided by one pure function.
+"""Authority: permission to change an organisation, decided by one pure function.
 
-The rules, in the order in which they are asked (REMORAS, section IV.B; Ferber, Gutknecht, Michel 2003):
+The rules in order of evaluation (REMORAS, section IV.B; Ferber, Gutknecht, Michel 2003):
 
 1. Group and role exist.
-2. The issuer is a member of the group. A group's mission comes from its own head or from one that supervises it.
-3. Who leads or gives out has the social layer. A plain vehicle follows what the head of its group tells it.
-4. The issuer leads the group, or plays a role that has authority over the one in question. Members have the
-   authorities besides that the strategy declares. Everybody may leave roles of its own.
-5. The assignee is a member of the group, is able, plays no role that is incompatible with this one, plays the role that
-   this one is to be played with, and takes jobs where the role has one.
-6. A group with ``formed_by`` is formed at sea by who leads the group that this names, and dissolved by who leads
-   either. These give its roles to members of both. Nobody forms or dissolves any other group.
-7. The role has room. Holders that are absent make room.
+2. The issuer is a member of the group. A mission comes from the leader of the group or of one that supervises it.
+3. Leaders and assigning vehicles have the social layer. A plain vehicle follows its group leader.
+4. The issuer leads the group, plays a role with authority over the one in question, or has an authority that the
+   strategy declares. Every vehicle may leave its own roles.
+5. The assignee is a member, is able, plays the coupled role, no incompatible one, and takes jobs if the role has one.
+6. A group with ``formed_by`` is formed at run time by the leader of that group and dissolved by the leader of either.
+   Both assign its roles to members of both. No other group is formed or dissolved.
+7. The role has a vacancy. Absent holders can be displaced.
 
-A vehicle knows only what it has heard, so the same request may be refused by one and granted by another. It counts who
-led when the request was made: whoever decides passes that as ``leads``.
+A vehicle knows only received facts, so one may refuse a request that another grants. Leadership at the time of the
+request counts: the caller passes it as ``leads``.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ NOBODY: frozenset[str] = frozenset()
 
 
 class Act(Enum):
-    """What an issuer wants to change."""
+    """Kind of change that an issuer requests."""
 
     ASSIGN = "assign"
     RELEASE = "release"
@@ -44,31 +43,29 @@ class Act(Enum):
 
 
 class Authority(Enum):
-    """What members may change that do not lead their group, by declaration of the strategy; roles with a job alone."""
+    """Rights of members that do not lead, declared by the strategy; only for roles with a job."""
 
     TAKE = "take"
-    """A member with the social layer takes a role itself, and says what it is for."""
+    """A member with the social layer takes a role itself and gives it objectives."""
     RECRUIT = "recruit"
-    """The same, and it gives such roles to other members with the social layer, and takes them back."""
+    """As ``TAKE``; it also assigns and releases such roles of other members with social layer."""
     FOLLOW = "follow"
-    """Any member takes the next role of what was agreed before the mission."""
+    """Any member takes its next role of the plan agreed before the mission."""
 
 
 CONSULTING = frozenset({Authority.TAKE, Authority.RECRUIT})
-"""Authorities by which vehicles divide jobs among themselves; those without the social layer have no part in it."""
+"""Authorities to divide jobs among vehicles; those without the social layer are excluded."""
 
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """What ``issuer`` wants to change.
+    """Change of the organisation that a vehicle requests.
 
     Attributes:
-        issuer: name of the vehicle; empty for what was agreed before the mission.
-        act: kind of change.
-        group: that is changed.
-        role: of the group; empty for changes of the group itself.
-        assignee: who is to play the role, or no longer; the issuer itself where it succeeds.
-        objective, argument: what the role is for; of a mission the argument is its name.
+        issuer: vehicle; empty for agreements before the mission.
+        role: empty for changes of the group itself.
+        assignee: vehicle that gets or loses the role; the issuer for a leadership claim.
+        argument: of the objective; for a mission its name.
     """
 
     issuer: str
@@ -81,7 +78,7 @@ class Request:
 
     @property
     def about(self) -> tuple[str, ...]:
-        """What it speaks of: of several requests about the same the newest counts."""
+        """Subject of the request: the newest request about a subject is valid."""
         if self.act is Act.OBJECTIVE:
             return self.group, self.role, f"objective {self.objective}"
         if self.act in (Act.CREATE, Act.DISSOLVE):
@@ -107,39 +104,36 @@ EVENTS = {
     Act.CREATE: "formed",
     Act.DISSOLVE: "dissolved",
 }
-"""What has happened once a request is granted, in a word; for all others it is "given"."""
+"""Event names of granted requests; "given" for all others."""
 
 
 @dataclass(frozen=True, slots=True)
 class Ruling:
-    """What became of a request."""
+    """Outcome of a request."""
 
     asked: Request
     outcome: Outcome
 
     @property
     def event(self) -> str:
-        """In a word: assigned, left, given, formed, dissolved or refused."""
+        """Event name: assigned, left, given, formed, dissolved or refused."""
         if self.outcome is not Outcome.SUCCESS:
             return "refused"
         return EVENTS.get(self.asked.act, "given")
 
     def repeats(self, objectives: Mapping[tuple[str, str, str], Objective]) -> bool:
-        """True if it gives a role an objective that it has, by the ``objectives`` of roles by group, role and name."""
+        """Return whether it gives a role an objective that ``objectives`` already has."""
         known = objectives.get((self.asked.group, self.asked.role, self.asked.objective))
         return self.event == "given" and known is not None and known.argument == self.asked.argument
 
 
 @dataclass(frozen=True)
 class Rules:
-    """What the whole fleet knows before the mission of who may change what.
+    """Rules of the whole fleet, known before the mission.
 
     Attributes:
-        database: static data of all vehicles.
-        authorities: that the strategy declares.
-        jobs: of the mission, by name.
-        supervisors: groups whose heads give a group its mission, by its name.
-        at_sea: groups that are formed at sea, by name.
+        supervisors: by group, the groups whose leaders give it its mission.
+        at_sea: groups formed at run time.
     """
 
     database: AUVDatabase
@@ -149,18 +143,18 @@ class Rules:
     at_sea: Mapping[str, Group] = field(default_factory=dict)
 
     def former(self, group: str) -> str | None:
-        """Name of the group whose head forms a group at sea; None for groups that are founded before the mission."""
+        """Return the group whose leader forms this group at run time; None for a founding group."""
         return self.at_sea[group].formed_by if group in self.at_sea else None
 
     @property
     def apart(self) -> frozenset[str]:
-        """Vehicles that have no part where the others divide jobs among themselves: they have no social layer."""
+        """Vehicles excluded from dividing jobs, because they lack the social layer."""
         if self.authorities.isdisjoint(CONSULTING):
             return NOBODY
         return frozenset(name for name, data in self.database.items() if not data.social_layer)
 
     def is_able(self, vehicle: str, group: str, role: RoleSpecification) -> bool:
-        """True if the vehicle can play the role, has the social layer to lead by it, and what its job takes."""
+        """Return whether the vehicle can play the role, lead by it if required, and do its job."""
         data = self.database[vehicle]
         job = self.jobs.get(role.job) if role.job is not None else None
         leads = data.social_layer or not role.head
@@ -175,14 +169,11 @@ def may_assign(
     absent: Collection[str] = NOBODY,
     unavailable: Collection[str] = NOBODY,
 ) -> Outcome:
-    """``Outcome.SUCCESS`` if a request may be granted, else why it is refused; nothing is changed.
+    """Return ``Outcome.SUCCESS`` if a request may be granted, else the reason for refusal.
 
     Args:
-        asked: the request.
-        organisation: as whoever decides knows it.
-        rules: that hold for the whole fleet.
-        leads: says of a vehicle and a group whether it led it when it asked; as the organisation has it if None.
-        absent: vehicles that make room for others.
+        leads: returns whether a vehicle led a group at the time of the request; None: as in ``organisation``.
+        absent: vehicles that can be displaced.
         unavailable: vehicles that take no jobs.
     """
     led = leads if leads is not None else lambda vehicle, group: vehicle in organisation.heads(group)
@@ -241,14 +232,13 @@ def _unauthorised(
 
 
 def _has_link(asked: Request, organisation: Organisation) -> bool:
-    """True if the issuer plays a role that has authority over the one in question, as the specification says."""
+    """Return whether the issuer plays a role with specified authority over this one."""
     group = organisation.groups[asked.group]
     held = (group.role(role.role) for role in organisation.roles_of(asked.issuer, asked.group))
     return any(role is not None and asked.role in role.authority for role in held)
 
 
 def _is_declared(asked: Request, organisation: Organisation, rules: Rules, absent: Collection[str]) -> bool:
-    """True if a member that does not lead has the authority by declaration."""
     role = organisation.groups[asked.group].role(asked.role)
     if role is None or role.job is None or not rules.authorities:
         return False
@@ -276,7 +266,7 @@ def _unfit(
     if not rules.is_able(vehicle, group, role):
         return Outcome.UNABLE
     if asked.act is Act.SUCCEED:
-        return None  # the old head gives way
+        return None  # the previous leader is displaced
     if organisation.is_excluded(vehicle, role):
         return Outcome.EXCLUDED
     if role.played_by is not None and not organisation.plays(vehicle, *role.played_by):

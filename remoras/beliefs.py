@@ -1,7 +1,7 @@
-"""Beliefs of a vehicle: facts by name, as missions and plug-ins ask for them.
+"""Beliefs of a vehicle: facts by name, for missions and plug-ins.
 
-A key is ``(attribute, instance)`` by name, for example ``("hasMission", "Operational")``. Its value is
-the latest in the vehicle's world model; links are given by the name of their target, symbols by their text.
+A key is ``(attribute, instance)``, for example ``("hasMission", "Operational")``. Its value is the latest in the
+vehicle's world model; links are given by the name of their target, symbols by their text.
 """
 
 from __future__ import annotations
@@ -33,23 +33,23 @@ from worldmodel.valuetext import stored_as_text
 
 
 class Known(Protocol):
-    """What a vehicle knows, to be looked up by ``(attribute, instance)``; ``Beliefs`` is one."""
+    """Facts known to a vehicle, by ``(attribute, instance)``; implemented by ``Beliefs``."""
 
     def get(self, key: Key, default: Any = None, /) -> Any:
-        """The latest value of a fact, or ``default`` if it is not known."""
+        """Return the latest value of a fact, or ``default`` if unknown."""
         ...
 
     def values(self, key: Key) -> Set[Any]:
-        """Every value of a fact that was ever told, but for what banned vehicles said."""
+        """Return all values ever asserted for a fact, except by excluded origins."""
         ...
 
     def instances(self, of_class: str, /) -> tuple[str, ...]:
-        """The names of all that is known to be of a class, told or concluded."""
+        """Return the names of all known instances of a class, asserted or inferred."""
         ...
 
     @property
     def n_told(self) -> int:
-        """It grows whenever what ``values`` gives changes: what was worked out of these sets holds until then."""
+        """Counter that grows whenever results of ``values`` change; for caches."""
         ...
 
 
@@ -70,18 +70,18 @@ class _Nothing:
 
 
 NOTHING_KNOWN: Known = _Nothing()
-"""What is known before the mission."""
+"""Knowledge before the mission."""
 
 
 Key = tuple[str, str]
 Point = tuple[float, float]
 Fact = tuple[int, int, Any] | tuple[int, int, Any, float]
-"""Subject, attribute and value, with the uncertainty if there is one, ready to be recorded."""
+"""Subject, attribute, value and optional uncertainty, ready to be recorded."""
 
 
 @dataclass(slots=True)
 class _Collected:
-    """All values of one fact, and the subscription that keeps them up to date."""
+    """All values of one fact, with the subscription that updates them."""
 
     attribute: Attribute
     news: Subscription
@@ -89,14 +89,13 @@ class _Collected:
 
 
 class Fused(NamedTuple):
-    """What several vehicles say of one fact together, by names.
+    """Combined observations of several vehicles about one fact, by names.
 
     Attributes:
         value: mean of numbers and points; else the most probable value.
-        uncertainty: standard deviation of numbers and points, else the probability of the value; None if nobody said.
-        time_s: when the newest of the observations was made.
-        origins: vehicles whose observations count.
-        probabilities: of every value that may be; empty for numbers and points.
+        uncertainty: standard deviation of numbers and points, else probability of the value; None if not stated.
+        time_s: of the newest observation.
+        probabilities: of every possible value; empty for numbers and points.
     """
 
     value: Any
@@ -107,11 +106,7 @@ class Fused(NamedTuple):
 
 
 class Beliefs:
-    """Facts of one vehicle, by names.
-
-    Args:
-        model: its world model.
-    """
+    """Facts of one vehicle by names, read from and written for its world model."""
 
     def __init__(self, model: WorldModel) -> None:
         self.model = model
@@ -119,22 +114,22 @@ class Beliefs:
         self._uids: dict[str, int] = {}
         self._names = [instance.name for instance in model.common_instances]
         self._slots: dict[Key, tuple[int, Attribute]] = {}
-        self._collected: dict[tuple[int, int], _Collected] = {}  # by subject and attribute, where asked for
+        self._collected: dict[tuple[int, int], _Collected] = {}  # by (subject, attribute), on request
         self._by_key: dict[Key, _Collected] = {}  # the same
         self._trust = model.index.trust
         self._banned = self._trust.from_s
         self._n_noted = 0
-        self._from_s: dict[tuple[int, int], float] = {}  # by subject and attribute, where not all counts
+        self._from_s: dict[tuple[int, int], float] = {}  # by (subject, attribute), where old values are invalid
         self._n_over = Counter[tuple[int, int]]()
         self.n_told = 0
-        """It grows whenever what ``values`` gives changes."""
+        """Counter that grows whenever results of ``values`` change."""
 
     # Into the world model ------------------------------------------------------------------------
 
     # From the world model ------------------------------------------------------------------------
 
     def get(self, key: Key, default: Any = None, /) -> Any:
-        """The latest value of a fact, or ``default`` if it is not known."""
+        """Return the latest value of a fact, or ``default`` if unknown."""
         subject, attribute = self._slots.get(key) or self._slot(key)
         value = self.model.value(subject, attribute.uid)
         if value is None or (self._from_s and self._latest(key) is None):
@@ -142,7 +137,7 @@ class Beliefs:
         return self._plain(attribute, value)
 
     def count_from(self, key: Key, from_s: float) -> None:
-        """Let no value of a fact count that was observed before; what was said of an earlier time is over."""
+        """Invalidate all values of a fact observed before ``from_s``."""
         subject, attribute = self._slots.get(key) or self._slot(key)
         slot = subject, attribute.uid
         self._n_over[slot] += from_s > self._from_s.get(slot, -math.inf)
@@ -152,18 +147,17 @@ class Beliefs:
             self.n_told += 1
 
     def n_over(self, key: Key) -> int:
-        """How often what was said of a fact has been over."""
+        """Return how many times values of a fact have been invalidated."""
         subject, attribute = self._slots.get(key) or self._slot(key)
         return self._n_over[subject, attribute.uid]
 
     def _slot(self, key: Key) -> tuple[int, Attribute]:
-        """Instance and attribute of a key, which stay what they are."""
         attribute = self._tbox.attribute_named(key[0])
         slot = self._slots[key] = self.uid(key[1]), attribute
         return slot
 
     def values(self, key: Key) -> Set[Any]:
-        """Every value of a fact that counts, by whom one believes: the same set, which grows until that changes."""
+        """Return all valid values of a fact; the set grows in place until values are invalidated."""
         if (found := self._by_key.get(key)) is not None:
             return found.values
         subject, attribute = self._slot(key)
@@ -180,7 +174,7 @@ class Beliefs:
         return {self._plain(attribute, value) for value in told or self.model.common_values(*slot)}
 
     def note(self) -> None:
-        """Bring ``values`` up to date with what was recorded or merged."""
+        """Update ``values`` after facts were recorded or merged."""
         if self._banned is not self._trust.from_s:
             self._banned = self._trust.from_s
             for slot, one in self._collected.items():
@@ -210,19 +204,18 @@ class Beliefs:
         by: str | None = None,
         at_s: float | None = None,
     ) -> Fused | None:
-        """What all vehicles say of a fact together; None if nobody whom it believes has said anything.
+        """Combine the observations of all vehicles about a fact; None without any.
 
         Args:
-            key: attribute and instance.
-            prior: weight of each symbol or truth value before anything was observed; even if None.
-            independent: False where vehicles may have taken over what others said; see ``worldmodel.fusion``.
-            since_s: observed at this time or later; from the first if None.
-            drift, shared, at_s: as of ``worldmodel.fused``.
-            by: name of the only vehicle whose observations count; all count if None.
+            prior: weight of each symbol or truth value before observations; uniform if None.
+            independent: False if vehicles may have adopted each other's values; see ``worldmodel.fusion``.
+            since_s: earliest observation time; None for all.
+            drift, shared, at_s: as in ``worldmodel.fused``.
+            by: the only vehicle to use; None for all.
 
         Raises:
             UnknownNameError: no such instance or attribute.
-            FactError: a prior, drift or shared error that cannot be.
+            FactError: an impossible prior, drift or shared error.
         """
         subject, attribute = self._slots.get(key) or self._slot(key)
         weights = None if prior is None else {self._value(attribute, one): w for one, w in prior.items()}
@@ -242,18 +235,18 @@ class Beliefs:
         )
 
     def count(self, key: Key, value: Any) -> int:
-        """How often a value of a fact was observed, by whom one believes."""
+        """Return the number of observations of a value, excluded origins apart."""
         subject, attribute = self._slots.get(key) or self._slot(key)
         stored = self._value(attribute, value)
         return sum(observation.value == stored for observation in self.model.history(subject, attribute.uid))
 
     def observed_s(self, key: Key) -> float | None:
-        """When the latest value of a fact was observed; None if it is not known."""
+        """Return the time of the latest value of a fact; None if unknown."""
         latest = self._latest(key)
         return None if latest is None else latest.time_s
 
     def origin(self, key: Key) -> str | None:
-        """Who observed the latest value of a fact; None if it is not known."""
+        """Return the vehicle that observed the latest value of a fact; None if unknown."""
         latest = self._latest(key)
         return None if latest is None else self.name(latest.origin)
 
@@ -265,27 +258,27 @@ class Beliefs:
         return latest
 
     def is_a(self, name: str, of_class: str) -> bool:
-        """True if an instance is seen to be of a class, by its types or by what follows from facts."""
+        """Return whether an instance belongs to a class, asserted or inferred."""
         return bool(self.model.inference.classes(self.uid(name)) >> self._tbox.class_named(of_class).uid & 1)
 
     def instances(self, of_class: str) -> tuple[str, ...]:
-        """The names of all that is seen to be of a class, by types or by what follows from facts."""
+        """Return the names of all instances of a class, asserted or inferred."""
         return tuple(instance.name for instance in self.model.instances_of(self._tbox.class_named(of_class).uid))
 
     def linked(self, key: Key) -> tuple[str, ...]:
-        """The names of all that an instance links to: by the latest value, by what all know, and by what follows."""
+        """Return the names of linked instances: latest value, common knowledge and inference."""
         subject, attribute = self._slots.get(key) or self._slot(key)
         return tuple(self.name(uid) for uid in self.model.inference.links(subject, attribute.uid))
 
     def name(self, uid: int) -> str:
-        """Name of an instance; those created in the mission are named by class and uid."""
+        """Return the name of an instance; those created in the mission have class and uid."""
         if 0 <= uid < len(self._names):
             return self._names[uid]
         instance = self.model.instance(uid)
         return instance.name if instance is not None else f"instance {uid}"
 
     def uid(self, name: str) -> int:
-        """The instance of that name; raises UnknownNameError."""
+        """Return the instance of that name; raise UnknownNameError."""
         if name not in self._uids:
             self._uids[name] = self._found(name).uid
         return self._uids[name]
@@ -301,7 +294,7 @@ class Beliefs:
             return created
 
     def keys_of(self, changes: Iterable[Change]) -> set[Key]:
-        """Keys whose latest value has changed."""
+        """Return the keys whose latest value has changed."""
         return {
             (self._tbox.attributes[fact.attribute].name, self.name(fact.subject))
             for change in changes
@@ -309,12 +302,12 @@ class Beliefs:
         }
 
     def by_name(self, fact: PropertyValue) -> tuple[str, str, Any]:
-        """A fact by names: (subject, attribute, value)."""
+        """Return (subject, attribute, value) of a fact, by names."""
         attribute = self._tbox.attributes[fact.attribute]
         return self.name(fact.subject), attribute.name, self._plain(attribute, fact.value)
 
     def as_text(self, fact: PropertyValue) -> tuple[str, str, str]:
-        """A fact that is held, by names: (subject, attribute, value as text that can be read back exactly)."""
+        """Return (subject, attribute, value) as texts; the value can be parsed back exactly."""
         attribute = self._tbox.attributes[fact.attribute]
         linked = attribute.kind is ValueKind.LINK
         value = self.name(fact.target) if linked else stored_as_text(self.model, attribute, fact.value)
@@ -328,25 +321,18 @@ class Beliefs:
     # To the world model --------------------------------------------------------------------------
 
     def fact(self, subject: str, attribute: str, value: Any, uncertainty: float | None = None) -> Fact:
-        """A fact ready to be recorded.
+        """Return a fact ready to be recorded.
 
-        Args:
-            subject: name of the instance; attribute: its name.
-            value: the name of the instance linked to, a symbol, a number, a point (x, y) or a truth value.
-            uncertainty: standard deviation of numbers and points, probability of the value else; None if not known.
-
-        Raises:
-            UnknownNameError: no such instance or attribute.
-            FactError: the attribute has no such symbol.
+        ``value`` is a name (link), symbol, number, point (x, y) or truth value. ``uncertainty`` is the standard
+        deviation of numbers and points, else a probability; None if unknown. Raises UnknownNameError, or FactError for
+        an unknown symbol.
         """
         return self._fact(None, subject, attribute, value, uncertainty)
 
     def facts_of(self, observation: Observation) -> list[Fact]:
-        """The facts of an observation, ready to be recorded together; what it has found becomes a new instance.
+        """Return the facts of an observation, recorded together; a detection is a new instance.
 
-        Raises:
-            UnknownNameError: no such instance, attribute or class.
-            FactError: the attribute has no such symbol, or no more instances may be created.
+        Raises UnknownNameError, or FactError for an unknown symbol or too many instances.
         """
         if not observation.found:
             return [self._fact(None, *fact) for fact in observation.facts]
@@ -370,7 +356,7 @@ class Beliefs:
         return uid(subject), of.uid, value, uncertainty
 
     def _value(self, attribute: Attribute, value: Any) -> Any:
-        """The stored form of a symbol by its text; any other value as it is."""
+        """Return the stored form of a symbol; other values unchanged."""
         if attribute.kind is not ValueKind.SYMBOL or not isinstance(value, str):
             return value
         if value not in attribute.symbols:
@@ -379,9 +365,9 @@ class Beliefs:
 
 
 def _nearest(model: WorldModel, observation: Observation, class_uid: int) -> int | None:
-    """The instance of a class nearest to where something was found, if it is near enough; of two the first.
+    """Return the nearest instance of a class within the observation's range, else None.
 
-    It is near to what any vehicle said of it last, even a banned one: a ban does not make another object of it.
+    Its place is the latest of any vehicle, even an excluded one: exclusion does not make another object of it.
     """
     points = [fact for fact in observation.facts if fact[0] == SELF and isinstance(fact[2], tuple)]
     if not points:

@@ -1,6 +1,6 @@
-"""Instant sharing, of an upper bound: all know at once what one has told, and how fast each vehicle is.
+"""Instant sharing for an upper bound: all vehicles know each statement and true speed.
 
-A strategy declares it, see ``remoras.strategies.oracle``; nothing else knows of it.
+Declared by a strategy, see ``remoras.strategies.oracle``.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ if TYPE_CHECKING:
 
 
 class RadioAtOnce(Radio):
-    """Keeps what a vehicle tells for those who are to know it at once, and sends nothing."""
+    """Radio that stores statements for instant sharing and sends nothing."""
 
     def __init__(self, *given: Any) -> None:
         super().__init__(*given)
         self._told: list[Block] = []
 
     def tells(self, facts: Iterable[Fact], told: bool = True) -> bool:
-        """True if others are to know a block of these facts: if it is not for this vehicle alone."""
+        """Return whether the facts are shared, rather than for this vehicle alone."""
         return told
 
     def tell(self, change: Change, who: Callable[[Change], Mapping[str, set[str]]], now_s: float) -> None:
-        """Keep a block for the others; a private one is noted, no more."""
+        """Store a block for the others; only record a private one."""
         block = change.block
         if block.sequence < STATUS:
             super().tell(change, who, now_s)
@@ -39,28 +39,28 @@ class RadioAtOnce(Radio):
         self._record_facts(block, name_of(block), "status" if block.is_status else "told", now_s)
 
     def told(self) -> tuple[Block, ...]:
-        """What this vehicle has told since it was asked last."""
+        """Return and clear the blocks stated since the last call."""
         told, self._told = self._told, []
         return tuple(told)
 
     def speak(self, signals: Iterable[tuple[tuple[str, str], int]], now_s: float) -> Transmission | None:
-        """Nothing: what there is to tell is known."""
+        """Return None: all facts are already known."""
         return None
 
     def learn(self, emitter: str, blocks: Sequence[Block], now_s: float) -> tuple[Change, ...]:
-        """Take in what another vehicle knows."""
+        """Merge the blocks of another vehicle."""
         self._peers.heard_s[emitter] = now_s
         return self._merged(blocks, now_s)
 
 
 class InstantSharing(Observer):
-    """Shares what vehicles know without a packet; what each vehicle really is like all know, too.
+    """Sharing of knowledge without packets.
 
-    A block from the future of a clock that is behind does not count there yet: it is shared again until it does.
+    A vehicle whose clock is behind rejects blocks from its future; they are shared again until accepted.
 
     Attributes:
-        radio: class of the radios of the vehicles.
-        lease_frames: TDMA frames after which a vehicle that has told nothing has left: all that is told is known.
+        radio: class of the vehicles' radios.
+        lease_frames: TDMA frames without a statement after which a vehicle counts as absent.
     """
 
     radio = RadioAtOnce
@@ -70,11 +70,11 @@ class InstantSharing(Observer):
         self._early: dict[str, list[tuple[str, Block]]] = {}
 
     def on_start(self, host: Host) -> None:
-        """Take note of who shares."""
+        """Store the fleet."""
         self._fleet = host
 
     def on_tick(self, vehicle: Vehicle) -> None:
-        """Let all vehicles know what one has told since the last time."""
+        """Share one vehicle's new statements with all others."""
         told = _radio(vehicle).told()
         for other in self._fleet.vehicles if told or self._early else ():
             for name, block in self._early.pop(other.name, ()):
@@ -85,7 +85,7 @@ class InstantSharing(Observer):
     on_slot = on_frame_end = on_statement = on_tick
 
     def on_restart(self, vehicle: Vehicle) -> None:
-        """Let a vehicle that begins anew know all that the others were told."""
+        """Share all existing blocks with a restarted vehicle."""
         for other in self._fleet.vehicles:
             if other is not vehicle:
                 model = other.beliefs.model

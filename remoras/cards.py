@@ -1,4 +1,4 @@
-"""Cards: what a notebook shows of a value, a small table in HTML, and the names that Tab offers of it."""
+"""Notebook display of values: HTML tables, and names for Tab completion."""
 
 from __future__ import annotations
 
@@ -6,20 +6,20 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 LONGEST_TEXT = 160
-"""Characters of a value that a card shows."""
+"""Maximum characters of a value."""
 MOST_ROWS = 60
-"""Rows of a card; a line says how many more there are."""
+"""Maximum rows; a line gives the number of others."""
 LIBRARIES = ("builtins", "pydantic", "typing", "abc")
-"""Packages whose names are not ours to offer."""
+"""Packages with names hidden from completion."""
 
 
 def card(title: str, rows: Iterable[tuple[str, ...]], note: str = "") -> str:
-    """A title, a table of texts below it, and a note.
+    """Return HTML with a title, a table of texts and a note.
 
     >>> card("A & B", [("depth", "12 m")])
     '<div><strong>A &amp; B</strong><table><tr><th style="text-align:left">depth</th><td>12 m</td></tr></table></div>'
     """
-    from html import escape  # whose tables no command but a notebook needs
+    from html import escape  # needed by notebooks only
 
     listed = [tuple(_cut(text) for text in row) for row in rows]
     more = [f"and {len(listed) - MOST_ROWS} more"] if len(listed) > MOST_ROWS else []
@@ -38,7 +38,7 @@ def _cut(text: str) -> str:
 
 
 def number_text(value: Any) -> str:
-    """A value as a card shows it: numbers to six digits.
+    """Return a value as text; numbers to six digits.
 
     >>> number_text(1234.56789), number_text(True), number_text(None)
     ('1234.57', 'yes', 'none')
@@ -49,7 +49,7 @@ def number_text(value: Any) -> str:
 
 
 def own_names(value: object) -> list[str]:
-    """Public names of a value, without those that a library gave its class; what Python itself needs stays."""
+    """Return the public names of a value without inherited library names; dunders stay."""
     kinds = [kind for kind in type(value).__mro__ if kind.__module__.partition(".")[0] not in LIBRARIES]
     fields = set(getattr(type(value), "model_fields", ()))
     names = {name for kind in kinds for name in vars(kind)} | fields
@@ -63,11 +63,9 @@ def _is_offered(name: str) -> bool:
 
 
 class Figures(dict[str, Any]):
-    """The figures of a run by name; a notebook shows them as a table with units.
+    """Figures of a run by name, displayed as a table with units.
 
-    Args:
-        values: by the names of the metrics.
-        units: units by name, asked for when they are shown.
+    ``units`` is called only for display.
     """
 
     def __init__(self, values: Mapping[str, Any], units: Callable[[], Mapping[str, str]] = dict) -> None:
@@ -81,7 +79,7 @@ class Figures(dict[str, Any]):
 
 
 class Records(list[dict[str, Any]]):
-    """Records of one kind, in their order; a notebook shows them as a table."""
+    """Records of one kind in order, displayed as a table."""
 
     def _repr_html_(self) -> str:
         keys = list(self[0]) if self else []

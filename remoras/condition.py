@@ -1,4 +1,4 @@
-"""What faults leave of a vehicle."""
+"""Effect of active faults on a vehicle."""
 
 from __future__ import annotations
 
@@ -13,19 +13,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """What a fault, or all that hold, leave of a vehicle.
+    """Effect of one fault, or of all active faults of a vehicle.
 
     Attributes:
-        is_there: False before it joins; it is then no obstacle either.
-        is_running: False while it is lost or off.
-        is_mute: nobody hears it; is_deaf: it hears nobody.
-        speed_factor: what its speeds are multiplied by.
-        dead_sensors: names of the sensors that yield nothing.
-        drain_w: power that the battery loses beside what the vehicle uses; the reserve does not know of it.
-        readings: each is given the name of a sensor, what it has read, and the words of the mission, and returns what
-            is recorded of it.
-        lost_for_good: it will not come back; will_return: it is out of contact, but not for good.
-        dead_for_good: those of the dead sensors that never will yield anything again.
+        is_there: False before the vehicle joins; it is then no obstacle either.
+        is_running: False while lost or switched off.
+        is_mute, is_deaf: transmitter and receiver failure.
+        drain_w: extra battery power, unknown to the reserve.
+        readings: each maps (sensor name, observation, TBox) to the recorded observation.
+        lost_for_good: permanently lost; ``will_return``: out of contact, but temporarily.
+        dead_for_good: permanently failed among ``dead_sensors``.
     """
 
     is_there: bool = True
@@ -42,19 +39,19 @@ class Condition:
 
     @property
     def is_alive(self) -> bool:
-        """True while it is there and running."""
+        """True while the vehicle is present and running."""
         return self.is_there and self.is_running
 
     @property
     def hears(self) -> bool:
-        """True while it is able to hear."""
+        """True while the vehicle can receive."""
         return self.is_alive and not self.is_deaf
 
     @property
     def is_in_contact(self) -> bool:
-        """True while it is able to hear and to be heard."""
+        """True while the vehicle can receive and transmit."""
         return self.hears and not self.is_mute
 
 
 SOUND = Condition()
-"""The condition of a vehicle without faults."""
+"""Condition without faults."""

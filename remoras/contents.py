@@ -1,4 +1,4 @@
-"""Contents of packets: what the bits that a fleet sends are spent on."""
+"""Purpose of the bits that a fleet transmits."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from enum import Enum
 from worldmodel import Attribute
 
 ASSIGNING = frozenset({"playsRole", "leftRole", "hasMission"})
-"""Attributes of the core ontology that say who is what in the organisation; objectives go with them."""
+"""Core attributes about roles and missions; objectives count with them."""
 DONE = "jobDone"
-"""Attribute that says what came of the work, not who does it."""
+"""Attribute that reports a completed job."""
 OBJECTIVES = "objective"
-"""How the names of attributes begin by which a role is given an objective."""
+"""Prefix of attributes that give a role an objective."""
 
 
 class Content(Enum):
-    """What a bit of a packet is for; every bit is for one of these."""
+    """Purpose of a bit; every transmitted bit has exactly one."""
 
     HEADERS = "headers"
     ASSIGNMENTS = "assignments"
@@ -25,19 +25,14 @@ class Content(Enum):
     SIGNALS = "signals"
     OBSERVATIONS = "observations"
 
-    __hash__ = object.__hash__  # that of enumerations takes several times as long, and bits are counted in each slot
+    __hash__ = object.__hash__  # much faster than that of enumerations; called in each slot
 
 
 def content_of(attribute: Attribute, messages: Collection[str]) -> Content:
-    """What a fact of an attribute is.
+    """Return the purpose of facts of an attribute.
 
-    Assignments give and leave roles, objectives and missions. Claims are all else that the strategy declares to state:
-    bids, announcements, the state of its work. Status is what else counts with its newest value alone, as positions do.
-    The rest are observations: the mission's own facts, such as a map or a job that is done.
-
-    Args:
-        attribute: of the fact.
-        messages: names of the attributes by which vehicles organise themselves, see ``Declaration.messages``.
+    Assignments are roles, objectives and missions. Claims are all other attributes in ``messages``, the declared
+    messages of the strategy. Status is any other attribute with only its newest value valid. The rest are observations.
     """
     if attribute.name in ASSIGNING or attribute.name.startswith(OBJECTIVES):
         return Content.ASSIGNMENTS

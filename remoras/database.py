@@ -1,7 +1,6 @@
-"""AUV database: what is known of each vehicle (REMORAS, section IV.A).
+"""AUV database: static data of vehicles, known before the mission (REMORAS, section IV.A).
 
-Static data (type, limits, sensors, playable roles) are known to the whole fleet before the mission. Variable
-data (position, battery) are what a vehicle has heard; they live in its world model, not here.
+Variable data (position, battery) are received facts and live in the world model.
 """
 
 from __future__ import annotations
@@ -12,7 +11,7 @@ from typing import Any, Protocol, TypeVar
 
 
 class Carried(Protocol):
-    """Settings of a sensor on board, as ``remoras.SensorSettings`` has them."""
+    """Settings of a sensor on board (``remoras.SensorSettings``)."""
 
     @property
     def name(self) -> str:
@@ -20,10 +19,10 @@ class Carried(Protocol):
 
     @property
     def tells_state(self) -> bool:
-        """True if the vehicle can ask it whether it works."""
+        """True if the vehicle can query its state."""
 
     def make(self, data: VehicleData) -> Any:
-        """The sensor of a vehicle, see ``remoras.Sensor``."""
+        """Return the sensor of a vehicle (``remoras.Sensor``)."""
 
 
 Settings = TypeVar("Settings", bound=Carried)
@@ -37,18 +36,15 @@ class VehicleData:
         name: unique in the fleet, for example ``AUV00``.
         vehicle_type: ``AUV`` or ``ASV``.
         node: index in the TDMA frame.
-        social_layer: may lead a group and divide jobs with others; without it the vehicle does what its head tells it.
+        social_layer: may lead a group and divide jobs; without it the vehicle follows its leader.
         start_m: (x east, y north) at time 0.
-        depth_m, depth_limit_m: working depth and greatest depth; vehicles at different depths pass freely.
-        transit_speed_mps, survey_speed_mps: speeds on the way and while working.
-        turn_rate_radps, acceleration_mps2: limits of the control.
+        depth_m, depth_limit_m: working and greatest depth; vehicles at different depths pass freely.
         energy_j: battery capacity.
-        hotel_w, drag_w_per_mps3: power = hotel_w + drag_w_per_mps3 * speed^3; of a modem that counts, listening too.
-        transmit_j_per_bit, transmit_j_per_packet: energy of the modem for each bit it sends, and for what it sends
-            before the bits of a packet.
-        playable_roles: roles it is able to play: ``Role`` of any group, or ``Group.Role``.
-        sensors: settings of its sensors, in the order of the scenario.
-        speed_factor: how much faster it really is than its data, in one run; 1 in what the fleet knows.
+        hotel_w, drag_w_per_mps3: power = hotel_w + drag_w_per_mps3 * speed^3; hotel includes the receiving modem.
+        transmit_j_per_bit, transmit_j_per_packet: energy per bit, and per packet before its bits.
+        playable_roles: ``Role`` of any group, or ``Group.Role``.
+        sensors: settings, in scenario order.
+        speed_factor: true speed over that in the data, in one run; 1 as far as the fleet knows.
     """
 
     name: str
@@ -72,22 +68,22 @@ class VehicleData:
     transmit_j_per_packet: float = 0.0
 
     def can_play(self, group: str, role: str) -> bool:
-        """True if it is able to play that role of the group."""
+        """Return whether it is able to play that role of the group."""
         return role in self.playable_roles or f"{group}.{role}" in self.playable_roles
 
     def sensor(self, kind: type[Settings]) -> Settings | None:
-        """Settings of its first sensor of a kind; None without one."""
-        for sensor in self.sensors:  # asked for so often that a generator would show
+        """Return the settings of its first sensor of a kind; None without one."""
+        for sensor in self.sensors:  # hot path: faster than a generator
             if isinstance(sensor, kind):
                 return sensor
         return None
 
     def power_w(self, speed_mps: float) -> float:
-        """Power that it takes at a speed."""
+        """Return the power (W) at a speed."""
         return self.hotel_w + self.drag_w_per_mps3 * (speed_mps * speed_mps * speed_mps)
 
     def faster(self, factor: float) -> VehicleData:
-        """The vehicle as it really is, with both its speeds multiplied by ``factor``."""
+        """Return the true vehicle, with both speeds multiplied by ``factor``."""
         return replace(
             self,
             transit_speed_mps=factor * self.transit_speed_mps,
@@ -97,7 +93,7 @@ class VehicleData:
 
 
 class AUVDatabase(Mapping[str, VehicleData]):
-    """Static data by vehicle name, in the order of the TDMA nodes."""
+    """Static data by vehicle name, in node order."""
 
     def __init__(self, vehicles: tuple[VehicleData, ...]) -> None:
         self._vehicles = {data.name: data for data in sorted(vehicles, key=lambda data: data.node)}
@@ -113,5 +109,5 @@ class AUVDatabase(Mapping[str, VehicleData]):
         return len(self._vehicles)
 
     def able_to_play(self, group: str, role: str) -> tuple[VehicleData, ...]:
-        """Vehicles that are able to play that role of the group, in the order of the nodes."""
+        """Return the vehicles able to play that role, in node order."""
         return tuple(data for data in self.values() if data.can_play(group, role))

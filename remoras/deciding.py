@@ -1,15 +1,13 @@
-"""Deciding: a strategy of a user's own that is watched while it decides, so that it neither hangs nor writes files.
+"""Time limit and file guard for decisions of a user's strategy.
 
-A decision is one call of ``form``, ``adapt``, ``negotiator``, ``negotiate`` or ``division``. It may take so much CPU
-time of its thread; Python collects no garbage meanwhile, since that takes longer the more the process holds. The
-system rings once the process has spent as much, and from then on again and again; the ring looks at the thread's own
-time, and stops what it finds in the midst of Python code, an endless loop too. A decision that ends in time is never
-rung for, so it gives the same bytes with and without the watch. In a thread beside the main one, and where the system
-has no such timer, a decision is not stopped, only judged once it has ended.
+A decision is one call of ``form``, ``adapt``, ``negotiator``, ``negotiate`` or ``division``. Its CPU time in its thread
+is limited; garbage collection is off meanwhile, since its cost depends on the process. A system timer of CPU time
+interrupts late decisions inside Python code, endless loops included. A decision in time is never interrupted, so
+results are the same bytes with and without the limit. Outside the main thread, or without such a timer, a late decision
+is detected only after it ends.
 
-Files that a decision opens for writing, moves or removes are refused by an audit hook of Python. A process that has
-such a hook keeps it, so it is made with the first strategy that is watched. What a module does when it is imported,
-and what it writes to files that were open before, is not seen.
+An audit hook refuses decisions to write, move or remove files. Such a hook stays in a process, so it is installed with
+the first guarded strategy. Module imports and writes to files opened earlier are not covered.
 """
 
 from __future__ import annotations
@@ -32,36 +30,36 @@ from remoras.strategy import Declaration, Move, Negotiator, Situation, Strategy,
 from remoras.work import Work
 
 MOST_CPU_S = 1.0
-"""CPU time that a decision may take (s)."""
+"""Maximum CPU time of a decision (s)."""
 AGAIN_S = 0.05
-"""CPU time between two rings, for a decision that goes on in spite of the first (s)."""
+"""CPU time between repeated interrupts, if a decision survives the first (s)."""
 WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 CHANGING = frozenset({
     "os.chmod", "os.exec", "os.fork", "os.link", "os.mkdir", "os.posix_spawn", "os.remove", "os.rename", "os.rmdir",
     "os.symlink", "os.system", "os.truncate", "subprocess.Popen",
 })  # fmt: skip
-"""Events of Python's audit hooks, beside ``open``, by which something outside the program may be changed."""
+"""Audit events, besides ``open``, that may change something outside the program."""
 COMPILED = "__pycache__"
-"""In paths that Python writes itself when a module is imported."""
+"""Part of paths that Python writes when it imports a module."""
 SILENT = Move(silent=True)
 
 Answer = TypeVar("Answer")
 
 
 class DecidedTooLate(PluginError):
-    """A decision took more CPU time than it may."""
+    """A decision exceeded its CPU time."""
 
 
 class _Rung(BaseException):
-    """Ends a decision in its midst; no Exception, so that few catch it."""
+    """Interrupt of a late decision; no Exception, so that few handlers catch it."""
 
 
 class _Watch:
-    """What the one timer and the one hook of this process look at.
+    """Timer and audit hook of this process.
 
     Attributes:
-        until_s: CPU time of the thread at which the decision under way is late; infinite between decisions.
-        fault: what it did that it must not, in words.
+        until_s: thread CPU time at which the current decision is late; infinite between decisions.
+        fault: its forbidden act, as text.
     """
 
     def __init__(self) -> None:
@@ -80,7 +78,7 @@ class _Watch:
             raise _Rung
 
     def _seen(self, event: str, given: tuple[Any, ...]) -> None:
-        """Refuse what a decision must not do; called by Python for each event of the process."""
+        """Audit hook: refuse forbidden acts of a decision."""
         if self.until_s == math.inf or not (event in CHANGING or (event == "open" and given[2] & WRITING)):
             return
         if event == "open" and COMPILED in str(given[0]):
@@ -89,12 +87,7 @@ class _Watch:
         raise PermissionError(f"a decision {self.fault}")
 
     def answer(self, cpu_s: float, asked: Callable[[], Answer]) -> Answer | None:
-        """What is answered, or None if that takes too long; its fault is noted.
-
-        Args:
-            cpu_s: CPU time that it may take (s).
-            asked: makes the decision.
-        """
+        """Return the result of ``asked``, or None after ``cpu_s`` of CPU time; set ``fault``."""
         self.fault, rings, before_s = "", self._can_ring(), self.until_s
         self.until_s = until_s = time.thread_time() + cpu_s
         try:
@@ -120,45 +113,42 @@ def _watch() -> _Watch:
 
 
 Late = Callable[[str, str, str, float], None]
-"""Told of a decision that took too long: part of the strategy, vehicle and group that it was for, time (s)."""
+"""Callback for late decisions: method, vehicle, group, time (s)."""
 
 
 class InTime:
-    """A strategy that is watched while it decides.
+    """Strategy with a CPU limit on its decisions.
 
     Args:
-        strategy: that decides.
-        cpu_s: CPU time that a decision may take (s).
-        late: told of each at sea that took more; whoever made it is not asked again and counts as silent. If None, and
-            of ``form`` and ``negotiator``, without which there is nobody, it raises.
+        late: callback for late decisions at run time; their method returns nothing from then on. If None, and for
+            ``form`` and ``negotiator``, DecidedTooLate is raised.
 
     Raises:
-        DecidedTooLate: of its methods, where nobody is told.
-        PluginError: of its methods, if a decision changes files.
+        PluginError: by its methods, if a decision changes files.
     """
 
     def __init__(self, strategy: Strategy, cpu_s: float = MOST_CPU_S, late: Late | None = None) -> None:
         self.strategy, self.late = strategy, late
         self._cpu_s = cpu_s
         self.silent: set[tuple[str, str]] = set()
-        """Parts that are asked no more, and of which group."""
+        """(Method, group) pairs that are no longer called."""
 
     @property
     def name(self) -> str:
-        """Name by which results and figures show it."""
+        """Name in results and figures."""
         return self.strategy.name
 
     @property
     def declaration(self) -> Declaration:
-        """What it is and what it takes from the vehicles."""
+        """Declaration of the wrapped strategy."""
         return self.strategy.declaration
 
     def form(self, database: AUVDatabase, groups: Sequence[Group]) -> Organisation:
-        """The organisation that the strategy forms."""
+        """Form the organisation by the strategy."""
         return self.decided("form", lambda: self.strategy.form(database, groups))
 
     def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
-        """What the strategy allocates; nothing in a group for which it once took too long."""
+        """Return the strategy's allocation; nothing for a group after a timeout."""
         key = "adapt", work.group.name
         if key not in self.silent:
             try:
@@ -171,18 +161,14 @@ class InTime:
         return ()
 
     def negotiator(self, me: str, group: Group) -> Negotiator | None:
-        """The strategy's, watched."""
+        """Return the strategy's negotiator with the same limit."""
         made = self.decided("negotiator", lambda: self.strategy.negotiator(me, group))
         if made is None or not callable(getattr(made, "negotiate", None)):
             return made
         return InTimeNegotiator(made, me, group.name, self)
 
     def decided(self, part: str, asked: Callable[[], Answer]) -> Answer:
-        """What is answered in time.
-
-        Args:
-            part: of the strategy; asked: calls it.
-        """
+        """Return the result of ``asked`` within the limit; ``part`` names the method in errors."""
         watch, collects = _watch(), gc.isenabled()
         gc.disable()
         try:
@@ -199,28 +185,23 @@ class InTime:
 
 
 class InTimeNegotiator:
-    """A negotiator that is watched while it decides.
-
-    Args:
-        negotiator: that decides; me: its vehicle; group: whose jobs are divided.
-        strategy: that made it.
-    """
+    """Negotiator with a CPU limit on its decisions."""
 
     def __init__(self, negotiator: Negotiator, me: str, group: str, strategy: InTime) -> None:
         self._negotiator, self._me, self._group, self._strategy = negotiator, me, group, strategy
         self._is_silent, self._now_s = False, 0.0
 
     def negotiate(self, situation: Situation) -> Move:
-        """What the negotiator states; nothing from when it once took too long."""
+        """Return the negotiator's move, or a silent one after a timeout."""
         self._now_s = situation.now_s
         return self._decided("negotiate", lambda: self._negotiator.negotiate(situation), SILENT)
 
     def division(self) -> Mapping[str, str]:
-        """What the negotiator says of who is to do jobs; nothing from when it once took too long."""
+        """Return the negotiator's division of jobs, or nothing after a timeout."""
         return self._decided("division", lambda: division_of(self._strategy.name, self._negotiator), {})
 
     def _decided(self, part: str, asked: Callable[[], Answer], silent: Answer) -> Answer:
-        """What is answered, ``silent`` once something took too long."""
+        """Return the negotiator's answer, or ``silent`` after a timeout."""
         if not self._is_silent:
             try:
                 return self._strategy.decided(part, asked)

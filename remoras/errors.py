@@ -1,27 +1,23 @@
-"""Errors of the vehicle and fleet package."""
+"""Errors of the ``remoras`` package."""
 
 
 class RemorasError(Exception):
-    """Base of the errors that ``remoras`` raises."""
+    """Base class of the errors of ``remoras``."""
 
 
 class OrganisationError(RemorasError):
-    """The organisation was asked something that makes no sense, such as a role with an empty name."""
+    """An invalid operation on the organisation, such as a role with an empty name."""
 
 
 class PlanningError(RemorasError):
-    """An HTN domain is malformed: a task without methods, a method that is no sequence of tasks."""
+    """A malformed HTN domain, or a mission without a plan."""
 
 
 class StrategyError(RemorasError):
-    """A parameter that a strategy does not have, or a value that it does not allow.
-
-    Attributes:
-        key: name of the parameter; allowed: what is allowed.
-    """
+    """An unknown strategy parameter, or a value that is not ``allowed``; ``key`` names it."""
 
     def __init__(self, key: str, allowed: str) -> None:
-        super().__init__(key, allowed)  # what it is made of, so that it goes from process to process
+        super().__init__(key, allowed)  # constructor arguments, for pickling
         self.key = key
         self.allowed = allowed
 
@@ -30,4 +26,4 @@ class StrategyError(RemorasError):
 
 
 class PluginError(RemorasError):
-    """An object named ``package.module:object`` cannot be loaded, lacks a part, or does not keep to its seam."""
+    """A ``package.module:object`` that cannot be loaded or violates its interface."""

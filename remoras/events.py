@@ -1,13 +1,11 @@
-"""Events of a run: the queue that they come out of, and observers that take part in the run.
+"""Event queue of a run, and observers that take part in the run.
 
-The queue has exact times, strong references and one total order: (time_s, priority, sequence). At equal times the lower
-priority number comes out first, then what was put in first. Nothing else decides, so two runs are alike in every Mesa
-and Python. The simulation takes the next event out and lets it act, as SimPy does: a new kind of event needs no change
-of the core.
+The queue has exact times and one total order: (time_s, priority, sequence). At equal times the lower priority number
+comes first, then the earlier insertion, so runs are identical in every version of Mesa and Python. As in SimPy, the
+simulation pops the next event and lets it act: a new kind of event needs no change of the core.
 
-A feature that is on, and the faults of a run, are each an ``Observer``: a method for each event, which does nothing
-unless a subclass defines it. A simulation keeps one list for each event, of the methods that are defined (see
-``listening``), so an event without a listener costs nothing.
+Each active feature, and the faults of a run, is an ``Observer`` with a method per event. A simulation keeps one list
+per event of the methods that are overridden (``listening``), so unobserved events cost nothing.
 """
 
 from __future__ import annotations
@@ -36,10 +34,7 @@ E = TypeVar("E")
 
 
 class Priority(IntEnum):
-    """Order of events at the same time: what arrives is heard before anybody moves, decides or speaks.
-
-    A fault comes first: a vehicle that is lost at a time does nothing at that time.
-    """
+    """Order of events at the same time: faults, reception, motion, consultation, slots."""
 
     FAULT = 0
     ARRIVAL = 1
@@ -49,32 +44,32 @@ class Priority(IntEnum):
 
 
 class ShownTime(Protocol):
-    """The clock of a vehicle that may be off."""
+    """Clock of a vehicle that may deviate."""
 
     @property
     def is_exact(self) -> bool:
-        """True if it shows the true time, and always will."""
+        """True if it always shows the true time."""
         ...
 
     def reads(self, true_s: float) -> float:
-        """What it shows at a true time (s)."""
+        """Return its reading (s) at a true time (s)."""
         ...
 
     def true_time_s(self, shown_s: float) -> float:
-        """True time (s) for a clock reading."""
+        """Return the true time (s) of a reading."""
         ...
 
     def set_by(self, by_s: float) -> None:
-        """Put it forward by that much (s); back if it is negative."""
+        """Advance it by that much (s); negative sets it back."""
         ...
 
     def recording(self, recorder: Recorder) -> Recorder:
-        """What takes the rows of its vehicle and hands them to a recorder in true time."""
+        """Return a recorder that converts times of rows to true time and passes them on."""
         ...
 
 
 class Clock(Generic[E]):
-    """Time of the simulation and what is still to happen.
+    """Simulation time and queue of events.
 
     >>> clock = Clock()
     >>> clock.schedule(1.0, Priority.SLOT, "speak"); clock.schedule(1.0, Priority.ARRIVAL, "hear")
@@ -93,15 +88,9 @@ class Clock(Generic[E]):
         return self._heap[0][0] if self._heap else math.inf
 
     def schedule(self, time_s: float, priority: int, event: E) -> None:
-        """Let ``event`` come out at ``time_s``.
+        """Schedule ``event``; at equal times the lower priority comes first.
 
-        Args:
-            time_s: now or later.
-            priority: order among events of the same time, the lower number first.
-            event: what comes out.
-
-        Raises:
-            ValueError: ``time_s`` is in the past.
+        Raises ValueError if ``time_s`` is in the past.
         """
         if time_s < self.now_s:
             raise ValueError(f"cannot schedule at {time_s} s, it is {self.now_s} s")
@@ -109,7 +98,7 @@ class Clock(Generic[E]):
         self._sequence += 1
 
     def next_before(self, time_s: float, priority: int = Priority.MOTION) -> E | None:
-        """The next event ordered before ``(time_s, priority)``, whose time is now from then on; None without one."""
+        """Pop the next event before ``(time_s, priority)``, advance to its time; None without one."""
         heap = self._heap
         if not heap or heap[0][0] > time_s or (heap[0][0] == time_s and heap[0][1] >= priority):
             return None
@@ -121,25 +110,21 @@ H_contra = TypeVar("H_contra", contravariant=True)
 
 
 class Event(Protocol[H_contra]):
-    """What happens at a time."""
+    """Event at a time."""
 
     def act(self, host: H_contra) -> None:
-        """Happen now; called once, by whose queue it is in, when its time has come."""
+        """Execute; called once by the owner of the queue, at its time."""
         ...
 
 
 class Host(Protocol):
-    """What events and observers may ask of a simulation: of a fleet, or of a vehicle by itself.
-
-    Attributes:
-        recorder: takes the rows.
-    """
+    """Simulation as events and observers see it: a fleet or a single vehicle."""
 
     recorder: Recorder
 
     @property
     def vehicles(self) -> Sequence[Vehicle]:
-        """Vehicles that are simulated here, in the order of the nodes."""
+        """Simulated vehicles, in node order."""
         ...
 
     @property
@@ -149,110 +134,99 @@ class Host(Protocol):
 
     @property
     def names(self) -> Sequence[str]:
-        """Names of the vehicles that are simulated here."""
+        """Names of the simulated vehicles."""
         ...
 
     def at(self, time_s: float, priority: Priority, event: Event[Host]) -> None:
-        """Let an event happen at a true time (s), unless the mission is over by then."""
+        """Schedule an event at a true time (s), unless the mission is over by then."""
         ...
 
     def named(self, vehicle: str) -> Vehicle:
-        """The vehicle of that name, as it is now."""
+        """Return the current vehicle of that name."""
         ...
 
     def shown_s(self, vehicle: Vehicle) -> float:
-        """What the clock of a vehicle shows now (s)."""
+        """Return the current clock reading of a vehicle (s)."""
         ...
 
     def await_slot(self, node: int) -> None:
-        """Schedule the next own slot of a vehicle by its clock as set now."""
+        """Schedule the next own slot of a vehicle by its current clock."""
         ...
 
     def let_say(self, vehicle: str, facts: Callable[[Beliefs], Sequence[Fact]]) -> bool:
-        """Let a vehicle conclude and tell facts now; False, and nothing is said, if it is not alive.
-
-        Args:
-            vehicle: its name.
-            facts: made of the names that its beliefs have.
-        """
+        """Let a vehicle record and send facts, built from its beliefs; False if it is not alive."""
         ...
 
     def restart(self, before: Vehicle, remembers: bool) -> Vehicle:
-        """The vehicle that begins anew and takes the place of what it was before; False if its memory is lost."""
+        """Replace a vehicle by its restarted one; ``remembers`` is False if its memory is lost."""
         ...
 
 
 class Observer:
-    """Takes part in one run. Subclass it and define the events that matter; those that are not defined cost nothing.
+    """Participant of one run; subclasses override the events they need.
 
-    A vehicle by itself has the events ``on_start`` and ``on_vehicle`` alone.
+    A single vehicle has only the events ``on_start`` and ``on_vehicle``.
 
     Attributes:
-        clocks: of the vehicles whose clocks may be off, by node.
+        clocks: of vehicles with deviating clocks, by node.
     """
 
     clocks: Mapping[int, ShownTime] = MappingProxyType({})
 
-    # In place of the usual, when a run is set up -----------------------------------------------------
+    # Replacements at setup ---------------------------------------------------------------------------
 
     def channel(self, channel: Channel) -> Channel:
-        """What carries the packets of a fleet, given what would."""
+        """Return the channel of the fleet, by default the given one."""
         return channel
 
     def separation(self, separation: Separation) -> Separation:
-        """What watches the distances between the vehicles of a fleet, given what would."""
+        """Return the monitor of distances between vehicles, by default the given one."""
         return separation
 
     def needs(self, model: WorldModel, common: NeedsIndex | GroupNeeds) -> RenewedNeeds | None:
-        """Who needs what for a vehicle with this world model; None for the needs that nobody states."""
+        """Return the information needs of a vehicle; None for the default needs."""
         return None
 
     # Events of a run ---------------------------------------------------------------------------------
 
     def on_start(self, host: Host) -> None:
-        """All vehicles are made: schedule events."""
+        """Handle the start, when all vehicles exist: schedule events."""
 
     def on_vehicle(self, vehicle: Vehicle) -> None:
-        """A vehicle is made, at the start or to begin anew; its activities are not chosen yet."""
+        """Handle a new or restarted vehicle, before its activities are chosen."""
 
     def on_tick(self, vehicle: Vehicle) -> None:
-        """A vehicle has moved, sensed and decided for a motion tick."""
+        """Handle a vehicle after motion, sensing and decision of a tick."""
 
     def on_slot(self, vehicle: Vehicle) -> None:
-        """The slot of a vehicle has opened, and it has sent its packet, if any."""
+        """Handle the slot of a vehicle, after its packet, if any."""
 
     def on_received(self, vehicle: Vehicle, reception: Reception, size_bits: int, shown_s: float) -> None:
-        """A vehicle has taken in a packet of this size, when its clock showed ``shown_s``."""
+        """Handle a packet of this size received by a vehicle at its clock reading ``shown_s``."""
 
     def on_frame_end(self, vehicle: Vehicle) -> None:
-        """A vehicle has consulted at the end of a TDMA frame."""
+        """Handle a vehicle after its consultation at the end of a TDMA frame."""
 
     def on_statement(self, vehicle: Vehicle) -> None:
-        """A vehicle has stated facts at a time that the scenario gives, see ``Says``."""
+        """Handle a vehicle after a scheduled statement, see ``Says``."""
 
     def on_restart(self, vehicle: Vehicle) -> None:
-        """A vehicle has begun anew and taken the place of what it was."""
+        """Handle a restarted vehicle that has replaced its predecessor."""
 
 
 def listening(observers: Iterable[Observer], event: str) -> tuple[Callable[..., Any], ...]:
-    """The methods of those observers that define an event, in their order.
-
-    Args:
-        observers: of the run.
-        event: name of the method.
-    """
+    """Return the methods of observers that override an event, in order."""
     usual = getattr(Observer, event)
     return tuple(getattr(one, event) for one in observers if getattr(type(one), event) is not usual)
 
 
 @dataclass(frozen=True, slots=True)
 class Says:
-    """A vehicle says something at a time that the scenario gives.
+    """Statement of a vehicle at a scheduled time.
 
     Attributes:
-        vehicle: that says it.
-        facts: that it says, made of the names that its beliefs have.
-        unsaid: kind and detail of the row of faults if the vehicle is not alive by then; none if empty.
+        facts: builds the facts from the vehicle's beliefs.
+        unsaid: kind and detail of the fault row if the vehicle is not alive by then; no row if empty.
     """
 
     vehicle: str
@@ -260,18 +234,12 @@ class Says:
     unsaid: tuple[str, ...] = ()
 
     def act(self, host: Host) -> None:
-        """Say it."""
+        """Make the statement."""
         if not host.let_say(self.vehicle, self.facts) and self.unsaid:
             host.recorder.faults.append((host.now_s, self.vehicle, *self.unsaid))
 
 
 def say_at(host: Host, time_s: float, said: Says) -> None:
-    """Let a vehicle say something at a true time (s), if it is simulated here.
-
-    Args:
-        host: of the vehicle.
-        time_s: when; never if that is infinite.
-        said: what.
-    """
+    """Schedule a statement at a true time (s), if finite and the vehicle is simulated here."""
     if said.vehicle in host.names:
         host.at(time_s, Priority.FAULT, said)

@@ -1,7 +1,7 @@
-"""The Python face: what ``import remoras`` offers to scripts and notebooks.
+"""Public API: the functions of ``import remoras`` for scripts and notebooks.
 
-A ``Run`` is a finished run, in memory or in a folder; a ``Sweep`` is the folder of a study. Tables come as pandas data
-frames with the units of their columns in ``.attrs["units"]``, figures as Matplotlib figures that a notebook shows.
+A ``Run`` is a finished run, in memory or in a folder; a ``Sweep`` is the folder of a study. Tables are pandas data
+frames with the units of their columns in ``.attrs["units"]``, figures are Matplotlib figures.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ if TYPE_CHECKING:
     from visualisation.replay import ReplayPage
 
 Settings = Mapping[str, Any] | str | Sequence[str]
-"""Keys of a scenario and their values: a table, which may have tables in it, or ``KEY=VALUE`` texts."""
+"""Scenario keys and values: a table, possibly nested, or ``KEY=VALUE`` texts."""
 MOST_JOBS = 1024
 BARE = re.compile(r"[A-Za-z0-9_-]+")
 HEADLINE = ("strategy", "policy", "channel", "per", "n_vehicles", "completed", "mission_time_s")
-"""Fields of a summary that the card of a run shows beside those metrics that studies compare unasked."""
+"""Fields of a summary that the card of a run shows besides the default metrics of studies."""
 
 
 def load(
@@ -51,19 +51,18 @@ def load(
     per: float | None = None,
     set: Settings | None = None,
 ) -> Scenario:
-    """A scenario, checked whole.
+    """Return a fully validated scenario.
 
     Args:
         scenario: shipped name, or path of a TOML file.
-        strategy, policy, channel: names to put in place of the scenario's.
-        network: name of one whose losses were measured, or a file of one, for the channel of that name.
+        strategy, policy, channel: names that replace those of the scenario.
+        network: shipped measured network, or a file of one, for the channel of that name.
         per: packet error rate, 0 to below 1.
-        set: other keys of the scenario and their values, as ``{"channel.per": 0.3}``. A table is merged into
-            that of the scenario; a list takes the place of the other. Or texts as the command line takes them:
-            ``"channel.per=0.3"``, or a list of such.
+        set: other keys and values, as ``{"channel.per": 0.3}`` (tables are merged, lists replaced), or texts as on the
+            command line: ``"channel.per=0.3"``, or a list of such.
 
     Raises:
-        ConfigurationError: with every fault of the file and of what was put in place.
+        ConfigurationError: with all errors of the file and of the replacements.
 
     >>> load("mapping-rendezvous", per=0.6).channel.per
     0.6
@@ -74,7 +73,6 @@ def load(
 
 
 def _settings(given: Settings | None) -> list[tuple[str, str]]:
-    """Overrides as ``missions.scenarios.load`` takes them."""
     if isinstance(given, str):
         return [("set", given)]
     if isinstance(given, Mapping):
@@ -85,7 +83,7 @@ def _settings(given: Settings | None) -> list[tuple[str, str]]:
 
 
 def _leaves(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
-    """Dotted keys of nested tables with their values; an empty table is a value."""
+    """Yield dotted keys and values of nested tables; an empty table is a value."""
     for key, value in table.items():
         part = key if not above or BARE.fullmatch(key) else toml_value(key)
         path = f"{above}.{part}" if above else part
@@ -96,7 +94,7 @@ def _leaves(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, An
 
 
 def scenarios() -> DataFrame:
-    """The shipped scenarios: title and longest duration (s) of each, by the name that ``run`` takes.
+    """Return title and longest duration (s) of the shipped scenarios, by name.
 
     >>> list(scenarios().columns)
     ['title', 'duration_s']
@@ -125,17 +123,14 @@ def run(
     """Run a scenario to its end, in memory; nothing is written.
 
     Args:
-        scenario: shipped name, path of a TOML file, or what ``load`` gave.
-        strategy: a name, or an object with the parts of ``remoras.Strategy``.
-        policy, channel, network, per, set: see ``load``; not for a scenario that is loaded already.
-        seed: root of all draws; the same scenario and seed give the same run.
-        progress: say on the standard error how far it is; on a terminal and in a notebook if left out.
-
-    Returns:
-        The finished run.
+        scenario: shipped name, path of a TOML file, or a result of ``load``.
+        strategy: a name, or an object with the methods of ``remoras.Strategy``.
+        policy, channel, network, per, set: as in ``load``; not for a loaded scenario.
+        seed: root of all random draws; the same scenario and seed give the same run.
+        progress: report progress on standard error; None: only on a terminal or in a notebook.
 
     Raises:
-        ConfigurationError: see ``load``.
+        ConfigurationError: as in ``load``.
 
     >>> run("mapping-rendezvous", per=0.6, seed=3, set={"scenario.duration_s": 60.0}).summary["completed"]
     False
@@ -163,14 +158,11 @@ def stepping(
 ) -> Stepping:
     """Run a scenario tick by tick: ``for state in remoras.stepping("mapping-rendezvous")``.
 
-    Args:
-        scenario, strategy, policy, channel, network, per, seed, set: see ``run``.
-
-    Returns:
-        An iterator of states; its ``run()`` is the finished run, the one that ``remoras.run`` gives.
+    Arguments as in ``run``. Returns an iterator of states; its ``run()`` returns the same finished run as
+    ``remoras.run``.
 
     Raises:
-        ConfigurationError: see ``load``.
+        ConfigurationError: as in ``load``.
 
     >>> steps = stepping("mapping-rendezvous", set={"scenario.duration_s": 3.0})
     >>> [state.time_s for state in steps]
@@ -197,7 +189,7 @@ def _loaded(
     seed: int,
     set: Settings | None,
 ) -> tuple[Scenario, Strategy | None]:
-    """The scenario that is meant, and a strategy of the caller's own."""
+    """Return the scenario and the caller's strategy object, if any."""
     from remoras.strategy import faults_of_strategy
 
     if isinstance(scenario, Scenario):
@@ -216,7 +208,7 @@ def _loaded(
 
 
 def open(folder: str | Path) -> Run | Sweep:
-    """What was written to a folder: the run, or the sweep.
+    """Read a run or a sweep from its folder.
 
     Raises:
         OutputError: the folder holds neither.
@@ -236,21 +228,20 @@ def sweep(
     strategies: Sequence[str] = (),
     progress: bool | None = None,
 ) -> Sweep:
-    """Make all runs of a study that ``out`` does not have yet; an interrupted sweep goes on with the same call.
+    """Make all missing runs of a study in ``out``; the same call resumes an interrupted sweep.
 
-    So does a study that has grown since: by repeats, strategies, policies, channels, vehicles, scenarios or points.
+    A study that has grown is extended: by repeats, strategies, policies, channels, vehicles, scenarios or points.
 
     Args:
         study: shipped name, or path of a TOML file.
-        out: folder for the runs.
-        jobs: processes; a script that uses more than one has its calls below ``if __name__ == "__main__":``.
-        strategies: to add to those of the study, as ``["central", "mine.py:Mine"]``.
-        progress: see ``run``.
+        jobs: processes; a script that uses more than one makes its calls below ``if __name__ == "__main__":``.
+        strategies: added to those of the study, as ``["central", "mine.py:Mine"]``.
+        progress: as in ``run``.
 
     Raises:
-        ConfigurationError: with every fault of the study.
+        ConfigurationError: with all errors of the study.
         TypeError: ``jobs`` is no number of processes.
-        PartlyDoneError: the workers were lost or the disk is full; what is finished is kept.
+        PartlyDoneError: workers were lost or the disk is full; finished runs are kept.
     """
     from missions.sweeps import SweepResults, load_study
     from missions.sweeps import sweep as make
@@ -266,13 +257,13 @@ def sweep(
 
 
 def network(name: str | Path) -> nx.DiGraph:
-    """A network whose losses were measured, as a graph: an edge for each link, with the share lost (``per``).
+    """Return a measured network as a graph with an edge per link and its loss (``per``).
 
     Args:
-        name: a shipped network, see ``remoras list networks``, or a file of one.
+        name: a shipped network (``remoras list networks``), or a file of one.
 
     Raises:
-        LinkFileError: there is no such network, or losses are over range, so that there are no links.
+        LinkFileError: no such network, or it has losses over range and thus no links.
         OutputError: networkx is not installed.
     """
     from exchange.acoustics.models import LinkFileError
@@ -306,22 +297,21 @@ def exchange_study(
     seed: int = 1,
     jobs: int = 1,
 ) -> DataFrame:
-    """Study acknowledgement policies without a mission: one row for each policy and loss rate.
+    """Compare acknowledgement policies without a mission: one row per policy and loss rate.
 
     Args:
         nodes: vehicles that send in turn.
         per: packet error rates.
-        policies: names; all if left out.
+        policies: names; None for all.
         trials: repetitions of each.
-        seed: root of all draws.
         jobs: threads.
 
     Returns:
-        Rows as ``remoras exchange-study --json`` prints them; times are numbers of TDMA slots.
+        Rows as in ``remoras exchange-study --json``; times in TDMA slots.
 
     Raises:
         ExchangeError: a parameter out of its range.
-        TypeError: a number or a text where a list is asked for, or ``jobs`` is no number of threads.
+        TypeError: a number or text instead of a list, or ``jobs`` is no number of threads.
     """
     _check_jobs(jobs)
     for name, given in (("per", per), ("policies", policies)):
@@ -341,11 +331,7 @@ def exchange_study(
 
 
 class Run:
-    """A finished run.
-
-    Args:
-        results: where its summary and tables are.
-    """
+    """Finished run, in memory or in a folder."""
 
     def __init__(self, results: Results | MemoryResults) -> None:
         self._results = results
@@ -374,12 +360,12 @@ class Run:
 
     @property
     def summary(self) -> dict[str, Any]:
-        """The figures of the run, by the names of the metrics."""
+        """Figures of the run, by metric name."""
         return Figures(self._results.summary, self._units)
 
     @property
     def milestones(self) -> list[dict[str, Any]]:
-        """What happened when: name, vehicle, group, time_s, in time order."""
+        """Milestones (name, vehicle, group, time_s), in time order."""
         return Records(self._results.summary["milestones"])
 
     @property
@@ -388,10 +374,10 @@ class Run:
         return self._results.tables
 
     def table(self, name: str) -> DataFrame:
-        """A table as a pandas data frame; ``.attrs["units"]`` has the units of its columns.
+        """Return a table as a data frame; ``.attrs["units"]`` has the units of its columns.
 
         Raises:
-            OutputError: there is no such table.
+            OutputError: no such table.
         """
         frame: DataFrame = self._results.table(name).to_pandas()
         frame.attrs["units"] = self._results.units(name)
@@ -399,7 +385,7 @@ class Run:
 
     @property
     def scenario(self) -> Scenario:
-        """The whole input of the run."""
+        """Complete input of the run."""
         return self._results.scenario
 
     def plot(
@@ -409,19 +395,16 @@ class Run:
         at_s: float | None = None,
         viewer: str = "",
     ) -> CaptionedFigure:
-        """A figure of the run.
+        """Draw a figure of the run; return a Matplotlib figure with a ``.caption``.
 
         Args:
-            kind: of those that ``remoras plot`` knows, or one that the mission has; or your own, as ``"mine.py:MINE"``
-                or the object. A layer or a mark is drawn into the trajectories.
-            width_in: of the figure; at_s, viewer: of the organisation, when and in whose view. All may be left out.
-
-        Returns:
-            A Matplotlib figure with a ``.caption``; ``.savefig(path)`` writes it, a notebook shows it by itself.
+            kind: a figure of ``remoras plot`` or of the mission, or your own, as ``"mine.py:MINE"`` or the object. A layer
+                or mark is drawn into the trajectories.
+            at_s, viewer: for the organisation: time, and vehicle whose view is drawn.
 
         Raises:
-            DrawingError: the kind is not known, or the run lacks its tables, that time or that vehicle.
-            PluginError: a figure of your own cannot be had.
+            DrawingError: unknown kind, or the run lacks its tables, that time or that vehicle.
+            PluginError: your own figure cannot be loaded.
         """
         from missions.scenarios.parts import with_figures
         from visualisation.output import KINDS
@@ -441,15 +424,15 @@ class Run:
         from_s: float | None = None,
         until_s: float | None = None,
     ) -> nx.DiGraph:
-        """A graph of the run, of networkx; the module ``missions.graphs`` says what its nodes and edges have.
+        """Return a networkx graph of the run; ``missions.graphs`` documents nodes and edges.
 
         Args:
-            name: organisation (who plays what), heard (who heard whom), plan (tasks) or jobs (what they need).
-            at_s, viewer: of organisation and plan: when, else at the end; in whose view, else each vehicle's of itself.
-            from_s, until_s: of heard: packets from then, and before then.
+            name: organisation (roles), heard (receptions), plan (tasks) or jobs (requirements).
+            at_s, viewer: for organisation and plan: time, None for the end; vehicle, empty for each vehicle's own view.
+            from_s, until_s: for heard: period of packets, its end excluded.
 
         Raises:
-            OutputError: no such graph, vehicle or time, or the graph does not go by what was asked for.
+            OutputError: no such graph, vehicle or time, or an argument that the graph does not take.
         """
         from missions import graphs
 
@@ -469,17 +452,13 @@ class Run:
         return graphs.jobs_graph(mission.jobs.values(), database_of(self.scenario, type(mission)))
 
     def metric(self, metric: str | Metric) -> float | None:
-        """The value of a metric in the run, be it in memory or in a folder.
+        """Return the value of a metric; None if the run has none.
 
-        Args:
-            metric: a field of the summary; or your own, as ``"mine.py:MINE"`` or the object.
-
-        Returns:
-            A number; None where the run has none.
+        ``metric`` is a field of the summary; or your own, as ``"mine.py:MINE"`` or the object.
 
         Raises:
             OutputError: the summary has no such field.
-            PluginError: a metric of your own cannot be had, or fails.
+            PluginError: your own metric cannot be loaded, or fails.
         """
         from missions.metric import Absent
         from missions.runs.reader import value_of
@@ -496,7 +475,7 @@ class Run:
         return None if isinstance(found, Absent) else found
 
     def replay(self) -> ReplayPage:
-        """The page in which the run can be watched; a notebook shows it.
+        """Return the replay page of the run; a notebook displays it.
 
         Raises:
             DrawingError: the manifest of the run is damaged.
@@ -509,10 +488,7 @@ class Run:
         return ReplayPage(page_text(title_of([self.summary]), [data]))
 
     def known(self, vehicle: str, at_s: float) -> missions.runs.known.KnownAt:
-        """What a vehicle knew at a time of the run: its world model, and the organisation in its view.
-
-        Args:
-            vehicle, at_s: its name, and a time of the mission; all that happened until then, and then, counts.
+        """Return the knowledge of a vehicle at ``at_s``, inclusive: world model and organisation.
 
         Raises:
             OutputError: no such vehicle or time, or a table is missing.
@@ -529,16 +505,16 @@ class Run:
         at_s: float | None = None,
         items: bool = False,
     ) -> Path:
-        """Write the run for another tool.
+        """Write the run for another tool; return the path.
 
         Args:
-            format: mcap, geojson, netcdf or csv; what vehicles knew as ttl, trig, jsonld or nt.
+            format: mcap, geojson, netcdf or csv; for knowledge ttl, trig, jsonld or nt.
             out, force: file to write, or folder for csv; replace an earlier export.
-            vehicle, at_s: whose knowledge, else that of all; as of which time, else as of the end of the run.
-            items: with nt, the canonical graph of items, which is equal where the items are.
+            vehicle, at_s: for knowledge: vehicle, None for all; time, None for the end.
+            items: with nt, write the canonical graph of items, which is equal where the items are.
 
         Raises:
-            ExportError: the format is not known, lacks its libraries or a datum, or ``out`` cannot be written.
+            ExportError: unknown format, missing libraries or data, or ``out`` cannot be written.
             OutputError: no such vehicle or time, or ``out`` cannot be written.
         """
         from missions.runs import knowledge
@@ -551,15 +527,15 @@ class Run:
         return Path(out)
 
     def query(self, sparql: str, *, vehicle: str | None = None, at_s: float | None = None) -> DataFrame:
-        """Ask in SPARQL what a vehicle knew, or all in turn; see ``worldmodel.rdf.sparql.query``.
+        """Query the knowledge of one vehicle, or of each, in SPARQL (``worldmodel.rdf.sparql``).
 
         Args:
             sparql: a SELECT or ASK query.
-            vehicle, at_s: whom to ask, else all; as of which time, else as of the end of the run.
+            vehicle, at_s: None for all vehicles; None for the end of the run.
 
         Raises:
             OutputError: no such vehicle or time, or a table is missing.
-            QueryError: the query cannot be read.
+            QueryError: the query cannot be parsed.
         """
         import pandas as pd
 
@@ -569,14 +545,10 @@ class Run:
         return pd.DataFrame(rows, columns=list(columns))
 
     def save(self, folder: str | Path, force: bool = False) -> Path:
-        """Write summary, manifest and tables to a folder.
-
-        Args:
-            folder: made if it is not there.
-            force: replace results that are already there.
+        """Write summary, manifest and tables to a new folder; ``force`` replaces earlier results.
 
         Raises:
-            OutputError: the folder holds something, cannot be written, or the run was read from a folder.
+            OutputError: the folder is not empty, cannot be written, or the run was read from a folder.
         """
         if isinstance(self._results, Results):
             raise OutputError(f"the run is in {self._results.folder} already; copy that folder")

@@ -1,11 +1,8 @@
-"""Faults of vehicles: when they hold, and their effect on a vehicle.
+"""Faults of vehicles: times and effects; kinds of faults are defined elsewhere.
 
-What kinds there are nobody here knows: a kind says what condition it leaves a vehicle in.
-
-The schedule of a run is a pure function of (declared faults, seed, agreement). Each draw is keyed by the kind, whom it
-is about, and how many faults of that description stand before it. So no draw is shifted by loss rate or strategy, by a
-fault that is added behind the others, or by one of another description, wherever it stands. Of two rates the higher
-never comes later.
+The schedule of a run is a pure function of (declared faults, seed, agreement). Each draw is keyed by the kind, the
+selector (vehicle, ``any``, leader of a group), the sensor, and the number of equal faults before it. So loss rate,
+strategy and other faults shift no draw. Of two rates the higher never gives a later time.
 """
 
 from __future__ import annotations
@@ -24,26 +21,25 @@ from remoras.events import Host, Observer, Priority
 from remoras.organisation import Group, Organisation
 
 ANY = "any"
-"""Stands for a vehicle that is drawn among those that a fault may befall."""
+"""Selector of a vehicle drawn among those that a fault may affect."""
 HEAD_OF = "head of "
-"""Before the name of a group: the vehicle that was agreed to lead it before the mission."""
+"""Selector prefix: the agreed leader of a group."""
 OVER = "over"
-"""Detail in the table of faults when a fault is over."""
+"""Detail in the table of faults at the end of a fault."""
 
 _SELECTORS = 1 << 16
-"""Numbers of whom a fault is about: 0 for any, then the nodes, and from half of this on the heads of groups."""
+"""Number of selectors: 0 for any, then nodes; leaders of groups from half of this."""
 
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """A fault of one vehicle in one run.
+    """Fault of one vehicle in one run.
 
     Attributes:
-        kind: name of its kind; vehicle: that it befalls.
-        from_s: when it begins to hold; until_s: when it is over, infinite for good.
-        leaves: what it leaves of the vehicle meanwhile.
-        detail: what the table of faults says when it begins.
-        remembers: the vehicle begins anew when it is over, and then still knows what it knew; None if it goes on.
+        until_s: infinite if permanent.
+        leaves: effect on the vehicle meanwhile.
+        detail: of its first row in the table of faults.
+        remembers: the vehicle restarts at the end, with its memory if True; None without a restart.
     """
 
     kind: str
@@ -56,7 +52,7 @@ class Fault:
 
 
 class Declared(Protocol):
-    """A fault as a scenario declares it, before anything is drawn."""
+    """Fault as declared in a scenario, before sampling."""
 
     @property
     def vehicle(self) -> str:
@@ -65,38 +61,35 @@ class Declared(Protocol):
 
     @property
     def number(self) -> int:
-        """Of its kind; each has its own, below 2^25."""
+        """Unique number of its kind, below 2^25."""
         ...
 
     @property
     def sensor_meant(self) -> str | None:
-        """Name of the sensor that it is about; None if it is about none, or all."""
+        """Name of the affected sensor; None for none or all."""
         ...
 
     @property
     def span_s(self) -> tuple[float, float] | None:
-        """Earliest and latest time at which it begins (s); None if a rate says when."""
+        """Earliest and latest start (s); None with a rate."""
         ...
 
     @property
     def rate_per_h(self) -> float | None:
-        """Of the first such event, in faults per hour; None with a time."""
+        """Rate of its start, in faults per hour; None with a time."""
         ...
 
     def able(self, database: AUVDatabase, groups: Mapping[str, Group]) -> list[VehicleData]:
-        """Vehicles among which ``any`` is drawn, in the order of the nodes."""
+        """Return the vehicles among which ``any`` is drawn, in node order."""
         ...
 
     def befalling(self, data: VehicleData, at_s: float) -> Fault:
-        """The fault as it befalls a vehicle at a time (s)."""
+        """Return the fault of a vehicle from a time (s) on."""
         ...
 
 
 def condition_under(faults: Iterable[Fault]) -> Condition:
-    """The condition of a vehicle while all these faults of it hold.
-
-    Args:
-        faults: of one vehicle.
+    """Return the condition of a vehicle under all its active faults.
 
     >>> one, other = Condition(speed_factor=0.5), Condition(is_mute=True)
     >>> condition_under(Fault("mine", "AUV00", 0.0, leaves=left) for left in (one, one, other)).speed_factor
@@ -123,18 +116,14 @@ def condition_under(faults: Iterable[Fault]) -> Condition:
 
 @dataclass(frozen=True, slots=True)
 class FaultChanges:
-    """A fault begins to hold, or is over; others of the vehicle hold as they did.
-
-    Attributes:
-        holding: faults of the run that hold now, by the name of the vehicle.
-    """
+    """Start or end of a fault; ``holding`` are the active faults of the run by vehicle."""
 
     fault: Fault
     begins: bool
     holding: dict[str, list[Fault]]
 
     def act(self, host: Host) -> None:
-        """Let it hold from now on, or no longer."""
+        """Update the vehicle's condition; restart it at the end if the fault demands it."""
         fault, vehicle = self.fault, host.named(self.fault.vehicle)
         holding = self.holding.setdefault(fault.vehicle, [])
         if self.begins:
@@ -149,17 +138,13 @@ class FaultChanges:
 
 
 class Faults(Observer):
-    """Lets faults befall the vehicles of a run.
-
-    Args:
-        faults: of the run.
-    """
+    """Observer that applies the faults of a run."""
 
     def __init__(self, faults: Iterable[Fault]) -> None:
         self._faults = tuple(faults)
 
     def on_start(self, host: Host) -> None:
-        """Schedule when each begins and when it is over."""
+        """Schedule start and end of each fault."""
         holding: dict[str, list[Fault]] = {}
         for fault in self._faults:
             host.at(fault.from_s, Priority.FAULT, FaultChanges(fault, True, holding))
@@ -167,12 +152,9 @@ class Faults(Observer):
 
 
 def hears_throughout(faults: Iterable[Fault], vehicle: str, from_s: float, until_s: float) -> bool:
-    """True if no fault keeps the vehicle from hearing at any time of a packet.
+    """Return whether no fault blocks reception during a packet.
 
-    Args:
-        faults: of the run.
-        vehicle: who is to hear.
-        from_s: start of the packet; until_s: its end where the vehicle is.
+    The packet starts at ``from_s`` and ends at the receiver at ``until_s``.
     """
     for fault in faults:
         is_early = from_s < fault.until_s
@@ -184,16 +166,9 @@ def hears_throughout(faults: Iterable[Fault], vehicle: str, from_s: float, until
 def drawn(
     faults: Sequence[Declared], seed: int, database: AUVDatabase, organisation: Organisation, duration_s: float
 ) -> tuple[Fault, ...]:
-    """The faults of one run, in the order in which they begin to hold.
+    """Return the faults of one run, in order of their start.
 
-    What would begin after the mission, or after it were over, does not happen.
-
-    Args:
-        faults: as the scenario declares them, in its order.
-        seed: root of the draws.
-        database: of all vehicles.
-        organisation: as agreed before the mission.
-        duration_s: of the mission.
+    Faults that would start after the mission, or after their own end, are omitted.
     """
     known = {name: number for number, name in enumerate(dict.fromkeys(_all_sensors(database)), 1)}
     counts: Counter[int] = Counter()
@@ -212,14 +187,14 @@ def drawn(
 
 
 def _selector(vehicle: str, database: AUVDatabase, organisation: Organisation) -> int:
-    """Number of whom a fault is about; the same whatever vehicles and groups are called."""
+    """Return the number of a selector, independent of names of vehicles and groups."""
     if vehicle in database:
         return database[vehicle].node + 1
     return 0 if vehicle == ANY else _SELECTORS // 2 + list(organisation.groups).index(vehicle.removeprefix(HEAD_OF))
 
 
 def _time_s(fault: Declared, seed: int, stream: int, nth: int) -> float:
-    """When the fault begins; drawn unless the scenario says it exactly."""
+    """Return the start of the fault; drawn unless the scenario fixes it."""
     earliest_s, latest_s = fault.span_s or (0.0, 0.0)
     if fault.rate_per_h is None and earliest_s == latest_s:
         return earliest_s
@@ -230,7 +205,7 @@ def _time_s(fault: Declared, seed: int, stream: int, nth: int) -> float:
 
 
 def _name(fault: Declared, seed: int, stream: int, nth: int, database: AUVDatabase, organisation: Organisation) -> str:
-    """Whom a fault is about; the n-th ``any`` of a kind is the n-th vehicle of one drawn order, so all differ."""
+    """Return the affected vehicle; the n-th ``any`` of a kind is n-th in one drawn order."""
     if fault.vehicle in database:
         return fault.vehicle
     if fault.vehicle != ANY:

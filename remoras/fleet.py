@@ -1,7 +1,7 @@
-"""The fleet: time, truth, channel and vehicles. It takes no decisions.
+"""Fleet: time, ground truth, channel and vehicles; it takes no decisions.
 
-A step is one motion tick. Between two ticks packets are sent and heard at their exact times, from one queue of events
-that know themselves what they do (``remoras.events``).
+A step is one motion tick. Between ticks, packets are sent and received at their exact times from one queue of events
+(``remoras.events``).
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from remoras.view import HolderCount, ReadOnlyFleet
 
 
 class Makers(NamedTuple):
-    """What makes the vehicles of a fleet.
+    """Factories of the vehicles of a fleet.
 
     Attributes:
-        founding: makes all of them, one per node, in the order of the nodes.
-        anew: makes a vehicle that begins anew now, of the one that it was; False if its memory is lost.
+        founding: makes all vehicles, one per node, in node order.
+        anew: makes a restarted vehicle from its predecessor; False if its memory is lost.
     """
 
     founding: Callable[[Fleet], Sequence[Vehicle]]
@@ -38,22 +38,20 @@ class Makers(NamedTuple):
 
 
 class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
-    """A mission run.
+    """Mission run.
 
     Args:
-        makers: of its vehicles.
-        medium: what carries packets, and when they are sent.
-        truth: watches the run and says when the mission is complete.
-        recorder: takes the rows.
+        medium: channel and schedule of packets.
+        truth: observes the run and decides when the mission is complete.
         tick_s: length of a step (s).
-        duration_s: end of the run if the mission does not complete before (s).
-        separation_m: distance that vehicles in one depth layer are to keep.
-        observers: of the features that are on, and of the faults.
-        nature: changes the world of the run, see ``remoras.mission.Mission.nature``.
+        duration_s: time limit (s).
+        separation_m: distance to keep between vehicles in one depth layer.
+        observers: of active features and faults.
+        nature: changes the world of the run (``remoras.mission.Mission.nature``).
 
     Attributes:
         n_ticks: steps taken.
-        separation: who is near whom; a feature by which vehicles change their depths puts another in its place.
+        separation: monitor of distances; replaced by features that change depths.
     """
 
     def __init__(
@@ -107,11 +105,11 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of its vehicles, in the order of the nodes."""
+        """Names of its vehicles, in node order."""
         return tuple(vehicle.name for vehicle in self.vehicles)
 
     def step(self) -> None:
-        """One motion tick, and all that is said and heard before it."""
+        """Process all events before the next motion tick, then the tick."""
         now_s, since_s = self.n_ticks * self.tick_s, (self.n_ticks - 1) * self.tick_s
         self.n_ticks += 1
         while (event := self.clock.next_before(now_s)) is not None:
@@ -128,7 +126,7 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
             self.reason = self.truth.close(self.view, now_s)
 
     def _move(self, now_s: float, since_s: float) -> None:
-        """Let every vehicle act, sense and think for the tick that ends now, and began at ``since_s`` (s)."""
+        """Step every vehicle for the tick that ends now, and began at ``since_s`` (s)."""
         dt_s = self.tick_s if now_s > 0.0 else 0.0
         neighbours = self.separation.look()
         for vehicle in self.vehicles:
@@ -139,23 +137,19 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
 
     @property
     def is_nobody_left(self) -> bool:
-        """True once no vehicle is alive or ever will be."""
+        """True once no vehicle is, or ever will be, alive."""
         return all(vehicle.functional.exhausted or vehicle.condition.lost_for_good for vehicle in self.vehicles)
 
     @rare_collections()
     def run(self, progress: Callable[[float], None] | None = None) -> None:
-        """Step until the mission is complete or its time is over.
-
-        Args:
-            progress: is told the time of the mission now and then.
-        """
+        """Step to completion or the time limit; call ``progress`` with the time (s) every 50 ticks."""
         while self.running:
             self.step()
             if progress is not None and self.n_ticks % 50 == 0:
                 progress(self.now_s)
 
     def close(self) -> None:
-        """Let go of the vehicles and the record, so that their memory does not wait for the garbage collector.
+        """Release vehicles and record at once, without the garbage collector.
 
         Mesa refers from a model to itself, and some versions keep every model alive in a table of agents.
         """
@@ -174,30 +168,30 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
         if not self.completed:
             try:
                 self.completed = self.truth.observe(self.view, now_s)
-            except Exception as error:  # it is the mission's: anything may be wrong with it
+            except Exception as error:  # plug-in code may raise anything
                 raise broken_promise("the mission's truth", "observe", "True or False", error) from error
 
-    # What events ask for -------------------------------------------------------------------------
+    # Interface for events ------------------------------------------------------------------------
 
     def at(self, time_s: float, priority: Priority, event: Event[Host]) -> None:
-        """Let an event happen at a true time (s), unless the mission is over by then."""
+        """Schedule an event at a true time (s), unless the mission is over by then."""
         if time_s <= self.duration_s:
             self.clock.schedule(time_s, priority, event)
 
     def await_slot(self, node: int) -> None:
-        """Schedule the next own slot of a vehicle by its clock as set now."""
+        """Schedule the next own slot of a vehicle by its current clock."""
         self.traffic.await_slot(node)
 
     def named(self, vehicle: str) -> Vehicle:
-        """The vehicle of that name, as it is now."""
+        """Return the current vehicle of that name."""
         return next(candidate for candidate in self.vehicles if candidate.name == vehicle)
 
     def shown_s(self, vehicle: Vehicle) -> float:
-        """What the clock of a vehicle shows now (s)."""
+        """Return the current clock reading of a vehicle (s)."""
         return self.medium.shown_s(vehicle.data.node, self.clock.now_s) if self.clocks else self.clock.now_s
 
     def let_say(self, vehicle: str, facts: Callable[[Beliefs], Sequence[Fact]]) -> bool:
-        """Let a vehicle conclude and tell facts now; False, and nothing is said, if it is not alive."""
+        """Let a vehicle record and send facts; False if it is not alive."""
         speaker = self.named(vehicle)
         if speaker.is_alive:
             speaker.conclude(facts(speaker.beliefs), self.shown_s(speaker))
@@ -206,7 +200,7 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
         return speaker.is_alive
 
     def restart(self, before: Vehicle, remembers: bool) -> Vehicle:
-        """The vehicle that begins anew and takes the place of what it was before; False if its memory is lost."""
+        """Replace a vehicle by its restarted one; ``remembers`` is False if its memory is lost."""
         anew = self.makers.anew(self, before, remembers)
         self.vehicles = tuple(anew if vehicle is before else vehicle for vehicle in self.vehicles)
         self.separation.vehicles = self.vehicles
@@ -217,7 +211,7 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
         return anew
 
     def transmit(self, slot: int, node: int) -> None:
-        """Let a vehicle speak in its slot, which opens now."""
+        """Let a vehicle send in its slot, which opens now."""
         sender = self.vehicles[node]
         shown_s = self.traffic.opened(slot, sender, self.clock.now_s)
         if shown_s is None:
@@ -229,7 +223,7 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
             tell(sender)
 
     def deliver(self, arrival: Arrival) -> None:
-        """Let a vehicle hear a packet that arrives now."""
+        """Let a vehicle receive a packet that arrives now."""
         hearer = self.vehicles[arrival.receiver]
         shown_s = self.shown_s(hearer) if self.clocks else self.clock.now_s
         reception = hearer.hear(arrival.data, shown_s)
@@ -241,7 +235,7 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
                     self.n_false_beliefs += 1
 
     def end_frame(self, frame: int, node: int | None) -> None:
-        """Let a vehicle consult at the end of a frame by its clock; without a node all whose clocks are right."""
+        """Let a vehicle consult at the end of a frame of its clock; None: all with exact clocks."""
         if node is not None:
             self._consult(self.vehicles[node])
             self.traffic.await_frame(frame + 1, node)
@@ -259,7 +253,7 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
         for tell in self._on_frame_end:
             tell(vehicle)
 
-    # What is so ----------------------------------------------------------------------------------
+    # Recording -----------------------------------------------------------------------------------
 
     def _record(self, now_s: float) -> None:
         append = self.recorder.trajectories.append

@@ -1,7 +1,7 @@
-"""How Ctrl-C and a termination by the system end the program: with one line, and what was being done is undone.
+"""Handling of Ctrl-C and SIGTERM: the program ends with one line after cleaning up.
 
-While modules are loaded nothing has to be undone, and an exception out of the middle of one comes out of wherever it
-likes, with traces of it: there the process ends at once.
+During imports there is nothing to clean up, and an exception would surface anywhere with a traceback: the process then
+exits at once.
 """
 
 import os
@@ -10,15 +10,15 @@ from types import FrameType
 
 SAID = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
 LOADER = "<frozen importlib._bootstrap>"
-"""File that frames have while a module is loaded."""
+"""File name of frames that load a module."""
 
 
 class Terminated(KeyboardInterrupt):
-    """The system ends the program (SIGTERM): what an interruption leaves whole, this leaves whole."""
+    """Termination by the system (SIGTERM), with the same cleanup as an interruption."""
 
 
 def heed() -> None:
-    """Let both signals end the program in this way, unless they are ignored or somebody else's."""
+    """Install handlers for both signals, unless ignored or handled elsewhere."""
     for number in SAID:
         if signal.getsignal(number) in (signal.default_int_handler, signal.SIG_DFL):
             signal.signal(number, _end)

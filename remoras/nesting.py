@@ -1,13 +1,11 @@
-"""Hierarchy of groups: supervision, order of meetings, and conditions on its form.
+"""Hierarchy of groups: supervision, meeting order, and conditions on its form.
 
-A subgroup is supervised by the group that it is within. Where a group is within none, every group that has its mission
-from the start supervises it, as in a flat organisation. A group meets after all those that it supervises, directly or
-through others, so that meetings go from the bottom up.
+A subgroup is supervised by its enclosing group; a group outside of any by every group with an initial mission, as in a
+flat organisation. A group meets after all that it supervises, directly or not: meetings proceed bottom-up.
 
-A group is well formed while its founding roles have as many holders as they demand, no role more than it allows, and
-what couples roles holds: who has to play which role besides, and which roles exclude each other (after Moise: Hübner,
-Sichman, Boissier 2002). Roles that are allocated during the mission may be without a holder: before their work is
-given out, and after it is done.
+A group is well formed if its founding roles have enough holders, no role has too many, and couplings hold: roles to be
+played together, and roles that exclude each other (after Moise: Hübner, Sichman, Boissier 2002). Roles allocated during
+the mission may lack holders.
 """
 
 from __future__ import annotations
@@ -20,7 +18,7 @@ from remoras.organisation import Group, Organisation, RoleSpecification
 
 
 def supervisors_of(groups: Iterable[Group]) -> dict[str, tuple[str, ...]]:
-    """For each group, by name, the groups whose heads may give it its mission."""
+    """Return for each group the groups whose leaders may give it its mission."""
     listed = tuple(groups)
     names = {group.name for group in listed}
     with_mission = [group.name for group in listed if group.mission is not None]
@@ -33,7 +31,7 @@ def supervisors_of(groups: Iterable[Group]) -> dict[str, tuple[str, ...]]:
 
 
 def supervised_by(groups: Iterable[Group]) -> dict[str, tuple[str, ...]]:
-    """For each group, by name, those that wait for it to give them a mission: its subgroups, or all that have none."""
+    """Return for each group the groups it may give a mission: subgroups, or all without one."""
     listed = tuple(groups)
     found: dict[str, tuple[str, ...]] = {}
     for group in listed:
@@ -47,7 +45,7 @@ def supervised_by(groups: Iterable[Group]) -> dict[str, tuple[str, ...]]:
 
 
 def meets_after(groups: Iterable[Group]) -> dict[str, tuple[str, ...]]:
-    """For each group, by name, all those that meet before it, in the order in which they are listed."""
+    """Return for each group all groups that meet before it, in listed order."""
     listed = tuple(groups)
     supervised = supervised_by(listed)
 
@@ -63,7 +61,7 @@ def meets_after(groups: Iterable[Group]) -> dict[str, tuple[str, ...]]:
 
 
 def apart(groups: Iterable[Group]) -> dict[str, frozenset[str]]:
-    """For each group, by name, those on other branches of the same nesting: its members should be in none of them."""
+    """Return for each group those on other branches of its nesting, which share no members."""
     listed = {group.name: group for group in groups}
 
     def line(name: str) -> list[str]:
@@ -82,12 +80,12 @@ def apart(groups: Iterable[Group]) -> dict[str, frozenset[str]]:
 
 
 def height(group: str, before: Mapping[str, tuple[str, ...]]) -> int:
-    """How many levels of groups meet before a group, by what ``meets_after`` gave."""
+    """Return the number of levels of groups that meet before a group (from ``meets_after``)."""
     return max((1 + height(other, before) for other in before.get(group, ())), default=0)
 
 
 class Defect(Enum):
-    """What does not hold."""
+    """Violated condition; the value is the key of the specification."""
 
     TOO_FEW = "minimum"
     TOO_MANY = "maximum"
@@ -98,13 +96,12 @@ class Defect(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Malformed:
-    """One thing that does not hold.
+    """One violated condition.
 
     Attributes:
-        defect: kind of it; its value is the key of the specification.
-        group, role: where; the role is empty for what holds of a group.
-        given: holders, or subgroups, in words.
-        allowed: what the specification says, in words.
+        role: empty for conditions on a group.
+        given: holders or subgroups, as text.
+        allowed: specification, as text.
     """
 
     defect: Defect
@@ -115,13 +112,13 @@ class Malformed:
 
     @property
     def key(self) -> str:
-        """Key of a scenario that says what does not hold, for example ``group.Team.role.Hand.minimum``."""
+        """Scenario key of the violated condition, for example ``group.Team.role.Hand.minimum``."""
         of_role = f".role.{self.role}" if self.role else ""
         return f"group.{self.group}{of_role}.{self.defect.value}"
 
 
 def specification_faults(organisation: Organisation) -> tuple[Malformed, ...]:
-    """All that does not hold of an organisation's specification, in the order of its groups and roles."""
+    """Return all violated conditions of an organisation, in the order of groups and roles."""
     return tuple(problem for group in organisation.groups.values() for problem in _of_group(organisation, group))
 
 

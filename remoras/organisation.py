@@ -1,4 +1,4 @@
-"""Agent/Group/Role (AGR): who belongs to which group and plays which role. An immutable value.
+"""Agent/Group/Role (AGR) organisation as an immutable value: groups, members and roles.
 
 The axioms (Ferber, Gutknecht, Michel 2003; section III of the REMORAS paper):
 
@@ -7,9 +7,8 @@ The axioms (Ferber, Gutknecht, Michel 2003; section III of the REMORAS paper):
 * being a member of a group and playing at least one role in it are the same thing;
 * two vehicles interact only if they share a group.
 
-Every operation returns ``(organisation, outcome)``. A refused operation returns the organisation it was
-given, unchanged. What a role demands of its holder (``RoleSpecification``) goes beyond AGR: how many may
-hold it, which capabilities they need.
+Every operation returns ``(organisation, outcome)``; if refused, the unchanged organisation. Demands on holders
+(``RoleSpecification``), such as number and capabilities, extend AGR.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ from remoras.errors import OrganisationError
 
 
 class Outcome(Enum):
-    """Answer of an operation on the organisation, and of ``remoras.authority`` on whether it may be done."""
+    """Outcome of an operation on the organisation, or of its check by ``remoras.authority``."""
 
     SUCCESS = "success"
     NOT_GROUP = "not group"
@@ -48,23 +47,23 @@ class Outcome(Enum):
 
 
 RoleKey = tuple[str, str]
-"""Group and role: two groups may have roles of one name."""
+"""Group and role; role names are unique only within a group."""
 
 
 @dataclass(frozen=True, slots=True)
 class RoleSpecification:
-    """What a role demands: ``minimum``..``maximum`` holders, each able to play it.
+    """Demands of a role: ``minimum``..``maximum`` holders, each able to play it.
 
     Attributes:
-        name: as the papers write it, for example ``LeftWinger``.
-        minimum, maximum: cardinality; ``maximum`` None means any number.
-        head: the holder supervises the group: it plans the group's mission and allocates its roles.
+        name: as in the papers, for example ``LeftWinger``.
+        maximum: None means any number.
+        head: the holder leads the group: it plans its mission and allocates its roles.
         founding: held from the start; other roles are allocated during the mission.
-        job: name of the job that the role's holder does, or None.
+        job: name of the holder's job, or None.
         played_by: (group, role) whose holder must play it, or None.
-        influences: roles of the same group that this role's influence signals address.
-        incompatible: (group, role) of the roles that no holder of this one plays, in both directions.
-        authority: roles of the same group that its holders may give out, take back and give objectives.
+        influences: roles of the same group addressed by its influence signals.
+        incompatible: (group, role) that no holder may play, in both directions.
+        authority: roles of the same group that its holders may assign, release and give objectives.
     """
 
     name: str
@@ -81,7 +80,7 @@ class RoleSpecification:
 
 @dataclass(frozen=True, slots=True)
 class Subgroups:
-    """A group has ``minimum``..``maximum`` subgroups of a template; ``maximum`` None means any number."""
+    """Demand for ``minimum``..``maximum`` subgroups of a template; None means any number."""
 
     template: str
     minimum: int = 0
@@ -90,14 +89,14 @@ class Subgroups:
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """A group: its name, what its roles demand, where it meets, and the mission it is given.
+    """Specification of a group.
 
     Attributes:
-        succession: roles of the group whose holders succeed a head that is lost, the first of them first.
-        within: the group that it is a subgroup of, whose heads supervise it; None where it is no subgroup.
-        templates: that it is an instance of, the nearest first.
-        subgroups: how many groups of which templates it is to have within it; any if empty.
-        formed_by: group whose head forms this one at sea; None for groups that are founded before the mission.
+        succession: roles whose holders succeed a lost leader, in order.
+        within: enclosing group, whose leaders supervise it; None if not a subgroup.
+        templates: of this instance, the nearest first.
+        subgroups: demanded subgroups; any if empty.
+        formed_by: group whose leader forms this one at run time; None for founding groups.
     """
 
     name: str
@@ -111,16 +110,16 @@ class Group:
     formed_by: str | None = None
 
     def role(self, name: str) -> RoleSpecification | None:
-        """What the role of that name demands; None if the group does not name it."""
+        """Return the specification of a role; None if unknown."""
         return next((role for role in self.roles if role.name == name), None)
 
     def path(self, role: str) -> str:
-        """Name of a role of this group in the ontology."""
+        """Return the name of a role of this group in the ontology."""
         return f"{self.name}.{role}"
 
     @property
     def head_role(self) -> str | None:
-        """Name of the role whose holders supervise the group."""
+        """Name of the leader's role, or None."""
         return next((role.name for role in self.roles if role.head), None)
 
 
@@ -138,11 +137,11 @@ class RoleAssignment:
 
 
 class _Index(NamedTuple):
-    """Assignments by what they are asked for, so that a question costs the same in a group of ten and of a thousand.
+    """Index of assignments for queries independent of the group's size.
 
     Attributes:
-        players: vehicles by (group, role), and by (group, None) the members of the group, each sorted.
-        roles: roles by vehicle and by group, each sorted.
+        players: vehicles by (group, role), and members of the group by (group, None); sorted.
+        roles: roles by vehicle and by group; sorted.
     """
 
     players: dict[tuple[str, str | None], tuple[str, ...]]
@@ -150,7 +149,7 @@ class _Index(NamedTuple):
 
     @classmethod
     def of(cls, assignments: Iterable[RoleAssignment]) -> _Index:
-        """The index of these assignments."""
+        """Build the index."""
         players: dict[tuple[str, str | None], set[str]] = {}
         roles: dict[str, dict[str, list[RoleAssignment]]] = {}
         for a in assignments:
@@ -163,7 +162,7 @@ class _Index(NamedTuple):
         )
 
     def changed(self, a: RoleAssignment, is_held: bool) -> _Index:
-        """The index after one change; parts that it does not touch are shared."""
+        """Return the index after one change; unchanged parts are shared."""
         before = self.roles.get(a.vehicle, {})
         held = _with(before.get(a.group, ()), a) if is_held else _less(before[a.group], a)
         players, roles = dict(self.players), dict(self.roles)
@@ -188,7 +187,7 @@ def _less(ordered: tuple[Any, ...], one: Any) -> tuple[Any, ...]:
 
 @dataclass(frozen=True)
 class Organisation:
-    """Groups and role assignments; equal if they hold the same ones."""
+    """Groups and role assignments; equality by value."""
 
     groups: Mapping[str, Group] = field(default_factory=dict)
     assignments: frozenset[RoleAssignment] = frozenset()
@@ -203,36 +202,36 @@ class Organisation:
         return {group: self.members(group, role) for group, role in heads.items() if role is not None}
 
     def members(self, group: str, role: str | None = None) -> tuple[str, ...]:
-        """Vehicles in ``group`` (playing ``role``), by name, without duplicates."""
+        """Return the vehicles in ``group`` (playing ``role``), sorted."""
         return self._index.players.get((group, role), ())
 
     def roles_of(self, vehicle: str, group: str | None = None) -> tuple[RoleAssignment, ...]:
-        """Roles that ``vehicle`` plays (in ``group``)."""
+        """Return the roles that ``vehicle`` plays (in ``group``)."""
         held = self._index.roles.get(vehicle, {})
         if group is not None:
             return held.get(group, ())
         return tuple(role for name in sorted(held) for role in held[name])
 
     def plays(self, vehicle: str, group: str, role: str) -> bool:
-        """True if ``vehicle`` plays ``role`` in ``group``."""
+        """Return whether ``vehicle`` plays ``role`` in ``group``."""
         return vehicle in self._index.players.get((group, role), ())
 
     def is_member(self, vehicle: str, group: str) -> bool:
-        """True if ``vehicle`` plays some role in ``group``."""
+        """Return whether ``vehicle`` plays some role in ``group``."""
         held = self._index.roles.get(vehicle)
         return held is not None and group in held
 
     def shared_groups(self, one: str, other: str) -> frozenset[str]:
-        """Groups in which both vehicles play some role."""
+        """Return the groups of which both vehicles are members."""
         roles = self._index.roles
         return frozenset(roles.get(one, {}).keys() & roles.get(other, {}).keys())
 
     def heads(self, group: str) -> tuple[str, ...]:
-        """Vehicles that supervise ``group``."""
+        """Return the leaders of ``group``."""
         return self._heads.get(group, ())
 
     def assign(self, vehicle: str, group: str, role: str) -> tuple[Organisation, Outcome]:
-        """Let ``vehicle`` play ``role`` in ``group``; refused where the role has its maximum of holders."""
+        """Assign ``role`` in ``group``; refused at its maximum number of holders."""
         assignment = RoleAssignment(group, role, vehicle)
         if group not in self.groups:
             return self, Outcome.NOT_GROUP
@@ -247,7 +246,7 @@ class Organisation:
         return self._changed(assignment, True), Outcome.SUCCESS
 
     def leave_role(self, vehicle: str, group: str, role: str) -> tuple[Organisation, Outcome]:
-        """Let ``vehicle`` play ``role`` in ``group`` no longer."""
+        """Release ``role`` in ``group``."""
         assignment = RoleAssignment(group, role, vehicle)
         if group not in self.groups:
             return self, Outcome.NOT_GROUP
@@ -257,41 +256,40 @@ class Organisation:
         return self._changed(assignment, False), Outcome.SUCCESS
 
     def form(self, group: Group) -> tuple[Organisation, Outcome]:
-        """Let there be one more group, without members."""
+        """Add a group without members."""
         if group.name in self.groups:
             return self, Outcome.ALREADY_GROUP
         return replace(self, groups={**self.groups, group.name: group}), Outcome.SUCCESS
 
     def dissolve(self, group: str) -> tuple[Organisation, Outcome]:
-        """Let a group be no more, nor any role in it."""
+        """Remove a group and its roles."""
         if group not in self.groups:
             return self, Outcome.NOT_GROUP
         return self.without_group(group), Outcome.SUCCESS
 
     def without_group(self, group: str) -> Organisation:
-        """The organisation as it was before a group was formed."""
+        """Return the organisation without a group and its roles."""
         if group not in self.groups:
             return self
         groups = {name: one for name, one in self.groups.items() if name != group}
         return replace(self, groups=groups, assignments=frozenset(a for a in self.assignments if a.group != group))
 
     def _changed(self, one: RoleAssignment, is_held: bool) -> Organisation:
-        """The organisation after one change."""
         after = replace(self, assignments=self.assignments | {one} if is_held else self.assignments - {one})
-        after.__dict__["_index"] = self._index.changed(one, is_held)  # else asked anew, it would be made anew
+        after.__dict__["_index"] = self._index.changed(one, is_held)  # avoids a full rebuild
         return after
 
     def without(self, vehicles: Set[str]) -> Organisation:
-        """The organisation in which these vehicles play nothing."""
+        """Return the organisation without any role of these vehicles."""
         if vehicles.isdisjoint(a.vehicle for a in self.assignments):
             return self
         return replace(self, assignments=frozenset(a for a in self.assignments if a.vehicle not in vehicles))
 
     def is_excluded(self, vehicle: str, role: RoleSpecification) -> bool:
-        """True if ``vehicle`` plays a role that is incompatible with ``role``."""
+        """Return whether ``vehicle`` plays a role that is incompatible with ``role``."""
         return any(self.plays(vehicle, *other) for other in role.incompatible)
 
     @classmethod
     def of(cls, groups: Iterable[Group], assignments: Iterable[RoleAssignment] = ()) -> Organisation:
-        """The organisation of these groups, with these roles held."""
+        """Create from groups and assignments."""
         return cls({group.name: group for group in groups}, frozenset(assignments))

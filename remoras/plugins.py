@@ -1,11 +1,11 @@
 """Plug-ins: objects named by module or file.
 
-There is no registry. A Python caller passes the object; a file names it; ``faults_of`` says what it lacks of its seam.
-Where the environment has ``REMORAS_NO_PLUGINS``, which worker processes inherit, only shipped objects are loaded.
+There is no registry. A Python caller passes the object; a file names it; ``faults_of`` lists violations of its
+interface. With ``REMORAS_NO_PLUGINS``, inherited by worker processes, only shipped objects are loaded.
 
-A folder on Python's path serves everybody: a library that tries ``import orjson`` gets whatever lies there under that
-name. So folders of plug-ins are not on the path. A finder behind all others takes from them the module that is being
-``asked_for``, and what a module that came from a folder imports itself, then or later. What is installed comes first.
+A folder on Python's path serves all imports: a library's ``import orjson`` would get a file of that name. Plug-in
+folders are therefore not on the path. A finder after all others loads from them only the module that is ``asked_for``
+and imports made by modules that came from a folder. Installed packages take precedence.
 """
 
 from __future__ import annotations
@@ -24,20 +24,13 @@ from typing import Any, Final, TypeVar
 from remoras.errors import PluginError
 
 NO_PLUGINS = "REMORAS_NO_PLUGINS"
-"""Variable of the environment by which only shipped code is loaded, unless it is empty."""
+"""Environment variable that allows only shipped code, if not empty."""
 SHIPPED = frozenset({"worldmodel", "exchange", "remoras", "missions", "visualisation"})
-"""Packages that are shipped."""
+"""Shipped packages."""
 
 
 def refuse_unshipped(module: str, named: str) -> None:
-    """Let only shipped code be loaded where that was asked for.
-
-    Args:
-        module: that would be imported, or that has what was found; named: what the user named.
-
-    Raises:
-        PluginError: it is none of ``SHIPPED``.
-    """
+    """Raise PluginError for a module outside ``SHIPPED`` if only shipped code is allowed."""
     if os.environ.get(NO_PLUGINS) and module.partition(".")[0] not in SHIPPED:
         raise PluginError(
             f"{named} is not shipped, and no other code is loaded with --no-plugins; allowed: shipped code"
@@ -45,10 +38,7 @@ def refuse_unshipped(module: str, named: str) -> None:
 
 
 def named_object(reference: str) -> Any:
-    """The object named ``package.module:object``.
-
-    Raises:
-        PluginError: the text is no such name, or the module or the object cannot be loaded, or may not be.
+    """Return the object named ``package.module:object``; raise PluginError on any failure.
 
     >>> named_object("math:pi")
     3.141592653589793
@@ -60,7 +50,7 @@ def named_object(reference: str) -> Any:
     try:
         with asked_for(module):
             found = getattr(importlib.import_module(module), name)
-    except Exception as error:  # it is somebody else's module: anything may be wrong with it
+    except Exception as error:  # plug-in code may raise anything
         why = next(iter(str(error).splitlines()), "")
         raise PluginError(f"package.module:object that can be imported ({type(error).__name__}: {why})") from error
     has_home = inspect.isroutine(found) or isinstance(found, type)
@@ -69,12 +59,9 @@ def named_object(reference: str) -> Any:
 
 
 def faults_of(found: Any, seam: type, compulsory: tuple[str, ...]) -> Iterator[str]:
-    """What an object lacks of a seam, in words.
+    """Yield violations of the interface ``seam`` by an object, as text.
 
-    Args:
-        found: the plug-in.
-        seam: the documented Protocol.
-        compulsory: names of the members that it must have.
+    ``compulsory`` are the required members.
     """
     missing = [name for name in compulsory if not hasattr(found, name)]
     missing += sorted(getattr(found, "__abstractmethods__", frozenset()) - set(missing))
@@ -94,7 +81,7 @@ def faults_of(found: Any, seam: type, compulsory: tuple[str, ...]) -> Iterator[s
 
 
 def _signature_fault(name: str, wanted: Callable[..., Any], given: Callable[..., Any], is_class: bool) -> str | None:
-    """How a function cannot be called as its seam says; None if it can, or if Python does not know."""
+    """Return an incompatibility of a signature, as text; None if compatible or unknown."""
     parameters = [p for p in inspect.signature(wanted).parameters if p not in ("self", "cls")]
     try:
         own = inspect.signature(given)
@@ -114,12 +101,9 @@ Answer = TypeVar("Answer")
 
 
 def broken_promise(who: str, part: str, expected: str, given: object) -> PluginError:
-    """The error for a part of a plug-in that returned something else than its seam says, or raised.
+    """Return the error for a plug-in function that raised, or returned a wrong value.
 
-    Args:
-        who: the plug-in, as the user knows it.
-        part: the function that was called; expected: what it has to return.
-        given: what it returned, or the exception that it raised.
+    ``given`` is the value, or the exception.
 
     >>> print(broken_promise("strategy mine", "form", "an Organisation", None))
     strategy mine: form returned None; expected: an Organisation
@@ -135,22 +119,13 @@ def broken_promise(who: str, part: str, expected: str, given: object) -> PluginE
 def answer(
     who: str, part: str, expected: str, is_expected: Callable[[Any], bool], asked: Callable[[], Answer]
 ) -> Answer:
-    """What a plug-in answers.
-
-    Args:
-        who: the plug-in; part: the function that is called; expected: what it has to return, in words.
-        is_expected: tells whether an answer is that.
-        asked: calls the part.
-
-    Raises:
-        PluginError: it raises, or answers with something else.
-    """
+    """Return the result of a plug-in call; raise PluginError if it raises or is not as expected."""
     try:
         found = asked()
         sound = is_expected(found)
     except PluginError:
         raise
-    except Exception as error:  # it is somebody else's code: anything may be wrong with it
+    except Exception as error:  # plug-in code may raise anything
         raise broken_promise(who, part, expected, error) from error
     if not sound:
         raise broken_promise(who, part, expected, found)
@@ -158,13 +133,13 @@ def answer(
 
 
 SAFE_PATH: Final = "PYTHONSAFEPATH"
-"""Variable of the environment by which Python does not put the current folder before all others."""
+"""Environment variable that keeps the current folder off the start of Python's path."""
 IMPORT_SYSTEM = frozenset({"_frozen_importlib", "_frozen_importlib_external", "importlib"})
 _asked: ContextVar[str] = ContextVar("_asked", default="")
 
 
 class PluginFolders:
-    """Finds modules in folders of plug-ins, for those who may have them."""
+    """Import finder for plug-in folders."""
 
     def __init__(self) -> None:
         self.folders: list[str] = []
@@ -173,8 +148,8 @@ class PluginFolders:
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Where a module is, if none of the other finders has it; for arguments see ``importlib``."""
-        if path is not None or not self.folders:  # what is in a package is found in it
+        """Return the spec of a module not found elsewhere; arguments as in ``importlib``."""
+        if path is not None or not self.folders:  # submodules are found in their package
             return None
         home = self._found_in.get(_importer())
         for folder in self.folders if fullname == _asked.get() else [] if home is None else [home]:
@@ -185,11 +160,11 @@ class PluginFolders:
         return None
 
     def invalidate_caches(self) -> None:
-        """Nothing is kept: a folder that was added is looked at anew."""
+        """Do nothing: the finder has no cache."""
 
 
 def _importer() -> str:
-    """Top package of the code that imports a module now; empty if none does."""
+    """Return the top package of the importing code; empty if none."""
     frame = sys._getframe(1).f_back
     while frame is not None:
         top = str(frame.f_globals.get("__name__", "")).partition(".")[0]
@@ -203,11 +178,7 @@ _finder = PluginFolders()
 
 
 def look_in(folders: Sequence[str]) -> None:
-    """Take named plug-ins from more folders, behind those that are known already.
-
-    Args:
-        folders: absolute paths.
-    """
+    """Append absolute paths of plug-in folders."""
     if _finder not in sys.meta_path:
         sys.meta_path.append(_finder)
     _finder.folders += [folder for folder in folders if folder not in _finder.folders]
@@ -215,17 +186,13 @@ def look_in(folders: Sequence[str]) -> None:
 
 
 def plugin_folders() -> tuple[str, ...]:
-    """The folders that named plug-ins are taken from."""
+    """Return the plug-in folders."""
     return tuple(_finder.folders)
 
 
 @contextmanager
 def asked_for(module: str) -> Iterator[None]:
-    """Let the module that a file or an option names be found in the folders.
-
-    Args:
-        module: its dotted name.
-    """
+    """Allow import of the named module from plug-in folders inside the context."""
     token = _asked.set(module.partition(".")[0])
     try:
         yield
@@ -235,7 +202,7 @@ def asked_for(module: str) -> Iterator[None]:
 
 @contextmanager
 def safe_path() -> Iterator[None]:
-    """Let processes of Python that start meanwhile not put the current folder before all others, as ``-c`` does."""
+    """Keep the current folder off the path of Python processes started inside the context."""
     before = os.environ.get(SAFE_PATH)
     os.environ[SAFE_PATH] = "1"
     try:
@@ -247,7 +214,7 @@ def safe_path() -> Iterator[None]:
 
 
 def drop_current_folder() -> None:
-    """Take the current folder off the path where ``python -m`` has put it, unless this program itself lies there."""
+    """Remove the current folder, added by ``python -m``, from the path, if not the program's."""
     here, program = os.path.realpath(os.curdir), os.path.realpath(__file__)
     if sys.path and os.path.realpath(sys.path[0] or os.curdir) == here and not program.startswith(here + os.sep):
         del sys.path[0]

@@ -1,6 +1,4 @@
-"""Progress on the standard error: a bar on a terminal, a line that is written over in a notebook, lines now and then
-elsewhere, nothing for what is quick.
-"""
+"""Progress on standard error: bar on a terminal, rewritten line in a notebook, else lines."""
 
 from __future__ import annotations
 
@@ -10,28 +8,23 @@ from types import TracebackType
 from typing import Any
 
 QUIET_S = 1.0
-"""What takes no longer than this shows no progress."""
+"""Time (s) before any progress is shown."""
 LINE_EVERY_S = 10.0
 NOTEBOOK_EVERY_S = 0.5
 
 
 def is_notebook() -> bool:
-    """True in the kernel of a notebook."""
+    """Return whether this is the kernel of a notebook."""
     return "ipykernel" in sys.modules
 
 
 def is_watched() -> bool:
-    """True if somebody looks at the standard error: a terminal, or a notebook."""
+    """Return whether standard error is a terminal or a notebook."""
     return is_notebook() or sys.stderr.isatty()
 
 
 class Progress:
-    """Tell how far a job is: ``with Progress("run", total) as progress: progress.at(done)``.
-
-    Args:
-        label: what is being done.
-        total: amount of work, in ``unit``.
-    """
+    """Progress of a job: ``with Progress("run", total) as progress: progress.at(done)``."""
 
     def __init__(self, label: str, total: float, unit: str = "") -> None:
         self._label = label
@@ -47,12 +40,12 @@ class Progress:
         return self
 
     def of(self, done: float, total: float) -> None:
-        """``done`` of a total that may change is done."""
+        """Report progress with a changed total."""
         self._total = total
         self.at(done)
 
     def at(self, done: float) -> None:
-        """``done`` of the total is done."""
+        """Report progress."""
         now = time.monotonic()
         if self._first is None:
             self._first, self._began = done, now
@@ -65,7 +58,7 @@ class Progress:
             rate = (done - self._first) / (now - self._began)
             left = f", {(self._total - done) / rate:.0f} s left" if rate > 0.0 else ""
             text = f"{self._label}: {done:.0f} of {self._total:.0f} {self._unit}, {rate:.2g} per s{left}"
-            if is_notebook():  # which writes a line over the one before
+            if is_notebook():  # overwrite the previous line
                 self._rewritten = max(self._rewritten, len(text))
                 print(f"\r{text:{self._rewritten}}", end="", file=sys.stderr, flush=True)
             else:
