@@ -398,8 +398,8 @@ class Run:
         """Draw a figure of the run; return a Matplotlib figure with a ``.caption``.
 
         Args:
-            kind: a figure of ``remoras plot`` or of the mission, or your own, as ``"mine.py:MINE"`` or the object. A layer
-                or mark is drawn into the trajectories.
+            kind: a figure of ``remoras plot`` or of the mission, or your own, as ``"mine.py:MINE"`` or the object. A
+                layer or mark is drawn into the trajectories.
             at_s, viewer: for the organisation: time, and vehicle whose view is drawn.
 
         Raises:

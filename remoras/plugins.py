@@ -214,7 +214,7 @@ def safe_path() -> Iterator[None]:
 
 
 def drop_current_folder() -> None:
-    """Remove the current folder, added by ``python -m``, from the path, if not the program's."""
+    """Remove the current folder, if it is not the program's, from the path of ``python -m``."""
     here, program = os.path.realpath(os.curdir), os.path.realpath(__file__)
     if sys.path and os.path.realpath(sys.path[0] or os.curdir) == here and not program.startswith(here + os.sep):
         del sys.path[0]

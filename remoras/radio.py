@@ -1,16 +1,14 @@
-"""The radio of a vehicle: what it tells its peers, and what it makes of what it hears.
+"""Radio of a vehicle: merges received packets, offers facts to the exchange manager.
 
-The exchange manager turns blocks into packets and back. The radio stands around it: it merges what was heard into the
-world model, notes where the peers are and when they were heard, keeps in mind which of them have not yet heard of the
-roles that this vehicle gave out, and records the walk of every item.
+The exchange manager converts blocks to packets and back. The radio merges received blocks into the world model, records
+positions and reception times of peers, tracks peers that have not acknowledged assigned roles, and records the path of
+every item.
 
-Positions that cannot be: a peer is farther from where it was than it can have gone.
-
-A report is suspected if its distance from the last one exceeds ``SLACK_M`` and ``MARGIN`` times what the peer's top
-speed allows for the time between them; the margin is for faster vehicles than their data say and for currents, the
-slack for what a fix corrects and for rounding. It is set aside. If the next one fits it, not the one before, both were
-right and the one before was wrong. So a flipped bit costs one report, and a true jump is believed one report later. A
-report that others relay comes more than once, and late: a copy confirms nothing, and of what is older nothing is asked.
+Position outliers: a report is suspected if its distance from the last one exceeds ``SLACK_M`` plus ``MARGIN`` times the
+distance at the peer's top speed. The margin covers faster vehicles and currents, the slack fixes and rounding. A
+suspected report is set aside. If the next one fits it rather than the last accepted one, both are accepted. So a
+flipped bit costs one report, and a true jump is believed one report later. Relayed reports arrive repeatedly and late:
+a copy confirms nothing, and older reports are not checked.
 """
 
 from __future__ import annotations
@@ -34,17 +32,17 @@ from worldmodel import STATUS, Block, Change, FaultCode, Needs, PropertyValue, T
 from worldmodel.valuetext import uncertainty_as_text
 
 JOB = "Job"
-"""Class of the core ontology; what a peer says of a job is news of the mission."""
+"""Class of the core ontology; facts about jobs are new information for the mission."""
 SUSPECTED = "suspected position"
-"""Kind of the faults by which a position was set aside; the name of the status ends the detail."""
+"""Kind of fault for a position set aside; the name of the status ends its detail."""
 GIVEN_UP = frozenset({FaultCode.TIMED_OUT, FaultCode.CROWDED_OUT})
-"""Faults by which the world model forgets a block that it had."""
+"""Faults with which the world model discards a block."""
 STRANGER = "its packets are refused: it uses another TBox or other field widths, or one was damaged on the way"
-_new = tuple.__new__  # makes a named tuple of a tuple, in half the time
+_new = tuple.__new__  # named tuple from a tuple, in half the time
 
 
 class Signalling(NamedTuple):
-    """A role whose holders send influence signals, and the roles of its group that these address."""
+    """Role whose holders send influence signals, and the roles of its group they address."""
 
     group: str
     role: str
@@ -52,22 +50,15 @@ class Signalling(NamedTuple):
 
 
 class RenewedNeeds(Needs, Protocol):
-    """Who needs what, where that may change during the mission."""
+    """Information needs that may change during the mission."""
 
     def renew(self, organisation: Organisation) -> bool:
-        """Answer by what has been heard so far, and another view of the organisation; True if needs have changed."""
+        """Use another view of the organisation; return whether needs have changed."""
         ...
 
 
 class HeardPacket(NamedTuple):
-    """What came of one packet.
-
-    Attributes:
-        reception: what the exchange manager says of it.
-        emitter: name of the vehicle that sent it.
-        changes: of the world model.
-        signals: influence signals of the emitter, -128..127, by the role that each speaks of.
-    """
+    """Result of one received packet; ``signals`` are influence signals, -128..127, by role."""
 
     reception: Reception
     emitter: str = ""
@@ -76,19 +67,12 @@ class HeardPacket(NamedTuple):
 
 
 def _news_attributes(tbox: TBox) -> frozenset[int]:
-    """Attributes of jobs: a fact of these is news of the mission."""
     job = next((ontology_class.uid for ontology_class in tbox.classes if ontology_class.name == JOB), None)
     return frozenset(a.uid for a in tbox.attributes if job is not None and tbox.is_a(a.domain, job))
 
 
 def note_position(peers: Peers, name: str, position_m: Point) -> None:
-    """Note a newer position of a vehicle, and where it was before, if it has moved.
-
-    Args:
-        peers: the part of the picture that has them.
-        name: of the vehicle.
-        position_m: where it is.
-    """
+    """Record a newer position of a vehicle, and the previous one if it has moved."""
     before_m = peers.positions_m.get(name)
     if before_m is not None and before_m != position_m:
         peers.before_m[name] = before_m
@@ -97,19 +81,15 @@ def note_position(peers: Peers, name: str, position_m: Point) -> None:
 
 
 class Radio:
-    """Sends and receives for one vehicle.
+    """Sending and receiving of one vehicle.
 
     Args:
-        names: of all vehicles, in the order of the nodes.
+        names: in node order.
         groups: whose roles send influence signals.
-        declaration: of the strategy: whether vehicles send at all, and whether they send influence signals.
-        manager: packs and unpacks.
-        beliefs: of this vehicle, into whose world model blocks are merged.
-        peers: the part of the picture that is written here and nowhere else.
-        recorder: takes the rows of items, signals and faults.
-        needs: by which the manager judges, where they may change.
-        top_speeds_mps: of the vehicles by node, by which positions that cannot be are told.
-
+        declaration: of the strategy: whether vehicles send packets and influence signals.
+        peers: part of the picture that only this class writes.
+        needs: of the manager, if they may change.
+        top_speeds_mps: by node, for position outliers.
     """
 
     def __init__(
@@ -129,8 +109,8 @@ class Radio:
         self.needs = needs
         self.communicates = declaration.communicates
         self.influences = declaration.influences
-        self.is_heard = declaration.tells  # others know what it tells
-        self._lacking: set[int] = set()  # instances that blocks are known to wait for
+        self.is_heard = declaration.tells  # peers get its facts
+        self._lacking: set[int] = set()  # instances that pending blocks depend on
         self._names = names
         self._beliefs = beliefs
         self._me = names[beliefs.model.owner]
@@ -148,14 +128,14 @@ class Radio:
             for role in group.roles
         }
         self._roles = {(one.group, one.role): uid for uid, one in self._signalling.items()}
-        self._unheard: dict[tuple[str, ItemUid], set[str]] = {}  # by vehicle and item: roles given out in the item
+        self._unheard: dict[tuple[str, ItemUid], set[str]] = {}  # by (vehicle, item): roles assigned in the item
 
     def record_into(self, recorder: Recorder) -> None:
-        """Let another take the rows of items, signals and faults from now on."""
+        """Write rows of items, signals and faults to another recorder."""
         self._recorder = recorder
 
     def tidy(self, now_s: float) -> None:
-        """Give up blocks that have waited too long, and old values; note once what others wait for."""
+        """Discard blocks pending too long and old values; record missing instances once."""
         model = self._beliefs.model
         for fault in tidy(model, now_s) if model.pruning or model.arrivals.waiting or model.arrivals.dropped else ():
             self._record_fault(now_s, f"dropped block: {fault.code}", fault.detail)
@@ -172,20 +152,13 @@ class Radio:
     # Out -----------------------------------------------------------------------------------------
 
     def tells(self, facts: Iterable[Fact], told: bool = True) -> bool:
-        """True if a block of these facts goes to the peers; else this vehicle keeps it to itself.
-
-        Args:
-            facts: to be recorded.
-            told: False if they are for this vehicle alone.
-        """
+        """Return whether these facts are sent to peers; ``told`` is False if for this vehicle alone."""
         return told and self.communicates and self.manager.is_of_use(facts)
 
     def tell(self, change: Change, who: Callable[[Change], Mapping[str, set[str]]], now_s: float) -> None:
-        """Let a block of this vehicle's own go to the peers, in the slots to come; a private one is noted, no more.
+        """Offer an own block for the coming slots; only record a private one.
 
-        Args:
-            who: gives, by vehicle that has to hear of a block, the roles that the block gives it; asked of items only,
-                not of status.
+        ``who`` returns, for items, the receivers that must acknowledge and the roles that the block gives them.
         """
         block = change.block
         if block.sequence < STATUS:
@@ -203,7 +176,7 @@ class Radio:
                 self._note_unheard()
 
     def signals_of(self, sent: Transmission) -> tuple[list[str], list[str], list[int]]:
-        """Influence signals of a packet, one for each role addressed: role spoken of, role addressed, -128..127."""
+        """Return the influence signals of a packet: roles, addressed roles, values -128..127."""
         roles, addressed, values = [], [], []
         for signal in sent.signals:
             group, role, to = self._signalling[signal.role]
@@ -214,7 +187,7 @@ class Radio:
         return roles, addressed, values
 
     def speak(self, signals: Iterable[tuple[tuple[str, str], int]], now_s: float) -> Transmission | None:
-        """The packet for the own slot, with satisfactions -128..127 by (group, role); None if the fleet sends none."""
+        """Return the packet for the own slot, or None; ``signals``: satisfaction by (group, role)."""
         queue = self.manager.queue
         offered = []
         for role, value in signals:
@@ -232,10 +205,10 @@ class Radio:
         return sent
 
     def _count_bits(self, sent: Transmission) -> None:
-        """Count the bits of a packet by their contents.
+        """Count the bits of a packet by purpose.
 
-        A fragment counts as what its first fact is, with the bits that delimit and name it. Headers are the rest: those
-        of packets, with the acknowledgements, and what fills the last byte.
+        A fragment, with its framing, counts for its first fact. Headers are the rest: packet headers with
+        acknowledgements, and padding.
         """
         counts = self._bits
         rest = sent.size_bits - sent.signals_bits
@@ -248,7 +221,7 @@ class Radio:
     # In ------------------------------------------------------------------------------------------
 
     def hear(self, data: bytes, now_s: float) -> HeardPacket:
-        """Take in a packet."""
+        """Process a received packet."""
         reception = self.manager.receive(data, now_s)
         if reception.met is not Met.USUAL or reception.conflict is not None:
             self._contacts.heard(reception, now_s, self._recorder)
@@ -288,7 +261,7 @@ class Radio:
         return _new(HeardPacket, (reception, emitter, changes, signals))
 
     def _without(self, jumps: Sequence[tuple[Block, Jump]], blocks: Iterable[Block], now_s: float) -> list[Block]:
-        """The blocks without those by which a peer has jumped; these are told of, and set aside."""
+        """Return the blocks without position outliers, which are recorded as faults."""
         for block, jump in jumps:
             far = f"{jump.distance_m:.0f} m from where it was {jump.after_s:g} s before; {name_of(block)}"
             self._record_fault(now_s, SUSPECTED, f"{self._names[block.origin]}: {far}")
@@ -296,7 +269,7 @@ class Radio:
         return [block for block in blocks if id(block) not in aside]
 
     def regroup(self, organisation: Organisation, now_s: float) -> tuple[Change, ...]:
-        """Tell and keep what this view of the organisation asks for; what was set aside and is needed now goes in."""
+        """Apply needs of a new organisation; merge blocks set aside that are needed now."""
         if self.needs is None or not self.needs.renew(organisation):
             return ()
         renewal = self.manager.renew(now_s)
@@ -307,13 +280,7 @@ class Radio:
         return self._merged(renewal.blocks, now_s)
 
     def _merged(self, blocks: Sequence[Block], now_s: float, aside: Iterable[PropertyValue] = ()) -> tuple[Change, ...]:
-        """What blocks change, and see whether anything is news of the mission: work goes on, whomever it concerns.
-
-        Args:
-            blocks: heard.
-            now_s: the time (s).
-            aside: facts that were heard, and are not kept.
-        """
+        """Merge received blocks; note new information about jobs, also in facts set ``aside``."""
         merged = merge(self._beliefs.model, blocks, now_s, judged=True)  # by the codec
         for fault in merged.faults:
             self._record_fault(now_s, f"refused block: {fault.code}", fault.detail)
@@ -326,7 +293,7 @@ class Radio:
         return merged.changes
 
     def note(self, changes: Sequence[Change]) -> None:
-        """Keep the newest positions, whoever said them."""
+        """Record the newest positions, from any origin."""
         for _, latest in changes:
             for subject, attribute, value, _ in latest:
                 if attribute == self._position:
@@ -341,7 +308,6 @@ class Radio:
     # Recording -----------------------------------------------------------------------------------
 
     def _record_facts(self, of: Block | Fragment, name: str, kind: str, now_s: float) -> None:
-        """A row for each fact of what this vehicle recorded."""
         append, as_text = self._recorder.items.append, self._beliefs.as_text
         for fact in of.facts:
             append((name, self._me, of.time_s, now_s, *as_text(fact), kind, uncertainty_as_text(fact)))
@@ -354,14 +320,14 @@ class Radio:
 
 
 SLACK_M = 50.0
-"""What a report may be off in any case."""
+"""Distance (m) by which any report may deviate."""
 MARGIN = 2.0
-"""How many times farther than by its top speed a vehicle may seem to have gone."""
-_new = tuple.__new__  # makes a named tuple of a tuple, in half the time
+"""Factor on the distance at top speed."""
+_new = tuple.__new__  # named tuple from a tuple, in half the time
 
 
 class PositionReport(NamedTuple):
-    """Where a vehicle said it was at a time."""
+    """Reported position of a vehicle at a time."""
 
     time_s: float
     x_m: float
@@ -369,18 +335,16 @@ class PositionReport(NamedTuple):
 
 
 class Jump(NamedTuple):
-    """A suspected report: how far it is from the last one (m), and how much later (s)."""
+    """Suspected report: distance (m) and delay (s) from the last one."""
 
     distance_m: float
     after_s: float
 
 
 class Jumps:
-    """Watches what peers say of their own positions.
+    """Filter for position outliers in peers' reports about themselves.
 
-    Args:
-        position: uid of the attribute.
-        top_speeds_mps: of each vehicle, by its uid; of others nothing is suspected.
+    ``position`` is the uid of the attribute; vehicles (uids) without a top speed are not checked.
 
     >>> from worldmodel import PropertyValue
     >>> jumps = Jumps(3, {1: 2.0})
@@ -400,7 +364,7 @@ class Jumps:
         self._aside: dict[int, PositionReport] = {}
 
     def suspected(self, block: Block) -> Jump | None:
-        """The jump that a status makes of a vehicle, if it is one that no vehicle makes; it is to be set aside."""
+        """Return the jump of a status to set aside, or None."""
         origin, _, time_s, facts, _ = block
         for fact in facts:
             if fact.attribute == self._position:
@@ -417,7 +381,7 @@ class Jumps:
         is_next = aside is None or aside.time_s < now.time_s
         if (
             last is None
-            or abs(now.x_m - last.x_m) + abs(now.y_m - last.y_m) <= SLACK_M  # mostly it is near
+            or abs(now.x_m - last.x_m) + abs(now.y_m - last.y_m) <= SLACK_M  # usual case
             or self._fits(subject, last, now)
             or (is_next and aside and self._fits(subject, aside, now))
         ):
@@ -430,7 +394,6 @@ class Jumps:
         return Jump(distance(last[1:], now[1:]), now.time_s - last.time_s)
 
     def _fits(self, vehicle: int, one: PositionReport, other: PositionReport) -> bool:
-        """True if the vehicle can have made both reports."""
         reach_m = SLACK_M + MARGIN * self._top_speeds_mps[vehicle] * abs(other.time_s - one.time_s)
         east_m, north_m = other.x_m - one.x_m, other.y_m - one.y_m
         return abs(east_m) + abs(north_m) <= reach_m or length(east_m, north_m) <= reach_m

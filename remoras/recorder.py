@@ -1,8 +1,7 @@
-"""Recorder: the tables of a run as lists of rows.
+"""Recorder: tables of a run as lists of rows.
 
-Each table declares its columns, their units and their meaning once: the vehicle and its layers declare those below, a
-sensor or a mission its own. Writers append a tuple for each row, in the order of the columns and in time order. Lists
-within the newest rows may still change: those of packets that are on their way.
+Each table declares columns and units once: those of the vehicle below, those of a sensor or mission with it. Writers
+append a tuple per row, in column and time order. Lists within the newest rows may change while packets are under way.
 """
 
 from __future__ import annotations
@@ -19,15 +18,15 @@ if TYPE_CHECKING:
 
 Row = tuple[Any, ...]
 KINDS = ("float", "int", "str", "bool", "list", "floats", "ints")
-"""Kinds of columns; ``list`` is one of texts, ``floats`` and ``ints`` are lists of numbers."""
+"""Kinds of columns; ``list`` holds texts, ``floats`` and ``ints`` hold numbers."""
 KEY = "key"
-"""Column that the tables of a sweep have in front."""
+"""First column of the tables of a sweep."""
 UNFIT = frozenset("/\\\0")
-"""Characters that a name of a file cannot have everywhere."""
+"""Characters that are invalid in file names."""
 
 
 class Column(NamedTuple):
-    """A column: its name, its kind (one of ``KINDS``) and its unit (empty if none)."""
+    """Column: name, kind (one of ``KINDS``) and unit (empty if none)."""
 
     name: str
     kind: str
@@ -36,10 +35,9 @@ class Column(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """A table of results.
+    """Table of results.
 
-    Raises:
-        PluginError: it cannot be written: its name is none for a file, or its columns contradict each other.
+    Raises PluginError if its name is no file name, or its columns contradict each other.
 
     >>> Table("temperatures", (TIME, VEHICLE, Column("temperature_c", "float", "degC"))).column_names
     ('time_s', 'vehicle', 'temperature_c')
@@ -75,40 +73,43 @@ TRAJECTORIES = Table("trajectories", (
     Column("heading_rad", "float", "rad"), Column("speed_mps", "float", "m/s"), Column("energy_j", "float", "J"),
     Column("depth_m", "float", "m"),
 ))  # fmt: skip
-"""Where every vehicle really is at every motion tick."""
+"""True state of every vehicle at every motion tick."""
 ROLES = Table("roles", (TIME, VEHICLE, Column("group", "str"), Column("role", "str"), Column("event", "str")))
-"""Roles of every vehicle as it sees itself: assigned, active (it drives the vehicle), inactive, left."""
+"""Roles of every vehicle in its own view: assigned, active (it drives), inactive, left."""
 ORGANISATION = Table("organisation", (
     TIME, VEHICLE, Column("peer", "str"), Column("group", "str"), Column("role", "str"), Column("event", "str"),
     Column("issuer", "str"), Column("act", "str"), Column("objective", "str"), Column("argument", "str"),
     Column("outcome", "str"),
 ))  # fmt: skip
-"""Every change of the organisation in the view of every vehicle, and every one that it refused. From then on, for
-``vehicle``, ``peer`` has the role (assigned) or no longer (left), or a role has an objective, a group a mission
-(given), by the will of ``issuer``; ``outcome`` says why it was refused. At 0 s stands what was agreed before the
-mission, by nobody in particular; later rows are of the ends of TDMA frames, when what was said in them counts, but for
-missions, which count at once. A later argument of an objective takes the place of an earlier. Peers that are taken for
-absent keep their roles here, see ``MEMBERSHIP``."""
+"""Changes of the organisation in the view of every vehicle, and refused requests.
+
+For ``vehicle``, ``peer`` takes the role (assigned) or leaves it (left), or a role gets an objective, a group a mission
+(given), as requested by ``issuer``; ``outcome`` gives the reason of a refusal. Rows at 0 s, without issuer, were agreed
+before the mission. Later rows are at ends of TDMA frames, when requests take effect; missions take effect at once. A
+later argument of an objective replaces an earlier one. Absent peers keep their roles here, see ``MEMBERSHIP``.
+"""
 ACTIVITIES = Table("activities", (
     TIME, VEHICLE, Column("type", "str"), Column("name", "str"), Column("role", "str"),
     Column("motivation", "float", "1"),
 ))  # fmt: skip
-"""What a vehicle does from then on, written when its choice changes."""
+"""Activities of a vehicle from then on, written when its choice changes."""
 DECISIONS = Table("decisions", (
     TIME, VEHICLE, Column("group", "str"), Column("role", "str"), Column("objective", "str"),
     Column("argument", "str"), Column("activities", "list"), Column("stimulus", "float", "1"),
     Column("own", "float", "1"), Column("external", "float", "1"), Column("source", "str"), Column("slot", "int"),
     Column("chosen", "bool"), Column("best_mean", "float", "1"),
 ))  # fmt: skip
-"""Every set of activities that a vehicle could choose from, written when its choice or these sets change. Its
-motivation is ``own`` and ``external`` together; ``external`` is owed to the influence signal that ``source`` sent in
-``slot``. Group, role and objective are empty for what the vehicle does in any case; source is empty and slot null where
-no signal is heeded. ``best_mean`` is the mean motivation of the best combination with the set: what is chosen has the
-highest. It is null for what is vital, which comes first, and for what goes together with nothing that is needed."""
+"""Candidate activity sets of a vehicle, written when its choice or the sets change.
+
+The motivation is the sum of ``own`` and ``external``, the latter due to the influence signal that ``source`` sent in
+``slot``. Group, role and objective are empty for permanent activities; without a signal source is empty and slot null.
+``best_mean`` is the mean motivation of the best combination with the set; the choice has the highest. It is null for
+vital sets, which come first, and for sets without a valid combination.
+"""
 SATISFACTION = Table("satisfaction", (
     TIME, VEHICLE, Column("group", "str"), Column("role", "str"), Column("value", "int", "-128..127"),
 ))  # fmt: skip
-"""How content a vehicle is in each role as its slot opens."""
+"""Satisfaction of a vehicle in each role as its slot opens."""
 PACKETS = Table("packets", (
     Column("slot", "int"), TIME, Column("sender", "str"), Column("size_bits", "int", "bit"),
     Column("items", "int"), Column("acks", "int"), Column("receivers", "list"), Column("lost_by", "list"),
@@ -116,59 +117,65 @@ PACKETS = Table("packets", (
     Column("status_uids", "list"), Column("signal_roles", "list"), Column("signal_addressed", "list"),
     Column("signal_values", "ints", "-128..127"), Column("collided_at", "list"),
 ))  # fmt: skip
-"""What was sent from ``time_s`` to ``end_s``. ``arrivals_s`` has when each of ``receivers`` had heard all of it. Those
-of ``lost_by`` lost it on its way, those of ``collided_at`` to another packet, or to one that they were sending. Item
-and status uids are those of ``ITEMS``. An influence signal has one entry in each of the last three columns for every
-role that it addresses (``Group.Role``; empty if it addresses none)."""
+"""Packets sent from ``time_s`` to ``end_s``.
+
+``arrivals_s`` has the reception end at each of ``receivers``. ``lost_by`` lost it on the channel, ``collided_at`` to
+another packet or to their own transmission. Uids are those of ``ITEMS``. An influence signal has an entry in the last
+three columns for every role that it addresses (``Group.Role``; empty if none).
+"""
 KNOWLEDGE = Table("knowledge", (
     TIME, VEHICLE, Column("item", "str"), Column("origin", "str"), Column("event", "str"),
 ))  # fmt: skip
-"""When a vehicle observed an item, received it, or took all who need it to hold it (acknowledged). Where needs
-follow from groups, one that it heard without need is set aside; if it comes to need it, it has received it then."""
+"""Observation, reception and acknowledgement (by all interested nodes) of items.
+
+Items received without need are set aside; they count as received once needed.
+"""
 SETTLING = Table("settling", KNOWLEDGE.columns)
-"""What vehicles heard after the mission, where the exchange went on (``scenario.settle_s``): as ``KNOWLEDGE``, with the
-statuses received."""
+"""Receptions after the mission (``scenario.settle_s``): as ``KNOWLEDGE``, with statuses."""
 ITEMS = Table("items", (
     Column("uid", "str"), Column("origin", "str"), TIME, Column("recorded_s", "float", "s"), Column("subject", "str"),
     Column("attribute", "str"), Column("value", "str"), Column("kind", "str"), Column("uncertainty", "str"),
 ))  # fmt: skip
-"""Every fact that a vehicle recorded, in the order in which its item has them. ``kind`` says what becomes of it: told
-(repeated until it is acknowledged), status (said once, the newest value counts) or kept (to itself). The uid of what is
-told is ``origin-sequence``, with ``.part`` behind it for the later fragments of what does not fit one packet; items are
-numbered without gaps, in each epoch anew (``origin.eEPOCH-sequence``, but for the first). The uid of a status is
-``origin@time:subject.attribute``, by the numbers of its first fact; of what is kept it is ``origin-pN``. ``time_s`` is
-the time of observation as vehicles hold it, ``recorded_s`` when it went into the origin's world model. The value is
-text: names of instances, classes and symbols, numbers, true or false, ``POINT (east north)``; so is the uncertainty,
-the standard deviation of numbers and points and the probability of any other value, empty where it carries none."""
+"""Facts that vehicles recorded, in the order of their item.
+
+``kind`` is told (repeated until acknowledged), status (sent once, newest value valid) or kept (private). Uids: told
+``origin-sequence``, with ``.part`` for later fragments of an item larger than a packet; items are numbered without
+gaps, per epoch (``origin.eEPOCH-sequence``, except the first); status ``origin@time:subject.attribute``, from its first
+fact; kept ``origin-pN``. ``time_s`` is the quantised time of observation, ``recorded_s`` that of entry into the world
+model. The value is text: names of instances, classes and symbols, numbers, true or false, ``POINT (east north)``; so is
+the uncertainty: standard deviation of numbers and points, else probability, empty if none.
+"""
 MEMBERSHIP = Table("membership", (TIME, VEHICLE, Column("peer", "str"), Column("event", "str")))
-"""Peers that a vehicle takes for absent from then on, and for present again."""
+"""Peers that become absent, or present again, in the view of a vehicle."""
 PEERS = Table("peers", (TIME, VEHICLE, Column("peer", "str"), Column("event", "str")))
-"""What a radio noticed of a peer: that what it needs is not waited for, heard again, begins
-anew (it has another epoch), slot conflict (two speak under its name)."""
+"""Radio events of a peer: suspended, heard again, restarted (new epoch), slot conflict."""
 LINKS = Table("links", (
     TIME, VEHICLE, Column("peer", "str"), Column("direction", "str"), Column("p_loss", "float", "1"),
     Column("n", "int"),
 ))  # fmt: skip
-"""Loss of the links from and to each peer as a vehicle estimates it, every few TDMA frames: incoming by the packets
-that it missed, outgoing by the acknowledgements that it heard. ``n`` packets were looked at; the latest count most."""
+"""Estimated loss of the links from and to each peer, every few TDMA frames.
+
+Incoming by missed packets, outgoing by received acknowledgements; ``n`` packets, recent ones weighted most.
+"""
 PLANS = Table("plans", (
     TIME, VEHICLE, Column("group", "str"), Column("role", "str"), Column("objective", "str"),
     Column("argument", "str"), Column("node", "int"), Column("parent", "int"), Column("task", "str"),
     Column("method", "str"), Column("status", "str"), Column("expected_time_s", "float", "s"),
     Column("expected_energy_j", "float", "J"),
 ))  # fmt: skip
-"""Tasks of the plans that a vehicle carries out, each written when it changes. A plan is of the mission of a group
-(role, objective and argument are empty) or of an objective of the vehicle. ``node`` numbers its tasks, ``parent`` is
-the one above, or -1. ``method`` is empty for an elementary task. ``status`` is waiting, running, done, failed or
-dropped (the plan has the task no longer). What an elementary task is expected to take from then on is null where nobody
-can tell."""
+"""Tasks of the plans that a vehicle executes, written when they change.
+
+A plan belongs to a group's mission (role, objective and argument empty) or to an objective of the vehicle. ``node``
+numbers its tasks, ``parent`` is the task above, or -1. ``method`` is empty for elementary tasks. ``status`` is waiting,
+running, done, failed or dropped (removed from the plan). The expected remaining time and energy of an elementary task
+are null if unknown.
+"""
 CANNOT = "cannot"
-"""Kind of a row of ``FAULTS`` by which a vehicle gives something up."""
+"""Kind of a row of ``FAULTS`` for infeasible work."""
 FAULTS = Table("faults", (TIME, VEHICLE, Column("kind", "str"), Column("detail", "str")))
-"""What went wrong, and what befell a vehicle."""
+"""Faults of vehicles, and errors that they noticed."""
 REFUSED = Table("refused", (TIME, VEHICLE, Column("sender", "str"), Column("slot", "int"), Column("reason", "str")))
-"""Packets that arrived at a vehicle and were refused by it. Sender and slot are as the packet says, if that can be
-read; else those by the time of its arrival."""
+"""Packets refused by a receiver; sender and slot as in the packet if readable, else by time."""
 
 TABLES = (
     TRAJECTORIES, ROLES, MEMBERSHIP, ORGANISATION, ACTIVITIES, DECISIONS, SATISFACTION, PACKETS, KNOWLEDGE,
@@ -178,16 +185,10 @@ TABLES = (
 
 
 class Recorder:
-    """Rows of every table, and counts that need no rows.
+    """Rows of every table, and counts of bits by purpose.
 
-    Attributes:
-        bits: sent by the whole fleet, by what they are for.
-
-    Args:
-        tables: of the mission and its sensors, beside those of every run; declared alike by several is declared once.
-
-    Raises:
-        PluginError: two declare a table of one name with other columns.
+    ``tables`` are those of mission and sensors; equal declarations are merged. Raises PluginError if two tables of one
+    name have different columns.
     """
 
     def __init__(self, tables: Iterable[Table] = ()) -> None:
@@ -213,16 +214,12 @@ class Recorder:
         self.refused = self._rows["refused"]
 
     def declare(self, table: Table) -> None:
-        """Take rows of another table, too; what is declared alike several times is declared once.
-
-        Raises:
-            PluginError: there is a table of that name with other columns.
-        """
+        """Add a table; raise PluginError if its name exists with other columns."""
         if self.tables.setdefault(table.name, table) != table:
             known = ", ".join(self.tables[table.name].column_names)
             raise PluginError(f"table {table.name!r} is declared twice, once with the columns {known}: rename one")
         self._rows.setdefault(table.name, [])
 
     def rows(self, table: str) -> list[Row]:
-        """Rows of a table, to be read or appended to; empty for a table that nobody declared."""
+        """Return the mutable rows of a table; empty for an unknown one."""
         return self._rows.get(table, [])

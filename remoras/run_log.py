@@ -1,7 +1,6 @@
-"""Tables that a vehicle writes in a run: peers, deliveries, its log.
+"""Tables that a vehicle writes in every run: peers, deliveries, its log.
 
-Every run has it, written to a folder or not: figures of the summary come from its rows (roles, organisation, faults),
-and so do replays and ``known``.
+Figures of the summary (roles, organisation, faults), replays and ``known`` are computed from these rows.
 """
 
 from __future__ import annotations
@@ -26,19 +25,13 @@ if TYPE_CHECKING:
 
 
 LINK_FRAMES = 8
-"""TDMA frames from one row of a link to the next."""
+"""TDMA frames between rows of a link."""
 EVENTS = {Met.BACK: "heard again", Met.NEW_LIFE: "begins anew"}
 SLOT_CONFLICT = "slot conflict"
 
 
 class Links(Mapping[str, PeerLinks]):
-    """What the links from and to each peer lose, by its name, as it is known when it is asked.
-
-    Args:
-        names: of all vehicles, in the order of the nodes.
-        me: own node.
-        manager: of the vehicle.
-    """
+    """Current loss of the links from and to each peer, by name."""
 
     def __init__(self, names: Sequence[str], me: int, manager: ExchangeManager) -> None:
         self._nodes = {name: node for node, name in enumerate(names) if node != me}
@@ -57,14 +50,7 @@ class Links(Mapping[str, PeerLinks]):
 class Contacts:
     """Rows of one vehicle about its peers.
 
-    Args:
-        names: of all vehicles, in the order of the nodes.
-        me: own node.
-        manager: of the vehicle.
-
-    Attributes:
-        links: what the links from and to each peer lose, by its name.
-        period, due_from: in slots that are, modulo the one, not below the other, ``sent`` writes how the links are.
+    ``sent`` writes link rows in slots that are at least ``due_from``, modulo ``period``.
     """
 
     def __init__(self, names: Sequence[str], me: int, manager: ExchangeManager) -> None:
@@ -75,7 +61,7 @@ class Contacts:
         self.links = Links(names, me, manager)
 
     def sent(self, sent: Transmission, now_s: float, recorder: Recorder) -> None:
-        """Write what was noticed of peers, and now and then how the links are."""
+        """Write events of peers noticed in a slot, and periodically the state of links."""
         me = self._names[self._me]
         for node, event in sent.noticed:
             recorder.peers.append((now_s, me, self._names[node], event))
@@ -86,7 +72,7 @@ class Contacts:
                         recorder.links.append((now_s, me, name, direction, link.p_loss, link.n))
 
     def heard(self, reception: Reception, now_s: float, recorder: Recorder) -> None:
-        """Write what a packet shows of its sender."""
+        """Write events of the sender that a packet reveals."""
         me, rows = self._names[self._me], recorder.peers
         if reception.met in EVENTS:
             rows.append((now_s, me, self._names[reception.sender], EVENTS[reception.met]))
@@ -99,28 +85,22 @@ DELIVERIES = Table("deliveries", (
     TIME, VEHICLE, Column("item", "str"), Column("event", "str"), Column("reason", "str"),
     Column("latency_s", "float", "s"),
 ))  # fmt: skip
-"""What became of an item or status that a vehicle had to tell: ``acknowledged`` (all who need it are known to hold it),
-``expired`` (said no more, with the reason: time to live, overflow, superseded, not needed, said once), or ``postponed``
-(no room: it waits outside of the queue). The latency counts from the observation."""
+"""Fate of items and statuses that a vehicle had to send.
+
+``acknowledged`` (all interested nodes hold it), ``expired`` (no longer sent; reason: time to live, overflow,
+superseded, not needed, sent once), or ``postponed`` (waits outside of the full queue). The latency counts from the
+observation.
+"""
 UNSAID = Table("unsaid", (
     Column("slot", "int"), TIME, VEHICLE, Column("reason", "str"), Column("candidates", "int"),
 ))  # fmt: skip
-"""How many items and statuses that wait a vehicle did not say in its slot, by the reason, see
-``exchange.queueing.limits.Unsaid``; or nothing open, once."""
+"""Queued items and statuses not sent in a slot, by reason (``queueing.limits.Unsaid``)."""
 
 
 def note_acknowledged(
     recorder: Recorder, names: Sequence[str], model: WorldModel, uids: Iterable[ItemUid], now_s: float
 ) -> None:
-    """Rows for items of which all who need them are known to hold them.
-
-    Args:
-        recorder: takes the rows.
-        names: of the vehicles, by node.
-        model: of the vehicle that knows it.
-        uids: of the items.
-        now_s: the time (s).
-    """
+    """Write rows for items that all interested nodes hold, as ``model``'s vehicle knows."""
     rows, vehicle = recorder.rows(DELIVERIES.name), names[model.owner]
     for uid in uids:
         recorder.knowledge.append((now_s, vehicle, str(uid), names[uid.origin], "acknowledged"))
@@ -130,14 +110,7 @@ def note_acknowledged(
 
 
 def note_expired(recorder: Recorder, vehicle: str, expired: Iterable[Expiry], now_s: float) -> None:
-    """Rows for what a vehicle says no more.
-
-    Args:
-        recorder: takes the rows.
-        vehicle: that says it no more.
-        expired: what, and why.
-        now_s: the time (s).
-    """
+    """Write rows for items that a vehicle no longer sends."""
     rows = recorder.rows(DELIVERIES.name)
     for expiry in expired:
         event = "postponed" if expiry.comes_back else "expired"
@@ -145,15 +118,7 @@ def note_expired(recorder: Recorder, vehicle: str, expired: Iterable[Expiry], no
 
 
 def note_slot(recorder: Recorder, vehicle: str, queue: Queue, slot: int, now_s: float) -> None:
-    """Rows for what waits and was not said in an own slot, and for what has come to be said no more.
-
-    Args:
-        recorder: takes the rows.
-        vehicle: whose slot it is.
-        queue: its own, after the slot.
-        slot: which one.
-        now_s: the time (s).
-    """
+    """Write rows for items not sent in an own slot, and for expired ones."""
     note_expired(recorder, vehicle, queue.take_expired(), now_s)
     rows = recorder.rows(UNSAID.name)
     rows.extend([(slot, now_s, vehicle, reason.value, count) for reason, count in queue.unsaid.items()])
@@ -163,13 +128,7 @@ RoleKey = tuple[str, str]
 
 
 class RunLog:
-    """Rows of one vehicle. Views and decisions are written when they change.
-
-    Args:
-        me: name of the vehicle.
-        names: of all vehicles, in the order of the nodes.
-        recorder: takes the rows.
-    """
+    """Rows of one vehicle; views and decisions are written when they change."""
 
     def __init__(self, me: str, names: Iterable[str], recorder: Recorder) -> None:
         self._me = me
@@ -180,19 +139,19 @@ class RunLog:
         self._weighed: list[tuple[Objective | None, tuple[str, ...], bool]] = []
 
     def fault(self, now_s: float, kind: str, *details: str) -> None:
-        """Something went wrong, once for each of the details."""
+        """Write a fault for each detail."""
         self._recorder.faults.extend((now_s, self._me, kind, detail) for detail in details)
 
     def peers(self, now_s: float, events: Iterable[tuple[str, str]]) -> None:
-        """Peers have become absent or present: the event, and the name of each."""
+        """Write (event, peer): absent or present."""
         self._recorder.membership.extend((now_s, self._me, peer, event) for event, peer in events)
 
     def roles(self, now_s: float, roles: Iterable[RoleAssignment], event: str) -> None:
-        """The vehicle itself has taken or left roles."""
+        """Write roles that the vehicle itself took or left."""
         self._recorder.roles.extend((now_s, self._me, role.group, role.role, event) for role in roles)
 
     def founded(self, organisation: Organisation, objectives: Iterable[Objective], began_s: float) -> None:
-        """What was agreed before the mission, by nobody in particular; it counts for the vehicle since it began."""
+        """Write the agreement before the mission, without issuer, at the vehicle's start."""
         roles = sorted(
             organisation.assignments,
             key=lambda assignment: (assignment.group, assignment.role, self._node[assignment.vehicle]),
@@ -212,9 +171,9 @@ class RunLog:
         self.rulings(began_s, [Ruling(request, Outcome.SUCCESS) for request in asked])
 
     def rulings(self, now_s: float, rulings: Iterable[Ruling]) -> None:
-        """What became of requests to change the organisation, in the view of the vehicle; refusals are faults too.
+        """Write outcomes of requests in the view of the vehicle; refusals also as faults.
 
-        Roles that it takes and leaves itself are written in their order: it may take one anew.
+        Roles that the vehicle takes and leaves are written in order, since it may take one again.
         """
         for ruling in rulings:
             asked, event = ruling.asked, ruling.event
@@ -228,11 +187,7 @@ class RunLog:
             )  # fmt: skip
 
     def plans(self, now_s: float, of_groups: Mapping[str, Execution], own: Mapping[Objective, Execution]) -> None:
-        """How far the plans are that the vehicle carries out.
-
-        Args:
-            of_groups: of the missions of groups, by name; own: of its objectives.
-        """
+        """Write changed tasks of the plans that the vehicle executes."""
         for group, execution in of_groups.items():
             self._plan(now_s, (group, "", "", ""), execution)
         for aim, execution in own.items():
@@ -252,12 +207,7 @@ class RunLog:
         self._plans[about] = execution.version, rows
 
     def decided(self, now_s: float, driving: frozenset[RoleKey], candidates: Sequence[WeighedSet]) -> None:
-        """The vehicle has decided; written if other sets stand to choice, or others are chosen than were before.
-
-        Args:
-            driving: roles that drive it from now on.
-            candidates: what it could choose from.
-        """
+        """Write a decision if candidates or chosen sets have changed; ``driving`` are active roles."""
         names = [tuple(activity.name for activity in candidate.of.effective) for candidate in candidates]
         weighed = [
             (candidate.of.objective, of, candidate.chosen) for candidate, of in zip(candidates, names, strict=True)
@@ -275,7 +225,6 @@ class RunLog:
             self._drives(now_s, driving, candidates)
 
     def _drives(self, now_s: float, driving: frozenset[RoleKey], candidates: Sequence[WeighedSet]) -> None:
-        """Others are chosen than before, or what was chosen is no more to be chosen from."""
         inactive, active = self._driving - driving, driving - self._driving
         self._driving = driving
         for roles, event in ((inactive, "inactive"), (active, "active")):
@@ -290,6 +239,6 @@ class RunLog:
 
 
 def _named(task: Task) -> str:
-    """A task with those of its arguments that are texts."""
+    """Return a task with its text arguments."""
     texts = [argument for argument in task.args if isinstance(argument, str)]
     return f"{task.name}({', '.join(texts)})" if texts else task.name

@@ -1,8 +1,8 @@
-"""After the mission the exchange goes on, until nobody has anything left to tell: all who hear each other know alike.
+"""Exchange after the mission, until all vehicles in contact have the same knowledge.
 
-Vehicles stay where they are and as they are: they speak in their slots what is still open, and take in what they hear.
-Nobody senses, decides, records anything new or uses energy, and faults neither begin nor end. What is heard stands in a
-table of its own, so no other table, metric or truth of the mission knows of it; packets that were refused are faults.
+Vehicles stay where they are, send outstanding items in their slots and process packets. They neither sense, decide,
+record facts nor use energy, and faults do not change. Receptions go to a separate table, so no other table, metric or
+ground truth is affected; refused packets count as faults.
 """
 
 from __future__ import annotations
@@ -20,19 +20,14 @@ if TYPE_CHECKING:
 
 
 class Settled(NamedTuple):
-    """How the exchange after a mission ended: how long it went on (s), and True if nothing was open then."""
+    """End of the exchange: duration (s), and whether nothing was outstanding."""
 
     time_s: float
     complete: bool
 
 
 def settle(fleet: Fleet, settle_s: float) -> Settled:
-    """Let the exchange go on after the mission.
-
-    Args:
-        fleet: whose run is over; its clock goes on.
-        settle_s: for how long at most.
-    """
+    """Continue the exchange after the mission for at most ``settle_s``."""
     began_s, record = fleet.now_s, Recorder()
     fleet.recorder.declare(SETTLING)
     for vehicle in fleet.vehicles:
@@ -54,12 +49,10 @@ def settle(fleet: Fleet, settle_s: float) -> Settled:
 
 
 def _is_settled(fleet: Fleet) -> bool:
-    """True if no vehicle that speaks has an item left that somebody lacks, who may only seem to be away.
+    """Return whether no sending vehicle has an item left that a peer lacks, absent or not.
 
-    What it leaves to another, that one has.
-
-    Nor has anybody given up waiting for what another one holds, or begun anew and not been heard since: then the others
-    do not know yet what it lacks.
+    Nor may a vehicle in contact lack a postponed item that another holds. Every incarnation must be known to all, since
+    otherwise its missing items are unknown.
     """
     speaking = [vehicle for vehicle in fleet.vehicles if _speaks(vehicle)]
     if any(vehicle.radio.manager.n_open for vehicle in speaking):
@@ -86,19 +79,14 @@ def _speaks(vehicle: Vehicle) -> bool:
 
 
 class _Resting:
-    """A fleet whose mission is over, as the events of its traffic see it.
-
-    Args:
-        fleet: that is at rest.
-        record: takes the rows of what is heard.
-    """
+    """Fleet after its mission, as the events of its traffic see it."""
 
     def __init__(self, fleet: Fleet, record: Recorder) -> None:
         self._fleet = fleet
         self._record = record
 
     def transmit(self, slot: int, node: int) -> None:
-        """Let a vehicle say what is still open."""
+        """Let a vehicle send outstanding items."""
         fleet, sender = self._fleet, self._fleet.vehicles[node]
         shown_s = fleet.traffic.opened(slot, sender, fleet.now_s)
         if shown_s is None or not _speaks(sender):
@@ -108,10 +96,10 @@ class _Resting:
             fleet.traffic.carry(slot, sender, sent, fleet.vehicles, None)
 
     def end_frame(self, frame: int, node: int | None) -> None:
-        """Nobody consults any more."""
+        """Skip consultation."""
 
     def deliver(self, arrival: Arrival) -> None:
-        """Let a vehicle take in what it hears."""
+        """Let a vehicle process a packet."""
         fleet, vehicle = self._fleet, self._fleet.vehicles[arrival.receiver]
         if not vehicle.is_alive or vehicle.condition.is_deaf:
             return

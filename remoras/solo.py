@@ -1,10 +1,8 @@
-"""One vehicle without its fleet, as it is in a process, or in a hull, of its own.
+"""Single vehicle with its own event queue, in its own process or hull.
 
-It is the vehicle of the fleet, stepped by its own clock: motion ticks, TDMA frames, its own slots, and the packets that
-are heard. Of the others it knows what packets say and nothing else: its obstacle sonar sees nobody.
-
-All comes from one queue of events, so what it says is a pure function of its scenario, seed and start, and of the
-packets heard with their times. That is why a log of these repeats it (``missions.nodes.logs``).
+It is stepped by its own clock: motion ticks, TDMA frames, own slots and received packets. It knows others only by
+packets; its obstacle sonar sees no vehicle. Its output is a pure function of scenario, seed, start, and packets
+received with their times, so a log of these reproduces it (``missions.nodes.logs``).
 """
 
 from __future__ import annotations
@@ -29,12 +27,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Times:
-    """When things happen in the life of a vehicle by itself.
+    """Times of a single vehicle.
 
     Attributes:
         tick_s: length of a motion tick.
-        begins_s: when it is there; before that it neither moves, speaks nor hears.
-        until_s: when it stops to act: from then on it stands still, and its exchange goes on.
+        begins_s: start; before, it neither moves, sends nor receives.
+        until_s: end of its actions: from then on it stands still and only exchanges.
     """
 
     tick_s: float
@@ -43,7 +41,7 @@ class Times:
 
 
 class Sent(NamedTuple):
-    """A packet and when its slot opened (s)."""
+    """Packet and start of its slot (s)."""
 
     time_s: float
     packet: Transmission
@@ -82,19 +80,15 @@ class _Arrives:
 
 
 class Solo(Model):  # type: ignore[misc]  # Mesa is untyped
-    """A vehicle by itself.
+    """Single vehicle.
 
     Args:
-        make_vehicle: makes the vehicle of this model.
-        make_anew: makes one that begins anew now, of the one that it was; False if its memory is lost.
-        schedule: TDMA.
-        recorder: takes the rows of this vehicle.
-        times: when it acts.
-        introductions: of the vehicle, where packets are encrypted.
-        observers: of the features that are on, and of the faults that befall it.
+        make_anew: makes a restarted vehicle from its predecessor; False if its memory is lost.
+        introductions: for encrypted packets.
+        observers: of active features and faults.
 
     Attributes:
-        n_refused: packets that were heard and not taken.
+        n_refused: packets received and refused.
     """
 
     def __init__(
@@ -131,26 +125,26 @@ class Solo(Model):  # type: ignore[misc]  # Mesa is untyped
 
     @property
     def horizon_s(self) -> float:
-        """All that happens before this time (s) is over: a packet is heard then, or later."""
+        """Time (s) before which all is processed; packets arrive then or later."""
         return self._horizon_s
 
     @property
     def next_s(self) -> float:
-        """When something happens next (s); its own slots never end."""
+        """Time of the next event (s); its own slots never end."""
         return self._clock.next_s
 
     def hear(self, data: bytes, time_s: float) -> float:
-        """Let a packet be heard, at a time or as soon after it as can be; returns when that is (s)."""
+        """Schedule a packet at a time or as soon as possible after it; return when (s)."""
         return self.note(_Arrives(data), time_s)
 
     def note(self, event: Event[Solo], time_s: float) -> float:
-        """Let something come from outside, at a time or as soon after it as can be; returns when that is (s)."""
+        """Schedule an external event at a time or as soon as possible after it; return when (s)."""
         time_s = max(time_s, self._horizon_s)
         self._clock.schedule(time_s, Priority.ARRIVAL, event)
         return time_s
 
     def advance(self, until_s: float) -> list[Sent]:
-        """Do all that is due before ``until_s``; returns what was said meanwhile."""
+        """Process all events before ``until_s``; return the packets sent."""
         self._said = []
         while (event := self._clock.next_before(until_s, Priority.FAULT)) is not None:
             event.act(self)
@@ -161,7 +155,7 @@ class Solo(Model):  # type: ignore[misc]  # Mesa is untyped
         """Schedule the own slot with that number."""
         self._clock.schedule(self._schedule.start_s(node), Priority.SLOT, _SlotOpens(node))
 
-    # What events ask for -------------------------------------------------------------------------
+    # Interface for events ------------------------------------------------------------------------
 
     @property
     def vehicles(self) -> tuple[Vehicle, ...]:
@@ -174,34 +168,34 @@ class Solo(Model):  # type: ignore[misc]  # Mesa is untyped
         return (self.vehicle.name,)
 
     def at(self, time_s: float, priority: Priority, event: Event[Solo]) -> None:
-        """Let something happen at a time (s), unless the vehicle has stopped to act by then."""
+        """Schedule an event at a time (s), unless the vehicle has stopped by then."""
         if time_s < self._times.until_s:
             self._clock.schedule(time_s, priority, event)
 
     def named(self, vehicle: str) -> Vehicle:
-        """The vehicle, whose name is given."""
+        """Return the vehicle."""
         assert vehicle == self.vehicle.name
         return self.vehicle
 
     def shown_s(self, vehicle: Vehicle) -> float:
-        """What its clock shows now (s): in a process of its own that of its hull is right."""
+        """Return the time of its clock (s), which is exact in its own process."""
         return self.now_s
 
     def let_say(self, vehicle: str, facts: Callable[[Beliefs], Sequence[Fact]]) -> bool:
-        """Let the vehicle conclude and tell facts now; False, and nothing is said, if it is not alive."""
+        """Let the vehicle record and send facts; False if it is not alive."""
         speaker = self.named(vehicle)
         if speaker.is_alive:
             speaker.conclude(facts(speaker.beliefs), self.now_s)
         return speaker.is_alive
 
     def restart(self, before: Vehicle, remembers: bool) -> Vehicle:
-        """The vehicle that begins anew and takes the place of what it was before; False if its memory is lost."""
+        """Replace the vehicle by its restarted one; ``remembers`` is False if its memory is lost."""
         self.vehicle = self._make_anew(self, before, remembers)
         before.remove()
         return self.vehicle
 
     def tick(self, number: int) -> None:
-        """Let the vehicle move for a tick."""
+        """Step the vehicle for a tick."""
         tick_s = self._times.tick_s
         self.vehicle.step(self.now_s, tick_s if number else 0.0, (), (number - 1) * tick_s)
         self.at((number + 1) * self._times.tick_s, Priority.MOTION, _Tick(number + 1))
@@ -212,7 +206,7 @@ class Solo(Model):  # type: ignore[misc]  # Mesa is untyped
         self.at(self._schedule.frame_start_s(frame + 1), Priority.CONSULTATION, _FrameEnds(frame + 1))
 
     def take_in(self, data: bytes) -> None:
-        """Let the vehicle hear a packet."""
+        """Let the vehicle receive a packet; count refusals."""
         reception = self._hear(data, self.now_s)
         if reception is not None and reception.fault is not None:
             self.n_refused += 1
@@ -220,14 +214,14 @@ class Solo(Model):  # type: ignore[misc]  # Mesa is untyped
                 self._introductions.miss(reception.sender)
 
     def speak(self, slot: int) -> None:
-        """Let the vehicle speak in an own slot that opens now."""
+        """Send in an own slot that opens now."""
         self.await_slot(slot + self._schedule.n_nodes)
         sent = self._introduction(slot, self.now_s) or self._packet(self.now_s)
         if sent is not None and not self.vehicle.condition.is_mute:
             self._said.append(Sent(self.now_s, sent))
 
     def _packet(self, now_s: float) -> Transmission | None:
-        """What is said now; a vehicle that has stopped says what is still open."""
+        """Return the packet to send; a stopped vehicle only sends outstanding items."""
         vehicle = self.vehicle
         if now_s < self._times.until_s:
             return vehicle.speak(now_s)
@@ -236,7 +230,7 @@ class Solo(Model):  # type: ignore[misc]  # Mesa is untyped
         return None
 
     def _introduction(self, slot: int, now_s: float) -> Transmission | None:
-        """What the vehicle introduces itself by in an own slot that opens now; None if another packet may go."""
+        """Return the handshake packet for an own slot; None if another packet may be sent."""
         vehicle = self.vehicle
         if self._introductions is None or not vehicle.is_alive or not vehicle.radio.communicates:
             return None
@@ -249,7 +243,7 @@ class Solo(Model):  # type: ignore[misc]  # Mesa is untyped
         return Transmission(vehicle.radio.manager.keep_silent(now_s), data, 8 * len(data), (), 0)
 
     def _hear(self, data: bytes, now_s: float) -> Reception | None:
-        """What a packet brings; a vehicle that has stopped only takes it in."""
+        """Process a packet; a stopped vehicle only merges it."""
         vehicle = self.vehicle
         if vehicle.condition.is_deaf:
             return None
@@ -265,5 +259,5 @@ class Solo(Model):  # type: ignore[misc]  # Mesa is untyped
 
 
 def just_after(time_s: float) -> float:
-    """The least time later than ``time_s``: what happens then is over when a vehicle has advanced to it."""
+    """Return the next larger time: events at ``time_s`` are processed before it."""
     return math.nextafter(time_s, math.inf)
