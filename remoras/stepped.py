@@ -1,4 +1,4 @@
-"""The Python face of a run that the caller steps: ``for state in remoras.stepping("mapping-rendezvous"): ...``."""
+"""Run stepped by the caller: ``for state in remoras.stepping("mapping-rendezvous"): ...``."""
 
 from __future__ import annotations
 
@@ -38,14 +38,14 @@ if TYPE_CHECKING:
 END, ARRIVALS = (PACKETS.column_names.index(name) for name in ("end_s", "arrivals_s"))
 
 LEAST_GAP_S = 0.5
-"""A page in a notebook is told no more often than this."""
+"""Minimum time (s) between updates of a notebook page."""
 GREATEST_SHARE = 0.1
-"""Of the time, so much goes at most into what the page is told."""
+"""Maximum share of time spent on page updates."""
 
 
 @contextmanager
 def _interrupted_between_steps() -> Iterator[Callable[[], None]]:
-    """An interruption waits until the function that this gives is called; only a main thread is interrupted at all."""
+    """Defer interruptions until the yielded function is called; main thread only."""
     asked: list[int] = []
 
     def check() -> None:
@@ -64,12 +64,12 @@ def _interrupted_between_steps() -> Iterator[Callable[[], None]]:
 
 @dataclass(frozen=True)
 class VehicleNow:
-    """A vehicle as it really is.
+    """True state of a vehicle.
 
     Attributes:
-        x_m, y_m: position, x east and y north; speed_mps: over ground.
-        is_alive: it has energy, and no fault has taken it away.
-        roles: those that it takes itself to hold, as ``Group.Role``; activities: what it performs.
+        x_m, y_m: x east, y north; ``speed_mps`` over ground.
+        roles: in its own view, as ``Group.Role``.
+        activities: performed activity sets.
     """
 
     x_m: float
@@ -82,11 +82,11 @@ class VehicleNow:
 
 @dataclass(frozen=True, repr=False)
 class MissionState:
-    """A run after a motion tick; nothing of it changes later.
+    """Immutable state of a run after a motion tick.
 
     Attributes:
-        time_s: of the mission; goal_fraction: share of its goal that is reached, 0..1.
-        vehicles: by name; milestones: those that are new since the state before.
+        goal_fraction: achieved share of the goal, 0..1.
+        milestones: new since the previous state.
     """
 
     time_s: float
@@ -108,12 +108,7 @@ class MissionState:
 
 
 class RunSoFar(RunReader):
-    """A run between its start and its end.
-
-    Args:
-        scenario: the whole input; seed: root of all draws; fleet: as it is now.
-        failure: why the run cannot go on; empty while it goes on.
-    """
+    """Run between start and end; ``failure`` is the reason why it cannot continue, else empty."""
 
     def __init__(self, scenario: Scenario, seed: int, fleet: Fleet, failure: str = "") -> None:
         self._scenario, self._seed, self._failure = scenario, seed, failure
@@ -121,12 +116,12 @@ class RunSoFar(RunReader):
 
     @property
     def scenario(self) -> Scenario:
-        """The whole input of the run."""
+        """Complete input of the run."""
         return self._scenario
 
     @property
     def summary(self) -> dict[str, Any]:
-        """The figures that a run has before its end."""
+        """Figures available before the end."""
         truth = self.fleet.truth
         return {
             **identity(self.scenario, self._seed),
@@ -155,7 +150,7 @@ class RunSoFar(RunReader):
         return arrow_table(self.fleet.recorder.tables[name], self._settled_rows(name))
 
     def _settled_rows(self, name: str) -> Sequence[Row]:
-        """Rows of which nothing will change: a packet is one once it has been heard by all who hear it."""
+        """Return final rows: a packet's row is final after its last reception."""
         rows = self.fleet.recorder.rows(name)
         if name != PACKETS.name or not self.fleet.running:
             return rows
@@ -166,14 +161,9 @@ class RunSoFar(RunReader):
 
 
 class Stepping:
-    """A run that goes on by one motion tick for each state that is taken of it.
+    """Iterator over the states of a run, one per tick; ends with the run of ``remoras.run``.
 
-    What it gives at its end is the run that ``remoras.run`` gives. Whoever stops before calls ``close``, or uses it in
-    a ``with`` statement.
-
-    Args:
-        setup: the scenario resolved.
-        seed: root of all draws.
+    Callers that stop earlier call ``close`` or use a ``with`` statement.
     """
 
     def __init__(self, setup: Setup, seed: int) -> None:
@@ -213,7 +203,7 @@ class Stepping:
         return MissionState(self._fleet.now_s, self._fleet.truth.goal_fraction, vehicles, tuple(new))
 
     def _step(self) -> None:
-        """One tick; what was interrupted within one is no run any more."""
+        """Step one tick; raise OutputError if an earlier step was interrupted."""
         if not self._is_whole:
             raise OutputError("the run was interrupted within a step, so nothing follows from it; begin it anew")
         self._is_whole = False
@@ -223,16 +213,12 @@ class Stepping:
         self._is_whole = True
 
     def table(self, name: str) -> DataFrame:
-        """The rows of a table so far, as a pandas data frame.
-
-        Raises:
-            OutputError: there is no such table.
-        """
+        """Return the rows of a table so far; raise OutputError for an unknown table."""
         frame: DataFrame = self._so_far().table(name).to_pandas()
         return frame
 
     def run(self) -> Run:
-        """The finished run; what is left of it is run without a stop."""
+        """Run the remaining steps and return the finished run."""
         if self._final is None:
             while self._fleet.running:
                 self._step()
@@ -242,19 +228,10 @@ class Stepping:
         return Run(self._final)
 
     def watch(self, speed: float | None = None) -> Run:
-        """Let the run go on to its end, and show its page in the notebook meanwhile.
+        """Run to the end and show the page in the notebook meanwhile; return the finished run.
 
-        Whoever interrupts it has the page as it is, and may go on with ``watch`` or ``run``.
-
-        Args:
-            speed: seconds of the mission in a second; None: as fast as the machine can.
-
-        Returns:
-            The finished run.
-
-        Raises:
-            DrawingError: there is no notebook.
-            ValueError: a speed that is not above 0.
+        After an interruption the page stays, and ``watch`` or ``run`` can continue. ``speed`` is in mission seconds per
+        second; None is as fast as possible. Raises DrawingError without a notebook, ValueError for a speed not above 0.
         """
         from visualisation.replay import title_of
         from visualisation.replay.page import NotebookPage
@@ -280,7 +257,7 @@ class Stepping:
         return self.run()
 
     def shown(self, reason: str = "") -> bytes:
-        """All that a page shows of the run so far; ``reason`` says why it cannot go on."""
+        """Return the data of the page so far; ``reason`` tells why the run cannot continue."""
         from visualisation.replay import run_data
 
         mission, communicates = self._setup.mission, self._setup.strategy.declaration.communicates
@@ -290,7 +267,7 @@ class Stepping:
         return RunSoFar(self._setup.scenario, int(self._seed), self._fleet, failure)
 
     def close(self) -> None:
-        """Let go of the vehicles of a run that is not to end."""
+        """Release the vehicles of an unfinished run."""
         if not self._is_closed:
             self._is_closed = True
             self._fleet.close()

@@ -1,4 +1,4 @@
-"""The Python face of a sweep: the folder of a study, as scripts and notebooks see it."""
+"""Results of a sweep for scripts and notebooks."""
 
 from __future__ import annotations
 
@@ -15,11 +15,7 @@ if TYPE_CHECKING:
 
 
 class Sweep:
-    """The runs of a study, in their folder.
-
-    Args:
-        results: reader of the folder.
-    """
+    """Runs of a study, in their folder."""
 
     def __init__(self, results: SweepResults) -> None:
         self._results = results
@@ -40,27 +36,27 @@ class Sweep:
 
     @property
     def status(self) -> dict[str, int]:
-        """Runs planned, done, failed, censored and remaining."""
+        """Numbers of runs planned, done, failed, censored and remaining."""
         from dataclasses import asdict
 
         return asdict(self._results.status())
 
     def runs(self) -> DataFrame:
-        """One row for each finished run: key, configuration, summary."""
+        """Return a row per finished run: key, configuration, summary."""
         found: DataFrame = self._results.runs()
         return found
 
     def compare(self, *metrics: str | Metric, baseline: str | None = None) -> DataFrame:
-        """One row for each configuration and metric: mean, interval, paired difference to the baseline.
+        """Return a row per configuration and metric: mean, interval, difference to the baseline.
 
         Args:
-            metrics: fields of the summary; or your own, as ``"mine.py:MINE"`` or the object, which are read of the
-                tables that were kept; those of the study if left out.
-            baseline: a strategy or a policy; the study's, or its first, if left out.
+            metrics: fields of the summary; or your own, as ``"mine.py:MINE"`` or the object, from stored tables; all of
+                the study if left out.
+            baseline: a strategy or policy; None for that of the study, or its first.
 
         Raises:
-            OutputError: nothing has finished, a name is unknown, or no tables were kept.
-            PluginError: a metric of your own cannot be had, or fails.
+            OutputError: no finished run, an unknown name, or no stored tables.
+            PluginError: your own metric cannot be loaded, or fails.
         """
         from dataclasses import asdict
 
@@ -73,20 +69,16 @@ class Sweep:
     def plot(
         self, kind: str | Metric = "overview", metric: str | Metric = "mission_time_s", width_in: float | None = None
     ) -> CaptionedFigure:
-        """A figure of the sweep.
+        """Draw a figure of the sweep; its ``.caption`` has n, seeds and intervals.
 
         Args:
-            kind: differences, ranking, trade-off, overview, or a metric by its field or the name of its chart, or your
-                own.
-            metric: field of the summary whose differences or ranking are drawn, or your own, see ``compare``.
-            width_in: of the figure; a column or a page of a paper if left out.
-
-        Returns:
-            A Matplotlib figure, see ``Run.plot``; its ``.caption`` has n, seeds and intervals.
+            kind: differences, ranking, trade-off, overview; a metric or its chart; or your own.
+            metric: metric of differences or ranking, as in ``compare``.
+            width_in: None for a column or page of a paper.
 
         Raises:
-            DrawingError: the kind is not known, has nothing to draw, or takes several figures.
-            OutputError: no run has finished, or the metric is not known.
+            DrawingError: unknown kind, nothing to draw, or several figures.
+            OutputError: no finished run, or an unknown metric.
         """
         from visualisation.sweeps import sweep_picture
 

@@ -1,6 +1,6 @@
-"""Tables of TOML files as values: their base, and their commonest types.
+"""Base and common types of TOML tables as values.
 
-A table that the model uses is defined beside the equations that use it; a scenario is composed of such tables.
+A model's table is defined beside its equations; a scenario is composed of such tables.
 """
 
 from __future__ import annotations
@@ -22,29 +22,29 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 from remoras.cards import card, number_text, own_names
 
 BETWEEN_KEYS = "between_keys"
-"""Type of the errors of keys that contradict each other, in words for the user."""
+"""Error type of keys that contradict each other."""
 Positive = Annotated[float, Field(gt=0.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
 Probability = Annotated[float, Field(ge=0.0, le=1.0)]
 Name = Annotated[str, Field(min_length=1, max_length=40, pattern=r"^[^./\\\x00-\x1f=+@-][^./\\\x00-\x1f]*$")]
-"""Files are named by it: it has no dot, no slash, no control character; and first nothing that makes a formula."""
+"""Name usable in file names: no dot, slash or control character, no formula sign first."""
 PointM = tuple[float, float]
 LONGEST_REPR = 120
-"""Characters of a table in a terminal or notebook."""
+"""Maximum characters of a table's repr."""
 
 
 class Section(BaseModel):
-    """A TOML table: frozen, and no key that is not listed here."""
+    """TOML table: frozen, without unknown keys."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Keys whose values contradict other keys of the table, each with what is allowed; none by default."""
+        """Yield keys whose values contradict others, each with the allowed ones."""
         yield from ()
 
     @model_validator(mode="after")
     def _in_itself(self) -> Self:
-        """Refuse a table of which ``contradictions`` tells any."""
+        """Refuse a table with contradictions."""
         found: list[InitErrorDetails] = [
             {
                 "type": PydanticCustomError(BETWEEN_KEYS, "{allowed}", {"allowed": allowed}),
@@ -59,11 +59,11 @@ class Section(BaseModel):
 
     @classmethod
     def usual(cls) -> Self:
-        """A table of which nothing is said: defaults need no check, and so no validator, which takes time to make."""
+        """Return the default table without validation, which would build a validator."""
         return cast(Self, cls.model_construct())
 
     def __repr__(self) -> str:
-        """All of a small table; of a large one its name and size."""
+        """Return the full repr of a small table; name and size of a large one."""
         whole = super().__repr__()
         name = getattr(self, "name", "")
         named = f" {name}" if isinstance(name, str) and name else ""
@@ -83,13 +83,12 @@ def _shown(value: Any) -> str:
 
 
 class Sparse(Section):
-    """A table that is written without those of its keys in ``UNSAID`` that say nothing: what few files need is unseen
-    in the others, and runs of these keep their id."""
+    """Table serialised without keys of ``UNSAID`` at their defaults, so that run ids stay equal."""
 
     UNSAID: ClassVar[frozenset[str]] = frozenset()
 
     def of_feature(self, key: str) -> Any:
-        """The value below a key that a feature brings, see ``missions.feature``; None if there is no such feature."""
+        """Return the value of a feature's key (``missions.feature``); None without the feature."""
         return getattr(self, key) if key in type(self).model_fields else None
 
     @model_serializer(mode="wrap")
@@ -100,7 +99,7 @@ class Sparse(Section):
 
 
 def unless(key: str, *needed: str) -> Callable[[dict[str, Any]], None]:
-    """Let a JSON Schema of a table do without keys where another one is there, which brings them."""
+    """Relax required keys of a JSON Schema where another key replaces them."""
 
     def either(schema: dict[str, Any]) -> None:
         schema["required"] = [key for key in schema.get("required", []) if key not in needed]
@@ -110,6 +109,6 @@ def unless(key: str, *needed: str) -> Callable[[dict[str, Any]], None]:
 
 
 def one_or_more(schema: dict[str, Any]) -> None:
-    """Let a JSON Schema of a list take its one entry without the list, as validators of the table do."""
+    """Allow a single entry in place of a list in a JSON Schema, as validators do."""
     listed = {key: schema.pop(key) for key in ("type", "items", "minItems", "anyOf") if key in schema}
     schema["anyOf"] = [listed["items"], listed]

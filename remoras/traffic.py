@@ -1,4 +1,4 @@
-"""The traffic of a fleet: when slots open by the clocks of their owners, and what becomes of each packet on its way."""
+"""Traffic of a fleet: slots by their owners' clocks, and the outcome of each packet."""
 
 from __future__ import annotations
 
@@ -23,62 +23,59 @@ SLOT, SENDER, RECEIVERS, ARRIVALS, COLLIDED = map(
 
 
 class Station(Protocol):
-    """What the events of traffic ask of the fleet."""
+    """Fleet as the events of traffic see it."""
 
     def transmit(self, slot: int, node: int) -> None:
-        """Let a vehicle speak in its slot, which opens now."""
+        """Let a vehicle send in its slot, which opens now."""
 
     def end_frame(self, frame: int, node: int | None) -> None:
-        """Let a vehicle, or all whose clocks are right, consult at the end of a frame."""
+        """Let a vehicle, or all with exact clocks if None, consult at the end of a frame."""
 
     def deliver(self, arrival: Arrival) -> None:
-        """Let a vehicle hear a packet that arrives now."""
+        """Let a vehicle receive a packet that arrives now."""
 
 
 class SlotOpens(NamedTuple):
-    """The TDMA slot ``number`` starts by the clock of its owner ``node``."""
+    """Start of TDMA slot ``number`` by the clock of its owner ``node``."""
 
     number: int
     node: int
 
     def act(self, station: Station) -> None:
-        """Let its owner speak."""
+        """Let the owner send."""
         station.transmit(self.number, self.node)
 
 
 @dataclass(frozen=True, slots=True)
 class FrameEnds:
-    """A round of consultation is over; ``number`` counts frames. Of one ``node`` by its clock, if that is off."""
+    """End of TDMA frame ``number``, a consultation round; of one ``node`` if its clock deviates."""
 
     number: int
     node: int | None = None
 
     def act(self, station: Station) -> None:
-        """Let what was heard in the frame count."""
+        """Let requests of the frame take effect."""
         station.end_frame(self.number, self.node)
 
 
 class Arrives(NamedTuple):
-    """The last bit of a packet is where a vehicle is, which hears it unless it has met another packet on its way."""
+    """End of a packet at a receiver, which gets it unless it collided."""
 
     hearing: Hearing
 
     def act(self, station: Station) -> None:
-        """Let the vehicle hear it."""
+        """Deliver the packet unless it collided."""
         if not self.hearing.collided:
             station.deliver(self.hearing.arrival)
 
 
 @dataclass(frozen=True, slots=True)
 class Medium:
-    """What carries the packets of a fleet, and by what it is told when they are sent.
+    """Channel of a fleet, with schedule, clocks and faults.
 
     Attributes:
-        channel: carries packets.
-        modem: of all vehicles.
-        schedule: TDMA.
-        clocks: of the vehicles whose clocks may be off, by node; the others' show the true time.
-        faults: by which vehicles do not hear.
+        clocks: of vehicles with deviating clocks, by node; others show the true time.
+        faults: that block reception.
     """
 
     channel: Channel
@@ -88,28 +85,23 @@ class Medium:
     faults: Sequence[Fault] = ()
 
     def recorder_of(self, node: int, recorder: Recorder) -> Recorder:
-        """What takes the rows of a vehicle and hands them to a recorder in true time."""
+        """Return a recorder for a vehicle's rows that converts them to true time."""
         clock = self.clocks.get(node)
         return recorder if clock is None else clock.recording(recorder)
 
     def shown_s(self, node: int, true_s: float) -> float:
-        """What the clock of a vehicle shows at a true time (s)."""
+        """Return the clock reading (s) of a vehicle at a true time (s)."""
         clock = self.clocks.get(node)
         return true_s if clock is None else clock.reads(true_s)
 
     def true_time_s(self, node: int, shown_s: float) -> float:
-        """The true time at which the clock of a vehicle shows a time (s)."""
+        """Return the true time (s) of a clock reading of a vehicle."""
         clock = self.clocks.get(node)
         return shown_s if clock is None else clock.true_time_s(shown_s)
 
 
 class Traffic:
-    """Opens slots and carries packets.
-
-    Args:
-        medium: what carries packets.
-        heap: of the events of the fleet, in true time.
-    """
+    """Scheduling of slots and transport of packets; ``heap`` has the events of the fleet."""
 
     def __init__(self, medium: Medium, heap: Clock[Event[Any]]) -> None:
         self._channel = medium.channel
@@ -128,7 +120,7 @@ class Traffic:
         self.await_frame(1)
 
     def await_slot(self, node: int) -> None:
-        """Schedule the next own slot of a vehicle by its clock as set now."""
+        """Schedule the next own slot of a vehicle by its current clock."""
         slot = self._next_slots[node]
         at_s = self._medium.true_time_s(node, self._schedule.start_s(slot))
         self._heap.schedule(max(at_s, self._heap.now_s), Priority.SLOT, SlotOpens(slot, node))
@@ -141,13 +133,7 @@ class Traffic:
         self._heap.schedule(at_s, Priority.CONSULTATION, FrameEnds(number, node))
 
     def opened(self, slot: int, owner: Vehicle, now_s: float) -> float | None:
-        """What the clock of its owner shows as a slot opens; None if the slot is not now: the clock was set since.
-
-        Args:
-            slot: that was to open now.
-            owner: vehicle whose slot it is.
-            now_s: the true time (s).
-        """
+        """Return the owner's clock reading as a slot opens; None if its clock was set meanwhile."""
         node = owner.data.node
         start_s, shown_s = self._schedule.start_s(slot), self._medium.shown_s(node, now_s)
         if self._next_slots[node] != slot or shown_s < start_s - GRACE_S:
@@ -159,15 +145,7 @@ class Traffic:
     def carry(
         self, slot: int, sender: Vehicle, sent: Transmission, vehicles: Sequence[Vehicle], recorder: Recorder | None
     ) -> None:
-        """Send a packet on its way.
-
-        Args:
-            slot: in which it is sent.
-            sender: of it.
-            sent: what it sends.
-            vehicles: all of them.
-            recorder: takes its row, if it is recorded.
-        """
+        """Send a packet to all vehicles in reach, and write its row if there is a recorder."""
         now_s = self._heap.now_s
         end_s = now_s + self._modem.packet_s(sent.size_bits)
         motions = [vehicle.functional.motion for vehicle in vehicles]
@@ -215,7 +193,7 @@ class Traffic:
             _note_collisions(lost, [vehicle.name for vehicle in vehicles], recorder)
 
     def _heard(self, sender: Vehicle, arrivals: Sequence[Arrival], vehicles: Sequence[Vehicle]) -> list[Arrival]:
-        """Arrivals at those who are able to hear the packet from its start to its end; none from a mute sender."""
+        """Return arrivals at vehicles able to receive throughout; none from a mute sender."""
         if sender.condition.is_mute:
             return []
         now_s, names = self._heap.now_s, [vehicle.name for vehicle in vehicles]
@@ -227,7 +205,7 @@ class Traffic:
 
 
 def _note_collisions(lost: Iterable[Hearing], names: Sequence[str], recorder: Recorder) -> None:
-    """Take those who lost a packet to another out of its receivers; rows of packets still on their way may change."""
+    """Move receivers that lost a packet to a collision, in rows of packets still under way."""
     for hearing in lost:
         slot, sender, receiver = hearing.slot, names[hearing.sender], names[hearing.arrival.receiver]
         row = next(row for row in reversed(recorder.packets) if (row[SLOT], row[SENDER]) == (slot, sender))

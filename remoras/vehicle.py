@@ -1,13 +1,13 @@
-"""A vehicle: the only file that knows the order of the layers.
+"""Vehicle: the only module that knows the order of the layers.
 
-Every tick: act (as decided before) and sense. Every decision period: think. What arrives in between is heard at
-its time; a mission to be planned is planned at once, so that the answer makes the vehicle's next slot. At the
-end of every TDMA frame the social layer consults.
+Every tick: act (as decided before) and sense. Every decision period: think. Packets are processed at their arrival; a
+due mission is planned at once, so that the answer makes the next own slot. At the end of every TDMA frame the social
+layer consults.
 
-The walk of one observation: ``step`` records it in the world model (a Change), ``radio.tell`` makes it an item,
-``speak`` puts it into a packet; at the peer ``radio.hear`` takes the block out of the packet and merges it (a Change),
-``_consider`` asks the social layer what rests on it, ``_adopt`` plans anew and hands the activities to the functional
-and the executive layer. Every step returns a value; nothing calls back up.
+The path of an observation: ``step`` records it in the world model (a Change), ``radio.tell`` makes it an item,
+``speak`` packs it; at the peer ``radio.hear`` unpacks and merges the block (a Change), ``_consider`` passes it to the
+social layer, ``_adopt`` replans and hands activities to the functional and executive layer. Calls only go down and
+return values.
 """
 
 from __future__ import annotations
@@ -47,17 +47,13 @@ class Layers:
 
 
 class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
-    """One autonomous vehicle: three layers, a radio and a world model.
+    """Autonomous vehicle: three layers, a radio and a world model.
 
     Args:
-        model: the fleet.
-        data: static data as the fleet knows them; the node index is the TDMA slot, the origin and the instance uid.
-        layers: what the vehicle is made of; their pictures are one.
-        radio: what it speaks and hears with.
-        beliefs: its world model, by names.
-        recorder: takes the rows.
-        began_s: when it began; later than 0 if it begins anew, see ``go_on``.
-        made: each is told of the vehicle before its activities are chosen.
+        data: as known to the fleet; the node index is TDMA slot, origin and instance uid.
+        layers: share one picture.
+        began_s: start; later than 0 after a restart (``go_on``).
+        made: called with the vehicle before its activities are chosen.
     """
 
     def __init__(
@@ -86,11 +82,11 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         self._next_decision_s = 0.0
         self._pulls = NO_PULLS
         self.has_resigned = False
-        self._may_have_replanned = True  # since the rows of plans were written last
+        self._may_have_replanned = True  # since the last rows of plans
         self._weighed: tuple[ActivitySet, ...] = ()
-        self._uneventful: Sequence[Perception] = ()  # perceived last, if nothing was to be made known of it
+        self._uneventful: Sequence[Perception] = ()  # last perceptions, if without results
         self._organisation = self.social.organisation
-        self._shared: dict[str, tuple[str, ...]] = {}  # by peer: groups that both are members of
+        self._shared: dict[str, tuple[str, ...]] = {}  # by peer: common groups
         for tell in made:
             tell(self)
         self._run_log.founded(self.social.organisation, self.social.objectives.values(), began_s)
@@ -98,16 +94,16 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
 
     @property
     def is_alive(self) -> bool:
-        """True while there is energy left and no fault has taken the vehicle away."""
+        """True while energy remains and no fault has removed the vehicle."""
         return self.functional.is_on
 
     @property
     def real(self) -> VehicleData:
-        """Its data as it really is."""
+        """True data of the vehicle."""
         return self.functional.data
 
     def suffer(self, condition: Condition) -> None:
-        """Be in another condition from now on; called by the fleet when a fault begins or is over."""
+        """Apply a condition; called by the fleet when a fault begins or ends."""
         self.condition = condition
         self.functional.is_on = condition.is_alive and not self.functional.exhausted
         self.functional.impair(condition)
@@ -117,16 +113,13 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
     # One tick ------------------------------------------------------------------------------------
 
     def step(self, now_s: float, dt_s: float, neighbours: Sequence[Neighbour], since_s: float = 0.0) -> None:
-        """Act for the ``dt_s`` that end now, sense, think.
+        """Act for the ``dt_s`` that end now, sense, and think if a decision is due.
 
-        Args:
-            now_s: what its clock shows.
-            neighbours: what the obstacle sonar sees.
-            since_s: true time at which the ``dt_s`` began: the water keeps no clock of a vehicle.
+        ``now_s`` is its clock reading; ``since_s`` is the true start of the step, as the water keeps true time.
         """
         period_s, early_s = self.executive.period_s, self._next_decision_s - now_s
-        is_due = early_s <= 0.0 or early_s > period_s  # later only where its clock was set back
-        if is_due:  # the rhythm goes on while a vehicle is away, and by a clock that was set from what it shows
+        is_due = early_s <= 0.0 or early_s > period_s  # the latter if its clock was set back
+        if is_due:  # the period also runs while the vehicle is off; a set clock restarts it
             self._next_decision_s += period_s
             if not -period_s < self._next_decision_s - now_s <= period_s:
                 self._next_decision_s = now_s + period_s
@@ -142,7 +135,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
             self.think(now_s, period_s if dt_s > 0.0 else 0.0)
 
     def _take_note(self, sensed: Sensed, now_s: float) -> None:
-        """Record what a sensor yields, and tell it if it is to be told."""
+        """Record an observation, and send it if it is of use to others."""
         observation = sensed.observation
         if observation.row:
             self._recorder.rows(sensed.table_of(self.name).name).append((now_s, self.name, *observation.row))
@@ -150,7 +143,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
             self._share(self._recorded(sensed, now_s), now_s)
 
     def think(self, now_s: float, dt_s: float) -> None:
-        """Perceive, decide, and do at once what the decision asks of the social layer."""
+        """Perceive and decide; execute at once the parts of the social layer."""
         functional, executive = self.functional, self.executive
         functional.picture.groups.planning_due = bool(self.social.planner.due)
         perceptions: Sequence[Perception] = functional.perceive(executive.decision.chosen)
@@ -169,7 +162,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
             functional.heed(pulls)
             executive.yields_to = functional.guidance.yields_to
             executive.is_hindered = functional.guidance.hindered_s > 0.0
-        is_low = body.battery <= body.reserve  # no more is left than the way home takes
+        is_low = body.battery <= body.reserve  # energy for the way home only
         if (is_low or functional.stranded) and not self.has_resigned:
             self.has_resigned = True
             if not is_low:
@@ -189,7 +182,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
             self.conclude(self.social.conclusions.of_its_own(self.data, *of), now_s)
 
     def _note_events(self, perceptions: Sequence[Perception], now_s: float) -> Sequence[Perception]:
-        """Record what activities have found out, done or failed at; return what is perceived then."""
+        """Record results of activities; return the perceptions afterwards."""
         if not [of for of in perceptions if of.done or of.failed or of.concludes]:
             self._uneventful = perceptions
             return perceptions
@@ -205,7 +198,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         return perceptions
 
     def _note_what_is_done(self, perceptions: Sequence[Perception], now_s: float) -> bool:
-        """Make known the first objective for which all has been done, or that cannot be done; True if there was one."""
+        """State the first complete or infeasible objective; return whether there was one."""
         for index, perception in enumerate(perceptions):
             objective = self.executive.sets[index].objective
             if perception.failed and objective is not None and self._cope(objective, index, perception, now_s):
@@ -216,7 +209,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         return False
 
     def _cope(self, objective: Objective, index: int, perception: Perception, now_s: float) -> bool:
-        """An activity cannot be done: go another way, or give its objective up. True if something has changed."""
+        """Replan a failed activity, or declare its objective infeasible; return whether possible."""
         failed = self.executive.sets[index]
         names = [activity.name for activity in failed.activities]
         if not perception.makes_no_way and self.social.pursuit.fail(objective, names, self.social.facts):
@@ -226,7 +219,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         if perception.is_beyond_it and (job := self.social.job_of(objective)):
             if facts := self.social.unable_to(job):
                 self.conclude(facts, now_s)
-            return bool(facts)  # it leaves the job at the end of the round
+            return bool(facts)  # it releases the job at the end of the round
         blind = not perception.makes_no_way and any(activity.sensors for activity in failed.activities)
         if facts := self.social.give_up(objective, blind):
             self._run_log.fault(now_s, CANNOT, str(objective))
@@ -236,7 +229,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
     # Consultation --------------------------------------------------------------------------------
 
     def consult(self, now_s: float) -> bool:
-        """End of a TDMA frame: what was heard in it counts, and what is made of it. True if something changed here."""
+        """Consult at the end of a TDMA frame; return whether membership or organisation changed."""
         if not self.functional.is_on:
             return False
         self.radio.tidy(now_s)
@@ -256,7 +249,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         return changed
 
     def _look_around(self, now_s: float) -> bool:
-        """See who is there, and act on it. True if somebody came or went."""
+        """Update membership and act on changes; return whether there were any."""
         seen = self.social.look_around(now_s)
         if seen is None:
             return False
@@ -269,7 +262,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         return True
 
     def _take_effect(self, now_s: float) -> bool:
-        """Roles and objectives stated so far count from now on."""
+        """Apply pending requests; return whether there were any."""
         if not self.social.is_due:
             return False
         self._may_have_replanned = True
@@ -277,7 +270,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         return True
 
     def _take_on(self, result: Considered, now_s: float) -> None:
-        """Play the roles that changed, by activities chosen anew where they have to be."""
+        """Apply changed roles, with new activities if due."""
         self._run_log.rulings(now_s, result.rulings)
         if result.activities_due:
             self._adopt()
@@ -292,7 +285,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
     # The exchange --------------------------------------------------------------------------------
 
     def speak(self, now_s: float) -> Transmission | None:
-        """The packet for this vehicle's slot, which opens now; None from one not alive, or while it is silent."""
+        """Return the packet for the own slot, which opens now; None if not alive or silent."""
         if not self.functional.is_on or self.social.is_silent or not self.radio.is_heard:
             return None
         node = self.data.node
@@ -309,7 +302,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         return sent
 
     def hear(self, data: bytes, now_s: float) -> Reception | None:
-        """Take in a packet; None at a vehicle that is not alive."""
+        """Process a packet; None if not alive."""
         if not self.functional.is_on:
             return None
         reception, emitter, changes, signals = self.radio.hear(data, now_s)
@@ -326,7 +319,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         return reception
 
     def _shared_with(self, peer: str) -> Collection[str]:
-        """Groups that this vehicle and a peer are members of; kept until the organisation is another."""
+        """Return the groups shared with a peer, cached per organisation."""
         organisation = self.social.organisation
         if organisation is not self._organisation:  # keeping them saves 0.5 % of the instructions of a mission
             self._organisation = organisation
@@ -337,13 +330,13 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         return shared
 
     def take_in(self, changes: Sequence[Change], now_s: float) -> None:
-        """Act on what has changed in the world model otherwise than by a packet heard or something found out."""
+        """Process changes of the world model from other sources than packets or observations."""
         self._consider(changes, now_s)
 
-    # What the vehicle knows anew -----------------------------------------------------------------
+    # New facts -----------------------------------------------------------------------------------
 
     def conclude(self, facts: Sequence[Fact], now_s: float, told: bool = True) -> None:
-        """Record facts that the vehicle found out itself and, if they are to be told, offer them to the others."""
+        """Record own facts and, if ``told`` and of use, offer them to peers."""
         if facts:
             private = not self.radio.tells(facts, told)
             self._share(self.beliefs.model.record(facts, now_s, private), now_s, told)
@@ -366,7 +359,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         self._run_log.plans(now_s, self.social.planner.executions, self.social.pursuit.executions)
 
     def _recorded(self, sensed: Sensed, now_s: float) -> Change:
-        """What an observation changes in the world model; raises PluginError if it cannot be recorded."""
+        """Record an observation; raise PluginError on failure."""
         beliefs, observation = self.beliefs, sensed.observation
         for change in self.condition.readings:
             observation = change(sensed.sensor, observation, beliefs.model.tbox)
@@ -380,7 +373,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
             ) from error
 
     def _plan(self, now_s: float) -> None:
-        """Plan the missions of the groups that it leads, and tell what comes of it."""
+        """Plan the missions of its groups and state the result."""
         deliberation = self.social.plan_missions()
         self._may_have_replanned = True
         for no_plan in deliberation.impossible:
@@ -390,12 +383,9 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
             self.conclude(part, now_s, told)
 
     def go_on(self, before: Vehicle, now_s: float, remembers: bool) -> None:
-        """Begin anew where another one was; what is remembered counts as if it were heard now.
+        """Restart in place of ``before``; remembered facts count as received now.
 
-        Args:
-            before: what it was.
-            now_s: the time now.
-            remembers: False if its memory is lost.
+        ``remembers`` is False if the memory is lost.
         """
         self._next_decision_s = before._next_decision_s
         embody(self.functional, before.functional)

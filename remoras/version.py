@@ -1,3 +1,3 @@
-"""Version of this program: of the distribution, of results, and of what a sweep goes on with."""
+"""Version of this program, its results, and sweeps that it can resume."""
 
 __version__ = "0.1.0"

@@ -1,7 +1,4 @@
-"""Read-only views of vehicles and fleet for the referee of a mission, its truth.
-
-Holders of jobs: how far the vehicles of a fleet agree with those who hold them.
-"""
+"""Read-only views of vehicles and fleet for the ground truth; agreement about job holders."""
 
 from __future__ import annotations
 
@@ -22,11 +19,7 @@ if TYPE_CHECKING:
 
 
 class ReadOnlyVehicle:
-    """A vehicle as a truth sees it: a ``remoras.mission.VehicleView``; nothing of it can be set.
-
-    Attributes:
-        name: of the vehicle.
-    """
+    """Read-only vehicle for the ground truth (``remoras.mission.VehicleView``)."""
 
     name: str
     _vehicle: Vehicle
@@ -46,38 +39,38 @@ class ReadOnlyVehicle:
 
     @property
     def position_m(self) -> Point:
-        """Where it really is."""
+        """True position."""
         motion = self._functional.motion
         return motion.x_m, motion.y_m
 
     @property
     def speed_mps(self) -> float:
-        """How fast it really moves over ground."""
+        """True speed over ground."""
         return self._functional.guidance.ground_mps
 
     @property
     def data(self) -> VehicleData:
-        """What it really is in this run."""
+        """True data in this run."""
         return self._functional.data
 
     @property
     def makes_headway(self) -> bool:
-        """False once it came no nearer to where it was guided for long, see ``remoras.functional.guidance``."""
+        """False while it makes no progress towards its target (``remoras.functional.guidance``)."""
         return not self._functional.headway.is_lost
 
     @property
     def waits(self) -> Wait | None:
-        """What it waits for; None while it gets on by itself, or is not alive."""
+        """Condition that it waits for; None without one or if not alive."""
         return self._functional.waits if self._functional.is_on else None
 
     @property
     def is_alive(self) -> bool:
-        """True while it has energy and no fault has taken it away."""
+        """True while energy remains and no fault has removed it."""
         return self._functional.is_on
 
     @property
     def is_in_contact(self) -> bool:
-        """True while it is alive, hears and is heard; where the strategy uses no modem, whatever that does."""
+        """True while alive and able to send and receive; modem faults count only if it communicates."""
         vehicle = self._vehicle
         condition = vehicle.condition
         is_cut_off = (condition.is_mute or condition.is_deaf) and vehicle.radio.communicates
@@ -85,18 +78,18 @@ class ReadOnlyVehicle:
 
     @property
     def communicates(self) -> bool:
-        """True if it sends and hears packets."""
+        """True if it sends and receives packets."""
         return self._vehicle.radio.communicates
 
     @property
     def will_return(self) -> bool:
-        """True while a fault keeps it out of contact that will be over, and it has energy."""
+        """True while it has energy and a temporary fault keeps it out of contact."""
         vehicle = self._vehicle
         return vehicle.condition.will_return and not (self.is_in_contact or vehicle.functional.exhausted)
 
     @property
     def able_data(self) -> VehicleData | None:
-        """What it is left with for work: its data, without sensors that are dead for good; None if nothing is."""
+        """Its data without permanently failed sensors; None if it can do no more work."""
         vehicle, condition = self._vehicle, self._vehicle.condition
         if self._functional.exhausted or vehicle.has_resigned or condition.lost_for_good or not self.makes_headway:
             return None
@@ -107,18 +100,18 @@ class ReadOnlyVehicle:
 
     @property
     def sensing(self) -> tuple[str, ...]:
-        """Names of its sensors that were on, and worked, in the last motion tick."""
+        """Names of its sensors that were on and worked in the last motion tick."""
         sensing = self._functional.sensors.looking
         return sensing if sensing and self._functional.is_on else ()
 
     @property
     def organisation(self) -> Organisation:
-        """Groups and roles as the vehicle sees them."""
+        """Groups and roles in its view."""
         return self._social.organisation
 
     @property
     def performed(self) -> tuple[str, ...]:
-        """Names of the activity sets that it performs; the same object until it decides anew."""
+        """Names of performed activity sets; the same object until the next decision."""
         executive = self._vehicle.executive
         if self._decision is not executive.decision:  # saves 2.6 % of the instructions of a mission
             performed = tuple(executive.sets[index].name for index in executive.decision.chosen)
@@ -127,12 +120,12 @@ class ReadOnlyVehicle:
 
     @property
     def finished(self) -> Sequence[Objective]:
-        """Objectives for which it has done all there was to do, in order."""
+        """Completed objectives, in order."""
         return tuple(self._social.finished)
 
     @property
     def issued(self) -> Iterable[RoleAssignment]:
-        """Role assignments that it has given out."""
+        """Role assignments that it has given."""
         return frozenset(self._social.planner.orders.issued)
 
     @property
@@ -141,59 +134,54 @@ class ReadOnlyVehicle:
         return frozenset(self._social.planner.orders.issued_objectives)
 
     def objectives_of(self, vehicle: str) -> tuple[Objective, ...]:
-        """Objectives that ``vehicle`` has, as this one sees it."""
+        """Return the objectives of ``vehicle`` in its view."""
         return self._social.objectives_of(vehicle)
 
     def leads(self, group: str) -> bool:
-        """True if it is a head of ``group`` and has the social layer."""
+        """Return whether it leads ``group`` and has the social layer."""
         return self._social.leads(group)
 
     def has_planned(self, group: str) -> bool:
-        """True once it has planned the mission of ``group``."""
+        """Return whether it has planned the mission of ``group``."""
         return self._social.planner.has_planned(group)
 
     def gives_out(self, group: str) -> bool:
-        """True while ``group`` has work that it still has to give out or to see done."""
+        """Return whether ``group`` has work that it has to assign or to confirm."""
         return self._social.gives_out(group)
 
     def can_play(self, group: str, role: str) -> bool:
-        """True if it is able to play that role of the group."""
+        """Return whether it is able to play that role of the group."""
         return self._vehicle.data.can_play(group, role)
 
     @property
     def is_patient(self) -> bool:
-        """True while it is cut off and leaves to others what it will do itself if they do not come."""
+        """True during the grace period: while isolated it leaves the jobs of others alone."""
         return self._social.is_patient
 
     def has_met(self, group: str) -> bool:
-        """True if it takes ``group`` for gathered."""
+        """Return whether it believes ``group`` gathered."""
         return group in self._vehicle.functional.picture.groups.gathered
 
 
 class ReadOnlyFleet(NamedTuple):
-    """A fleet as a truth sees it: a ``remoras.mission.FleetView``.
-
-    Attributes:
-        vehicles: every vehicle, in the order of the nodes.
-    """
+    """Read-only fleet for the ground truth (``remoras.mission.FleetView``), in node order."""
 
     vehicles: tuple[ReadOnlyVehicle, ...]
 
     @classmethod
     def of(cls, vehicles: Iterable[Vehicle]) -> ReadOnlyFleet:
-        """The view of a fleet of these vehicles."""
+        """Create the view of these vehicles."""
         return cls(tuple(ReadOnlyVehicle(vehicle) for vehicle in vehicles))
 
 
 class HolderCount:
-    """Counts what vehicles believe of the others' jobs, and how much of it is wrong.
+    """Count of beliefs about job holders among other vehicles, and of the wrong ones.
 
-    Not to know who holds a job is not wrong. Vehicles that keep claims to themselves, as in auctions by consensus, name
-    nobody.
+    Unknown holders are not wrong. Vehicles with private claims, as in auctions by consensus, name none.
 
     Attributes:
         n_believed: (vehicle, job) pairs in which the vehicle named another one as holder.
-        n_wrong: such pairs in which one that it named does not hold the job.
+        n_wrong: such pairs in which a named one does not hold the job.
     """
 
     def __init__(self) -> None:
@@ -203,11 +191,7 @@ class HolderCount:
         self._last_counts = 0, 0
 
     def compare(self, believed: Sequence[tuple[str, Organisation]]) -> None:
-        """Compare the vehicles at one moment; a job is held by those who believe so of themselves.
-
-        Args:
-            believed: name of every living vehicle, and the organisation as it sees it.
-        """
+        """Add the beliefs of living vehicles at one time; holders are those in their own view."""
         if believed != self._last:  # saves 0.9 % of the instructions of a mission
             self._last, self._last_counts = believed, self._counts(believed)
         n_believed, n_wrong = self._last_counts
@@ -215,7 +199,7 @@ class HolderCount:
         self.n_wrong += n_wrong
 
     def _counts(self, believed: Sequence[tuple[str, Organisation]]) -> tuple[int, int]:
-        """How many pairs there are, and how many of them are wrong."""
+        """Return the number of pairs and of wrong ones."""
         if not believed:
             return 0, 0
         jobs = [(g.name, role.name) for g in believed[0][1].groups.values() for role in g.roles if role.job is not None]
@@ -231,5 +215,5 @@ class HolderCount:
 
     @property
     def wrong_fraction(self) -> float | None:
-        """Share of the pairs that were wrong; None if there were none."""
+        """Share of wrong pairs; None without any."""
         return round(self.n_wrong / self.n_believed, 6) if self.n_believed else None
