@@ -1,6 +1,3 @@
-"""Kinds of vehicle faults, one file each; see ``missions.fault``.
-
-Only tests import them by name.
-"""
+"""Kinds of vehicle faults, one file each; see ``missions.fault``."""
 
 __all__: list[str] = []

@@ -36,10 +36,7 @@ def _off(value: Any) -> Any:
 
 @dataclass(frozen=True, slots=True)
 class Bias:
-    """Offset of sensor readings, which are clipped to the attribute's range.
-
-    ``offset``: one number, or (east, north) for points.
-    """
+    """Offset (one number or two) of sensor readings, clipped to the attribute's range."""
 
     attribute: str
     offset: tuple[float, ...]

@@ -1,7 +1,4 @@
-"""Optional scenario features, one file each; see ``missions.feature``.
-
-Only tests import them by name.
-"""
+"""Optional scenario features, one file each; see ``missions.feature``."""
 
 import missions.scenarios  # noqa: F401  # whose tables must exist before features extend them
 

@@ -102,7 +102,7 @@ class OwnClock:
         return self.offset_s + PPM * self.drift_ppm * true_s + self.correction_s
 
     def true_time_s(self, shown_s: float) -> float:
-        """True time (s) for a clock reading, with the corrections so far."""
+        """True time (s) for a clock reading, with present corrections."""
         return (shown_s - self.offset_s - self.correction_s) / (1.0 + PPM * self.drift_ppm)
 
     def set_by(self, by_s: float) -> None:
@@ -139,10 +139,7 @@ NOW: Mapping[str, str] = {"items": "recorded_s"}
 
 
 class RecorderByClock(Recorder):
-    """Recorder that converts the rows of one vehicle to true time.
-
-    recorder: of the whole fleet.
-    """
+    """Recorder for the fleet's tables that converts the rows of one vehicle to true time."""
 
     def __init__(self, recorder: Recorder, clock: OwnClock) -> None:
         self._recorder = recorder
@@ -219,7 +216,7 @@ class Timekeeper:
         self.recorder.rows(CLOCKS.name).append(row)
 
 
-# Scenario settings --------------------------------------------------------------------------
+# Scenario settings ------------------------------------------------------------------------------
 
 
 def apart_s(scenario: Scenario) -> float:
@@ -266,7 +263,7 @@ def _drawn(seed: int, node: int, what: int, spread: float) -> float:
     return spread * (2.0 * loss.uniform(seed, loss.CLOCKS, 0, node, what) - 1.0) if spread else 0.0
 
 
-# Run hooks -----------------------------------------------------------------------------------
+# Run hooks --------------------------------------------------------------------------------------
 
 
 class Clocks(Observer):

@@ -151,7 +151,7 @@ class GuidanceInCurrent(Guidance):
         course = (dx_m / range_m, dy_m / range_m) if range_m > 0.0 else STILL
         most_mps, (water, speed_mps) = speed_mps, self._through_water(course, speed_mps)
         ground_mps = length(water[0] + flow[0], water[1] + flow[1])
-        if ground_mps * dt_s >= range_m:  # there within the tick
+        if ground_mps * dt_s >= range_m:  # reached within the tick
             return (target_m[0] - flow[0] * dt_s, target_m[1] - flow[1] * dt_s), speed_mps
         time_s = range_m / ground_mps if ground_mps > 0.0 else dt_s
         if self._is_over_ground:
@@ -200,10 +200,7 @@ def in_current(layer: FunctionalLayer, current: Current) -> None:
 
 
 class MovingWater(Observer):
-    """Run hooks that move all vehicles in the current and let inoperative ones drift.
-
-    A vehicle drifts from the tick after its fault.
-    """
+    """Run hooks that move all vehicles with the current; from the next tick, also disabled ones."""
 
     def __init__(self, current: Current, tick_s: float, lost_stay: bool) -> None:
         self._current, self._tick_s, self._lost_stay = current, tick_s, lost_stay

@@ -56,7 +56,7 @@ FIXING = ActivitySet(None, ActivityKind.VITAL, (Activity("FixingPosition", Activ
 """Vital need of vehicles with navigation error."""
 
 
-# Scenario settings --------------------------------------------------------------------------
+# Scenario settings ------------------------------------------------------------------------------
 
 
 class NavigationTable(Sparse):
@@ -114,7 +114,7 @@ def place_error_m(scenario: Scenario, vehicles: Sequence[VehicleData]) -> float 
     """Greatest error (m) that a vehicle accumulates in the time of a fix; None without error."""
     if not errs(scenario):
         return None
-    from remoras.navigation import NavigationConstants, takes_s  # of vehicles that err alone
+    from remoras.navigation import NavigationConstants, takes_s  # needed only with navigation error
 
     table = scenario.of_feature(KEY)
     constants = NavigationConstants(table.drift, table.fix_s, vertical_speed_mps=table.vertical_speed_mps)
@@ -128,7 +128,7 @@ def locating(scenario: Scenario) -> tuple[str, ...]:
     return tuple(beacon.vehicle for beacon in beacons if beacon.vehicle)
 
 
-# Vehicle behaviour --------------------------------------------------------------------------
+# Vehicle behaviour ------------------------------------------------------------------------------
 
 
 class FixingPosition(Behaviour):
@@ -149,7 +149,7 @@ class FixingPosition(Behaviour):
         self._data = data
         self._begun: tuple[float, float] | None = None  # time and uncertainty
         self._from_m: Point = data.start_m
-        self._silent: set[int] = set()  # numbers of the beacons that were not heard where they are known to be
+        self._silent: set[int] = set()  # numbers of beacons not received at their known position
         self._beacon: int | None = None
         self._is_fixed = False
 
@@ -259,10 +259,7 @@ class Adrift:
             self.behaviour.needed_m = math.inf if asked is None else asked(motion, picture)
 
     def after_motion(self, neighbours: Sequence[Neighbour], dt_s: float) -> None:
-        """Update navigation for a tick.
-
-        The depth changes only while no vehicle, at any depth, is within the separation.
-        """
+        """Update navigation; the depth changes only if no vehicle is within the separation."""
         motion, separation_m = self._layer.motion, self._layer.guidance.constants.separation_m
         if all(length(neighbour.dx_m, neighbour.dy_m) >= separation_m for neighbour in neighbours):
             self.navigation.go_to_depth(self.behaviour.depth_m, dt_s)
@@ -293,10 +290,7 @@ class Adrift:
 
 
 class SeparationAcrossLayers(Separation):
-    """Separation monitor for vehicles that leave their depths.
-
-    within: monitor that it replaces. column_m: claimed depth interval of a node, from the top.
-    """
+    """Separation monitor that replaces ``within`` for vehicles that leave their depths."""
 
     def __init__(self, within: Separation, column_m: Callable[[int], tuple[float, float]]) -> None:
         super().__init__(within.vehicles, within.separation_m)
@@ -314,7 +308,7 @@ class SeparationAcrossLayers(Separation):
         return apart_m <= SAME_DEPTH_M and super().are_too_near(one, other)
 
 
-# Run hooks -----------------------------------------------------------------------------------
+# Run hooks --------------------------------------------------------------------------------------
 
 
 class Drift(Observer):
@@ -381,7 +375,7 @@ def observer_of(joining: Joining) -> Drift | None:
     return Drift(joining) if errs(joining.scenario) else None
 
 
-# Metrics ------------------------------------------------------------------------------------
+# Metrics ----------------------------------------------------------------------------------------
 
 
 KNOWN = "Runs in which vehicles know where they are are left out."

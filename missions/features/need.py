@@ -117,11 +117,7 @@ def need_name(vehicle: str, number: int) -> str:
 
 @dataclass(frozen=True, slots=True)
 class StatedNeed:
-    """Need of one vehicle.
-
-    ``number`` counts the vehicle's needs from 1. ``from_s`` is 0 if agreed before the mission, ``until_s`` infinite if
-    the need is never withdrawn.
-    """
+    """Need of one vehicle; ``number`` counts from 1, ``from_s`` is 0 if agreed beforehand."""
 
     vehicle: str
     number: int
@@ -209,10 +205,7 @@ class NeedsInForce:
         return tuple(self._in_force.values())
 
     def priority_of(self, fact: PropertyValue, class_uid: int) -> Wanted:
-        """Return the nodes (bit mask) that need a fact, and its priority.
-
-        An on-demand fact without a need has (0, 1).
-        """
+        """Return the nodes (bit mask) that need a fact, with its priority; (0, 1) if on demand."""
         common, stated = self._common.priority_of(fact, class_uid), self._stated.priority_of(fact, class_uid)
         if common == NOBODY == stated:
             return (0, 1) if fact.attribute in self._on_demand else NOBODY
@@ -267,7 +260,7 @@ def _class_of(model: WorldModel, uid: int) -> int | None:
     return None if instance is None else instance.class_uid
 
 
-# Scenario settings --------------------------------------------------------------------------
+# Scenario settings ------------------------------------------------------------------------------
 
 
 def states_needs(scenario: Scenario) -> bool:
@@ -329,7 +322,7 @@ def need_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[Configur
         yield from one_of(f"{key}.attribute", table.attribute, attributes)
         yield from one_of(f"{key}.vehicle", table.vehicle, [ALL, *scenario.vehicle_names])
         yield from span_faults(key, table.from_s, table.until_s, scenario.scenario.duration_s)
-        if table.attribute in communication.needs:  # what serves all needs is what goes out
+        if table.attribute in communication.needs:  # the merged requirements apply
             names = [name for name in ("ttl_s", "blackout_s", "queue_limit") if getattr(table, name)]
             allowed = (
                 f"limits nothing, for communication.needs lists {table.attribute}, without limits, for all: "
@@ -358,7 +351,7 @@ def of_faults(scenario: Scenario, made: Mission) -> Iterator[ConfigurationFault]
                 yield ConfigurationFault(fault.key, shown(table.of), f"no class or instance; {fault.allowed}")
 
 
-# Run hooks -----------------------------------------------------------------------------------
+# Run hooks --------------------------------------------------------------------------------------
 
 
 def n_expired(run: MeasuredRun) -> int | Absent:

@@ -1,7 +1,4 @@
-"""Switch ``communication.parking = false``: never suspend exchange for a silent peer.
-
-See ``exchange.peering.parking``.
-"""
+"""Switch ``communication.parking = false``: no suspension (``exchange.peering.parking``)."""
 
 from missions.feature import on_unless_off
 from remoras.events import Observer

@@ -1,7 +1,4 @@
-"""Switch ``communication.relaying = false``: only origins send items by the policy.
-
-See ``exchange.peering.relaying``; a policy under which all vehicles repeat has no relaying.
-"""
+"""Switch ``communication.relaying = false``: no relaying (``exchange.peering.relaying``)."""
 
 from missions.feature import on_unless_off
 from remoras.events import Observer

@@ -1,7 +1,4 @@
-"""Switch ``communication.summaries = false``: no summary vectors are sent or applied.
-
-See ``exchange.peering.summaries``.
-"""
+"""Switch ``communication.summaries = false``: see ``exchange.peering.summaries``."""
 
 from missions.feature import on_unless_off
 from remoras.events import Observer

@@ -59,10 +59,7 @@ def faults_in(setup: Setup, seed: int) -> tuple[Fault, ...]:
 
 @dataclass(frozen=True)
 class Shared:
-    """Data shared by the vehicles of one run.
-
-    ``world`` is the mission's, as sensors perceive it; ``observers`` are the run hooks of the features in use.
-    """
+    """Data shared by the vehicles of one run, with its world and its run hooks (observers)."""
 
     setup: Setup
     seed: int

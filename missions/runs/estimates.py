@@ -23,10 +23,7 @@ from remoras.work import HOME_MARGIN, Job, Outlook, jobs_left
 
 @dataclass(frozen=True)
 class Caution:
-    """Warning about a scenario that is valid but unlikely to succeed.
-
-    key: of the scenario. text: the requirement against the available amount, with figures.
-    """
+    """Warning: ``text`` compares the requirement of a valid scenario with the supply."""
 
     key: str
     text: str
@@ -96,10 +93,7 @@ def cautions(setup: Setup) -> Iterator[Caution]:
 
 
 def _soonest(setup: Setup, job: Job) -> tuple[str, float] | None:
-    """Return the vehicle that would complete a job first if it began with it, and when.
-
-    None if no vehicle is able.
-    """
+    """Return the vehicle that would complete a job first, and when; None if none is able."""
     times = [
         (then.free_s, data.name)
         for data in _able(setup, job)

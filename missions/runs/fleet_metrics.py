@@ -51,10 +51,7 @@ class Window(NamedTuple):
 
 
 def windows(vehicles: Sequence[str], packets: Iterable[Mapping[str, Any]]) -> Iterator[Window]:
-    """Yield the windows of a run in time order, without a last incomplete one.
-
-    vehicles: all; a lost one is a separate part. packets: rows of the table.
-    """
+    """Yield the complete windows of a run in time order; a lost vehicle is a separate part."""
     n_slots = SLOTS_EACH * len(vehicles)
     by_window: dict[int, list[Mapping[str, Any]]] = defaultdict(list)
     for row in packets:

@@ -90,10 +90,7 @@ def write_knowledge(
 
 
 def form_of(format: str, about: tuple[str | None, float | None, bool]) -> RdfFormat | None:
-    """Return the RDF format of this name, None for other formats.
-
-    ``about`` is vehicle, time and items of ``write_knowledge``. Raises OutputError if it is set for another format.
-    """
+    """Return the RDF format of this name, or None; raise OutputError if ``about`` needs RDF."""
     if format in {*RdfFormat}:
         return RdfFormat(format)
     if about != (None, None, False):

@@ -75,10 +75,7 @@ GAVE_UP = frozenset({f"dropped block: {FaultCode.TIMED_OUT}", f"refused block: {
 
 
 class RebuiltLife(NamedTuple):
-    """Incarnation of a vehicle.
-
-    ``epoch`` counts the previous ones; ``remembers`` is True if the memory was kept.
-    """
+    """Incarnation of a vehicle; ``epoch`` counts the previous ones."""
 
     from_s: float
     epoch: int
@@ -103,10 +100,7 @@ def gave_up_s(faults: Iterable[Row], vehicle: str) -> list[float]:
 
 
 def tidied_s(faults: Iterable[Row], vehicle: str, schedule: TdmaSchedule, end_s: float) -> list[float]:
-    """Return the times (s) of pruning: frame ends of the mission with the vehicle present.
-
-    end_s: end of the mission; the exchange after it does not prune.
-    """
+    """Return the times (s) of pruning: the vehicle's frame ends, up to the mission's end."""
     changes = [
         (row["time_s"], -1 if row["detail"] == OVER else 1)
         for row in faults
@@ -265,11 +259,7 @@ class KnownAt:
                 yield self._belief(names, latest)
 
     def value(self, subject: str, attribute: str) -> Any:
-        """Return the latest known value of a property; None without one.
-
-        Raises:
-            UnknownNameError: no such instance or attribute.
-        """
+        """Return the latest known value of a property, or None; raise UnknownNameError."""
         value = Beliefs(self.model).get((attribute, subject))
         return int(value) if value is not None and self._is_whole(attribute) else value
 
@@ -301,10 +291,7 @@ class KnownAt:
 
     @property
     def doubted(self) -> tuple[str, ...]:
-        """Vehicles whose numbers and points contradict others beyond the stated uncertainty.
-
-        Of two that contradict each other, both. Nothing is excluded; see ``worldmodel.fusion``.
-        """
+        """Vehicles whose numbers contradict others beyond their uncertainty (``worldmodel.fusion``)."""
         model = self.model
         slots = (
             (attribute, model.history(uid, attribute.uid))
@@ -318,9 +305,9 @@ class KnownAt:
     def history(
         self, subject: str, attribute: str, since_s: float | None = None, until_s: float | None = None
     ) -> tuple[Belief, ...]:
-        """Return the known observations of a property, oldest first, without excluded origins.
+        """Return known observations of a property, the oldest first, or raise UnknownNameError.
 
-        since_s, until_s: bounds on the time of observation, inclusive. Raises UnknownNameError.
+        Excluded origins are left out; ``since_s`` and ``until_s`` bound the time of observation, inclusive.
         """
         names = Beliefs(self.model)
         slot = names.uid(subject), self.model.tbox.attribute_named(attribute).uid
@@ -346,11 +333,7 @@ class KnownAt:
 
 
 class Memory:
-    """Knowledge of all vehicles in a recorded run, at any time.
-
-    Raises:
-        OutputError: a table is missing or damaged.
-    """
+    """Knowledge of all vehicles in a recorded run; raises OutputError for damaged tables."""
 
     def __init__(self, results: RunResults, setup: Setup) -> None:
         self._setup = setup
@@ -369,11 +352,7 @@ class Memory:
         return Senders(self._results)
 
     def known(self, vehicle: str, at_s: float) -> KnownAt:
-        """Return the knowledge of ``vehicle`` at ``at_s``.
-
-        Raises:
-            OutputError: unknown vehicle, or a time outside the run.
-        """
+        """Return a vehicle's knowledge; raise OutputError for an unknown vehicle or time."""
         setup = self._setup
         names = tuple(setup.database)
         if vehicle not in names:
@@ -463,10 +442,7 @@ class Memory:
                 self._hold(name, times_s, block, items)
 
     def _hold(self, name: str, times_s: Iterable[Sequence[float]], block: Block, items: tuple[str, ...]) -> None:
-        """Record a vehicle's block for each memory interval in which it received all of its items.
-
-        times_s: reception times per item.
-        """
+        """Record a block for each memory interval with receptions of all its items (``times_s``)."""
         for from_s, until_s in memories(self._lives[name]):
             heard_s = [[time_s for time_s in of_item if from_s <= time_s < until_s] for of_item in times_s]
             if all(heard_s):
@@ -478,10 +454,7 @@ class Memory:
     def _heard_statuses(
         self, results: RunResults, told: Sequence[_Told], exhausted_s: Mapping[str, float]
     ) -> dict[int, dict[str, list[float]]]:
-        """Return the reception times of statuses by number and vehicle.
-
-        Of statuses with one name the newest is sent. ``exhausted_s``: time after which a vehicle receives nothing.
-        """
+        """Return the reception times of statuses; of one name, the newest recorded is sent."""
         recorded: dict[str, list[int]] = defaultdict(list)
         for number, status in enumerate(told):
             if status.block.is_status:

@@ -144,10 +144,7 @@ def consistency(recorder: MeasuredTables, n_vehicles: int) -> tuple[float | None
 
 
 def consistency_time_s(run: MeasuredRun) -> float | Absent | None:
-    """Mean time (s) until the whole fleet knows an item, see ``consistency``.
-
-    Not applicable if needs follow from groups: then no item is meant for all.
-    """
+    """Mean time (s) until all know an item; not applicable where needs follow from groups."""
     if run.setup.subjects is not None:
         return NOT_APPLICABLE
     time_s, _ = consistency(run.recorder, len(run.scenario.vehicle))
@@ -261,20 +258,12 @@ def metrics_of(
 
 
 def own_metrics(scenario: Scenario) -> dict[str, Metric]:
-    """Return the metrics that a scenario names itself, by reference.
-
-    Raises:
-        PluginError: one cannot be loaded.
-    """
+    """Return the scenario's own metrics by reference; raise PluginError if one fails to load."""
     return {reference: metric_named(reference) for reference in scenario.scenario.metrics}
 
 
 def with_own(known: Mapping[str, Metric], metric: Metric, source: str, key: str, reference: str) -> dict[str, Metric]:
-    """Return metrics by name with another one added, as a user names it.
-
-    source, key, reference: file, key and text of the name, for messages. Raises ConfigurationError for a duplicate name
-    or label.
-    """
+    """Return metrics with one added; a taken name or label raises ConfigurationError."""
     try:
         return collected(source, (*known.values(), metric))
     except ConfigurationError as error:

@@ -155,10 +155,7 @@ def holder_conflict_fraction(run: MeasuredRun) -> float | None:
 
 
 def malformed_spells(run: MeasuredRun) -> Iterator[tuple[float, tuple[Malformed, ...]]]:
-    """Yield intervals (s) with the violations of the organisation's specification in each.
-
-    The organisation is the union of the present vehicles' own roles.
-    """
+    """Yield intervals (s) with the violations of the specification by the vehicles' own roles."""
     groups = tuple(run.setup.agreement.organisation.groups.values())
     known: frozenset[RoleAssignment] | None = None
     faults: tuple[Malformed, ...] = ()

@@ -66,11 +66,7 @@ class RunReader(ABC):
         return name in self.tables
 
     def table(self, name: str) -> pa.Table:
-        """Return an Arrow table; ``.to_pandas()`` converts it to a data frame.
-
-        Raises:
-            OutputError: there is no such table, or it is damaged.
-        """
+        """Return an Arrow table; raise OutputError if it is missing or damaged."""
         if not self.has(name):
             raise OutputError(f"no table {name!r}; there are {', '.join(self.tables)}{suggestion(name, self.tables)}")
         return self._read(name)
@@ -86,17 +82,13 @@ class RunReader(ABC):
 
     @cached_property  # 10 ms to parse, asked by each part of a figure
     def scenario_tables(self) -> dict[str, Any]:
-        """Resolved scenario as TOML tables, readable by other versions.
-
-        Raises:
-            OutputError: invalid TOML.
-        """
+        """Resolved scenario as TOML tables, readable by other versions; may raise OutputError."""
         try:
             return tables_of(self.manifest["scenario"], MANIFEST)
         except (TypeError, ConfigurationError) as error:
             raise OutputError(f"{self!r}: the scenario in its manifest is damaged: {error}") from None
 
-    # What metrics read ---------------------------------------------------------------------------
+    # Input of metrics ----------------------------------------------------------------------------
 
     @cached_property  # it keeps the rows that metrics share
     def recorder(self) -> KeptTables:
@@ -176,7 +168,7 @@ class RunReader(ABC):
 
         return Settled(float(self.summary["settling_s"]), bool(self.summary["settled"]))
 
-    # What vehicles knew --------------------------------------------------------------------------
+    # Knowledge of vehicles -----------------------------------------------------------------------
 
     @cached_property  # all blocks of the run
     def _memory(self) -> Memory:
@@ -185,19 +177,12 @@ class RunReader(ABC):
         return Memory(self, self.setup)
 
     def known(self, vehicle: str, at_s: float) -> KnownAt:
-        """Return the knowledge of ``vehicle`` at ``at_s``: world model and organisation.
-
-        Raises:
-            OutputError: unknown vehicle, time or table.
-        """
+        """Return a vehicle's knowledge at a time; raise OutputError for unknown ones."""
         return self._memory.known(vehicle, at_s)
 
 
 class KeptTables:
-    """Tables of a run as tuples in time order.
-
-    ``bits``: sent by the whole fleet, by purpose.
-    """
+    """Tables of a run as tuples in time order; ``bits`` counts sent bits by purpose."""
 
     def __init__(self, reader: RunReader) -> None:
         self.bits = Counter({content: int(reader.summary[f"bits_{content.value}"]) for content in Content})
@@ -260,12 +245,9 @@ class KeptRun(RunReader):
 
 
 def value_of(metric: Metric, run: MeasuredRun, of: str) -> float | int | bool | Absent | None:
-    """Return the value of a metric in a run that has ended.
+    """Return the value of a metric declared by ``of`` in a finished run.
 
-    ``of`` names the declaring mission or user, for messages.
-
-    Raises:
-        PluginError: the metric raises, or returns no finite number, truth value or None.
+    Raises PluginError if the metric raises or returns no finite number, truth value or None.
     """
     where = f"metric {metric.name} of {of}" if of else f"metric {metric.name}"
     try:

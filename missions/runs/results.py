@@ -69,10 +69,7 @@ def manifest(run: Run) -> dict[str, Any]:
 
 
 def write_results(run: Run | MemoryResults, folder: Path, force: bool = False) -> None:
-    """Write summary, manifest and tables; ``force`` replaces existing results.
-
-    Raises OutputError if the folder is not empty or cannot be written.
-    """
+    """Write results; raise OutputError for a non-empty folder unless ``force``."""
     check_output(folder, force)
     results = run if isinstance(run, MemoryResults) else MemoryResults(run)
     try:
@@ -100,10 +97,7 @@ class _Digest(io.RawIOBase):
 
 
 def run_id(run: Run, tables: Iterable[tuple[str, pa.Table]]) -> str:
-    """Return the id of a run: a hash of version, scenario, seed and tables.
-
-    tables: in order of their names; each is released before the next is taken.
-    """
+    """Return the id of a run: a hash of version, scenario, seed and tables, in name order."""
     digest = _Digest(f"{__version__} {run.scenario.model_dump_json()} {run.seed}")
     for name, table in tables:
         digest.write(name.encode())

@@ -57,11 +57,7 @@ from worldmodel import (
 
 
 def sensors_of(data: VehicleData) -> dict[str, Sensor]:
-    """Create the sensors of a vehicle, by name.
-
-    Raises:
-        PluginError: one cannot be created, or lacks a part of the interface.
-    """
+    """Create the sensors of a vehicle, by name; raise PluginError for an invalid one."""
     made: dict[str, Sensor] = {}
     for settings in data.sensors:
         where = f"sensor {settings.name} of {data.name}"
@@ -85,10 +81,7 @@ def recorder_of_mission(mission: Mission, sensors: Sequence[Mapping[str, Sensor]
 
 
 def refuse_malformed(scenario: Scenario, agreement: Agreement) -> None:
-    """Raise ConfigurationError if the initial organisation is not well formed.
-
-    A group without leader would wait for ever.
-    """
+    """Raise ConfigurationError for a malformed initial organisation, such as no leader."""
     founding = agreement.organisation
     faults = [
         ConfigurationFault(f"group.{group}.role.{of_group.head_role}", "", "nobody came to play it before the mission")
@@ -107,10 +100,7 @@ def refuse_malformed(scenario: Scenario, agreement: Agreement) -> None:
 
 
 def refuse_undivided(scenario: Scenario, strategy: Strategy, agreement: Agreement, database: AUVDatabase) -> None:
-    """Raise ConfigurationError for jobs that no vehicle would do.
-
-    Where vehicles consult about jobs, those without the social layer would not do theirs.
-    """
+    """Raise ConfigurationError for jobs whose able vehicles all lack the social layer."""
     if strategy.declaration.authorities.isdisjoint(CONSULTING):
         return
     remedy = "set social_layer = true for one of them, or name a strategy whose heads give out jobs, such as central"
@@ -146,10 +136,7 @@ def priorities(scenario: Scenario, strategy: Strategy, mission: Mission, tbox: T
 
 
 def needs_of_all(tbox: TBox, urgency: Mapping[int, int], n_nodes: int) -> NeedsIndex:
-    """Return needs by which every vehicle needs every exchanged attribute.
-
-    urgency: priority by uid.
-    """
+    """Return needs by which every vehicle needs all attributes in ``urgency`` (priority by uid)."""
     needs = tuple(
         InformationNeed(uid, priority, class_uid=tbox.attributes[uid].domain) for uid, priority in urgency.items()
     )

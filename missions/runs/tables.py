@@ -48,11 +48,7 @@ _MOST = 2**31 - 1
 
 
 def column_array(values: Sequence[Any], kind: str, unit: str = "") -> pa.Array:
-    """Convert values to an Arrow array, floats quantised to the step of their unit.
-
-    Raises:
-        TypeError, ValueError, OverflowError: a value is not of this kind.
-    """
+    """Convert values to an Arrow array, quantised; a wrong type raises TypeError or ValueError."""
     for of in set(map(type, values)) - {type(None)}:
         if not issubclass(of, _VALUES[kind]) or (of is bool and kind != "bool"):
             raise TypeError(f"{of.__name__} in a column of kind {kind}")
@@ -119,9 +115,9 @@ def _kept(unit: str, numbers: npt.NDArray[np.float64], missing: npt.NDArray[np.b
 
 
 def arrow_table(table: Table, rows: Sequence[Row], key: str = "") -> pa.Table:
-    """Convert rows to an Arrow table, with units in the column metadata.
+    """Convert rows to an Arrow table, with units in metadata and a run ``key`` as first column.
 
-    key: of the run, as first column unless empty. Raises OutputError for a row that does not fit the declared columns.
+    Raises OutputError for a row that does not fit the declared columns.
     """
     fields, arrays = [], []
     if key:
@@ -176,10 +172,7 @@ def write_table(target: Any, table: pa.Table) -> None:
 
 
 def write_runs(target: Any, schema: pa.Schema, runs: Iterable[pa.Table]) -> None:
-    """Write a table of several runs as a Parquet file whose row groups hold whole runs.
-
-    schema: with the key in front. runs: one table each, in order of their keys.
-    """
+    """Write a Parquet file of runs in key order; its row groups hold whole runs."""
     with table_writer(target, schema) as out:
         group: list[pa.Table] = []
         n_rows = 0

@@ -115,21 +115,13 @@ class ChannelTable(TraceChannel, NetworkChannel, AcousticChannel, GilbertElliott
         return {"name": self.name, **settings, "blackout": blackouts if info.mode == "json" else tuple(blackouts)}
 
     def settings(self) -> ChannelModel:
-        """Return the named model with the settings that it uses.
-
-        Raises:
-            PluginError: there is no such model.
-        """
+        """Return the named model with the settings that it uses; raise PluginError if unknown."""
         model = model_named(self.name)
         given = {key: getattr(self, key) for key in self.model_fields_set if key in model.model_fields}
         return model.model_validate_json(json.dumps(given, default=_plain), strict=True)
 
     def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
-        """Return the named loss model for a fleet.
-
-        Raises:
-            ConfigurationError: the file of a trace or network is missing or has changed.
-        """
+        """Return the named loss model; raise ConfigurationError for a missing or changed file."""
         with self._file_there():
             link = self.settings().link_model(deployment, seed)
         return link if self.name in CHANNELS else CheckedLink(self.name, link)
@@ -162,10 +154,7 @@ class ChannelTable(TraceChannel, NetworkChannel, AcousticChannel, GilbertElliott
             return self.settings().mean_per(deployment)
 
     def assumed(self, deployment: Deployment | None = None, seed: int = 0) -> str:
-        """Return the assumptions of the model, for captions; often empty.
-
-        deployment: fleet of one run; None for any.
-        """
+        """Return the assumptions of the model, of one run with ``deployment``, for captions."""
         with self._file_there():
             return self.settings().assumed(deployment, seed)
 
@@ -186,11 +175,7 @@ class CheckedLink:
     link: LinkModel
 
     def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
-        """Return the model's loss probability.
-
-        Raises:
-            ConfigurationError: the model raised, or returned anything but a number from 0 to 1.
-        """
+        """Return the model's loss probability; raise ConfigurationError for a wrong answer."""
         asked = f"p_loss({packet}, {receiver}, {range_m:g})"
         try:
             p_loss = self.link.p_loss(packet, receiver, range_m)
@@ -205,11 +190,7 @@ class CheckedLink:
 
 
 def model_named(name: str) -> type[ChannelModel]:
-    """Return a shipped model by name, or a plug-in by ``package.module:Class``.
-
-    Raises:
-        PluginError: it is unknown, cannot be loaded, or lacks a part of the interface.
-    """
+    """Return a shipped or plug-in (``package.module:Class``) model, or raise PluginError."""
     if ":" not in name:
         if name not in CHANNELS:
             raise PluginError(f"allowed: {', '.join(CHANNELS)}{suggestion(name, CHANNELS)}")

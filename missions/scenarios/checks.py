@@ -37,10 +37,7 @@ Faults = Iterator[ConfigurationFault]
 
 
 def cross_faults(scenario: Scenario, mission: type[Mission] | None) -> Faults:
-    """Yield all faults between the well-formed tables of a scenario.
-
-    mission: its class, which has checks of its own; None if it cannot be loaded.
-    """
+    """Yield all faults between well-formed tables, also by the ``mission`` if loaded."""
     for check in CHECKS:
         yield from well_formed(partial(check, scenario))
     if mission is None:
@@ -196,10 +193,7 @@ PARTS_OF_TRUTH = ("milestones", "goal_fraction", "is_over", "observe", "close")
 
 
 def hook_faults(reference: str, made: Mission) -> Iterator[ConfigurationFault]:
-    """Yield hooks of a mission that raise or return an unexpected value.
-
-    reference: name of the mission in the scenario.
-    """
+    """Yield hooks of a mission that raise or return an unexpected value."""
     count = "a whole number, 0 or more"
     hooks: tuple[tuple[str, str, Callable[[Any], bool], Callable[[], Any]], ...] = (
         ("jobs", f"objects by name, each with {', '.join(PARTS_OF_JOB)}", _are_jobs, lambda: made.jobs),

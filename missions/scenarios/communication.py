@@ -272,11 +272,7 @@ def value_rule_of(name: str) -> ValueRule:
 
 
 def policy_of(name: str) -> AckPolicy:
-    """Return a shipped policy by name, or a plug-in by ``package.module:object``.
-
-    Raises:
-        PluginError: it is unknown, cannot be loaded, or lacks a part.
-    """
+    """Return a shipped or plug-in (``package.module:object``) policy, or raise PluginError."""
     if ":" not in name:
         if name not in POLICIES:
             raise PluginError(f"allowed: {', '.join(POLICIES)}{suggestion(name, POLICIES)}")
@@ -289,11 +285,7 @@ def policy_of(name: str) -> AckPolicy:
 
 
 def key_of(file: str) -> bytes | None:
-    """Return the key in a file; None without a file.
-
-    Raises:
-        ConfigurationError: the file has no key, or the encryption library is missing.
-    """
+    """Return the key in a file, if any; raise ConfigurationError if it is unusable."""
     if not file:
         return None
     key = key_in(Path(file))

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 KEY = "fault"
 A_TIME = "a number of seconds, 0 or more, or [earliest, latest]"
 MOST_SHIPPED = 1 << 8
-"""Shipped kinds have lower numbers; those of plug-ins derive from their names, below 2^25."""
+"""Shipped kinds have lower numbers; plug-in numbers derive from names, below 2^25."""
 COMPULSORY = ("leaves", "detail", "able", "checks", "began_anew")
 """Hooks of a kind; all have a default."""
 
@@ -139,10 +139,7 @@ class DeclaredFault(Section):
         return SOUND
 
     def detail(self, data: VehicleData, how_long: str) -> str:
-        """Return the text in the table of faults at the start.
-
-        how_long: "for good" or the end; the text must contain it.
-        """
+        """Return the start text in the table of faults, which must contain ``how_long``."""
         return how_long
 
     @property
@@ -209,10 +206,7 @@ class DeclaredFault(Section):
 
     @classmethod
     def began_anew(cls, detail: str) -> bool | None:
-        """Return True or False if the vehicle kept or lost its memory at restart; None without one.
-
-        detail: of the row in the table of faults at the start.
-        """
+        """Return True if a restart keeps memory, judged by ``detail``; None without a restart."""
         return None
 
     # Derived data --------------------------------------------------------------------------------
@@ -290,7 +284,7 @@ class DeclaredFault(Section):
 
 
 class _AnyKind(DeclaredFault):
-    """Table of an unknown kind, whose own keys are unknown."""
+    """Table of an unknown kind, with unknown keys."""
 
     model_config = ConfigDict(extra="ignore")
 
@@ -343,11 +337,7 @@ class FaultOfSensors(DeclaredFault):
 
 @cache
 def kind_named(name: str) -> type[DeclaredFault]:
-    """Return a kind by name, or a plug-in by ``package.module:Class``.
-
-    Raises:
-        PluginError: it is unknown, cannot be loaded, or lacks a part of the interface.
-    """
+    """Return a shipped or plug-in (``package.module:Class``) kind, or raise PluginError."""
     known: dict[str, type[DeclaredFault]] = kinds()
     if ":" not in name:
         if name not in known:
@@ -380,7 +370,7 @@ def users_of_keys() -> dict[str, list[str]]:
     return found
 
 
-# Checks --------------------------------------------------------------------------------------
+# Checks -----------------------------------------------------------------------------------------
 
 
 def fault_table_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
@@ -399,10 +389,7 @@ def fault_table_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[C
 
 
 def own_faults(key: str, hook: str, asked: Callable[[], Iterable[ConfigurationFault]]) -> list[ConfigurationFault]:
-    """Return the faults that a plug-in's own hook reports, or a fault if the hook raises.
-
-    key: names the plug-in.
-    """
+    """Return the faults reported by a plug-in's hook, or a fault if the hook raises."""
     try:
         faults = list(well_formed(asked))
     except Exception as error:  # user code may raise anything

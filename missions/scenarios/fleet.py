@@ -245,11 +245,7 @@ def sensor_kind(reference: str, kinds: Mapping[str, type[SensorSettings]]) -> ty
 def sensor_settings(
     table: Mapping[str, Any], kinds: Mapping[str, type[SensorSettings]]
 ) -> SensorSettings | ValidationError:
-    """Parse a ``[[vehicle.sensor]]`` table; return its settings or the validation error.
-
-    Raises:
-        PluginError: the kind of sensor is unknown.
-    """
+    """Parse a ``[[vehicle.sensor]]`` table; raise PluginError for an unknown kind."""
     try:
         reference = str(table.get("type", ""))
         made = sensor_kind(reference, kinds).model_validate(table, strict=True)
@@ -264,7 +260,7 @@ def sensors_of(vehicle: VehicleTable, kinds: Mapping[str, type[SensorSettings]])
     return tuple(settings for settings in found if isinstance(settings, SensorSettings))
 
 
-# Abilities -----------------------------------------------------------------------------------
+# Abilities --------------------------------------------------------------------------------------
 
 
 def listening_w(communication: Communication, modem: Modem | None) -> float:

@@ -28,10 +28,7 @@ KEY = "worldmodel.ontology"
 
 
 def words_of(texts: Mapping[str, str], mission: type[Mission]) -> TBox:
-    """Return the ontology of a scenario and its mission.
-
-    texts: of the scenario's ontology files, by name. Raises OntologyError for an invalid file.
-    """
+    """Return the ontology of a scenario and its mission; raise OntologyError if invalid."""
     return read_tbox(*core_ontology_paths(), *mission.vocabulary, *sources_of(texts))
 
 
@@ -49,10 +46,7 @@ def sources_of(texts: Mapping[str, str]) -> tuple[Source, ...]:
 
 
 def with_ontologies(table: WorldModelTable, folder: Path) -> tuple[WorldModelTable, list[ConfigurationFault]]:
-    """Read the ontology files that the table names; return faults of the names.
-
-    folder: base of the paths; files with known text are not read.
-    """
+    """Read the named ontology files without known text; return faults of the names."""
     names, texts = table.ontology, table.ontology_text
     faults, read = [], dict[str, str]()
     for name in names:

@@ -130,10 +130,7 @@ def _mission_of(raw: Mapping[str, Any]) -> tuple[type[Mission] | None, list[Conf
 def _completed(
     scenario: Scenario, mission: type[Mission] | None
 ) -> tuple[Scenario, list[str], bool, list[ConfigurationFault]]:
-    """Derive the remaining tables of a scenario.
-
-    Returns the scenario, names of copies, True unless a malformed table prevented something, and faults.
-    """
+    """Return a completed scenario, names of copies, True if all tables allowed it, and faults."""
     copies, faults, is_whole = list[str](), list[ConfigurationFault](), False
     with passing_over_malformed():
         scenario = with_starts_apart(scenario)
@@ -248,11 +245,7 @@ def _are_alike(one: str, other: str) -> bool:
 
 
 def _value(text: str) -> Any:
-    """Parse a TOML value; a bare word is a string.
-
-    Raises:
-        LimitError: see ``missions.files.parsed``.
-    """
+    """Parse a TOML value, or a bare word as a string; raise LimitError beyond the limits."""
     try:
         return parsed(f"value = {text}")["value"]
     except tomllib.TOMLDecodeError:

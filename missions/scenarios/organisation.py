@@ -253,7 +253,7 @@ class _Writer:
 
 
 def _joined(tables: Sequence[Raw]) -> dict[str, Any]:
-    """Merge tables, those of the first with precedence; nested tables by key."""
+    """Merge tables by key, nested ones too; earlier ones have precedence."""
     found: dict[str, Any] = {}
     for table in reversed(tables):
         for key, value in table.items():
@@ -391,10 +391,7 @@ def _nesting(listed: Sequence[GroupTable], templates: Sequence[Raw]) -> Iterator
 def _subgroups(
     group: GroupTable, kinds: Mapping[str, Sequence[str]], templates: Sequence[str]
 ) -> Iterator[ConfigurationFault]:
-    """Yield violations of the number and templates of subgroups.
-
-    kinds: templates of the groups within ``group``, by name.
-    """
+    """Yield violations of the number and templates (``kinds``) of a group's subgroups."""
     for number, table in enumerate(group.subgroup, 1):
         key = f"group.{group.name}.subgroup.{number}"
         yield from one_of(f"{key}.template", table.template, templates)
@@ -496,11 +493,7 @@ class OrganisationTables(Section):
 
 
 def with_organisation(document: Document) -> tuple[Document, list[ConfigurationFault]]:
-    """Merge the organisation file that a scenario names; return faults.
-
-    Raises:
-        ConfigurationError: the file cannot be read, or is not TOML.
-    """
+    """Merge the named organisation file; raise ConfigurationError if it is unreadable."""
     if ORGANISATION not in document.raw:
         return document, []
     given = document.raw[ORGANISATION]
@@ -534,7 +527,7 @@ def _unknown(part: Document) -> list[ConfigurationFault]:
 
 
 def is_organisation(raw: Raw) -> bool:
-    """True if the tables are those of an organisation file alone."""
+    """True if all tables belong to an organisation file."""
     return bool(raw) and set(raw) <= set(TABLES)
 
 

@@ -74,11 +74,7 @@ def importable(given: str, folder: Path | None = None) -> str:
 
 
 def metric_named(reference: str) -> Metric:
-    """Return the metric that a user names, as for ``importable``.
-
-    Raises:
-        PluginError: it cannot be loaded, or is no valid ``remoras.Metric``.
-    """
+    """Return the metric that a user names, as for ``importable``, or raise PluginError."""
     found: Any = named_object(importable(reference))
     if faults := list(faults_of_metric(found)):
         raise PluginError(f"a metric: {'; '.join(fault.text for fault in faults)}")
@@ -87,11 +83,7 @@ def metric_named(reference: str) -> Metric:
 
 
 def metric_given(given: str | Metric, where: str) -> Metric:
-    """Return a metric given by name or as an object; ``where`` is its origin, for messages.
-
-    Raises:
-        PluginError: see ``metric_named``.
-    """
+    """Return a metric given by name or as an object; ``where`` is its origin, for messages."""
     try:
         if isinstance(given, str):
             return metric_named(given)
@@ -187,11 +179,7 @@ HELD = {
 
 
 def mission_class(reference: str) -> type[Mission]:
-    """Load the class of a mission, ``package.module:Class``.
-
-    Raises:
-        PluginError: it cannot be loaded, is no class, or lacks a part of the interface.
-    """
+    """Load the class of a mission, ``package.module:Class``, or raise PluginError."""
     found = named_object(reference)
     if not isinstance(found, type):
         raise PluginError(f"a class, a subclass of remoras.Mission; {reference} is {type(found).__name__}")
@@ -237,11 +225,7 @@ def strategy_of(scenario: Scenario) -> Strategy:
 
 
 def strategy_named(name: str) -> Strategy:
-    """Return a shipped strategy by name, or a plug-in reference; a class is instantiated.
-
-    Raises:
-        PluginError: it is unknown, cannot be loaded, or lacks a part of the interface.
-    """
+    """Return a shipped or plug-in strategy, a class instantiated, or raise PluginError."""
     if not is_named(name):
         if (of_name := shipped(name)) is None:
             known = strategies()

@@ -75,10 +75,7 @@ def references(scenarios: Iterable[Mapping[str, Any]]) -> frozenset[str]:
 
 @cache  # for each run, and plug-ins are parsed
 def code_with(named: frozenset[str] = frozenset()) -> str:
-    """Return one digest of this program and of the plug-ins named, computed once.
-
-    A process keeps its loaded code even if files change.
-    """
+    """Return one digest of this program and named plug-ins, cached like the loaded code."""
     return short({**program(), **_digests_of(named)})
 
 
@@ -130,7 +127,7 @@ def _imported(file: Path, top: Path) -> Iterator[Path]:
 
 
 def _file_of(module: str) -> Path | None:
-    """Return the source of a module; None if there is no such module."""
+    """Return the source of a module; None if it does not exist."""
     try:
         with asked_for(module):
             spec = importlib.util.find_spec(module)

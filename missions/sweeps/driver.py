@@ -43,10 +43,7 @@ class PartlyDoneError(MissionsError):
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of a single run, which fails if it exceeds one.
-
-    timeout_s: wall-clock time. memory_mb: memory of its process.
-    """
+    """Limits on wall-clock time and memory of a single run, which fails beyond them."""
 
     timeout_s: float | None = None
     memory_mb: int | None = None
@@ -179,10 +176,7 @@ def _engine(jobs: int, cluster: str | None, executor: Executor | None) -> Iterat
 
 
 class _Queue:
-    """Tasks waiting for a process; they leave in chunks and return if their process dies.
-
-    timeout_s: of a run; None for no limit.
-    """
+    """Tasks waiting for a process; they leave in chunks and return if their process dies."""
 
     def __init__(self, tasks: Iterable[RunTask], n_processes: int, timeout_s: float | None) -> None:
         self._timeout_s = timeout_s

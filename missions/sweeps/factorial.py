@@ -24,10 +24,7 @@ Term = frozenset[str]
 
 @dataclass(frozen=True)
 class FactorialDesign:
-    """Runs of a two-level design.
-
-    factors: in column order. generators: for each product column, its factors.
-    """
+    """Runs of a two-level design; ``generators`` has the factors of each product column."""
 
     factors: tuple[str, ...]
     generators: Mapping[str, Term]

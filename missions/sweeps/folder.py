@@ -53,10 +53,7 @@ CODE_CHANGED = (
 
 @dataclass(frozen=True)
 class SweepStatus:
-    """Progress of a sweep.
-
-    ``planned`` counts finished and remaining runs, ``done`` completed and censored ones.
-    """
+    """Progress of a sweep; ``done`` runs are completed or censored, ``planned`` is the total."""
 
     planned: int
     done: int
@@ -101,7 +98,7 @@ class SweepResults:
             if isinstance(metric_or_name, str) and not is_named(metric_or_name):
                 names.append(metric_or_name)
                 continue
-            from missions.scenarios.parts import metric_given  # which few comparisons need
+            from missions.scenarios.parts import metric_given  # rarely needed
 
             metric = metric_given(metric_or_name, option)
             own[metric_or_name if isinstance(metric_or_name, str) else metric.name] = metric
@@ -147,11 +144,7 @@ class SweepResults:
 
     @cached_property  # a label for each configuration
     def schedule(self) -> RunSchedule:
-        """Study with the keys of its runs.
-
-        Raises:
-            OutputError: missing, or of another version.
-        """
+        """Study with the keys of its runs; raises OutputError for another version's record."""
         record = self._record
         try:
             demand, labels = Demand.read(record["study"]), tuple(map(read_label, record.get(LABELS, ())))
@@ -170,11 +163,7 @@ class SweepResults:
 
     @cached_property  # validates the study
     def file(self) -> StudyFile:
-        """Study file.
-
-        Raises:
-            OutputError: missing, or of another version.
-        """
+        """Study file; raises OutputError for another version's record."""
         from missions.sweeps.study_file import StudyFile
 
         try:
@@ -192,11 +181,7 @@ class SweepResults:
 
     @cached_property  # asked for each name
     def metrics(self) -> dict[str, MetricRecord]:
-        """Metrics that can be compared, by field.
-
-        Raises:
-            OutputError: declarations are missing or incomplete.
-        """
+        """Metrics that can be compared, by field; raises OutputError for damaged declarations."""
         if DECLARATIONS not in self._record:
             raise self._unreadable()
         try:
@@ -240,11 +225,7 @@ class SweepResults:
 
     @cached_property  # the whole ledger
     def lines(self) -> dict[str, Line]:
-        """Lines of the ledger by key, in key order, with the current settings of the study.
-
-        Raises:
-            OutputError: a line does not describe a run.
-        """
+        """Lines of the ledger in key order, with current settings; raises OutputError."""
         lines = read_ledger(self.folder / LEDGER, self._record.get(IDENTITY, ""))
         with suppress(OutputError):  # unknown settings; the runs remain
             lines = self.schedule.labelled(lines)
@@ -265,22 +246,14 @@ class SweepResults:
         return frozenset({*there, *(Path(name).stem for name in self.damaged)})
 
     def table(self, name: str) -> Any:
-        """Return a table of the sampled runs as a pandas data frame, the run's key first.
-
-        Raises:
-            OutputError: no such table has been kept.
-        """
+        """Return a table of the sampled runs as a pandas data frame; raise OutputError if missing."""
         if name not in self.kept_tables:
             path = self.folder / TABLES / f"{name}.parquet"
             raise OutputError(f"{path}: no such table; the study keeps tables of study.keep_tables repeats")
         return self.arrow_table(name).to_pandas()
 
     def arrow_table(self, name: str) -> Any:
-        """Return a table of the sampled runs as an Arrow table.
-
-        Raises:
-            OutputError: the table is damaged.
-        """
+        """Return a table of the sampled runs in Arrow format; raise OutputError if damaged."""
         import pyarrow as pa
         import pyarrow.parquet as pq
 
@@ -429,11 +402,7 @@ class SweepFolder:
         self._again -= new.keys()
 
     def compact(self) -> None:
-        """Write ``runs.parquet`` and ``tables/`` from the finished runs.
-
-        Raises:
-            OutputError: the disk rejects them; the ledger keeps everything.
-        """
+        """Write ``runs.parquet`` and ``tables/``; raise OutputError if the disk rejects them."""
         import pyarrow.parquet as pq
 
         from missions.runs import tables
@@ -483,7 +452,7 @@ def run_table(lines: Mapping[str, Line]) -> Any:
 
 
 def _merged(fields: Sequence[Sequence[str]]) -> list[str]:
-    """Merge the fields of all summaries, those of the longest first."""
+    """Merge the fields of all summaries, starting with the longest."""
     longest = sorted(set(map(tuple, fields)), key=lambda names: (-len(names), names))
     return list(dict.fromkeys(name for names in longest for name in names))
 

@@ -42,10 +42,7 @@ Line = dict[str, Any]
 
 @dataclass(frozen=True)
 class FinishedRun:
-    """Finished run.
-
-    tables: encoded by ``missions.runs.tables.encoded``; empty if not kept.
-    """
+    """Finished run; ``tables`` has the bytes of ``missions.runs.tables.encoded``, if kept."""
 
     line: Mapping[str, Any]
     tables: bytes = b""
@@ -89,11 +86,7 @@ class RunLedger:
         return ledger_lines(content[:whole], self._path, self._study)
 
     def append(self, lines: Iterable[Mapping[str, Any]]) -> None:
-        """Append lines of new runs and sync them to disk.
-
-        Raises:
-            OutputError: the disk rejects them; the ledger keeps only whole lines, at the latest on reopening.
-        """
+        """Append and sync lines of new runs; on OutputError the ledger keeps only whole lines."""
         new = [{**line, "study": self._study} for line in lines]
         size = os.fstat(self._file).st_size
         try:
@@ -113,11 +106,7 @@ class RunLedger:
 
 
 class FolderLock:
-    """Lock of a folder during a sweep; the system releases it at process exit.
-
-    Raises:
-        OutputError: another sweep holds it.
-    """
+    """Lock of a folder, released at process exit; raises OutputError if held elsewhere."""
 
     def __init__(self, folder: Path) -> None:
         self._file = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT, 0o644)

@@ -137,11 +137,7 @@ class Demand:
 
     @classmethod
     def read(cls, tables: Mapping[str, Any]) -> Demand:
-        """Return the demand from a study's tables, as its folder records them.
-
-        Raises:
-            KeyError, TypeError: an entry is missing or not a number.
-        """
+        """Return the demand in a study's recorded tables; raise KeyError or TypeError if damaged."""
         design, rule = tables["study"], tables.get("stopping")
         numbers = [design["seed"], design["repeats"], *((rule["minimum"], rule["maximum"]) if rule else ())]
         if not all(isinstance(number, int) for number in numbers):
@@ -272,10 +268,7 @@ class SweepPlan:
         )
 
     def due(self, summaries: Summaries, busy: Collection[str] = ()) -> Iterator[RunTask]:
-        """Yield the missing runs known to be needed; further repeats wait for the first.
-
-        busy: keys of runs in progress, which are skipped.
-        """
+        """Yield missing runs known to be needed, except ``busy`` ones; the first repeat decides."""
         for number, repeat in self._missing(summaries, busy):
             if self.schedule.is_known(number, repeat, summaries):
                 yield self.task(number, repeat)
@@ -296,10 +289,7 @@ class SweepPlan:
 
 
 def outcome(summary: Mapping[str, Any], but: Collection[str] = ()) -> dict[str, Any]:
-    """Return the outcome fields of a summary, equal in repeats without random draws.
-
-    but: fields to ignore, such as metrics read from sampled tables.
-    """
+    """Return the outcome fields of a summary, equal in repeats without random draws."""
     return {name: value for name, value in summary.items() if name not in OF_THE_SEED and name not in but}
 
 

@@ -53,10 +53,7 @@ class WorkersCannotStart(BrokenExecutor):
 
 
 class SupervisedPool(Executor):
-    """Executor that replaces processes when they die.
-
-    preload: module loaded in new processes.
-    """
+    """Executor that replaces dead processes; new ones have the module ``preload`` loaded."""
 
     def __init__(self, n_workers: int, preload: str) -> None:
         known = multiprocessing.get_all_start_methods()
@@ -70,10 +67,7 @@ class SupervisedPool(Executor):
             thread.start()
 
     def submit(self, fn: Callable[Arguments, T], /, *args: Arguments.args, **kwargs: Arguments.kwargs) -> Future[T]:
-        """Schedule a call in one of the processes.
-
-        The future may also raise ``WorkerDied`` or ``WorkersCannotStart``.
-        """
+        """Schedule a call; its future may raise ``WorkerDied`` or ``WorkersCannotStart``."""
         return self.submit_within(None, fn, *args, **kwargs)
 
     def submit_within(
@@ -87,10 +81,7 @@ class SupervisedPool(Executor):
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Stop the processes, after the pending calls or at once.
-
-        wait: block until all processes have ended. cancel_futures: cancel pending calls and kill the processes.
-        """
+        """Stop the processes, after the pending calls, or at once with ``cancel_futures``."""
         self._open = False
         if cancel_futures:
             while not self._calls.empty():
@@ -136,7 +127,7 @@ class SupervisedPool(Executor):
                 self._processes.discard(process)
                 ending = f"process {process.pid} ended with {process.exitcode}"
                 own_fault = not began and (process.exitcode or 0) > 0 and process.exitcode != SERVER_DIED
-                if own_fault:  # a signal is below zero
+                if own_fault:  # negative for a signal
                     future.set_exception(WorkersCannotStart(f"{ending}, {GUARD}"))
                 else:
                     future.set_exception((WorkerDied if in_time else TookTooLong)(ending))
@@ -160,7 +151,7 @@ class SupervisedPool(Executor):
                 with _STARTING, safe_path(), _interruption_held():
                     process.start()
                 break
-            except (OSError, EOFError):  # the server that forks processes was killed: the next start makes another
+            except (OSError, EOFError):  # the fork server was killed: the next start replaces it
                 ours.close()
                 if attempt == START_ATTEMPTS:
                     raise
@@ -180,7 +171,7 @@ def _interruption_held() -> Iterator[None]:
     if sys.platform == "win32":
         yield
         return
-    resource_tracker.ensure_running()  # started within, it would take the mask off again
+    resource_tracker.ensure_running()  # if started later, it would reset the mask
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
@@ -189,15 +180,12 @@ def _interruption_held() -> Iterator[None]:
 
 
 def _serve(connection: Connection, folders: tuple[str, ...]) -> None:
-    """Answer calls until the connection closes; interruptions are left to the parent.
-
-    folders: of the parent's plug-ins.
-    """
+    """Answer calls until the connection closes; interruptions are left to the parent."""
     look_in(folders)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         connection.send(True)
-    except OSError:  # the parent is gone already
+    except OSError:  # the parent has ended
         return
     while True:
         try:

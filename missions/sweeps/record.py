@@ -58,11 +58,7 @@ def record_of(plan: SweepPlan) -> dict[str, Any]:
 
 
 def read_label(entry: Mapping[str, Any]) -> ConfigurationLabel:
-    """Return a configuration label from JSON.
-
-    Raises:
-        TypeError, ValueError: malformed label.
-    """
+    """Return a configuration label from JSON; raise TypeError or ValueError if malformed."""
     label = ConfigurationLabel(**entry)
     return replace(label, settings=tuple((str(key), value) for key, value in label.settings))
 
@@ -96,17 +92,14 @@ def differences(path: Path, record: Mapping[str, Any], accept_code: bool = False
 def _compared(record: Mapping[str, Any]) -> dict[str, Any]:
     """Return the compared part of a record."""
     compared = {key: value for key, value in record.items() if key not in UNCOMPARED}
-    if record["study"].get("stopping"):  # the rule says how many repeats there are
+    if record["study"].get("stopping"):  # the rule sets the number of repeats
         design = {key: value for key, value in record["study"]["study"].items() if key != "repeats"}
         compared["study"] = {**record["study"], "study": design}
     return compared
 
 
 def _is_growth(key: str, old: Any, new: Any, lost: bool) -> bool:
-    """True if a difference cannot invalidate runs.
-
-    key: dotted. old, new: None if absent. lost: the study lacks configurations of the folder.
-    """
+    """True if a difference cannot invalidate runs; ``lost``: configurations are missing."""
     if key in FIXED or (key.startswith("code.") and old is not None):
         return False
     if key.endswith(OWN_METRICS):

@@ -46,10 +46,7 @@ OPTION = "--strategy"
 
 
 def with_strategies(listed: Sequence[str], added: Iterable[str]) -> tuple[tuple[str, ...], list[ConfigurationFault]]:
-    """Append strategies to a study's list, each once; return them and the faults.
-
-    added: shipped names, ``package.module:object`` or ``file.py:object``.
-    """
+    """Append strategies, as for ``load_study``, to a list; return it and the faults."""
     strategies, faults = list(listed), []
     for strategy in added:
         try:
@@ -68,10 +65,7 @@ FAULT = "fault"
 
 
 class Combination(NamedTuple):
-    """Settings of all runs of a configuration.
-
-    unforeseen: name of the case; empty in a study without that axis.
-    """
+    """Settings of all runs of a configuration, with the name of the unforeseen case, if any."""
 
     settings: Settings
     unforeseen: str
@@ -136,10 +130,7 @@ def _factorial(file: StudyFile) -> list[Settings]:
 
 
 def _latin_hypercube(bounds: Mapping[str, tuple[float, float]], samples: int, seed: int) -> list[Settings]:
-    """Return a Latin hypercube (McKay, Beckman, Conover 1979), scaled to its bounds.
-
-    Values have six digits, or are integers if both bounds are.
-    """
+    """Return a Latin hypercube (McKay, Beckman, Conover 1979) with values of six digits."""
     from scipy.stats import qmc  # slow to load
 
     unit = qmc.LatinHypercube(len(bounds), seed=seed).random(samples)
@@ -359,10 +350,7 @@ def _source(name: str, folder: Path, known: Mapping[str, Path]) -> str | None:
 
 
 def _configuration(source: str, combination: Combination, own: Sequence[str]) -> Configuration:
-    """Load a scenario with a combination of settings; of duplicate keys the last counts.
-
-    own: metrics that the study names, added to every run. Raises ConfigurationError for settings that are not allowed.
-    """
+    """Load a scenario with settings (the last of a key counts) and the study's metrics."""
     last = {setting.key: setting for setting in combination.settings}
     if (channel := last.get("channel.name")) is not None:
         last = {key: setting for key, setting in last.items() if not is_left_aside(key, channel.value)}
@@ -389,10 +377,7 @@ def _in_study(faults: Iterable[ConfigurationFault], settings: Settings) -> Itera
 
 
 def _metrics(scenarios: Mapping[str, Scenario]) -> tuple[dict[str, Metric], list[ConfigurationFault]]:
-    """Return the metrics of all missions by name, and faults for names with two meanings.
-
-    scenarios: one per source.
-    """
+    """Return the metrics of all missions by name, and faults for names with two meanings."""
     metrics: dict[str, Metric] = {}
     faults = []
     for scenario in scenarios.values():

@@ -36,10 +36,7 @@ except ImportError:  # Windows has no such limits
 
 
 class Needed(NamedTuple):
-    """Requirements on a worker process.
-
-    code: digest of the code that makes runs. memory_mb: limit per run; None for none.
-    """
+    """Requirements on a worker process: version, code digest and memory limit, if any."""
 
     version: str
     code: str
@@ -52,11 +49,7 @@ class Needed(NamedTuple):
 
 
 def run_chunk(needed: Needed, tasks: Sequence[RunTask]) -> list[FinishedRun]:
-    """Execute tasks in sequence; a run that raises is recorded as failed.
-
-    Raises:
-        ClusterError: this worker has another version or code.
-    """
+    """Execute tasks; raising runs fail, another version or code raises ClusterError."""
     where = f"worker {platform.node()}"
     if version() != needed.version:
         raise ClusterError(f"{where} has version {version()} of remoras, the sweep {needed.version}: install the same")
