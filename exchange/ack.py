@@ -24,18 +24,13 @@ class Acknowledgement(NamedTuple):
         name: short, as in `m-ack`; part of policy names.
         title: a noun phrase for listings.
         carries: ``carries(n_nodes, frame, sender, row, column)`` is True if the header of `sender` in that TDMA frame
-        has
-            the bit A[row][column]. It fixes the layout for sender and receivers. `frame` is below `period_frames`; row
-            and
-            column differ, as no node acknowledges itself.
+            has the bit A[row][column]. It fixes the layout for sender and receivers. `frame` is below `period_frames`;
+            row and column differ, as no node acknowledges itself.
         header: ``header(said, mine, received, held)`` returns the nodes reported as receivers of a packet, for each
-        slot of
-            the last two frames. `said`: receivers reported by peers. `mine`: this node. `received`: all bits if this
-            node
-            received the packet, else none. `held`: nodes believed to hold all its items, if it has any. Only ``&``,
-            ``|``
-            and ``~`` are allowed: the study compiles it with a trial in each bit. Bits that the header cannot carry are
-            masked afterwards.
+            slot of the last two frames. `said`: receivers reported by peers. `mine`: this node. `received`: all bits if
+            this node received the packet, else none. `held`: nodes believed to hold all its items, if it has any. Only
+            ``&``, ``|`` and ``~`` are allowed: the study compiles it with a trial in each bit. Bits that the header
+            cannot carry are masked afterwards.
         relays: nodes store what headers report about others; otherwise `said` is empty.
         infers: `header` uses `held`; otherwise it is empty.
         period_frames: TDMA frames until the header layout repeats.
@@ -165,8 +160,8 @@ class PacketLog:
 
         5.3: "Just before the beginning of every TDMA slot k, each peer clears the bits in the ACK matrices it holds
         where the ACKed peer j = k, as well as the entire ACK matrix last received from peer k". Such a matrix is about
-        earlier
-        packets, whose places are cleared by the time it can no longer be reported: the second clearing is implied.
+        earlier packets, whose places are cleared by the time it can no longer be reported: the second clearing is
+        implied.
         """
         if slot <= self.slot:
             return
@@ -204,10 +199,7 @@ class PacketLog:
         self.heard |= 1 << slot % self.n_nodes & self._others
 
     def compose(self, slot: int, items: Sequence[int], holders: Sequence[int]) -> list[int]:
-        """Record the own packet of the open slot; return its acknowledgement matrix.
-
-        ``holders`` has the believed holders by column.
-        """
+        """Record the own packet of the open slot; return its acknowledgement matrix."""
         kind, me, n_nodes, ring = self._kind, self.me, self.n_nodes, self._ring
         self.sent_slot, mine, rows = slot, 1 << me, [0] * n_nodes
         for ago, may in layout(kind, n_nodes, slot // n_nodes % kind.period_frames, me):

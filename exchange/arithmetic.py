@@ -4,9 +4,9 @@ IEEE 754 fixes + - * / and the square root to the last bit, but not exp, log, si
 on library, version and processor. These functions use the former alone, in a fixed order; tables come from integer
 arithmetic. Powers are products, lengths are square roots of sums of squares, sums of many floats are ``math.fsum``.
 
-Maximum errors in units in the last place: exp 0.6, expm1 3.0, log 0.8, log1p 1.5, log2 2.0, log10 2.5,
-power_of_10 3.5, sine 2.5, cosine 2.5, atan2 1.6, length 1.2, erfc 6.0, normal_quantile 6.0, as found at 100,000 random
-arguments each against 40 digits, rounded up. Arguments outside the domain raise ``ValueError``.
+Maximum errors in units in the last place: exp 0.6, expm1 3.0, log 0.8, log1p 1.5, log2 2.0, log10 2.5, power_of_10 3.5,
+sine 2.5, cosine 2.5, atan2 1.6, length 1.2, erfc 6.0, normal_quantile 6.0, as found at 100,000 random arguments each
+against 40 digits, rounded up. Arguments outside the domain raise ``ValueError``.
 """
 
 from collections.abc import Iterable, Sequence
@@ -297,8 +297,7 @@ def erfc(x: float) -> float:
     """Complementary error function.
 
     Series below 0.5; beyond, trapezoidal rule for its integral in the complex plane with the residue of its pole
-    (Chiarella
-    and Reichel, Mathematics of Computation 22 (1968), 137-143).
+    (Chiarella and Reichel, Mathematics of Computation 22 (1968), 137-143).
 
     >>> erfc(0.0), erfc(float("inf")), erfc(-float("inf"))
     (1.0, 0.0, 2.0)

@@ -60,10 +60,7 @@ class Assembly:
         return len(self._parts)
 
     def add(self, fragment: Fragment, known: Iterable[Fragment] = ()) -> Block | None:
-        """Return the whole block if this fragment completes it, else None.
-
-        ``known`` has the parts of the block received before.
-        """
+        """Return the block that this fragment completes, else None; ``known`` parts are reused."""
         if fragment.count == 1:
             return fragment.block
         name = fragment.block.guid, fragment.count

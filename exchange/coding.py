@@ -91,10 +91,7 @@ def added(one: bytes, other: bytes) -> bytes:
 
 
 def symbol(items: Mapping[tuple[int, int], bytes], key: int, size: int) -> bytes:
-    """Return the linear combination of items as ``size`` bytes.
-
-    ``items`` has data of at most that size, by origin and number.
-    """
+    """Return the linear combination of items (by origin and number) as ``size`` bytes."""
     total = bytes(size)
     for (origin, sequence), data in items.items():
         total = added(total, scaled(data, coefficient(key, origin, sequence)))

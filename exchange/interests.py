@@ -4,8 +4,8 @@ Needs may change, for instance with group membership. An item is evaluated on ar
 one that was delivered is reopened for a peer that needs it now, and one that no peer lacks is closed. Peers believed to
 hold an item cause no repeats.
 
-A selective node does not relay what it does not need, and filters it out on reception. Other nodes count it as a
-holder of filtered blocks; it takes them from there if it needs them later.
+A selective node does not relay what it does not need, and filters it out on reception. Other nodes count it as a holder
+of filtered blocks; it takes them from there if it needs them later.
 """
 
 from __future__ import annotations
@@ -42,10 +42,7 @@ class Renewal:
 class Interests:
     """Information needs of all nodes, applied to the items of one.
 
-    Args:
-        model: own world model; gives the classes of instances.
-        size_bits: approximate size of a fragment.
-        selective: this node neither keeps nor relays what it does not need.
+    ``selective``: this node neither keeps nor relays what it does not need. ``size_bits`` is approximate.
     """
 
     def __init__(
@@ -163,7 +160,7 @@ class Interests:
                 self._send(column, now_s)
 
     def adopt(self, columns: Iterable[int], now_s: float) -> None:
-        """Start sending items of other origins that some node lacks."""
+        """Start sending these items, where some node lacks them."""
         for column in columns:
             if not self._sendable >> column & 1:
                 self._may_send.append(column)
@@ -265,10 +262,7 @@ class Interests:
     # Filtering -----------------------------------------------------------------------------------
 
     def keeps(self, block: Block, completed_by: ItemUid) -> bool:
-        """Return True if this node needs a received block; else filter it out.
-
-        ``completed_by`` is the last of its items received.
-        """
+        """Return True if this node needs a received block; else filter it out."""
         if not self._selective or self.of(block.facts)[0] >> self._me & 1:
             return True
         self._aside.append((block, completed_by))

@@ -69,7 +69,6 @@ class Options(NamedTuple):
     Attributes:
         carrier_evidence: a peer that carries an item counts as a holder.
         selective: neither keep nor relay items that this vehicle does not need.
-        value: rule of the queue.
         queue_limit: most items in the queue; None for no limit.
     """
 
@@ -95,14 +94,8 @@ def _refuse_future(packet: Packet, now_s: float, model: WorldModel) -> None:
 class ExchangeManager:
     """Ledger, acknowledgement state and queue of one vehicle.
 
-    Args:
-        model: own world model, read only.
-        codec, schedule, policy: equal at every vehicle.
-        payload_bits: packet size of the modem.
-        needs: of all nodes; call ``renew`` after a change.
-
-    Raises:
-        ConfigurationError: ``payload_bits`` cannot hold the header and signals, or a text.
+    The model is read only; codec, schedule and policy are equal at every vehicle; call ``renew`` after a change of
+    needs. Raises ConfigurationError if ``payload_bits`` cannot hold the header and signals, or a text.
     """
 
     def __init__(
@@ -378,10 +371,8 @@ class ExchangeManager:
         """Plan the packet, suspend all other items; return the size of the holdings section.
 
         Statuses are not planned. Their share of the capacity is their share of the queue by priority times size, as
-        under the
-        additive rule, accumulated over packets; at most half of a packet, once the smallest of them fits. Otherwise
-        they
-        compete with planned items for the capacity beside the section.
+        under the additive rule, accumulated over packets; at most half of a packet, once the smallest of them fits.
+        Otherwise they compete with planned items for the capacity beside the section.
         """
         queue = self.queue
         self._left_to_relays = queue.resting if self.relaying is not None else 0

@@ -122,11 +122,7 @@ class Fragment(NamedTuple):
 
 
 class Named(NamedTuple):
-    """Item with its names, shared by all receivers.
-
-    Attributes:
-        block: the block, if the item is all of it.
-    """
+    """Item with its names; ``block`` is its block, if the item is all of it."""
 
     fragment: Fragment
     uid: ItemUid
@@ -218,10 +214,7 @@ class HolderSet(NamedTuple):
 
 
 class Account(NamedTuple):
-    """Holdings section of a packet, see `exchange.planning`.
-
-    ``symbols`` are combinations of blocks that the statements report and that are not in the packet.
-    """
+    """Holdings section of a packet; ``symbols`` combine reported blocks not in the packet."""
 
     statements: tuple[OriginStatement, ...] = ()
     holder_sets: tuple[HolderSet, ...] = ()
@@ -244,8 +237,7 @@ class Packet(NamedTuple):
     """Content of a packet.
 
     Bit j of ``rows[i]``: node i received the packet of node j (see ``exchange.ack``); bits that a policy does not send
-    are
-    zero. ``epoch`` is the sender's, ``frame`` its TDMA frame. ``summary`` has its received sets about some origins,
+    are zero. ``epoch`` is the sender's, ``frame`` its TDMA frame. ``summary`` has its received sets about some origins,
     ``account`` its holdings section.
     """
 

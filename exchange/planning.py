@@ -61,7 +61,7 @@ def holder_set_bits(n_nodes: int, number_bits: int) -> int:
 LEAST_LACK = 0.02
 """Lower bound of the lack probability of a peer not known to hold an item."""
 RESERVING = 0.5
-"""Share of a statement's gain that must exceed an item's all lack, to reserve capacity."""
+"""Statements reserve capacity if this share of their gain exceeds that of an item all lack."""
 FIRST_STATEMENT = 0.5
 """Gain per bit, relative to the best item, that the first statement needs; others need 1."""
 TOLD_TO_ALL = 0.2
@@ -172,8 +172,7 @@ def plan_packet(
         room_bits: capacity for items, statements and symbols.
         codes: symbols are allowed.
         large_first: an item of more than half of the capacity precedes statements. Callers set it for every second
-        packet,
-            since statements due in every packet would block the item for ever.
+            packet, since statements due in every packet would block the item for ever.
     """
     best = 0.0
     for c in range(n_candidates):
@@ -206,10 +205,7 @@ def statement_worth(plan: PacketPlan, o: int) -> float:
 
 
 def take_large(plan: PacketPlan, n_candidates: int, room_bits: int) -> int:
-    """Take the best item above half of the capacity, unless others in its place gain more.
-
-    Return the remaining capacity.
-    """
+    """Take the best item above half of the capacity if it gains most; return what remains."""
     chosen, most = -1, 0.0
     for c in range(n_candidates):
         if room_bits < 2 * plan.size_bits[c] <= 2 * room_bits and plan.gain[c] > most:
@@ -252,10 +248,7 @@ def take_new(plan: PacketPlan, n_nodes: int, n_candidates: int, room_bits: int) 
 
 
 def take_statements(plan: PacketPlan, n_nodes: int, room_bits: int, best: float) -> int:
-    """Take statements that gain more per bit than items; return the remaining capacity.
-
-    ``best`` is the largest gain per bit of an item.
-    """
+    """Take statements that gain more per bit than items (``best``); return what remains."""
     left, share = room_bits, FIRST_STATEMENT
     while True:
         chosen, most = -1, 0.0

@@ -139,11 +139,7 @@ def policy_named(name: str) -> AckPolicy:
 
 
 def checked_policy(policy: object, reference: str) -> AckPolicy:
-    """Return the object as a valid policy; ``reference`` names it in the message.
-
-    Raises:
-        ConfigurationError: no `AckPolicy`, or one of its parts is missing or has another type.
-    """
+    """Return the object as a valid policy; else raise ConfigurationError naming ``reference``."""
     fault = policy_fault(policy)
     if fault is None and isinstance(policy, AckPolicy):
         return policy

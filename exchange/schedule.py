@@ -18,8 +18,7 @@ class TdmaSchedule:
     """Slots of equal length: node s sends in the slots t with ``t mod n_nodes == s``.
 
     A slot holds the longest packet (``packet_s``) and a guard (``guard_s``) for its propagation to the farthest
-    receiver,
-    so that packets of different slots never collide.
+    receiver, so that packets of different slots never collide.
 
     >>> schedule = TdmaSchedule(n_nodes=4, packet_s=1.106, guard_s=1000.0 / 1500.0)
     >>> round(schedule.slot_s, 3), round(schedule.frame_s, 2), schedule.owner(6)

@@ -79,11 +79,9 @@ class Candidate:
     """Queued item or status.
 
     Attributes:
-        uid: its name in tables.
         column: of the item, or ``STATUS_COLUMN``.
-        terms: of the nodes that need it.
         tie: order of candidates of equal value.
-        size_bits: approximate size.
+        size_bits: approximate.
         version: changes with each placement or removal; line entries with an older one are stale.
         line: key of its queue class; None while not queued.
         rests: suspended, see ``Queue.rest``.

@@ -73,11 +73,7 @@ class Holdings:
 
 
 class Beliefs:
-    """Items, holders and peers, as one vehicle knows them.
-
-    Args:
-        epoch: own.
-    """
+    """Items, holders and peers, as one vehicle knows them."""
 
     def __init__(self, me: int, n_nodes: int, kind: Acknowledgement, epoch: int = 0) -> None:
         self.me, self.n_nodes = me, n_nodes
@@ -264,11 +260,9 @@ class Beliefs:
         self.log.forget(node)
 
     def doubt(self, node: int, frame: int, by_alarm: bool = False) -> bool:
-        """Record a duplicate node id; return True if it was unknown.
+        """Record a duplicate node id seen in ``frame``; return True if it was unknown.
 
-        Args:
-            frame: TDMA frame of the evidence.
-            by_alarm: reported by another node; else this node sends the alarm.
+        ``by_alarm``: another node reported it; else this node sends the alarm.
         """
         is_new = self.peers.doubt(node, frame)
         for peer in range(self.n_nodes) if is_new or node == self.me else (node,):

@@ -46,13 +46,7 @@ class _Taken(NamedTuple):
 
 
 class Listener:
-    """Receiver of one vehicle.
-
-    Args:
-        model: own world model, read only.
-        repeats: this node also sends items of others.
-        carrier_evidence: a peer that carries an item counts as a holder.
-    """
+    """Receiver of one vehicle; with ``repeats`` it also sends items of others."""
 
     def __init__(
         self,
@@ -89,11 +83,7 @@ class Listener:
         return column
 
     def listen(self, judged: Judged, slot: int, met: Met, is_second: bool, now_s: float) -> Reception:
-        """Update items, holders and peers from a valid packet; return what it brought.
-
-        Args:
-            is_second: another packet of its sender was received in the same slot.
-        """
+        """Apply a valid packet; ``is_second`` if the slot had another packet of its sender."""
         packet, beliefs, peers, log = judged.packet, self._beliefs, self._peers, self._beliefs.log
         frame, sender = packet.frame, packet.sender
         conflict: int | None = None
@@ -205,11 +195,7 @@ class Listener:
             self._interests.adopt(self._beliefs.orphans(of_others=True), now_s)
 
     def resume(self, room_bits: int, size_bits: Callable[[Fragment], int], now_s: float) -> None:
-        """Register the blocks of the world model after a restart.
-
-        Args:
-            room_bits: packet capacity for one fragment.
-        """
+        """Register the blocks of the world model, in fragments of at most ``room_bits``."""
         for guid, block in self._model.items():
             self._beliefs.complete(guid)
             if block is not None:
@@ -231,12 +217,7 @@ class Listener:
         return new[0] if new else None
 
     def doubt(self, node: int, frame: int, now_s: float, by_alarm: bool = False) -> bool:
-        """Record a duplicate node id; if it was unknown, reopen all items and return True.
-
-        Args:
-            frame: TDMA frame of the evidence.
-            by_alarm: reported by another node; else this vehicle sends the alarm.
-        """
+        """Record a duplicate node id (see ``Beliefs.doubt``); if new, reopen items and return True."""
         is_new = self._beliefs.doubt(node, frame, by_alarm)
         if self.stating is not None:
             self.stating.forget()

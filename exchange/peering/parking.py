@@ -22,10 +22,7 @@ class Parking:
         self._listener = listener
 
     def look(self, frame: int, now_s: float) -> tuple[tuple[int, str], ...]:
-        """Mark peers as absent whose silence exceeds loss; return them with the event.
-
-        The caller checks first that a peer is silent for longer than ``SHORTEST_SILENCE``.
-        """
+        """Mark peers as absent whose silence exceeds loss; return them with the event."""
         peers = self._peers
         parked = tuple([node for node, n in peers.silences(frame) if n > peers.longest_silence(node)])
         if not parked:

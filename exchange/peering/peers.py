@@ -13,9 +13,8 @@ a link within about 64 packets.
 
 *Duplicate node ids.* Evidence is two packets of one sender and slot, or a packet in the own name. Acknowledgements of
 that name are ambiguous: they are neither sent nor accepted until the ambiguity has lasted for some frames. Beliefs
-about
-all nodes are cleared, since others may have acknowledged one packet for the other. Until then, of an acknowledgement
-matrix only the sender's own row counts.
+about all nodes are cleared, since others may have acknowledged one packet for the other. Until then, of an
+acknowledgement matrix only the sender's own row counts.
 """
 
 from __future__ import annotations
@@ -124,11 +123,7 @@ class LossEstimate:
 
 
 class PeerStates:
-    """Incarnation, links and presence of the other nodes, as one node knows them.
-
-    Args:
-        kind: acknowledgement of the policy; fixes the frames in which a peer answers.
-    """
+    """Incarnation, links and presence of the other nodes, as one node knows them."""
 
     def __init__(self, me: int, n_nodes: int, kind: Acknowledgement) -> None:
         self._me = me
@@ -178,11 +173,7 @@ class PeerStates:
     # Reception -----------------------------------------------------------------------------------
 
     def meet(self, sender: int, epoch: int, frame: int) -> Met:
-        """Update presence and link of a sender; return how it is met.
-
-        Raises:
-            PeerFault: the packet is of an earlier incarnation.
-        """
+        """Update presence and link of a sender; raise PeerFault for an earlier incarnation."""
         known = self.epochs[sender]
         if epoch < known:
             before, n_before = self._older[sender]
@@ -223,11 +214,9 @@ class PeerStates:
             incoming.samples += bytes([LOST]) * n_missed
 
     def heed(self, sender: int, own: int, frame: int, is_asked: bool) -> int:
-        """Record the receptions of a peer; return the nodes (bit mask) whose acknowledgements count.
+        """Record the receptions ``own`` of a peer; return nodes whose acknowledgements count.
 
-        Args:
-            own: nodes whose last packets it received.
-            is_asked: it answers for the last packet of this node.
+        ``is_asked``: it answers for the last packet of this node.
         """
         self._informed_of[sender] |= own
         if is_asked and self.answers(sender, frame):

@@ -96,10 +96,7 @@ class Stating:
     def plan(self, open_items: int, room_bits: int, large_first: bool) -> tuple[int, int]:
         """Plan the packet of the own slot; return its item set and size of the holdings section.
 
-        Args:
-            open_items: item set that this vehicle sends.
-            room_bits: capacity for items and holdings section.
-            large_first: see ``plan_packet``.
+        ``room_bits`` is the capacity for both; ``large_first``: see ``plan_packet``.
         """
         n_nodes = self._n_nodes
         statements = [self._statement(origin) for origin in range(n_nodes)]
@@ -153,11 +150,7 @@ class Stating:
         return items
 
     def _gathered(self, columns: Sequence[int], window: int, statements: Sequence[OriginStatement]) -> PacketPlan:
-        """Return the planning input for candidate columns.
-
-        Args:
-            window: item set that statements report as held.
-        """
+        """Return the planning input for candidates; ``window`` has the items that statements report."""
         beliefs, n_nodes, me, n = self._beliefs, self._n_nodes, self._me, len(columns)
         entries, new = beliefs.sendable, beliefs.origins[me]
         most = max((entries[column].priority for column in columns), default=0) or 1
@@ -303,11 +296,7 @@ class Stating:
         self._note_brought(self._me, members(content), over, n_symbols)
 
     def _note_brought(self, sender: int, plain: Iterable[int], over: Sequence[Guid], n_symbols: int) -> None:
-        """Update the estimated lack of peers by a packet, for items held here.
-
-        Args:
-            over: blocks covered by its symbols.
-        """
+        """Update the estimated lack of peers by a packet with symbols over blocks ``over``."""
         others = [peer for peer in range(self._n_nodes) if peer not in (self._me, sender)]
         others = [peer for peer in others if not self._peers.away >> peer & 1]
         kept, shares = [1.0] * self._n_nodes, [0.0] * self._n_nodes

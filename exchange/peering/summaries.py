@@ -1,8 +1,8 @@
 """Summary vectors: the received set per origin as a number and a short mask.
 
-Items of an origin and epoch are numbered without gaps. A summary has the highest number below the first gap, and a
-mask of the few items behind it. Only whole blocks count. A receiver believes exactly the content: the sender holds the
-named items and lacks the others within the mask; beliefs about later items stay.
+Items of an origin and epoch are numbered without gaps. A summary has the highest number below the first gap, and a mask
+of the few items behind it. Only whole blocks count. A receiver believes exactly the content: the sender holds the named
+items and lacks the others within the mask; beliefs about later items stay.
 
 A summary above the largest possible number is an alarm: two vehicles share that node id, and their items cannot be
 summarised.

@@ -3,8 +3,8 @@
 Limits are created once the queue is full or the first need with delivery requirements other than the default arrives.
 
 On overflow the entry of lowest priority is displaced; of equals the newest, or the oldest under newest-first order.
-Entries that need an acknowledgement wait outside and return once one fits: none is lost. An entry that was
-sent but is still lacking swaps places with one outside; each transmission counts as a halving of its priority.
+Entries that need an acknowledgement wait outside and return once one fits: none is lost. An entry that was sent but is
+still lacking swaps places with one outside; each transmission counts as a halving of its priority.
 """
 
 from __future__ import annotations
@@ -45,12 +45,7 @@ class Expired(Enum):
 
 
 class Expiry(NamedTuple):
-    """Record of a discarded entry.
-
-    Attributes:
-        latency_s: since its observation.
-        comes_back: True if it waits outside of the queue for capacity.
-    """
+    """Record of a discarded entry; ``comes_back`` if it waits outside of the queue for capacity."""
 
     uid: ItemUid | StatusUid
     reason: Expired
@@ -68,12 +63,7 @@ It keeps overdue items that were sent often from preceding new ones for ever.
 
 
 class QueueLimits:
-    """Capacity limits and deadlines of queued items.
-
-    Args:
-        limit: most items in total, infinite for none.
-        waiting: items queued already, oldest first.
-    """
+    """Capacity limits and deadlines of queued items; ``limit`` is infinite for none."""
 
     def __init__(self, limit: float, waiting: Iterable[Candidate]) -> None:
         self._limit = limit
@@ -170,10 +160,7 @@ class QueueLimits:
     def bars(self, column: int, waiting: Waiting, terms: Terms, now_s: float, is_new_need: bool) -> bool:
         """Return whether a discarded item may not be queued again: overdue, or no further need.
 
-        Args:
-            waiting: state from its previous time in the queue.
-            terms: of the vehicles that need it now.
-            is_new_need: a vehicle needs it now that did not before.
+        ``terms`` are of the present needs; ``is_new_need``: a vehicle needs it now that did not before.
         """
         ended = self._ended.get(column)
         if ended is None:
@@ -228,10 +215,7 @@ class LinesOnTerms:
     ) -> tuple[Hashable, float, Waiting | None]:
         """Return queue class, rank and (if the class is valued as a whole) its value state.
 
-        Args:
-            key: its class on default terms.
-            rank: its rank in ``key``.
-            n_slots: own slots up to now.
+        ``key`` and ``rank`` are those on default terms.
         """
         waiting, terms, about, shared = candidate.waiting, candidate.terms, candidate.about, None
         if terms.newest_first:

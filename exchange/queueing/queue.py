@@ -8,8 +8,8 @@ number of classes and of entries sent.
 Entries larger than the remaining capacity are skipped. After ``LOOK_PAST`` skipped entries of a class, the rest of it
 is skipped too: exact for equal sizes, approximate for packed ones, which differ by some bits.
 
-Limits apply once the queue is full or a need asks for them (`exchange.queueing.limits`). An `Expiry` reports each
-entry that is refused or displaced.
+Limits apply once the queue is full or a need asks for them (`exchange.queueing.limits`). An `Expiry` reports each entry
+that is refused or displaced.
 """
 
 from __future__ import annotations
@@ -67,11 +67,7 @@ class Room(Protocol):
 
 
 class Lines:
-    """Queue classes of one vehicle.
-
-    Attributes:
-        on_terms: placement and blackouts by delivery requirements; None while all are default.
-    """
+    """Queue classes of one vehicle; ``on_terms`` is None while all requirements are default."""
 
     def __init__(self, rule: ValueRule) -> None:
         self._rule = rule
@@ -244,13 +240,8 @@ class Queue:
     ) -> None:
         """Queue an item; on overflow displace another or leave it outside.
 
-        A discarded item is queued again on a new need or stricter terms before its time to live ends.
-
-        Args:
-            waiting: state from its previous time in the queue.
-            size_bits: approximate size.
-            terms: of the vehicles that need it.
-            is_new_need: a vehicle needs it now that did not before.
+        A discarded item is queued again on a new need or stricter terms before its time to live ends. ``waiting`` is
+        its state from a previous time in the queue, ``size_bits`` is approximate.
         """
         self._heed(terms)
         limits = self._limits

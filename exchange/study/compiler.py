@@ -201,10 +201,7 @@ def as_python(kind: Acknowledgement) -> SlotLoop:
 
 
 def slot_loops(kinds: Iterable[Acknowledgement], say: Say) -> dict[Acknowledgement, SlotLoop]:
-    """Return the slot loop of each kind, compiled if Numba is supported.
-
-    ``say`` receives the reason for uncompiled loops, or an announcement before compilation.
-    """
+    """Return the slot loop of each kind; ``say`` receives notices about compilation."""
     if hint := why_uncompiled():
         say(hint)
         return {kind: as_python(kind) for kind in kinds}
@@ -212,11 +209,7 @@ def slot_loops(kinds: Iterable[Acknowledgement], say: Say) -> dict[Acknowledgeme
 
 
 def compiled(kind: Acknowledgement, say: Say) -> SlotLoop:
-    """Return the compiled slot loop of a kind, from the disk cache if present.
-
-    Raises:
-        ConfigurationError: the header rule of a user's kind cannot be compiled.
-    """
+    """Return the compiled slot loop of a kind; raise ConfigurationError if it does not compile."""
     key = kind.header, kind.states
     if key not in _ready:
         entry = run_stating_trials if kind.states else run_trials

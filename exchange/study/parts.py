@@ -83,11 +83,9 @@ SlotLoops = Mapping[Acknowledgement, SlotLoop]
 
 
 def play_all(plan: TrialPlan, loops: SlotLoops, jobs: int, progress: Callable[[int, int], None]) -> list[list[Tally]]:
-    """Run the whole plan; return the tallies by setting and policy.
+    """Run the plan on ``jobs`` threads (1 for Python loops); return tallies per setting, policy.
 
-    Args:
-        jobs: threads, for compiled loops; Python loops run one at a time.
-        progress: called with batches done and in total.
+    ``progress`` is called with the numbers of batches done and in total.
     """
     tallies: list[list[Tally]] = [[] for _ in plan.matrices]
     for done, (setting, of_part) in enumerate(_in_order(plan, loops, jobs), start=1):

@@ -257,10 +257,7 @@ def gather(rules: PolicyRules, load: Load, fleet: Fleet, statements: Statements,
 def compose_packet(
     rules: PolicyRules, load: Load, fleet: Fleet, statements: Statements, plan: PacketPlan, slot: int, n_bits: int
 ) -> tuple[int, int]:
-    """Compose the owner's packet; return the numbers of items and symbols.
-
-    ``n_bits`` is the size of the header, ``plan`` is scratch.
-    """
+    """Compose the owner's packet behind a header of ``n_bits``; return its items and symbols."""
     n_nodes = rules.n_nodes
     owner, place = slot % n_nodes, slot % (2 * n_nodes)
     look_through(load, fleet, statements, owner)

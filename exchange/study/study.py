@@ -31,8 +31,7 @@ class StudyRow:
     """Results of one policy at one loss rate; times in slots from slot 0 or generation.
 
     Relative values are ratios to policy `ack`. An estimate is None if all trials are censored or the quantity needs
-    Poisson
-    load. With `links`, `per` is the mean over links. `acknowledgement` and `repeats` are for figures, not table
+    Poisson load. With `links`, `per` is the mean over links. `acknowledgement` and `repeats` are for figures, not table
     columns.
     """
 

@@ -50,8 +50,7 @@ class Load(NamedTuple):
     """Items to send: nodes 0 to `n_sources` - 1 have as many columns each.
 
     `rate` is 0 for a batch: every column is an item of slot 0. Under Poisson load it is the mean number of new items
-    per
-    node and slot; items generated in the window are followed to their end, while generation continues. `p_none` is
+    per node and slot; items generated in the window are followed to their end, while generation continues. `p_none` is
     exp(-rate). `number_bits` is the size of a sequence, for policies that report received sets.
     """
 
@@ -160,10 +159,8 @@ def close(
 ) -> None:
     """Complete the sums and counts of a trial.
 
-    A batch counts once, or as censored; under Poisson load each followed item does.
-
-    Args:
-        acknowledged: by column, a word whose bit `lane` is set if the item is source-acknowledged.
+    A batch counts once, or as censored; under Poisson load each followed item does. Bit `lane` of
+    ``acknowledged[column]`` marks a source-acknowledged item.
     """
     outcome[SLOTS, SUM] = n_slots
     if load.rate == 0.0:

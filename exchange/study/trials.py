@@ -5,8 +5,8 @@ Headers follow the policy's own rule (`exchange.ack.Acknowledgement.header`), wh
 over slots, nodes and items. All lanes are in the same slot of a TDMA frame. A trial that ends frees its lane for the
 next one at the end of the frame.
 
-Receptions are drawn trial by trial, in words of a few slots, and cached for the next policy. The words of all lanes
-are transposed before use: from slots and nodes of a trial to trials of a slot and node.
+Receptions are drawn trial by trial, in words of a few slots, and cached for the next policy. The words of all lanes are
+transposed before use: from slots and nodes of a trial to trials of a slot and node.
 
 Plain Python that `exchange.study.compiler` compiles; uncompiled it gives the same results slowly.
 """
@@ -295,12 +295,8 @@ def acknowledge(header: Header, layouts: Layouts, fleet: Fleet, at: int, owner: 
     """Open a slot at all nodes and compose its owner's header.
 
     Acknowledgements of a packet are shared: they count for each node that received it, until the next slot of the
-    sender
-    that they refer to. See `exchange.ack.PacketLog`.
-
-    Args:
-        at: slot modulo the period of layouts.
-        place: of the slot in the ring.
+    sender that they refer to (`exchange.ack.PacketLog`). ``at`` is the slot modulo the period of layouts, ``place`` its
+    ring place.
     """
     n_nodes = len(fleet.known)
     known, holders = fleet.known[owner], fleet.holders[owner]
@@ -328,11 +324,7 @@ def acknowledge(header: Header, layouts: Layouts, fleet: Fleet, at: int, owner: 
 
 
 def fill(rules: PolicyRules, load: Load, fleet: Fleet, owner: int, place: int, room_bits: int, playing: int) -> None:
-    """Fill the owner's packet with items that it believes some node to lack.
-
-    Args:
-        room_bits: capacity behind the header.
-    """
+    """Fill the owner's packet behind its header with items that it believes a node to lack."""
     for column in range(n_columns_of(load)):
         is_sender = rules.repeat or column // load.columns_per_source == owner
         open_lanes = fleet.holders[owner, column, owner] & ~fleet.settled[owner, column]
@@ -424,11 +416,9 @@ def pass_freely(
     """Run one slot of the bound: each receiver takes lacked items that fit, rarest first.
 
     A packet carries all knowledge of its sender about holders, without a header. No policy receives more. For a single
-    item
-    this is a lower bound of the time in every trial. For several items, rarest first is a good heuristic, not proved
-    optimal; coded packets may also use receptions that bring no item here. Transmissions count by the receiver that
-    takes
-    most.
+    item this is a lower bound of the time in every trial. For several items, rarest first is a good heuristic, not
+    proved optimal; coded packets may also use receptions that bring no item here. Transmissions count by the receiver
+    that takes most.
     """
     for lane in range(LANES):
         if playing >> lane & 1:
@@ -631,8 +621,7 @@ def run_trials(
         header: rule of the acknowledgement, or its compiled form.
         p_loss: loss probability from row to column, shape (n_nodes, n_nodes); 1 on the diagonal.
         received: cache of receptions, shape (any, n_trials), initially zero; shared by policies with the same seed,
-        trials
-            and loss probabilities.
+            trials and loss probabilities.
         outcomes: filled with sum, count and censored number of every quantity, shape (n_trials, N_QUANTITIES, 3).
     """
     n_nodes, n_trials, period = rules.n_nodes, len(outcomes), len(layouts.n_bits)

@@ -17,11 +17,7 @@ from worldmodel.facts import Guid
 
 
 class AccountCodec:
-    """Codec of holdings sections.
-
-    Args:
-        codes_repairs: packets may carry symbols.
-    """
+    """Codec of holdings sections, with symbols if ``codes_repairs``."""
 
     def __init__(self, fragments: FragmentCodec, n_nodes: int, codes_repairs: bool) -> None:
         self._fragments = fragments

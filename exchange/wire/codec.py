@@ -17,11 +17,11 @@ Layout, most significant bit first (sizes in bits; ``w(n) = ceil(log2 n)``)::
     fact      subject w(instances) | attribute w(those exchanged + 1), another's is longer | value
               [| uncertain 1 [| uncertainty]]
 
-Absent sections cost no bits. A truncated packet lacks its end marker and is refused.
-Ages count from the start of the slot; `exchange.wire.codes` defines the codes of ages and sequences.
-Per origin and epoch, the first sequence of a packet is absolute, the others are steps from their predecessor.
-A status has no sequence: a whole block is a status if, and only if, all its attributes are latest-only.
-A fragment is relayed unless it belongs to the sender in its present epoch. Values out of range are sent exactly.
+Absent sections cost no bits. A truncated packet lacks its end marker and is refused. Ages count from the start of the
+slot; `exchange.wire.codes` defines the codes of ages and sequences. Per origin and epoch, the first sequence of a
+packet is absolute, the others are steps from their predecessor. A status has no sequence: a whole block is a status if,
+and only if, all its attributes are latest-only. A fragment is relayed unless it belongs to the sender in its present
+epoch. Values out of range are sent exactly.
 
 The hash covers grammar, TBox and all widths in 32 bits; the packet of frame k carries byte k mod 4, so different
 definitions show within four frames (`exchange.wire.definitions`). The byte is XORed with the higher bits of the frame
@@ -104,12 +104,7 @@ class Widths(NamedTuple):
 
 
 class Framing(NamedTuple):
-    """Protection of packets.
-
-    Attributes:
-        crc_bits: 0, 8, 16 or 32.
-        key: fleet key; encrypts all behind the head. None for plain packets.
-    """
+    """Size of the checksum (0, 8, 16 or 32 bits), and fleet key, None for no encryption."""
 
     crc_bits: int = 0
     key: bytes | None = None
@@ -413,15 +408,9 @@ class Codec:
         signals: Iterable[InfluenceSignal],
         summary: Iterable[Summary],
     ) -> bytes:
-        """Assemble a packet from encoded acknowledgements and fragments.
+        """Assemble a packet; ``head`` has whole frame and epoch numbers, ``wired`` is in wire order.
 
-        Args:
-            head: with whole frame and epoch numbers.
-            slot_start_s: start of the sender's slot in that frame.
-            wired: fragments in wire order.
-
-        Raises:
-            ConfigurationError: a signal outside -128..127, or an invalid epoch.
+        Raises ConfigurationError for a signal outside -128..127 or an invalid epoch.
         """
         sender, frame = head.sender, head.frame
         bits, size = acks
@@ -488,12 +477,7 @@ class Codec:
         return self._read(data, frame, slot_start_s, era)[0]
 
     def _read(self, data: bytes, frame: int, slot_start_s: float, era: int) -> tuple[Packet, bool]:
-        """Return the packet and whether a number in it may be out of range.
-
-        Raises:
-            DefinitionFault: the sender uses another definition, frame or era.
-            PeerFault: invalid packet.
-        """
+        """Return the packet, and whether a number may be out of range; raise PeerFault if invalid."""
         if self._checksum is not None:  # first: damage must not mark a peer as incompatible
             data = self._checksum.stripped(data, frame)
         if data and data[0] != self._hash_byte(frame, era):
@@ -534,12 +518,7 @@ class Codec:
 
 
 def renewed(codec: Codec, salt_of: Callable[[int], bytes | None] | None = None) -> Codec:
-    """Return a copy of the codec with other salts, for another mission under the same key.
-
-    Args:
-        codec: with a key.
-        salt_of: salt of each sender, None if unknown; by default one fresh salt for all.
-    """
+    """Copy a codec with other salts (see ``Seal``), for another mission under the same key."""
     copied = copy(codec)
     copied._seal = None if codec._seal is None else codec._seal.renewed(salt_of)
     copied.judged = lru_cache(maxsize=32)(copied._judged)

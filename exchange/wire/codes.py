@@ -15,12 +15,7 @@ from worldmodel import Attribute, ValueKind
 
 @dataclass(frozen=True, slots=True)
 class FieldSize:
-    """One line of the size listing.
-
-    Attributes:
-        group: `packet`, `fragment`, `fact`, `signal` or `summary`.
-        note: condition of presence, range or unit.
-    """
+    """One line of the size listing; ``note`` has condition of presence, range or unit."""
 
     group: str
     field: str
@@ -77,14 +72,9 @@ FAR_AGE_BITS = 3
 
 
 class Reader:
-    """Bit reader over a packet, most significant bit first.
+    """Bit reader, most significant bit first; skips ``n_read`` bits, ``left`` are unread.
 
-    Args:
-        n_read: leading bits to skip.
-
-    Attributes:
-        left: unread bits.
-        is_beyond: a number outside its attribute's range was read.
+    ``is_beyond`` is True once a number outside its attribute's range was read.
     """
 
     __slots__ = ("bits", "is_beyond", "left")

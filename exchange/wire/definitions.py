@@ -8,8 +8,8 @@ The byte also depends on the sender's era (epoch // 4). A peer in another era ha
 and lost its peers. A replayed packet may match the next era by one byte. Another era therefore takes effect after all
 four bytes match it and none matched the known era in between: a foreign sender passes with probability 2**-26.
 
-Under a key, the hash byte is forgeable but the seal depends on definition, era and slot. A packet that opens proves
-all bytes; one that does not open changes no state about a peer (`ProvenDefinitions`).
+Under a key, the hash byte is forgeable but the seal depends on definition, era and slot. A packet that opens proves all
+bytes; one that does not open changes no state about a peer (`ProvenDefinitions`).
 
 Each process draws a salt at its start. It seeds the encryption of its packets and is the freshness challenge that a
 peer repeats (RFC 8613, appendix B.2). An introduction packet takes the place of a packet in an own slot::
@@ -118,16 +118,9 @@ LEAST_FRAMES = 3
 
 
 class Introductions:
-    """Salt handshake of one vehicle.
+    """Salt handshake of one vehicle; ``tolerance_s`` is the largest clock difference.
 
-    Args:
-        key: of the fleet.
-        salt: own, fresh.
-        payload_bits: packet size of the modem.
-        tolerance_s: largest clock difference (s).
-
-    Raises:
-        ConfigurationError: an introduction does not fit a packet.
+    Raises ConfigurationError if an introduction does not fit a packet.
     """
 
     def __init__(

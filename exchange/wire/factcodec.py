@@ -32,12 +32,7 @@ CACHED = 4096
 
 
 class FactCodec:
-    """Fact codec of one fleet.
-
-    Args:
-        n_instances: instance uids 0..n_instances-1 have wire names.
-        exchanged: uids of attributes with short names; None for all.
-    """
+    """Fact codec of one fleet; ``exchanged`` attributes get short names, None for all."""
 
     def __init__(self, tbox: TBox, n_instances: int, exchanged: Collection[int] | None) -> None:
         self._attributes = tbox.attributes

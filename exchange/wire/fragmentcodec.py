@@ -51,14 +51,7 @@ def _by_origin(wired: Wired) -> tuple[int, int, int, int]:
 
 
 class FragmentCodec:
-    """Fragment codec of one fleet.
-
-    Args:
-        n_items: expected items per vehicle and epoch.
-        duration_s: latest expected time of observation.
-        time_resolution_s: step of these times.
-        recent_s: age up to which a time takes the fewest bits.
-    """
+    """Fragment codec of one fleet; arguments as of ``Codec`` and ``Widths``."""
 
     def __init__(
         self,
@@ -133,14 +126,9 @@ class FragmentCodec:
     # To bits -------------------------------------------------------------------------------------
 
     def encode(self, fragment: Fragment, sender: int, epoch: int, base: int, is_known: bool = False) -> Bits:
-        """Encode a fragment without its sequence, as ``sender`` sends it in its epoch.
+        """Encode a fragment without its sequence; raise ConfigurationError if it has no wire format.
 
-        Args:
-            base: of the slot, see ``base_of``.
-            is_known: its facts are in the cache.
-
-        Raises:
-            ConfigurationError: private block, or a value without wire format.
+        ``base`` belongs to the slot, see ``base_of``. ``is_known``: its facts are cached.
         """
         facts, count = fragment.facts, fragment.count
         sequence = fragment.sequence
@@ -261,13 +249,7 @@ class FragmentCodec:
         return sequence
 
     def read_single(self, reader: Reader, own: Life, base: int, before: Before) -> Fragment:
-        """Decode an own whole block of a single fact.
-
-        Args:
-            own: sender and its epoch.
-            base: of the slot, see ``base_of``.
-            before: last sequences; updated.
-        """
+        """Decode an own whole block of a single fact; updates the last sequences in ``before``."""
         facts = self.facts
         # prefix bit, near age, subject and attribute in one read
         word = reader.take(self._single_bits)
@@ -301,14 +283,7 @@ class FragmentCodec:
 
 
 class Packing:
-    """Packet under construction, as far as fragments go.
-
-    Args:
-        slot_start_s: start of the sender's slot.
-
-    Attributes:
-        left_bits: remaining capacity.
-    """
+    """Fragments of a packet under construction; ``left_bits`` is its remaining capacity."""
 
     def __init__(self, codec: FragmentCodec, sender: int, epoch: int, slot_start_s: float, room_bits: int) -> None:
         self._codec = codec

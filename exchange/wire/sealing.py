@@ -1,8 +1,8 @@
 """Optional protection of packets: checksum against damage, encryption under a fleet key.
 
 Modems check packets, and simulated channels lose packets but damage none. Configure a checksum for links that deliver
-damaged packets. It covers the whole frame number, of which a packet carries two bits, and detects every burst up to
-its own length.
+damaged packets. It covers the whole frame number, of which a packet carries two bits, and detects every burst up to its
+own length.
 
 AES-CCM (RFC 3610) encrypts all behind the head; its short tag also covers head and slot. The head stays in clear, since
 it names the slot. As in RFC 8613 (OSCORE, section 3.2), each sender has its own key and initialisation vector, derived
@@ -82,14 +82,9 @@ _CRCS: dict[int, Callable[[bytes], int]] = {8: crc8, 16: crc16}
 
 
 class Checksum:
-    """Checksum at the end of a packet.
+    """Checksum of 8, 16 or 32 bits behind a packet; other sizes raise ConfigurationError.
 
-    Args:
-        size_bits: 8, 16 or 32.
-        fault: error text. Under encryption either checksum or tag may detect damage first, so both use one text.
-
-    Raises:
-        ConfigurationError: another size.
+    ``fault`` is the error text. Under encryption either checksum or tag may detect damage first, so both use one text.
     """
 
     def __init__(self, size_bits: int, fault: str = DAMAGED) -> None:
@@ -223,8 +218,7 @@ def nonce_of(sender: int, epoch: int, frame: int, slot_start_s: float, definitio
 def key_in(path: Path) -> bytes:
     """Read a key file of 32, 48 or 64 hexadecimal digits.
 
-    Raises:
-        ConfigurationError: unreadable, no such key, or on POSIX accessible to others. The text never shows the content.
+    Raises ConfigurationError if unreadable, invalid or, on POSIX, accessible to others; the content is never shown.
     """
     try:
         with path.open(encoding="ascii") as file:
