@@ -1,8 +1,14 @@
 """Switch ``communication.relaying = false``: no relaying (``exchange.peering.relaying``)."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 from missions.feature import on_unless_off
 from remoras.events import Observer
-from remoras.vehicle import Vehicle
+
+if TYPE_CHECKING:
+    from remoras.vehicle import Vehicle
 
 
 class Without(Observer):

@@ -87,7 +87,7 @@ def test_a_sensor_and_a_study_that_name_other_code_are_refused(tmp_path: Path, c
     path.write_text(tomli_w.dumps(raw), encoding="utf-8")
     message = refused("validate", path, "--no-plugins")
     assert "mine.toml:" in message
-    assert "vehicle.ASV00.sensor.1.type" in message
+    assert "vehicle.ASV00.sensor.type" in message
     assert f"{OTHER} is not shipped" in message
     study = tmp_path / "study.toml"
     tables = {"name": "mine", "scenario": "mapping-rendezvous", "repeats": 1, "strategies": ["remoras", OTHER]}

@@ -107,7 +107,7 @@ def test_missions_that_mean_different_things_by_one_name_are_studied_apart(
 
     monkeypatch.setattr("missions.sweeps.study.metrics_of", declared)
     text = WITHOUT_METRICS.replace('"mapping-rendezvous"', '["mapping-rendezvous", "other.toml"]')
-    with pytest.raises(ConfigurationError, match=r"study.scenario: .* differ in what score means; study them apart"):
+    with pytest.raises(ConfigurationError, match=r"study.scenario = .* differ in what score means; study them apart"):
         load_study(str(written(tmp_path, text)))
 
 

@@ -144,7 +144,7 @@ def test_a_fleet_out_of_earshot_says_that_consultation_never_ended(tmp_path: Pat
 
     run = run_varied(tmp_path, vary)
     is_sound(run)
-    assert run.reason == "consultation had not ended after 300 s"
+    assert run.reason.startswith("consultation had not ended after 300 s; under way: AUV00 Mapping")
     assert any("AUV02" in row[7] for row in run.recorder.packets)
 
 

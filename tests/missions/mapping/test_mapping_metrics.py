@@ -118,7 +118,7 @@ def results(rows: list[tuple[Any, ...]] = ROWS) -> Any:
     table = pa.table({name: [row[at] for row in rows] for at, name in enumerate(names)})
     return SimpleNamespace(
         summary={"mission_time_s": 100.0, "coverage_fraction": 0.75 if rows else 0.0},
-        manifest={"scenario": "[world]\ncell_m = 25.0"},
+        scenario_tables={"world": {"cell_m": 25.0}},
         table=lambda name: {"coverage": table}[name],
     )
 
@@ -148,16 +148,15 @@ def test_mapped_cells_are_squares_in_the_tint_of_who_came_first(axes: Axes) -> N
 
 
 def test_objects_stand_where_they_lie_and_a_cross_where_each_was_seen(axes: Axes) -> None:
-    sightings = pa.table({"x_m": [11.0, 9.0, 41.0], "y_m": [20.0, 21.0, 52.0]})
-    objects = "[[object]]\nposition_m = [10.0, 20.0]\nclassification = 'wreck'\n"
-    tables = {"sightings": sightings}
-    seen = SimpleNamespace(manifest={"scenario": objects}, has=tables.__contains__, table=tables.__getitem__)
+    sightings = [{"x_m": x_m, "y_m": y_m} for x_m, y_m in ((11.0, 20.0), (9.0, 21.0), (41.0, 52.0))]
+    objects = {"object": [{"position_m": [10.0, 20.0], "classification": "wreck"}]}
+    seen = SimpleNamespace(scenario_tables=objects, rows={"sightings": sightings}.__getitem__)
     assert draw_objects(axes, seen, STYLE).endswith("n = 3 sightings.")
     drawn = [one.get_offsets().tolist() for one in axes.collections]
     assert drawn == [[[11.0, 20.0], [9.0, 21.0], [41.0, 52.0]], [], [[10.0, 20.0]]]
     assert [one.get_text() for one in axes.texts] == ["wreck"]
     assert axes.get_legend_handles_labels()[1] == ["seen there", "object"]
-    blind = SimpleNamespace(manifest=seen.manifest, has=lambda name: False)
+    blind = SimpleNamespace(scenario_tables=objects, rows=lambda name: [])
     assert draw_objects(Sheet().subplots(), blind, STYLE).endswith("n = 0 sightings.")
-    none = SimpleNamespace(manifest={"scenario": ""})
+    none = SimpleNamespace(scenario_tables={})
     assert draw_objects(Sheet().subplots(), none, STYLE) == ""
