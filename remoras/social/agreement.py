@@ -24,12 +24,10 @@ from remoras.work import jobs_left, precedence, works
 
 @dataclass(frozen=True, slots=True)
 class Agreement:
-    """Common knowledge of all vehicles at the start.
+    """Common knowledge of all vehicles at the start; steps of ``plans`` have been carried out.
 
-    Attributes:
-        plans: of groups planned before the mission; all their steps have been carried out.
-        meets_after, supervisors: by group, those meeting before it; those whose leaders may give its mission.
-        at_sea: groups formed at run time, absent from ``organisation``.
+    ``meets_after`` and ``supervisors`` give, by group, the groups that meet before it, and those whose leaders may give
+    its mission. Groups ``at_sea`` are formed at run time and absent from ``organisation``.
     """
 
     organisation: Organisation

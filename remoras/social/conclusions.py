@@ -76,10 +76,7 @@ class Gatherings:
 
 
 class Conclusions:
-    """Findings of a mission for one vehicle, as facts; ``mission_name`` is for error messages.
-
-    ``are_of_its_own`` is False if the mission does not implement ``conclusions``.
-    """
+    """Findings of a mission for one vehicle, as facts."""
 
     def __init__(self, me: str, mission: SocialPart, mission_name: str, beliefs: Beliefs) -> None:
         self._me = me

@@ -77,10 +77,7 @@ LAWFUL = UNCHANGED | {Outcome.SUCCESS, Outcome.NO_ROOM, Outcome.UNAVAILABLE, Out
 
 
 def consult(before: View, stated: Iterable[DatedRequest], alone: Collection[DatedRequest], now: Now) -> View:
-    """Apply the requests of a round in any order at its end, unless newer ones are valid.
-
-    ``alone`` are requests that this isolated vehicle states for itself.
-    """
+    """Apply the requests of a round, and own ones for this isolated vehicle ``alone``."""
     leadership = before.leadership.miss(now.absent)
     view = replace(before, leadership=leadership, now=now, rulings=(), unlawful=frozenset())
     for request in _in_order(stated):
@@ -155,10 +152,7 @@ def _kept(view: View, request: DatedRequest) -> View:
 
 
 def _count(view: View, request: DatedRequest, alone: bool = False, again: bool = False) -> View:
-    """Apply a request if its issuer is authorised and no newer request is valid.
-
-    If ``alone``, the vehicle states it for itself and counts as leader; ``again`` marks requests refused before.
-    """
+    """Apply a request if its issuer is authorised (or ``alone``) and no newer one is valid."""
     age, asked = request.age, request.asked
     if asked.act in (Act.CREATE, Act.DISSOLVE):
         return _form(view, request, again)
@@ -224,11 +218,7 @@ def _take(view: View, asked: Request, outcome: Outcome, age: Age, yielding: froz
 
 
 def _form(view: View, request: DatedRequest, again: bool) -> View:
-    """Form or dissolve a group, unless unauthorised or superseded.
-
-    A new formation ends the previous one, even if its dissolution was not received. Earlier requests about the group
-    become void; later ones are evaluated again.
-    """
+    """Form or dissolve a group, unless unauthorised or superseded; earlier requests become void."""
     age, asked, number = request.age, request.asked, request.number
     is_over, name, rules = asked.act is Act.DISSOLVE, asked.group, view.rules
     rank = 0 if is_over else -rules.database[asked.issuer].node
@@ -286,10 +276,7 @@ def _known(view: View, group: str, claim: Claim) -> View:
 
 
 def _assent(view: View, request: DatedRequest, alone: bool) -> tuple[View, bool]:
-    """End the term of a leader that leaves its role or acknowledges another; True of the latter.
-
-    A leader that leaves its role still has to leave it in the organisation, where another may have its place by now.
-    """
+    """End the term of a leader that leaves its role or acknowledges another; True of the latter."""
     asked, age, leadership = request.asked, request.age, view.leadership
     if asked.act is Act.RELEASE:
         if asked.issuer == asked.assignee and view.is_head(asked) and not alone:
@@ -421,7 +408,7 @@ def holders_after(
     room: float,
     led_since: Callable[[Instruction], Age | None] = lambda instruction: None,
 ) -> tuple[set[str], list[str]]:
-    """Return holders of a role after all instructions, and waiting vehicles, newest first.
+    """Return holders after all instructions, and waiting vehicles, newest first.
 
     ``led_since`` gives the start of the term of an instruction's leader, or None; it displaces earlier holders.
     """
@@ -482,10 +469,7 @@ def yielding_to(view: View, asked: Request, age: Age) -> frozenset[str]:
 
 
 def settle(view: View, asked: Request, age: Age) -> View:
-    """Add a request to the instructions of its role and apply the resulting holders.
-
-    If the assignee does not get the role, the reason is noted: no vacancy, or the vehicle takes no jobs.
-    """
+    """Add a request to its role, apply the resulting holders; note why an assignee is not one."""
     place = asked.group, asked.role
     holding, gives, stands = _reconciled(view, place), asked.act is Act.ASSIGN, _stands(view, asked, age)
     instructions, holders = dict(holding.instructions), holding.holders
@@ -518,10 +502,7 @@ def renew(view: View, group: str, issuer: str) -> View:
 
 
 def let_in(view: View) -> View:
-    """Admit waiting vehicles to vacancies that other ways created, newest first.
-
-    Where vehicles divide jobs among themselves, absent holders may also be displaced.
-    """
+    """Admit waiting vehicles to vacancies, newest first; absent holders may be displaced."""
     follows: list[Request] = []
     for place in sorted(place for place, holding in view.holdings.items() if holding.is_crowded):
         holding = _reconciled(view, place)
@@ -544,7 +525,6 @@ def _follow(view: View, place: RoleKey, holding: Holding, issuer: str) -> tuple[
 
 
 def _after(view: View, place: RoleKey, instructions: Mapping[Instruction, Request]) -> tuple[set[str], list[str]]:
-    """Return holders and waiting vehicles after all valid instructions."""
     counting = [instruction for instruction, asked in instructions.items() if _stands(view, asked, instruction.age)]
     return holders_after(counting, _room(view, place), lambda last: _led_since(view, instructions[last], last.age))
 
@@ -575,7 +555,7 @@ def _room(view: View, place: RoleKey) -> float:
 
 
 def _reconciled(view: View, place: RoleKey) -> Holding:
-    """Return the instructions of a role plus changes made otherwise, such as by claims."""
+    """Return the instructions of a role plus changes made by leadership claims."""
     before, now = view.holdings.get(place, Holding({}, NOBODY)), frozenset(view.organisation.members(*place))
     instructions = dict(before.instructions)
     for name in sorted(before.holders ^ now):

@@ -69,7 +69,6 @@ class Considered(NamedTuple):
     """Effects of changed facts, or of the end of a round, on this vehicle.
 
     Attributes:
-        activities_due: True if activities have to be selected again.
         events: ("absent" or "present", peer).
         facts: to state at isolation and reconnection.
         passed_on: statements of vehicles now absent, to relay one by one.
@@ -89,9 +88,7 @@ NOBODY_THERE = "nobody who is there is able to do it"
 class SocialLayer:
     """Organisation, missions and objectives as one vehicle sees them.
 
-    Args:
-        picture: knowledge about peers; only this class writes its part ``groups``.
-        until_s: end of the mission.
+    Only this class writes the part ``groups`` of ``picture``. ``until_s`` is the end of the mission.
 
     Attributes:
         view: agreed organisation and its derivation; ``organisation`` is its groups and roles.
@@ -99,7 +96,6 @@ class SocialLayer:
         lease_s: upper limit of the silence of a present peer.
         is_cut_off: True while isolated, with no reception for a lease; orders are then for itself alone.
         is_in_doubt: True while possibly isolated, after part of a lease; it then takes no jobs of others.
-        says_impossible: whether the ontology has words for infeasible jobs.
     """
 
     def __init__(
@@ -254,9 +250,9 @@ class SocialLayer:
     # Reception -----------------------------------------------------------------------------------
 
     def consider(self, changes: Sequence[Change], told: bool = True) -> Considered:
-        """Process changed facts; organisational ones except missions wait for the end of the round.
+        """Process changed facts; ``told`` is False for statements that this vehicle does not send.
 
-        ``told`` is False for statements that this vehicle does not send.
+        Organisational facts except missions wait for the end of the round.
         """
         if self.conclusions.are_of_its_own:
             self.conclusions.note(changes)
@@ -285,10 +281,7 @@ class SocialLayer:
         return Considered(self.pursuit.let_go(keys), view.rulings if view else ())
 
     def _hear(self, changes: Iterable[Change], alone: bool) -> View | None:
-        """Queue requests, apply missions at once; return the new view, or None without missions.
-
-        ``alone`` marks statements of this vehicle for itself.
-        """
+        """Queue requests, apply missions at once; return the new view, or None without missions."""
         missions: list[DatedRequest] = []
         for change in changes:
             self._note_availability(change.block)
@@ -377,10 +370,7 @@ class SocialLayer:
         return Considered(is_due, undone.rulings if undone else (), events, facts, passed_on)
 
     def _follow(self, changes: Changes) -> tuple[View | None, list[Fact], list[Fact]]:
-        """Apply membership changes.
-
-        Returns the view after reconnection (else None), facts about this vehicle, and orders given while isolated.
-        """
+        """Apply membership changes; return the view after reconnection, own facts and orders."""
         if changes.absent:
             self._is_asked_again = bool(self.view.leadership.claimed)
         was_cut_off, self.is_cut_off = self.is_cut_off, self._membership.cut_off
@@ -407,10 +397,7 @@ class SocialLayer:
         return patience_with(of_groups, self.me, peers.known_s, self._rallies_m, now_s, self.lease_s)
 
     def _lose_patience(self, before: Footing | None, now_s: float) -> set[Key] | None:
-        """Replan if jobs left to others have changed; return keys of gatherings thus invalidated.
-
-        ``before`` is the previous basis, None if the vehicle left nothing to others.
-        """
+        """Replan if jobs left to others have changed; return keys of gatherings thus invalidated."""
         now, over = self.footing, set[Key]()
         if before is not None and (now.barred, now.takes_no_jobs) == (before.barred, before.takes_no_jobs):
             return None
@@ -482,10 +469,7 @@ class SocialLayer:
         return view
 
     def negotiate(self, now_s: float, motion: Motion, calls: Mapping[str, float]) -> list[tuple[list[Fact], bool]]:
-        """Return facts to state together at the end of a round, each list with whether to send it.
-
-        ``calls`` gives the dissatisfaction of vehicles that request help from this one, by name.
-        """
+        """Return facts to state at the end of a round, each list with whether to send it."""
         peers = self._picture.peers
         is_news, self._is_news = self._is_news or bool(peers.unheard or self.absent), False
         stated = []
@@ -511,7 +495,7 @@ class SocialLayer:
         return stated
 
     def _taken_back(self) -> list[Fact]:
-        """Return facts that release unavailable vehicles from roles that they have not acknowledged."""
+        """Return facts that release unavailable vehicles from unacknowledged roles."""
         unheard = self._picture.peers.unheard
         names = [name for name in sorted(self.takes_no_jobs) if name in unheard] if unheard else ()
         return [
@@ -554,10 +538,9 @@ class SocialLayer:
     # Statements ----------------------------------------------------------------------------------
 
     def claims(self) -> list[list[Fact]]:
-        """Return acknowledgements of other leaders, then claims to lead groups.
+        """Return acknowledgements of other leaders, then claims to lead groups; none if isolated.
 
-        It claims a group without a leader if it is first in the succession, or a disputed group that it leads. A leader
-        whose claim is less than a lease old counts as present. An isolated vehicle claims nothing.
+        A leader whose claim is less than a lease old counts as present.
         """
         assents, self._assents = self._assents, []
         if self.is_cut_off:
@@ -616,8 +599,8 @@ class SocialLayer:
     def give_up(self, objective: Objective, blind: bool = False) -> list[Fact]:
         """Return facts that declare an objective infeasible for this vehicle; empty if stated.
 
-        It leaves its jobs and takes none, but stays in its groups. If ``blind``, its sensors yielded nothing: it states
-        that, leaves only the jobs that need sensors, and takes others.
+        It leaves its jobs and takes none, but stays in its groups; if ``blind``, only jobs that need sensors are
+        affected.
         """
         if objective in self._given_up:
             return []
@@ -645,8 +628,7 @@ class SocialLayer:
     def addressed(self, change: Change) -> dict[str, set[str]]:
         """Return receivers that must acknowledge an own block, with the roles that it gives them.
 
-        Facts about a vehicle's roles concern that vehicle. Objectives alone concern all members of the group, unless
-        planned before the mission.
+        Objectives alone concern all members of the group, unless planned before the mission.
         """
         receivers: dict[str, set[str]] = {}
         groups: set[str] = set()

@@ -46,12 +46,7 @@ As a quarter of all terms, it lets vehicles without any claim decode a claim and
 
 
 class Claim(NamedTuple):
-    """A leadership claim; the greater wins.
-
-    Attributes:
-        term: number of leader changes of the group, this one included.
-        rank: negative node of the claimant.
-    """
+    """Leadership claim, the greater wins: number of leader changes so far, then negative node."""
 
     term: int
     rank: int
@@ -80,9 +75,8 @@ def successor(
 ) -> str | None:
     """Return the vehicle that should lead a group without a leader; None if no member can.
 
-    Candidates hold a role of the succession, can lead, and hold no role of another group incompatible with that. They
-    are ordered by the first such role, the number of job roles they can hold (none if ``unavailable``), energy and
-    name.
+    Candidates hold a role of the succession, can lead, and hold no incompatible role elsewhere. They are ordered by
+    that role, the number of job roles they can hold (0 if ``unavailable``), energy and name.
     """
     jobs = [role.name for role in group.roles if role.job is not None]
 
@@ -112,8 +106,7 @@ def is_able_to_lead(database: AUVDatabase, vehicle: str, group: Group) -> bool:
 def role_after(database: AUVDatabase, vehicle: str, group: Group, organisation: Organisation) -> RoleAssignment | None:
     """Return the role a leader takes when it steps down: the first vacant one of the succession.
 
-    None if it already holds another founding role of the group, or can hold none. ``organisation`` is the one after it
-    has left the leader's role.
+    None if it holds another founding role of the group, or can hold none.
     """
     founding = {role.name for role in group.roles if role.founding}
     if any(role.role in founding for role in organisation.roles_of(vehicle, group.name)):
@@ -144,10 +137,9 @@ def stepping_down(vehicle: str, organisation: Organisation, database: AUVDatabas
 
 
 def yielding_above(group: Group, role: str, heads: Collection[str], organisation: Organisation) -> tuple[str, ...]:
-    """Return vehicles that leave a role of ``group`` to the new leader of the group below.
+    """Return holders of ``role`` that yield to the new leader of the group below.
 
-    These are the sole holder and former leaders of the group below (``heads``), except leaders of another group by that
-    role.
+    They are the sole holder and former leaders ``heads``, except leaders of another group by that role.
     """
     demands = group.role(role)
     is_sole = demands is not None and demands.maximum == 1
@@ -232,10 +224,9 @@ class Leadership:
     def claim(
         self, group: str, claimed: Claimed, excused: Collection[str] = NOBODY, by_leading: str | None = None
     ) -> Leadership:
-        """Add a claim.
+        """Add a claim, which the ``excused``, presumed absent, do not block.
 
-        ``excused`` are vehicles presumed absent, which stay so. ``by_leading``: group that alone makes the claimant a
-        member, so that the claim is valid only if it led that group by then.
+        It is valid only if the claimant led the group ``by_leading``, if given, by then.
         """
         lead = self.groups[group]
         before = lead.claims.get(claimed)

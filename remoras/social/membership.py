@@ -43,9 +43,8 @@ SHORTEST_FRAMES, FADING_S = 10, 200.0
 class Lease(NamedTuple):
     """Time for which a silent peer counts as present.
 
-    Attributes:
-        longest_s: upper limit; infinite without communication.
-        false_absence: probability that losses alone make a suspected peer's silence; 0 disables suspicion.
+    ``longest_s`` is infinite without communication. ``false_absence`` is the probability that losses alone make a
+    suspected peer's silence; 0 disables suspicion.
     """
 
     longest_s: float
@@ -98,10 +97,7 @@ def absent_peers(
 def acted_on(
     organisation: Organisation, me: str, absent: frozenset[str], is_cut_off: bool, leads_alone: bool
 ) -> Organisation:
-    """Return the organisation without ``absent``; an isolated vehicle leads its own groups.
-
-    ``leads_alone`` is True if the vehicle is able to lead.
-    """
+    """Return the organisation without ``absent``; an isolated vehicle leads its own groups."""
     seen = organisation.without(absent)
     if is_cut_off and leads_alone:
         for role in seen.roles_of(me):
@@ -137,9 +133,8 @@ class Membership:
     ) -> Changes:
         """Update membership at the end of a TDMA frame.
 
-        Args:
-            heard_s: time of the last evidence of each peer, or at which its silence was expected.
-            word_s: time of the last evidence of any peer.
+        ``heard_s`` is the last evidence of each peer, or its last expected silence; ``word_s`` the last evidence of any
+        peer.
         """
         if now_s - self._looked_s > self._away_s:
             self._since_s = now_s
@@ -179,12 +174,9 @@ LATE = 1.2
 
 
 class Patience(NamedTuple):
-    """Isolation grace period of a vehicle.
+    """Isolation grace period; ``barred`` has (vehicle, role) of jobs that another vehicle owns.
 
-    Attributes:
-        theirs_until_s: end of work and arrival of the others, until which it does not expect to meet them.
-        ends_s: time after which it takes over their jobs.
-        barred: (vehicle, role) of jobs that another vehicle owns.
+    The others should have finished and met by ``theirs_until_s``. Their jobs are theirs until ``ends_s``.
     """
 
     theirs_until_s: float = -math.inf
@@ -201,10 +193,7 @@ def with_work(present: Organisation, organisation: Organisation, absent: Collect
 
 
 def owners(whole: Work) -> dict[str, str]:
-    """Return owners of roles without holder: longest job first, to the earliest finisher.
-
-    ``whole`` is the work of a group before the mission.
-    """
+    """Return owners of roles without holder at the start: longest job first, earliest finisher."""
     owner_of: dict[str, str] = {}
     at = {data.name: Outlook(0.0, data.start_m) for data in whole.workers}
 
@@ -231,8 +220,8 @@ def patience_with(
     """Return the grace period from the last known positions and remaining jobs of the others.
 
     Vehicles isolated at once notice it within one lease; the period therefore adds a lease, and the way between rally
-    points. ``all_work`` gives per group: work before the mission and now, absent vehicles included, and the owners
-    known to the strategy. ``known_s`` is the time of the last evidence of each vehicle.
+    points. ``all_work`` has the work before the mission and now, with absent vehicles, and the owners known to the
+    strategy.
     """
     until_s, way_s, barred = now_s, 0.0, set[tuple[str, str]]()
     for whole, work, division in all_work:
@@ -255,12 +244,7 @@ def patience_with(
 
 
 class Footing(NamedTuple):
-    """Basis for planning.
-
-    Attributes:
-        present: organisation without absent vehicles.
-        barred: (vehicle, role) of jobs left to others, see ``Patience``.
-    """
+    """Basis for planning: organisation without absent vehicles, ``barred`` as in ``Patience``."""
 
     present: Organisation
     takes_no_jobs: frozenset[str]

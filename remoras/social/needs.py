@@ -67,11 +67,8 @@ class Subjects:
 class _Words:
     """Node bit sets that follow from one view of the organisation.
 
-    Attributes:
-        above: leaders of supervising groups.
-        told_who_leads: nodes that need to know the leader.
-        tied: members of groups with a role that the holder of this one has to play.
-        company: by node, members of all groups of the vehicle.
+    ``told_who_leads`` need to know the leader, ``above`` lead supervising groups, ``tied`` are members of groups with a
+    role that the holder of this one has to play, ``company`` share a group with a node.
     """
 
     members: Mapping[str, int]
@@ -84,10 +81,7 @@ class _Words:
 
 
 class GroupNeeds:
-    """Needs in the view of one vehicle: ``worldmodel.Needs`` of its exchange manager.
-
-    ``priorities`` has a priority for each exchanged attribute, by uid.
-    """
+    """Needs in the view of one vehicle: ``worldmodel.Needs`` of its exchange manager."""
 
     def __init__(
         self, tbox: TBox, priorities: Mapping[int, int], subjects: Subjects, organisation: Organisation

@@ -43,8 +43,7 @@ def negotiated_attributes(strategy: Strategy, jobs: Mapping[str, Job], tbox: TBo
 class Negotiation:
     """Negotiators of one vehicle, one for each of its groups that has jobs.
 
-    ``rules`` name the jobs and the vehicles excluded from the division, whose messages about it are ignored.
-    ``attributes`` are the uids of negotiation attributes.
+    Messages of vehicles excluded by ``rules`` are ignored. ``attributes`` are the uids of negotiation attributes.
     """
 
     def __init__(
@@ -110,10 +109,7 @@ class Negotiation:
     def heard_or_expected_s(
         self, heard_s: Mapping[str, float], names: Collection[str], now_s: float
     ) -> Mapping[str, float]:
-        """Return the time at which each vehicle was received, or its silence was last expected.
-
-        ``heard_s`` is the time of the last packet from each; ``now_s`` the end of the round.
-        """
+        """Return the time at which each vehicle was received, or its silence was last expected."""
         expected: Collection[str] = self._expected
         if not self.takes_part:
             expected = [name for name in names if now_s - heard_s.get(name, 0.0) < self._longest_away_s]
@@ -121,10 +117,7 @@ class Negotiation:
         return {name: max(heard_s.get(name, 0.0), self._expected_s.get(name, 0.0)) for name in names}
 
     def expect_away(self, all_work: Iterable[Work]) -> None:
-        """Set the longest expected silence between two meetings: 1.5 times a worker's share.
-
-        Only vehicles that take no part in the work need it; strategies inform the others.
-        """
+        """Set the longest expected silence of workers, for vehicles that take no part in the work."""
         for work in all_work:
             for data in work.workers:
                 alone = work.after_all(Outlook(0.0, data.start_m), data, work.unfinished)
@@ -191,9 +184,7 @@ class Negotiation:
         """Return this vehicle's statements at the end of a round.
 
         Args:
-            now_s: end of the round, as quantised in messages.
-            work: of every group, with this vehicle's actual position.
-            heard_s: time of the last packet from each peer.
+            now_s: as quantised in messages.
             unheard: unacknowledged roles, by peer.
             calls: dissatisfaction of peers by their influence signals.
             missions: groups with a known mission; others have nothing to divide yet.

@@ -30,8 +30,8 @@ def by_receiver(
 ) -> list[list[Fact]]:
     """Split facts into parts, single vehicles first, in the order in which these get roles.
 
-    ``role_named`` returns attribute and role of an organisational fact, None for others. The individual objectives of a
-    role are in the part of each of its new holders.
+    ``role_named`` returns attribute and role of an organisational fact, else None. New holders get individual
+    objectives.
     """
     named = [(fact, role_named(PropertyValue(*fact)) or ("", "")) for fact in facts]
     players: dict[str, list[str]] = {}  # by role
@@ -67,10 +67,7 @@ def aims(
     beliefs: Beliefs,
     mission: SocialPart,
 ) -> list[Fact]:
-    """Return individual objectives of the roles assigned in ``facts``, for new holders.
-
-    ``founding`` objectives, agreed before the mission, are omitted.
-    """
+    """Return individual objectives of roles assigned in ``facts``, except ``founding`` ones."""
     roles = [value for _, attribute, value in facts if attribute == PLAYS_ROLE]
     if not roles:
         return []
@@ -159,9 +156,9 @@ class Orders:
     # Steps ---------------------------------------------------------------------------------------
 
     def form(self, group: str, work: Mapping[str, Work], number: int) -> list[Fact]:
-        """Form a group under the able member of the forming group that would be first at its work.
+        """Form a group under the able member of its forming group that is nearest to the work.
 
-        The forming leader takes the lead itself only if no other vehicle can.
+        The forming leader takes the lead only if no other vehicle can.
         """
         of, former = self._at_sea[group], work[self._at_sea[group].formed_by or ""]
         able = [name for name in former.members if is_able_to_lead(former.database, name, of)]
@@ -186,10 +183,7 @@ class Orders:
         return [] if mission in missions.get(group, ()) else [self._beliefs.fact(group, "hasMission", mission)]
 
     def give(self, objective: Objective, objectives: Collection[Objective], again: bool = False) -> list[Fact]:
-        """Give a role an objective, unless valid or proposed.
-
-        Objectives of a former leader are given ``again``: only that leader knows which members received them.
-        """
+        """Give a role an objective, unless proposed or valid; ``again`` repeats a former leader's."""
         if objective in self._proposed or (objective in objectives and not again):
             return []
         self._proposed[objective] = None

@@ -41,12 +41,7 @@ from remoras.work import Point, Work, precedence
 
 @dataclass(frozen=True, slots=True)
 class OwnFacts:
-    """Beliefs of one vehicle plus social facts; see ``SocialPart.social_domain``.
-
-    Attributes:
-        is_cut_off: whether the vehicle is isolated.
-        objectives: by group, role and name.
-    """
+    """Beliefs of one vehicle plus social facts; see ``SocialPart.social_domain``."""
 
     beliefs: Beliefs
     database: AUVDatabase
@@ -94,12 +89,7 @@ class OwnFacts:
 
 @dataclass(frozen=True, slots=True)
 class Deliberation:
-    """Result of planning.
-
-    Attributes:
-        impossible: missions without a plan.
-        parts: the facts split by receiver (``remoras.social.orders``).
-    """
+    """Result of planning: facts, missions without a plan, and ``parts`` of facts by receiver."""
 
     facts: list[Fact]
     impossible: list[NoPlan]
@@ -117,9 +107,6 @@ def missions_of(groups: Iterable[Group], at_sea: Mapping[str, Sequence[str]]) ->
 
 class MissionPlanner:
     """Planner of the missions of groups that one vehicle leads; the strategy allocates roles.
-
-    Args:
-        planned: plans made before the mission, whose steps have all been stated.
 
     Attributes:
         due: groups with missions to plan.
@@ -243,10 +230,7 @@ class MissionPlanner:
         work: Mapping[str, Work],
         objectives: Collection[Objective],
     ) -> Deliberation:
-        """Plan missions that are due, or only their failed branches, and advance execution.
-
-        ``known`` are the facts for tests and effects, ``objectives`` the valid ones.
-        """
+        """Plan missions that are due, or only their failed branches, and advance execution."""
         orders = self.orders
         handlers: dict[str, Callable[..., list[Fact]]] = {
             ALLOCATE_ROLES: lambda of, *lost: self._allocate(work[of]),
@@ -328,8 +312,7 @@ Means = tuple[tuple[ActivitySet, ...], frozenset[Key]]
 class Pursuit:
     """Activities of one vehicle, cached while the facts they depend on are unchanged.
 
-    ``leaves`` is True if the vehicle reports and leaves objectives without a plan; else these are a fault of the
-    mission. ``hopeless`` are its current objectives without a plan.
+    ``hopeless`` objectives have no plan: the vehicle reports and ``leaves`` them, or the mission is at fault.
     """
 
     def __init__(self, data: VehicleData, mission: SocialPart, mission_name: str, leaves: bool = False) -> None:
@@ -400,8 +383,7 @@ class Pursuit:
     def _planned(self, domain: Domain, objective: Objective, facts: FactsLike) -> Execution | NoPlan:
         """Return the advanced plan of an objective, renewed unless a branch has just been replanned.
 
-        Without a plan: NoPlan if the vehicle ``leaves`` objectives; else PlanningError if there was none, or the
-        abandoned plan.
+        Without a first plan, raise PlanningError unless the vehicle ``leaves`` such objectives.
         """
         execution, task = self.executions.get(objective), Task(PURSUE + objective.name, (objective, self._data))
         if execution is None:

@@ -38,10 +38,7 @@ FORMED_UNDER, FORMATION, DISSOLVED = FORMATION_ATTRIBUTES = ("formedUnder", "for
 
 
 class DatedRequest(NamedTuple):
-    """Request that a fact expresses.
-
-    ``number`` is that of a formation, or the encoded term of a claim; None if the block has none.
-    """
+    """Request of a fact; ``number`` is of a formation or the encoded term of a claim, or None."""
 
     age: Age
     asked: Request
@@ -119,7 +116,7 @@ class Availability:
     """Vehicles that take jobs, as one vehicle knows.
 
     Attributes:
-        told: by vehicle, whether it takes jobs, with the place of each statement in the order of facts.
+        told: by vehicle and place in the order of facts, whether it takes jobs.
         blind_since: vehicles with failed sensors.
         news: vehicles with a statement since the last round.
         since: vehicles that take no jobs; ``unavailable`` is the set of their names.
@@ -167,12 +164,9 @@ UNCHANGED = frozenset({Outcome.ROLE_ALREADY_HANDLED, Outcome.ROLE_NOT_HANDLED})
 
 
 class Formation(NamedTuple):
-    """State of a group formed at run time; the greater is valid.
+    """State of a group formed at run time, of which the greater is valid.
 
-    Attributes:
-        number: from 1.
-        rank: negative node of the forming vehicle; 0 if dissolved.
-        since: place in the order of facts; earlier requests refer to an earlier formation.
+    ``rank`` is the negative node of the forming vehicle, 0 if dissolved. Requests older than ``since`` are void.
     """
 
     number: int
@@ -215,12 +209,7 @@ def founding_holdings(organisation: Organisation) -> dict[RoleKey, Holding]:
 
 
 class Isolated(NamedTuple):
-    """Changes that an isolated vehicle made for itself.
-
-    Attributes:
-        taken, displaced: roles taken and left, undone at reconnection.
-        orders: objectives and missions, sent at reconnection.
-    """
+    """Changes of an isolated vehicle for itself: at reconnection roles are undone, orders sent."""
 
     taken: tuple[RoleAssignment, ...] = ()
     displaced: tuple[RoleAssignment, ...] = ()
@@ -230,10 +219,8 @@ class Isolated(NamedTuple):
 class Now(NamedTuple):
     """Observations of a vehicle at the end of a round.
 
-    Attributes:
-        absent: vehicles that others may displace.
-        began_s: end of its last own absence of a lease (s); it cannot judge leaders' presence before.
-        missed: itself, and the vehicles not received since.
+    It was itself away until ``began_s`` and cannot judge the presence of leaders before; ``missed`` are the vehicles
+    not received since, itself included.
     """
 
     absent: frozenset[str] = NOBODY
@@ -246,19 +233,16 @@ class Now(NamedTuple):
 class View:
     """Organisation as one vehicle knows it, its derivation, and the results of the last round.
 
-    Equality ignores the results of the last round.
+    Equality ignores the results. At run time groups get ``missions``; ``at_sea`` are requests about groups formed then.
 
     Attributes:
         newest: place of the valid request in the order of facts, by subject (``Request.about``).
         holdings: of roles with a job or a limited number of holders.
-        missions: given at run time, by group, in the order last given.
-        formations: newest of each group formed at run time.
         waiting: deferred requests.
-        at_sea: requests about groups formed at run time, since their formation.
         greatest: greatest claim known for each group, valid or not; ``crowned`` is the one in force.
-        came_in: group whose leadership brought a vehicle into another, by (that group, vehicle).
+        came_in: group whose leader is thereby a member of another, by (other group, vehicle).
         stepped_down: role that a leader took when it stepped down, by (group, vehicle).
-        rulings: outcomes of the last round, in order; ``unlawful`` are unauthorised statements.
+        unlawful: unauthorised statements of the last round.
     """
 
     rules: Rules = field(compare=False, repr=False)

@@ -57,10 +57,7 @@ def scarce_energy_j(
 class Reports:
     """Knowledge of one vehicle about the energy and sensors of all.
 
-    Attributes:
-        blind: vehicles that report failed sensors.
-        database: data of all vehicles, those without sensors.
-        frugal: vehicles that may lack energy for the mission.
+    ``blind`` vehicles report failed sensors, and ``database`` has none for them; ``frugal`` ones may lack energy.
     """
 
     def __init__(self, beliefs: Beliefs, database: AUVDatabase, until_s: float) -> None:
@@ -88,11 +85,7 @@ class Reports:
 
 
 class Workload:
-    """Cache of jobs and work as one vehicle sees them.
-
-    The rest of a job follows from facts about its own instance and facts it declares to depend on; only these trigger
-    an update.
-    """
+    """Cache of jobs and work as one vehicle sees them, updated by facts that jobs depend on."""
 
     def __init__(self, me: str, rules: Rules, mission: SocialPart, beliefs: Beliefs, reports: Reports) -> None:
         self._me = me
@@ -181,10 +174,7 @@ class Workload:
         self._given_anew |= again
 
     def told_by(self, vehicles: Collection[str]) -> list[Fact]:
-        """Return completion facts last reported by these vehicles, which are absent.
-
-        They cannot repeat them, and a leader without them would wait for the supposed holder.
-        """
+        """Return completion facts last reported by these absent vehicles, which cannot repeat them."""
         keys = (job.done for job in self._jobs.values())
         return [
             self._beliefs.fact(key[1], key[0], self._beliefs.get(key))
@@ -195,10 +185,9 @@ class Workload:
     def of_groups(
         self, at: Footing, picture: Picture, positions_m: Mapping[str, Point] | None, from_s: float
     ) -> Mapping[str, Work]:
-        """Return the work of every group.
+        """Return the work of every group; outlooks start at ``from_s``.
 
-        ``positions_m`` are the last known positions; if None, positions do not matter and the result is cached until it
-        changes. ``from_s`` is the start of outlooks.
+        If ``positions_m`` is None, positions do not matter and the result is cached until it changes.
         """
         asked = *at, self._reports.blind, self.unable
         if self._stale:
