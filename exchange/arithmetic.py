@@ -44,7 +44,6 @@ def _arctangent(top: int, bottom: int) -> int:
 
 
 def _whole_log_2() -> int:
-    """Logarithm of 2 by 2 artanh(1 / 3)."""
     term, total, number = (2 << _BITS) // 3, 0, 1
     while term:
         total += term // number

@@ -1,9 +1,10 @@
 """Value rules: utility of sending a queued candidate now.
 
 A rule gives each candidate a value; the most valuable that fit go into the packet. To avoid a scan of the whole queue,
-a rule also assigns a *group* of candidates whose order is constant while they wait, and a *rank* in it. The queue then
-compares the first of each group. Values linear in waiting time need one group per growth rate. A rule without constant
-order returns None; each candidate is then a group of its own, and a slot costs as much as there are candidates.
+a rule also assigns a *group* and a *rank* in it: the order of a group is constant while its candidates wait. The queue
+then compares the first of each group. Values linear in waiting time need one group per growth rate. A rule without
+constant order returns None; each candidate is then a group of its own, and a slot costs as much as there are
+candidates.
 
 Shipped are `additive` (Maurelli et al., section 6: the priority is added in every own slot), `goby` (Goby3's dynamic
 buffer, P(t) = base * (t - t_last_send) / ttl, per item instead of per type), `age` (age of information times the

@@ -2,17 +2,17 @@
 
 Without repeats, an origin sends an item until all nodes that need it hold it. Over a link with nearly total loss this
 never ends, and an origin that receives nothing of the peer takes it for lost. Loss between others follows from their
-acknowledgements. The value of a link is the delivery rate of its worse direction. A vehicle relays the items of an
-origin if its link to the peer is worth `FAVOUR` times that of the origin, and no other relay's link is much better.
-Origins count only if joined to this vehicle without the peer, in the maximum spanning tree of the link values: of two
-nodes behind one bad link, neither has what is to be relayed. Absent nodes do not count. Equal links make no relays.
-Policies with repeats need no relays.
+acknowledgements. The value of a link is the delivery rate of its worse direction. A vehicle relays an origin's items if
+its link to the peer is worth `FAVOUR` times the origin's link, and no other relay is much better. Origins count only if
+joined to this vehicle without the peer, in the maximum spanning tree of the link values: of two nodes behind one bad
+link, neither has what is to be relayed. Absent nodes do not count. Equal links make no relays. Policies with repeats
+need no relays.
 
 If the policy carries no third-party acknowledgements, the origin would resend over its bad link for ever. A sender
-therefore leaves such a peer to a node on the best path to it that was received passing on the item, or a later one of
-that origin. While no other node lacks the item and that relay is received, the item is *suspended*: open, not counted
-as delivered, not sent. In case the relay has discarded it, an item is sent again when its age is `AGED` times that at
-its last transmission.
+therefore leaves such a peer to a node on the best path to it. That node was received passing on the item, or a later
+one of that origin. While no other node lacks the item and that relay is received, the item is *suspended*: open, not
+counted as delivered, not sent. In case the relay has discarded it, an item is sent again when its age is `AGED` times
+that at its last transmission.
 """
 
 from __future__ import annotations

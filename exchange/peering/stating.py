@@ -141,7 +141,6 @@ class Stating:
         return items
 
     def _items_below(self, life: Life, first: int) -> int:
-        """Return the item set of the blocks of an incarnation below a number."""
         known, items = self._below.get(life, (0, 0))
         if known > first:
             known = items = 0
@@ -218,7 +217,6 @@ class Stating:
         return 8 * size if size <= MOST_SYMBOL_BYTES else IMPOSSIBLE
 
     def _bytes_of(self, guid: Guid) -> bytes:
-        """Return the encoding of a held block (cached)."""
         data = self._bytes.get(guid)
         if data is None:
             data = self._bytes[guid] = self._accounts.block_bytes(self._beliefs.block(guid))
@@ -319,7 +317,6 @@ class Stating:
         return self._lacks.setdefault(column, [1.0] * self._n_nodes)
 
     def _columns_held(self, guids: Iterable[Guid]) -> Iterator[int]:
-        """Yield the columns of those blocks that are whole here."""
         return itertools.chain.from_iterable(
             [self._beliefs.parts(guid) for guid in guids if self._beliefs.is_whole(guid)]
         )
@@ -503,5 +500,4 @@ class Stating:
 
 
 def _window_of(one: OriginStatement) -> tuple[Life, int]:
-    """Return the incarnation of a statement, and the bit mask of held numbers in its window."""
     return (one.origin, one.epoch), one.mask << one.first

@@ -44,7 +44,6 @@ class _Told(NamedTuple):
 
 
 _NEVER = _Told(Summary(-1, 0, -1, 0), 0, 0)
-"""Placeholder before the first transmission."""
 
 
 class Telling:

@@ -249,7 +249,6 @@ def _compile(kind: Acknowledgement, entry: SlotLoop, folder: Path | None) -> Slo
 
 @contextmanager
 def _settings(config: Any, **values: Any) -> Iterator[None]:
-    """Set global options of Numba temporarily."""
     before = {name: getattr(config, name) for name in values}
     for name, value in values.items():
         setattr(config, name, value)

@@ -1,8 +1,8 @@
 """Load, quantities and items of the policy study's trials.
 
 An item is a column. Under Poisson load a node's queue has a fixed number of columns; an item that finds it full is
-refused. A column is reused only once every sender has dropped the old item and no node remembers a packet with it, so
-that two items never mix.
+refused. A column is reused once every sender has dropped the old item and no node remembers a packet with it: items
+never mix.
 
 Plain Python that `exchange.study.compiler` compiles, as all that the slot loops call.
 """
