@@ -75,13 +75,7 @@ class Shared:
 
 
 class VehicleLife(NamedTuple):
-    """Incarnation of a vehicle.
-
-    Attributes:
-        real: its true data.
-        began_s: start by its own clock.
-        epoch: number of restarts before.
-    """
+    """Incarnation of a vehicle: true data, start by its own clock, number of earlier restarts."""
 
     real: VehicleData
     began_s: float = 0.0

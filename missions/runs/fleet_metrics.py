@@ -35,13 +35,10 @@ PACKETS = ("slot", "time_s", "sender", "size_bits", "receivers", "lost_by", "col
 
 
 class Window(NamedTuple):
-    """Interval of a run.
+    """Interval of a run that starts with a packet.
 
-    Attributes:
-        from_s: start of its first packet.
-        is_connected: a path led from each vehicle to every other.
-        n_components: parts of the fleet connected by bidirectional links.
-        cutting: vehicles whose removal splits such a part.
+    ``is_connected``: a path leads from each vehicle to every other. ``n_components``: parts connected by bidirectional
+    links. ``cutting``: vehicles whose removal splits such a part.
     """
 
     from_s: float
@@ -205,10 +202,9 @@ def conflicts(run: MeasuredRun) -> int:
 
 
 def _least_distances_m(run: MeasuredRun) -> list[float]:
-    """Least distance (m) of every pair in one depth layer, while both were present.
+    """Least distance (m) of every pair while both are present and in one depth layer.
 
-    A late vehicle counts from its arrival; one that is lost or without energy floats up and counts until then. A pair
-    whose depths vary counts only while it shares a layer.
+    A vehicle is present from its arrival until it is lost or without energy, when it floats up.
     """
     import numpy as np  # slow to load, and checking a scenario loads these metrics
 

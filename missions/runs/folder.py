@@ -64,13 +64,8 @@ def new_content(
 ) -> Iterator[Path]:
     """Yield an empty folder that replaces ``folder`` at the end, or is removed after an error.
 
-    Args:
-        of_older: selects the names of files to remove.
-        last: file without which readers find nothing, if any.
-
-    Raises:
-        OutputError: another run is writing the same folder.
-        OSError: the folder cannot be written.
+    ``of_older`` selects the names of files to remove. Without the file ``last``, readers find nothing. Raises
+    OutputError if another run is writing the folder, OSError if it cannot be written.
     """
     place = folder.resolve()
     _recover(place)

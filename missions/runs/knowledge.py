@@ -35,17 +35,10 @@ def query(
     at_s: float | None = None,
     most_rows: int | None = None,
 ) -> tuple[Sequence[str], list[tuple[Any, ...]]]:
-    """Run a SPARQL query on the vehicles' knowledge; return column names and rows.
+    """Run a SPARQL query (SELECT or ASK) on vehicles' knowledge; return columns and rows.
 
-    Args:
-        sparql: a SELECT or ASK query.
-        vehicle: if None, all in turn; the first column names the vehicle.
-        at_s: None for the end of the run.
-        most_rows: None for all.
-
-    Raises:
-        OutputError: unknown vehicle, time or table.
-        QueryError: the query cannot be parsed.
+    If ``vehicle`` is None, all are queried in turn, and the first column names the vehicle. ``at_s`` is the end of the
+    run if None. Raises OutputError for an unknown vehicle, time or table, QueryError for an invalid query.
     """
     known = knowledge(results, vehicle, at_s)
     return ask(known if vehicle is None else known[vehicle], sparql, most_rows)
@@ -62,13 +55,9 @@ def write_knowledge(
 ) -> dict[str, int]:
     """Write the vehicles' knowledge as RDF; return the number of facts by vehicle.
 
-    Args:
-        vehicle: with one, named graphs are its origins; with None, the vehicles. Formats without graphs get the union.
-        at_s: None for the end of the run.
-        items: write the canonical graph of items, in N-Triples only.
-
-    Raises:
-        OutputError: unknown vehicle, time or table, wrong format, or the file exists or cannot be written.
+    Named graphs are the origins for one ``vehicle``, else the vehicles; formats without graphs get the union. ``at_s``
+    is the end of the run if None. ``items`` selects the canonical graph of items, in N-Triples only. Raises OutputError
+    for an unknown vehicle, time or table, a wrong format, or a file that exists or cannot be written.
     """
     if items and form is not RdfFormat.N_TRIPLES:
         raise OutputError(f"--items: the canonical graph of items is written as nt, and the format is {form.value}")

@@ -242,13 +242,8 @@ def metrics_of(
 ) -> Mapping[str, Metric]:
     """Return the metrics of a scenario's runs by name: general, of its mission, and its own.
 
-    Args:
-        mission: loads the class if None.
-        own: loads ``own_metrics`` if None.
-
-    Raises:
-        ConfigurationError: a metric has no direction, or two share a name or label.
-        PluginError: one cannot be loaded.
+    ``mission`` and ``own`` are loaded if None. Raises ConfigurationError for a metric without direction or a duplicate
+    name or label, PluginError if one cannot be loaded.
     """
     reference = scenario.scenario.mission
     metrics = collected(reference, (*CORE_METRICS, *(mission or mission_class(reference)).metrics))

@@ -54,10 +54,8 @@ def _comings_and_goings(run: MeasuredRun) -> Iterator[_Event]:
 class _Views:
     """Views of all vehicles at one moment, and the pairs that differ.
 
-    Args:
-        left_out: roles that are not compared.
-        rooms: greatest number of holders of limited roles.
-        by_groups: vehicles need to know only the roles of their groups.
+    ``left_out`` roles are not compared; ``rooms`` limits their holders. ``by_groups``: vehicles need to know only the
+    roles of their groups.
     """
 
     def __init__(

@@ -187,11 +187,7 @@ class Results(RunReader):
 
     @cached_property  # asked for each figure
     def summary(self) -> dict[str, Any]:
-        """Metrics and outcome of the run.
-
-        Raises:
-            OutputError: the file is damaged.
-        """
+        """Metrics and outcome of the run; raises OutputError if the file is damaged."""
         summary = self._json(SUMMARY)
         time_s, milestones = summary.get("mission_time_s"), summary["milestones"]
         if isinstance(time_s, bool) or not isinstance(time_s, int | float) or not 0.0 <= time_s <= LONGEST_S:
@@ -202,11 +198,7 @@ class Results(RunReader):
 
     @cached_property  # asked for each figure
     def manifest(self) -> dict[str, Any]:
-        """Data needed to repeat the run.
-
-        Raises:
-            OutputError: the file is damaged or belongs to another run than the summary.
-        """
+        """Data needed to repeat the run; raises OutputError if damaged or of another run."""
         manifest = self._json(MANIFEST)
         self._check_run(MANIFEST, manifest.get(RUN_ID))
         return manifest

@@ -253,9 +253,8 @@ class Setup:
 def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     """Resolve a scenario; ``strategy`` replaces its own.
 
-    Raises:
-        ConfigurationError: a group has no leader, a metric has no direction, or two share a name.
-        PluginError: a sensor cannot be created, or tables of one name differ in columns.
+    Raises ConfigurationError for a malformed organisation or duplicate metrics, PluginError for an invalid sensor or
+    tables of one name with different columns.
     """
     used = used_in(scenario)
     mission_type = mission_class(scenario.scenario.mission)

@@ -29,14 +29,11 @@ def identity(scenario: Scenario, seed: int) -> dict[str, Any]:
 
 
 def summary(run: Run) -> dict[str, Any]:
-    """Return the summary of a run, with a field for every metric of its setup.
+    """Return the summary of a run, or raise PluginError for a metric that fails.
 
-    Metrics named by the scenario read the run as stored (``KeptRun``); those of the mission read the run itself.
-    ``per`` is the mean packet error rate of the loss model, without blackouts and range. An undefined value, such as a
-    latency without packets, is None; a metric that does not apply is absent.
-
-    Raises:
-        PluginError: a metric raises, or returns no number, truth value or None.
+    Metrics named by the scenario read the run as stored (``KeptRun``), those of the mission the run itself. ``per`` is
+    the mean packet error rate of the loss model, without blackouts and range. An undefined value, such as a latency
+    without packets, is None; a metric that does not apply is absent.
     """
     of, own = run.scenario.scenario.mission, run.setup.own_metrics
     names = {metric.name for metric in own.values()}

@@ -227,14 +227,9 @@ def keys_in(parts: Path, tables: Path) -> set[str]:
 
 
 def merge_tables(parts: Path, tables: Path, keys: Collection[str]) -> None:
-    """Merge the parts of these runs into one file per table, in order of the keys.
+    """Merge the parts of these runs into one file per table, in key order, with existing runs.
 
-    Args:
-        parts: folder with an archive per run, named by its key.
-        tables: folder of the merged files; existing runs are kept.
-
-    Raises:
-        OutputError: existing columns differ; the parts are kept.
+    ``parts`` has an archive per run, named by its key. Raises OutputError, and keeps the parts, if columns differ.
     """
     if not parts.is_dir():
         return

@@ -231,10 +231,7 @@ def is_left_aside(key: str, channel: str) -> bool:
 def leave_aside(own_name: Any, channel: Any, overridden: Collection[str]) -> list[ConfigurationFault]:
     """Remove settings that the channel's model does not use; return faults for intended ones.
 
-    Args:
-        own_name: channel of the scenario file.
-        channel: table with overrides applied; modified.
-        overridden: dotted keys of the overrides.
+    ``own_name`` is the channel of the scenario file; ``overridden`` has dotted keys of overrides.
     """
     name = channel.get("name") if isinstance(channel, dict) else None
     model = _known_model(name)

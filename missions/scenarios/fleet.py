@@ -221,12 +221,9 @@ def makes_sensors(kind: Any) -> bool:
 
 
 def sensor_kind(reference: str, kinds: Mapping[str, type[SensorSettings]]) -> type[SensorSettings]:
-    """Return the kind of sensor that ``type`` names.
+    """Return the kind of sensor of a reference as in ``type``; empty for the first of ``kinds``.
 
-    reference: a name in ``kinds``, ``package.module:Class``, or empty for the first kind.
-
-    Raises:
-        PluginError: it is unknown, or no subclass of SensorSettings that defines ``make``.
+    Raises PluginError if it is unknown, or no subclass of SensorSettings that defines ``make``.
     """
     if not reference and kinds:
         return next(iter(kinds.values()))

@@ -49,13 +49,10 @@ from remoras.mission import Mission
 
 
 def load(name_or_path: str, overrides: Sequence[tuple[str, str]] = ()) -> Scenario:
-    """Load a scenario by shipped name or path, with overrides applied.
+    """Load a scenario by shipped name or path, with overrides; its class is the mission's.
 
-    overrides: (origin, ``KEY=VALUE``), for example ("--set", "channel.per=0.3"). The result has the mission's subclass
-    of ``Scenario``.
-
-    Raises:
-        ConfigurationError: with every fault of the file and the overrides.
+    Overrides are (origin, ``KEY=VALUE``), such as ("--set", "channel.per=0.3"). Raises ConfigurationError with every
+    fault.
     """
     return scenario_from(Document.read(name_or_path, shipped(), SCENARIO), overrides)
 

@@ -54,9 +54,7 @@ class TableLayer:
 class Specification:
     """Tables of a scenario with inheritance resolved.
 
-    Attributes:
-        faults: of templates, parents and names.
-        layers: source tables by dotted key of a group or role, in order of precedence.
+    ``layers`` has the source tables by dotted key of a group or role, in order of precedence.
     """
 
     raw: Raw
@@ -199,10 +197,8 @@ class _Writer:
     ) -> list[TableLayer]:
         """Return the source tables of a role in a group, in order of precedence.
 
-        Args:
-            layers: tables of the group and its templates that list it.
-            own: tables of all roles of the group, by name.
-            below: roles that extend this one.
+        ``layers`` are the tables of the group and its templates that list the role, ``own`` those of all roles. Roles
+        ``below`` extend this one.
         """
         holder = next((layer for layer in layers if EXTENDS in layer.table), None)
         found = list(layers)
@@ -535,10 +531,7 @@ def checked(document: Document) -> tuple[Sequence[GroupTable], int]:
     """Return the resolved groups of an organisation file, and the number of its templates.
 
     A template without a group is checked as if it had one. Checks that need a scenario are skipped: rally points, jobs,
-    able vehicles, and keys of a mission.
-
-    Raises:
-        ConfigurationError: with every fault of the file.
+    able vehicles, and keys of a mission. Raises ConfigurationError with every fault.
     """
     raw = document.raw
     templates = [{"rally_point": "", "name": f"{name} without a group", "template": name} for name in

@@ -42,10 +42,7 @@ TRACKS = "trajectories"
 def importable(given: str, folder: Path | None = None) -> str:
     """Return a plug-in reference as scenarios store it, and register the folder of a file.
 
-    folder: searched for a file before the current one.
-
-    Raises:
-        PluginError: there is no such file, or it cannot be imported by its name.
+    ``folder`` is searched for a file before the current one. Raises PluginError if it cannot be found or imported.
     """
     file, colon, name = given.rpartition(":")
     if not colon and given.endswith(".py"):
@@ -99,13 +96,8 @@ def with_figures(
 ) -> tuple[list[str], list[Declared]]:
     """Return the names of figures, and the declared figures with a user's added.
 
-    Args:
-        kinds: names of figures, ``package.module:object``, ``file.py:object``, or figures.
-        declared: by the mission.
-        taken: names of figures of every run.
-
-    Raises:
-        PluginError: one cannot be loaded, is no figure, or has a taken name.
+    ``kinds``: names, ``package.module:object``, ``file.py:object``, or figures. Raises PluginError for an invalid
+    figure or a ``taken`` name.
     """
     names: list[str] = []
     figures = list(declared)
@@ -135,9 +127,7 @@ def with_figures(
 def with_files_found(raw: Mapping[str, Any], folder: Path, overridden: Collection[str] = ()) -> dict[str, Any]:
     """Replace file references in tables by module references, as workers and results use.
 
-    Unresolved references stay and are reported later.
-
-    folder: base of the paths. overridden: dotted keys of overrides, whose paths start from the current folder.
+    Unresolved references stay and are reported later. Paths of ``overridden`` keys start from the current folder.
     """
 
     def found(value: Any, key: str) -> Any:

@@ -56,11 +56,8 @@ UNLIMITED = Limits()
 class SweepEstimate:
     """Result of a dry run.
 
-    Args:
-        planned: upper bound on the runs to make.
-        estimate_s: their duration.
-        timed: configurations run once for the estimate.
-        deterministic: those of them without random draws, counted once in ``planned``.
+    ``planned`` bounds the number of runs. Of the ``timed`` configurations, the ``deterministic`` ones draw no random
+    numbers and run once.
     """
 
     planned: int

@@ -84,13 +84,8 @@ class SweepResults:
     def naming(self, named: Sequence[str | Metric], option: str = "--metric") -> tuple[SweepResults, tuple[str, ...]]:
         """Return results with all metrics that a user names, and their field names.
 
-        Args:
-            named: field names, ``package.module:object``, ``file.py:object``, or metrics.
-            option: source of the names, for messages.
-
-        Raises:
-            OutputError: see ``measuring``.
-            PluginError: a metric cannot be loaded.
+        Names are fields, ``package.module:object``, ``file.py:object``, or metrics. Raises OutputError as
+        ``measuring``, PluginError if a metric cannot be loaded.
         """
         own: dict[str, Metric] = {}
         names: list[str] = []
@@ -106,12 +101,10 @@ class SweepResults:
         return self.measuring(own), tuple(names)
 
     def measuring(self, metrics: Mapping[str, Metric]) -> SweepResults:
-        """Return results with further metrics, for runs with kept tables.
+        """Return results with further metrics (by the user's name), for runs with kept tables.
 
-        metrics: by the user's name; those measured by the study stay unchanged.
-
-        Raises:
-            OutputError: the name of a metric is taken, or no run has kept its tables.
+        Metrics measured by the study stay unchanged. Raises OutputError if a name is taken or no run has kept its
+        tables.
         """
         own = self._record.get(OWN, ())
         known = {name: self.metrics[name] for name in own if name in self.metrics}

@@ -54,13 +54,10 @@ class FinishedRun:
 
 
 class RunLedger:
-    """Ledger of a running sweep, open for appending.
+    """Ledger of a running sweep, open for appending; a torn last line is removed.
 
-    path: created if missing; a torn last line is removed. study: identity, stored in every line.
-
-    Raises:
-        OutputError: a line before the last does not describe a run.
-        OSError: the file cannot be opened.
+    ``study`` is stored in every line. Raises OutputError if another line is malformed, OSError if the file cannot be
+    opened.
     """
 
     def __init__(self, path: Path, study: str = "") -> None:
@@ -126,10 +123,7 @@ class FolderLock:
 def read_ledger(path: Path, study: str = "") -> dict[str, Line]:
     """Return the whole lines of a ledger by key, in key order, even during a sweep.
 
-    study: required identity; empty for any.
-
-    Raises:
-        OutputError: a whole line does not describe a run of the study, or contradicts another.
+    Raises OutputError for a line that is malformed, contradicting, or of another study (if ``study`` is given).
     """
     content = path.read_bytes() if path.is_file() else b""
     return dict(sorted(ledger_lines(content, path, study).items()))

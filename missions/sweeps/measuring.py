@@ -31,14 +31,8 @@ def with_values(
 ) -> dict[str, Line]:
     """Return ledger lines with values of further metrics in the summaries, where tables exist.
 
-    Args:
-        metrics: by the user's name.
-        schedule: maps runs to configurations.
-        tables: names of the kept tables.
-        whole: returns a kept table of all runs.
-
-    Raises:
-        PluginError: a metric fails.
+    ``schedule`` maps runs to configurations; ``whole`` returns a kept table of all runs. Raises PluginError if a metric
+    fails.
     """
     label_of = _labels(schedule, lines)
     read = cache(whole)  # one table for all runs

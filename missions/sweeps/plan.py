@@ -54,13 +54,8 @@ def seed_of(master: int, repeat: int) -> int:
 class RunTask:
     """Run to make, with all data that a worker needs.
 
-    Args:
-        key: hash of version, resolved configuration and seed.
-        scenario: resolved; a worker reads no file.
-        repeat: from 0; runs of one repeat share their seed.
-        settings: keys and values set by the study.
-        replay: command that repeats the run alone.
-        keep_tables: True if the run is in the sample.
+    ``key`` is a hash of version, resolved configuration and seed. Runs of one ``repeat`` (from 0) share their seed.
+    ``replay`` is the command that repeats the run alone.
     """
 
     key: str
@@ -76,11 +71,7 @@ class RunTask:
 class ConfigurationLabel:
     """Description of a configuration in the folder, besides its digest.
 
-    Args:
-        source: scenario as for `remoras run`.
-        settings: keys and values set by the study.
-        unforeseen: name of the case; empty in a study without that axis.
-        duration_s: end of a run whose mission has not completed.
+    ``source`` is as for `remoras run`; ``unforeseen`` names the case, if any. ``duration_s``: end of an incomplete run.
     """
 
     source: str
@@ -149,10 +140,8 @@ class Demand:
 class RunSchedule:
     """Keys of the runs of a study, sufficient for its progress without scenarios.
 
-    Args:
-        digests: hash of every resolved configuration.
-        labels: of every configuration; none in folders of older versions.
-        restricted: a run without a value of the stopping rule's metric counts with its duration.
+    ``digests`` identify the resolved configurations. Folders of older versions have no ``labels``. If ``restricted``, a
+    run without a value of the stopping rule's metric counts with its duration.
     """
 
     version: str

@@ -170,10 +170,7 @@ KEY_OF_METRICS = "study.metrics"
 class Configuration:
     """One combination of settings, with its resolved scenario.
 
-    Args:
-        source: scenario as for `remoras run`.
-        settings: keys and values set by the study.
-        unforeseen: name of the case; empty in a study without that axis.
+    ``source`` is as for `remoras run`; ``unforeseen`` names the case, if any.
     """
 
     source: str
@@ -186,10 +183,8 @@ class Configuration:
 class Study:
     """Study with every configuration resolved.
 
-    Args:
-        file: its tables; the metrics are filled in.
-        metrics: comparable ones, by name.
-        own_metrics: names of those that the study or its scenarios name.
+    ``metrics`` are those that can be compared; ``own_metrics`` names the users' ones. ``file`` lists the compared
+    metrics.
     """
 
     text: str
