@@ -131,9 +131,8 @@ class Ruling:
 class Rules:
     """Rules of the whole fleet, known before the mission.
 
-    Attributes:
-        supervisors: by group, the groups whose leaders give it its mission.
-        at_sea: groups formed at run time.
+    By group, ``supervisors`` are the groups whose leaders give it its mission; groups ``at_sea`` are formed at run
+    time.
     """
 
     database: AUVDatabase
@@ -171,10 +170,8 @@ def may_assign(
 ) -> Outcome:
     """Return ``Outcome.SUCCESS`` if a request may be granted, else the reason for refusal.
 
-    Args:
-        leads: returns whether a vehicle led a group at the time of the request; None: as in ``organisation``.
-        absent: vehicles that can be displaced.
-        unavailable: vehicles that take no jobs.
+    ``leads`` returns whether a vehicle led a group at the time of the request; None: as in ``organisation``. The
+    ``absent`` can be displaced; the ``unavailable`` take no jobs.
     """
     led = leads if leads is not None else lambda vehicle, group: vehicle in organisation.heads(group)
     return (

@@ -330,10 +330,7 @@ class Beliefs:
         return self._fact(None, subject, attribute, value, uncertainty)
 
     def facts_of(self, observation: Observation) -> list[Fact]:
-        """Return the facts of an observation, recorded together; a detection is a new instance.
-
-        Raises UnknownNameError, or FactError for an unknown symbol or too many instances.
-        """
+        """Return the facts of an observation, recorded together; a detection is a new instance."""
         if not observation.found:
             return [self._fact(None, *fact) for fact in observation.facts]
         found = self._tbox.class_named(observation.found).uid
@@ -365,10 +362,7 @@ class Beliefs:
 
 
 def _nearest(model: WorldModel, observation: Observation, class_uid: int) -> int | None:
-    """Return the nearest instance of a class within the observation's range, else None.
-
-    Its place is the latest of any vehicle, even an excluded one: exclusion does not make another object of it.
-    """
+    """Return the nearest instance of a class in range by any report, even of excluded vehicles."""
     points = [fact for fact in observation.facts if fact[0] == SELF and isinstance(fact[2], tuple)]
     if not points:
         return None

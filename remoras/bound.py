@@ -56,11 +56,8 @@ class RadioAtOnce(Radio):
 class InstantSharing(Observer):
     """Sharing of knowledge without packets.
 
-    A vehicle whose clock is behind rejects blocks from its future; they are shared again until accepted.
-
-    Attributes:
-        radio: class of the vehicles' radios.
-        lease_frames: TDMA frames without a statement after which a vehicle counts as absent.
+    A vehicle whose clock is behind rejects blocks from its future; they are shared again until accepted. After
+    ``lease_frames`` TDMA frames without a statement a vehicle counts as absent.
     """
 
     radio = RadioAtOnce

@@ -63,10 +63,7 @@ def _is_offered(name: str) -> bool:
 
 
 class Figures(dict[str, Any]):
-    """Figures of a run by name, displayed as a table with units.
-
-    ``units`` is called only for display.
-    """
+    """Figures of a run by name, displayed as a table with units, read only for display."""
 
     def __init__(self, values: Mapping[str, Any], units: Callable[[], Mapping[str, str]] = dict) -> None:
         super().__init__(values)

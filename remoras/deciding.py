@@ -57,9 +57,8 @@ class _Rung(BaseException):
 class _Watch:
     """Timer and audit hook of this process.
 
-    Attributes:
-        until_s: thread CPU time at which the current decision is late; infinite between decisions.
-        fault: its forbidden act, as text.
+    ``until_s`` is the thread CPU time at which a decision is late, infinite between decisions; ``fault`` its forbidden
+    act.
     """
 
     def __init__(self) -> None:

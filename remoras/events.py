@@ -88,10 +88,7 @@ class Clock(Generic[E]):
         return self._heap[0][0] if self._heap else math.inf
 
     def schedule(self, time_s: float, priority: int, event: E) -> None:
-        """Schedule ``event``; at equal times the lower priority comes first.
-
-        Raises ValueError if ``time_s`` is in the past.
-        """
+        """Schedule ``event``, lower priorities first; raise ValueError if ``time_s`` is in the past."""
         if time_s < self.now_s:
             raise ValueError(f"cannot schedule at {time_s} s, it is {self.now_s} s")
         heapq.heappush(self._heap, (time_s, int(priority), self._sequence, event))
@@ -165,10 +162,7 @@ class Host(Protocol):
 class Observer:
     """Participant of one run; subclasses override the events they need.
 
-    A single vehicle has only the events ``on_start`` and ``on_vehicle``.
-
-    Attributes:
-        clocks: of vehicles with deviating clocks, by node.
+    A single vehicle has only ``on_start`` and ``on_vehicle``. ``clocks`` has the deviating clocks, by node.
     """
 
     clocks: Mapping[int, ShownTime] = MappingProxyType({})
@@ -222,11 +216,9 @@ def listening(observers: Iterable[Observer], event: str) -> tuple[Callable[..., 
 
 @dataclass(frozen=True, slots=True)
 class Says:
-    """Statement of a vehicle at a scheduled time.
+    """Statement of a vehicle at a scheduled time; ``facts`` builds it from its beliefs.
 
-    Attributes:
-        facts: builds the facts from the vehicle's beliefs.
-        unsaid: kind and detail of the fault row if the vehicle is not alive by then; no row if empty.
+    ``unsaid`` is kind and detail of the fault row if the vehicle is not alive by then; no row if empty.
     """
 
     vehicle: str

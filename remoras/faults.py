@@ -152,10 +152,7 @@ class Faults(Observer):
 
 
 def hears_throughout(faults: Iterable[Fault], vehicle: str, from_s: float, until_s: float) -> bool:
-    """Return whether no fault blocks reception during a packet.
-
-    The packet starts at ``from_s`` and ends at the receiver at ``until_s``.
-    """
+    """Return whether no fault blocks reception from ``from_s`` to the end at the receiver."""
     for fault in faults:
         is_early = from_s < fault.until_s
         if fault.vehicle == vehicle and fault.from_s <= until_s and is_early and not fault.leaves.hears:
@@ -166,10 +163,7 @@ def hears_throughout(faults: Iterable[Fault], vehicle: str, from_s: float, until
 def drawn(
     faults: Sequence[Declared], seed: int, database: AUVDatabase, organisation: Organisation, duration_s: float
 ) -> tuple[Fault, ...]:
-    """Return the faults of one run, in order of their start.
-
-    Faults that would start after the mission, or after their own end, are omitted.
-    """
+    """Return the faults of one run by start; omit those after the mission or their own end."""
     known = {name: number for number, name in enumerate(dict.fromkeys(_all_sensors(database)), 1)}
     counts: Counter[int] = Counter()
     found: list[tuple[tuple[float, int, int, float], Fault]] = []

@@ -26,11 +26,9 @@ from remoras.view import HolderCount, ReadOnlyFleet
 
 
 class Makers(NamedTuple):
-    """Factories of the vehicles of a fleet.
+    """Factories: ``founding`` makes all vehicles in node order, ``anew`` a restarted one.
 
-    Attributes:
-        founding: makes all vehicles, one per node, in node order.
-        anew: makes a restarted vehicle from its predecessor; False if its memory is lost.
+    The flag of ``anew`` is False if the vehicle's memory is lost.
     """
 
     founding: Callable[[Fleet], Sequence[Vehicle]]
@@ -38,20 +36,10 @@ class Makers(NamedTuple):
 
 
 class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
-    """Mission run.
+    """Mission run; ``truth`` observes it and decides when the mission is complete.
 
-    Args:
-        medium: channel and schedule of packets.
-        truth: observes the run and decides when the mission is complete.
-        tick_s: length of a step (s).
-        duration_s: time limit (s).
-        separation_m: distance to keep between vehicles in one depth layer.
-        observers: of active features and faults.
-        nature: changes the world of the run (``remoras.mission.Mission.nature``).
-
-    Attributes:
-        n_ticks: steps taken.
-        separation: monitor of distances; replaced by features that change depths.
+    ``nature`` changes the world of the run (``remoras.mission.Mission.nature``). Features that change depths replace
+    ``separation``, the monitor of distances between vehicles in one depth layer.
     """
 
     def __init__(
@@ -149,10 +137,7 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
                 progress(self.now_s)
 
     def close(self) -> None:
-        """Release vehicles and record at once, without the garbage collector.
-
-        Mesa refers from a model to itself, and some versions keep every model alive in a table of agents.
-        """
+        """Release vehicles and record at once: Mesa's references keep a model alive."""
         self.remove_all_agents()
         ids = getattr(Agent, "_ids", None)
         if isinstance(ids, dict):

@@ -96,13 +96,7 @@ class Defect(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Malformed:
-    """One violated condition.
-
-    Attributes:
-        role: empty for conditions on a group.
-        given: holders or subgroups, as text.
-        allowed: specification, as text.
-    """
+    """One violated condition, with text of the given and the allowed; empty role for groups."""
 
     defect: Defect
     group: str

@@ -137,12 +137,7 @@ class RoleAssignment:
 
 
 class _Index(NamedTuple):
-    """Index of assignments for queries independent of the group's size.
-
-    Attributes:
-        players: vehicles by (group, role), and members of the group by (group, None); sorted.
-        roles: roles by vehicle and by group; sorted.
-    """
+    """Sorted assignments for queries independent of group size; members are under (group, None)."""
 
     players: dict[tuple[str, str | None], tuple[str, ...]]
     roles: dict[str, dict[str, tuple[RoleAssignment, ...]]]

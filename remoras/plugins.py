@@ -59,10 +59,7 @@ def named_object(reference: str) -> Any:
 
 
 def faults_of(found: Any, seam: type, compulsory: tuple[str, ...]) -> Iterator[str]:
-    """Yield violations of the interface ``seam`` by an object, as text.
-
-    ``compulsory`` are the required members.
-    """
+    """Yield violations of the interface ``seam`` with ``compulsory`` members, as text."""
     missing = [name for name in compulsory if not hasattr(found, name)]
     missing += sorted(getattr(found, "__abstractmethods__", frozenset()) - set(missing))
     lacking: dict[type, list[str]] = {}

@@ -83,13 +83,8 @@ def note_position(peers: Peers, name: str, position_m: Point) -> None:
 class Radio:
     """Sending and receiving of one vehicle.
 
-    Args:
-        names: in node order.
-        groups: whose roles send influence signals.
-        declaration: of the strategy: whether vehicles send packets and influence signals.
-        peers: part of the picture that only this class writes.
-        needs: of the manager, if they may change.
-        top_speeds_mps: by node, for position outliers.
+    Only this class writes ``peers``. ``needs`` are given if they may change; ``top_speeds_mps``, by node, serve the
+    filter for position outliers.
     """
 
     def __init__(
@@ -158,7 +153,7 @@ class Radio:
     def tell(self, change: Change, who: Callable[[Change], Mapping[str, set[str]]], now_s: float) -> None:
         """Offer an own block for the coming slots; only record a private one.
 
-        ``who`` returns, for items, the receivers that must acknowledge and the roles that the block gives them.
+        For items, ``who`` returns the receivers that must acknowledge, with the roles that the block gives them.
         """
         block = change.block
         if block.sequence < STATUS:
@@ -205,11 +200,7 @@ class Radio:
         return sent
 
     def _count_bits(self, sent: Transmission) -> None:
-        """Count the bits of a packet by purpose.
-
-        A fragment, with its framing, counts for its first fact. Headers are the rest: packet headers with
-        acknowledgements, and padding.
-        """
+        """Count the bits of a packet by purpose: a fragment by its first fact, the rest as headers."""
         counts = self._bits
         rest = sent.size_bits - sent.signals_bits
         counts[Content.SIGNALS] += sent.signals_bits

@@ -171,10 +171,7 @@ class RunLog:
         self.rulings(began_s, [Ruling(request, Outcome.SUCCESS) for request in asked])
 
     def rulings(self, now_s: float, rulings: Iterable[Ruling]) -> None:
-        """Write outcomes of requests in the view of the vehicle; refusals also as faults.
-
-        Roles that the vehicle takes and leaves are written in order, since it may take one again.
-        """
+        """Write outcomes of requests in order, own roles included; refusals also as faults."""
         for ruling in rulings:
             asked, event = ruling.asked, ruling.event
             if event == "refused":

@@ -27,13 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Times:
-    """Times of a single vehicle.
-
-    Attributes:
-        tick_s: length of a motion tick.
-        begins_s: start; before, it neither moves, sends nor receives.
-        until_s: end of its actions: from then on it stands still and only exchanges.
-    """
+    """Times of a single vehicle: motion tick, start, and end of all actions but the exchange."""
 
     tick_s: float
     begins_s: float
@@ -80,15 +74,10 @@ class _Arrives:
 
 
 class Solo(Model):  # type: ignore[misc]  # Mesa is untyped
-    """Single vehicle.
+    """Single vehicle; ``n_refused`` counts refused packets.
 
-    Args:
-        make_anew: makes a restarted vehicle from its predecessor; False if its memory is lost.
-        introductions: for encrypted packets.
-        observers: of active features and faults.
-
-    Attributes:
-        n_refused: packets received and refused.
+    ``make_anew`` makes a restarted vehicle from its predecessor; False if its memory is lost. ``introductions`` are for
+    encrypted packets.
     """
 
     def __init__(

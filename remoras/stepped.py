@@ -64,13 +64,7 @@ def _interrupted_between_steps() -> Iterator[Callable[[], None]]:
 
 @dataclass(frozen=True)
 class VehicleNow:
-    """True state of a vehicle.
-
-    Attributes:
-        x_m, y_m: x east, y north; ``speed_mps`` over ground.
-        roles: in its own view, as ``Group.Role``.
-        activities: performed activity sets.
-    """
+    """True state of a vehicle: x east, y north, speed over ground; roles in its own view."""
 
     x_m: float
     y_m: float
@@ -82,12 +76,7 @@ class VehicleNow:
 
 @dataclass(frozen=True, repr=False)
 class MissionState:
-    """Immutable state of a run after a motion tick.
-
-    Attributes:
-        goal_fraction: achieved share of the goal, 0..1.
-        milestones: new since the previous state.
-    """
+    """Immutable state after a motion tick: share of the goal, 0..1, and new milestones."""
 
     time_s: float
     goal_fraction: float

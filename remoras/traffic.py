@@ -71,12 +71,7 @@ class Arrives(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Medium:
-    """Channel of a fleet, with schedule, clocks and faults.
-
-    Attributes:
-        clocks: of vehicles with deviating clocks, by node; others show the true time.
-        faults: that block reception.
-    """
+    """Channel of a fleet, schedule, deviating clocks by node, and faults that block reception."""
 
     channel: Channel
     modem: Modem

@@ -49,11 +49,8 @@ class Layers:
 class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
     """Autonomous vehicle: three layers, a radio and a world model.
 
-    Args:
-        data: as known to the fleet; the node index is TDMA slot, origin and instance uid.
-        layers: share one picture.
-        began_s: start; later than 0 after a restart (``go_on``).
-        made: called with the vehicle before its activities are chosen.
+    The node index of ``data`` is TDMA slot, origin and instance uid. ``began_s`` is later than 0 after a restart.
+    ``made`` is called with the vehicle before its activities are chosen.
     """
 
     def __init__(

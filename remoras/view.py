@@ -175,13 +175,9 @@ class ReadOnlyFleet(NamedTuple):
 
 
 class HolderCount:
-    """Count of beliefs about job holders among other vehicles, and of the wrong ones.
+    """Count of beliefs about job holders, per vehicle and job of another, and of the wrong ones.
 
     Unknown holders are not wrong. Vehicles with private claims, as in auctions by consensus, name none.
-
-    Attributes:
-        n_believed: (vehicle, job) pairs in which the vehicle named another one as holder.
-        n_wrong: such pairs in which a named one does not hold the job.
     """
 
     def __init__(self) -> None:

@@ -78,8 +78,7 @@ class Choice:
     def _holds(self, motivations: Sequence[float]) -> bool:
         """Return whether the last result is still valid.
 
-        Two sums per type that differ by ``d`` keep their order until a motivation has moved by ``d / 2``, or a set has
-        gained or lost motivation.
+        Sums per type that differ by ``d`` keep their order until a motivation moves by ``d / 2``, or from or to 0.
         """
         within = self._holds_within
         for now, then in zip(motivations, self._found_at, strict=True):
@@ -97,7 +96,6 @@ class Choice:
         return mean or None
 
     def _needed_to_live(self, motivations: Sequence[float]) -> tuple[tuple[int, ...], int]:
-        """Return the vital sets taken and their state bits."""
         vital: tuple[int, ...] = ()
         held = 0
         for index in self._vital:
@@ -137,7 +135,6 @@ class Choice:
         return list(found.values())
 
     def _sums(self, motivations: Sequence[float], fit: Sequence[int], begun: int, sum_: Sum) -> dict[int, Sum]:
-        """Return the best sum for each reachable state."""
         beginning: dict[int, list[tuple[int, int, float]]] = {}  # by their lowest type
         alone = 0  # types of single-type sets without needs: never left free
         for index in fit:
@@ -165,7 +162,6 @@ class Choice:
         return states
 
     def _takes_more(self, state: int, fit: Sequence[int]) -> bool:
-        """Return whether a set could be added to ``state``."""
         above = 8 + self._n_needed
         for index in fit:
             if not state & self._bits[index] & _TYPES:

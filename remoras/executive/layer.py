@@ -37,11 +37,9 @@ _DRIVING = (1 << ActivityType.GUIDANCE) | (1 << ActivityType.PRODUCTIVE) | (1 <<
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """Activities until the next decision.
+    """Activities until the next decision; ``types`` is a bit set over ``ActivityType``.
 
-    Attributes:
-        driving: active roles: one of their activities guides, works or plans.
-        types: bit set over ``ActivityType``.
+    A role is ``driving`` if one of its activities guides, works or plans.
     """
 
     chosen: tuple[int, ...] = ()
@@ -64,10 +62,8 @@ class HeardSignal(NamedTuple):
 class ExecutiveLayer:
     """Motivations, satisfactions and the decision of one vehicle.
 
-    Args:
-        working: roles with a job that call for help; only acts that end the wait for the job respond to them.
-        equals: by role, the roles of equal rank, to which it calls for passage.
-        passes_on: whether a yielding vehicle relays the call.
+    Roles ``working`` on a job call for help; only acts that end the wait for the job respond. Roles of equal rank
+    (``equals``) receive calls for passage, relayed by yielding vehicles if ``passes_on``.
 
     Attributes:
         yields_to: strength of the call to which the vehicle yields, 0..1; 0 if none.
@@ -140,10 +136,7 @@ class ExecutiveLayer:
     def hear(
         self, addressed: RoleKey, emitter: str, emitter_role: str, value: int, now_s: float, slot: int | None = None
     ) -> None:
-        """Record an influence signal, replacing an older one; ignore it for roles not held here.
-
-        ``value`` is the emitter's satisfaction in its role, -128..127.
-        """
+        """Record an influence signal, -128..127, if it addresses an own role; replace an older one."""
         if addressed in self.satisfaction:
             self._heard.setdefault(addressed, {})[emitter, emitter_role] = HeardSignal(value, now_s, slot)
             role = addressed[0], emitter_role
@@ -181,15 +174,11 @@ class ExecutiveLayer:
         return told
 
     def _guiding_role(self) -> RoleKey | None:
-        """Return the role of the guiding activity, or None."""
         guiding = next((index for index in self.decision.chosen if self.sets[index].types & _GUIDING), None)
         return None if guiding is None else self._role_of[guiding]
 
     def decide(self, perceptions: Sequence[Perception], now_s: float, dt_s: float) -> Decision:
-        """Return the best combination of activities; the same object while unchanged.
-
-        Afterwards satisfactions evolve over ``dt_s``, the time since the last decision.
-        """
+        """Return the best combination (the same object while unchanged), then evolve satisfactions."""
         self._now_s = now_s
         if self._at_rest == perceptions and not (self._calling or self._waiting):
             return self.decision
@@ -296,7 +285,6 @@ class ExecutiveLayer:
         return Pulls(own, answered, equals, passed, role in self._equals)
 
     def _are_equals(self, role: RoleKey, other: str) -> bool:
-        """Return whether a role and another one of its group are of equal rank."""
         return other == role[1] or (role in self._equals and (role[0], other) in self._equals[role])
 
     def _caller(self, index: int, now_s: float) -> Call | None:
@@ -364,7 +352,6 @@ class ExecutiveLayer:
         return is_steady
 
     def _advances_of(self, perceptions: Sequence[Perception]) -> dict[RoleKey, float]:
-        """Return the best perceived progress of each role."""
         advances: dict[RoleKey, float] = {}
         for perception, role in zip(perceptions, self._role_of, strict=True):
             perceived = perception.advance

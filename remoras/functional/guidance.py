@@ -101,19 +101,15 @@ class Passage(Protocol):
 
 
 class Guidance:
-    """Motion of one vehicle.
-
-    Args:
-        motion: is changed in every tick.
+    """Motion of one vehicle, whose ``motion`` is changed in every tick.
 
     Attributes:
         go: moves towards a target, as ``remoras.motion.advance`` does; replaced for a body that is not simulated.
         error_m: believed minus true position; guidance uses the believed one.
         passage: through a reef that cannot be crossed elsewhere; None without one.
         flow_mps: velocity of the water, (x east, y north).
-        withdraws: True while the vehicle yields to a call stronger than its own.
+        withdraws, yields_to: whether it yields to a call stronger than its own, and its strength, 0..1.
         queues: True while the vehicle ahead, in its way, goes the same way.
-        yields_to: strength of the call to which it yields, 0..1; 0 if none.
         hindered_s: remaining time (s) for which it counts as obstructed by an oncoming vehicle.
     """
 
@@ -169,10 +165,7 @@ class Guidance:
         since_s: float,
         dt_s: float,
     ) -> None:
-        """Move for ``dt_s`` as far as neighbours allow; slow down to a stop without a reference.
-
-        ``neighbours`` are sonar contacts, ``positions_m`` the last received positions, ``since_s`` the true start time.
-        """
+        """Move for ``dt_s`` as far as neighbours allow; slow down to a stop without a reference."""
         self.withdraws = self.queues = False
         self.yields_to = 0.0
         if reference is None:
@@ -293,10 +286,7 @@ class Headway:
         self._nearest_m, self._since_s = math.inf, 0.0
 
     def is_missing(self, reference: Reference | None, motion: Motion, now_s: float) -> bool:
-        """Return whether the vehicle makes no headway towards its last reference.
-
-        ``reference`` is None while another vehicle is near or nothing guides; ``motion`` is the believed one.
-        """
+        """Return whether the vehicle makes no headway; no ``reference`` while another one is near."""
         if reference is None or reference.speed_mps == 0.0:
             self._target_m = None
             return False

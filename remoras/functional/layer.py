@@ -88,10 +88,7 @@ class Positioning(Protocol):
 class FunctionalLayer:
     """Sensors, integrity monitoring, guidance and control of one vehicle.
 
-    Args:
-        data: true data of the vehicle in this run.
-        sensors: in the order in which they are read.
-        picture: inputs of behaviours; only this class writes its part ``body``.
+    ``data`` are true in this run. Only this class writes the part ``body`` of ``picture``.
 
     Attributes:
         motion: true motion; ``believed`` is the vehicle's belief, the same object if it knows its position.
@@ -150,8 +147,7 @@ class FunctionalLayer:
     def impair(self, condition: Condition) -> None:
         """Apply the effects of all active faults, replacing earlier ones.
 
-        Guidance keeps its speeds and gets a share of them; the reserve for the way home is that of the remaining speed.
-        A failed sensor stays on and yields nothing.
+        The reserve for the way home is that of the remaining speed. A failed sensor stays on and yields nothing.
         """
         speed_factor, dead_sensors = condition.speed_factor, condition.dead_sensors
         self._drain_w = condition.drain_w
@@ -193,8 +189,7 @@ class FunctionalLayer:
     def prepare(self, sets: Sequence[ActivitySet]) -> tuple[ActivitySet, ...]:
         """Prepare the vital sets and the mission's ``sets``; return all, indexed by decisions.
 
-        Known sets keep their behaviour and its state. Raises PluginError if a set has a vital name, an importance
-        outside 0..1, an unknown sensor, or a behaviour that cannot be created.
+        Known sets keep their behaviour and its state. Raises PluginError for an unfit set.
         """
         own = () if self.positioning is None else (self.positioning.need,)
         vital = VITAL_NAMES | {need.name for need in own}
@@ -230,10 +225,7 @@ class FunctionalLayer:
     # Every tick and every decision ---------------------------------------------------------------
 
     def sense(self, now_s: float, neighbours: Sequence[Neighbour]) -> list[Sensed]:
-        """Monitor the vehicle and read the sensors that are on; ``neighbours`` are sonar contacts.
-
-        Raises PluginError if a sensor raises or returns anything but observations.
-        """
+        """Monitor the vehicle and read the sensors that are on; raise PluginError on wrong results."""
         motion, body, data = self.believed, self.picture.body, self.data
         x_m, y_m = motion.x_m, motion.y_m
         body.now_s = now_s
@@ -265,8 +257,7 @@ class FunctionalLayer:
     def perceive(self, performed: Sequence[int]) -> list[Perception]:
         """Return stimulus and progress of every activity set; the same list while unchanged.
 
-        ``performed`` are the indices in the decision. Raises PluginError if a behaviour raises, or returns anything but
-        a Perception with a stimulus of 0..1.
+        Raises PluginError if a behaviour raises, or returns anything but a Perception with a stimulus of 0..1.
         """
         motion, picture, reference, self.held = self.believed, self.picture, self.held, None
         perceptions: list[Perception] = []
@@ -304,8 +295,7 @@ class FunctionalLayer:
     def act(self, dt_s: float, neighbours: Sequence[Neighbour] = (), since_s: float = 0.0) -> None:
         """Move for ``dt_s`` as guidance and neighbours allow; slow down to a stop without guidance.
 
-        ``since_s`` is the true start time. Raises PluginError if the guiding behaviour raises, or returns anything but
-        a finite Reference or None.
+        Raises PluginError if the guiding behaviour raises, or returns anything but a finite Reference or None.
         """
         reference, believed, motion = self.held, self.believed, self.motion
         if reference is not None:

@@ -40,9 +40,8 @@ class Sensed(NamedTuple):
 class Sensing:
     """Switch and read the sensors of one vehicle.
 
-    Attributes:
-        looking: names of the sensors that were on and worked in the last motion tick.
-        misses: returns whether a sensor yields nothing at a time (s); None if none ever fails so.
+    ``looking`` names the sensors that were on and worked in the last motion tick. ``misses`` returns whether a sensor
+    yields nothing at a time (s).
     """
 
     def __init__(self, vehicle: str, sensors: Mapping[str, Sensor], world: Any) -> None:
