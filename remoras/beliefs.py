@@ -115,7 +115,7 @@ class Beliefs:
         self._names = [instance.name for instance in model.common_instances]
         self._slots: dict[Key, tuple[int, Attribute]] = {}
         self._collected: dict[tuple[int, int], _Collected] = {}  # by (subject, attribute), on request
-        self._by_key: dict[Key, _Collected] = {}  # the same
+        self._by_key: dict[Key, _Collected] = {}  # by key
         self._trust = model.index.trust
         self._banned = self._trust.from_s
         self._n_noted = 0

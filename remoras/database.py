@@ -15,7 +15,7 @@ class Carried(Protocol):
 
     @property
     def name(self) -> str:
-        """Name by which activities switch it on."""
+        """Name used in activities."""
 
     @property
     def tells_state(self) -> bool:

@@ -51,7 +51,7 @@ def load(
     per: float | None = None,
     set: Settings | None = None,
 ) -> Scenario:
-    """Return a fully validated scenario.
+    """Return a validated scenario; raise ConfigurationError with all errors found.
 
     Args:
         scenario: shipped name, or path of a TOML file.
@@ -60,9 +60,6 @@ def load(
         per: packet error rate, 0 to below 1.
         set: other keys and values, as ``{"channel.per": 0.3}`` (tables are merged, lists replaced), or texts as on the
             command line: ``"channel.per=0.3"``, or a list of such.
-
-    Raises:
-        ConfigurationError: with all errors of the file and of the replacements.
 
     >>> load("mapping-rendezvous", per=0.6).channel.per
     0.6
@@ -125,12 +122,9 @@ def run(
     Args:
         scenario: shipped name, path of a TOML file, or a result of ``load``.
         strategy: a name, or an object with the methods of ``remoras.Strategy``.
-        policy, channel, network, per, set: as in ``load``; not for a loaded scenario.
+        policy, channel, network, per, set: as in ``load``, with its errors; not for a loaded scenario.
         seed: root of all random draws; the same scenario and seed give the same run.
         progress: report progress on standard error; None: only on a terminal or in a notebook.
-
-    Raises:
-        ConfigurationError: as in ``load``.
 
     >>> run("mapping-rendezvous", per=0.6, seed=3, set={"scenario.duration_s": 60.0}).summary["completed"]
     False
@@ -158,11 +152,7 @@ def stepping(
 ) -> Stepping:
     """Run a scenario tick by tick: ``for state in remoras.stepping("mapping-rendezvous")``.
 
-    Arguments as in ``run``. Returns an iterator of states; its ``run()`` returns the same finished run as
-    ``remoras.run``.
-
-    Raises:
-        ConfigurationError: as in ``load``.
+    Arguments and errors as in ``run``. Returns an iterator of states; its ``run()`` returns the run of ``remoras.run``.
 
     >>> steps = stepping("mapping-rendezvous", set={"scenario.duration_s": 3.0})
     >>> [state.time_s for state in steps]
@@ -208,11 +198,7 @@ def _loaded(
 
 
 def open(folder: str | Path) -> Run | Sweep:
-    """Read a run or a sweep from its folder.
-
-    Raises:
-        OutputError: the folder holds neither.
-    """
+    """Read a run or a sweep from its folder; raise OutputError if it holds neither."""
     path = Path(folder)
     if (path / "study.json").is_file():
         from missions.sweeps.folder import SweepResults
@@ -259,12 +245,8 @@ def sweep(
 def network(name: str | Path) -> nx.DiGraph:
     """Return a measured network as a graph with an edge per link and its loss (``per``).
 
-    Args:
-        name: a shipped network (``remoras list networks``), or a file of one.
-
-    Raises:
-        LinkFileError: no such network, or it has losses over range and thus no links.
-        OutputError: networkx is not installed.
+    ``name`` is a shipped network (``remoras list networks``), or a file of one. Raises LinkFileError for an unknown
+    network or one with losses over range and thus no links, OutputError without networkx.
     """
     from exchange.acoustics.models import LinkFileError
     from exchange.acoustics.network import network_of
@@ -303,7 +285,6 @@ def exchange_study(
         nodes: vehicles that send in turn.
         per: packet error rates.
         policies: names; None for all.
-        trials: repetitions of each.
         jobs: threads.
 
     Returns:
@@ -374,11 +355,7 @@ class Run:
         return self._results.tables
 
     def table(self, name: str) -> DataFrame:
-        """Return a table as a data frame; ``.attrs["units"]`` has the units of its columns.
-
-        Raises:
-            OutputError: no such table.
-        """
+        """Return a table as a data frame, units in ``.attrs["units"]``; OutputError if unknown."""
         frame: DataFrame = self._results.table(name).to_pandas()
         frame.attrs["units"] = self._results.units(name)
         return frame
@@ -454,11 +431,8 @@ class Run:
     def metric(self, metric: str | Metric) -> float | None:
         """Return the value of a metric; None if the run has none.
 
-        ``metric`` is a field of the summary; or your own, as ``"mine.py:MINE"`` or the object.
-
-        Raises:
-            OutputError: the summary has no such field.
-            PluginError: your own metric cannot be loaded, or fails.
+        ``metric`` is a field of the summary; or your own, as ``"mine.py:MINE"`` or the object. Raises OutputError for
+        an unknown field, PluginError if your own metric cannot be loaded, or fails.
         """
         from missions.metric import Absent
         from missions.runs.reader import value_of
@@ -475,11 +449,7 @@ class Run:
         return None if isinstance(found, Absent) else found
 
     def replay(self) -> ReplayPage:
-        """Return the replay page of the run; a notebook displays it.
-
-        Raises:
-            DrawingError: the manifest of the run is damaged.
-        """
+        """Return the replay page, which a notebook displays; DrawingError for a damaged manifest."""
         from missions.scenarios.parts import strategy_of
         from visualisation.replay import ReplayPage, page_text, run_data, title_of
 
@@ -490,8 +460,7 @@ class Run:
     def known(self, vehicle: str, at_s: float) -> missions.runs.known.KnownAt:
         """Return the knowledge of a vehicle at ``at_s``, inclusive: world model and organisation.
 
-        Raises:
-            OutputError: no such vehicle or time, or a table is missing.
+        Raises OutputError for an unknown vehicle or time, or a missing table.
         """
         return self._results.known(vehicle, at_s)
 
@@ -547,8 +516,7 @@ class Run:
     def save(self, folder: str | Path, force: bool = False) -> Path:
         """Write summary, manifest and tables to a new folder; ``force`` replaces earlier results.
 
-        Raises:
-            OutputError: the folder is not empty, cannot be written, or the run was read from a folder.
+        Raises OutputError if the folder is not empty, cannot be written, or the run was read from a folder.
         """
         if isinstance(self._results, Results):
             raise OutputError(f"the run is in {self._results.folder} already; copy that folder")

@@ -1,7 +1,6 @@
 """Handling of Ctrl-C and SIGTERM: the program ends with one line after cleaning up.
 
-During imports there is nothing to clean up, and an exception would surface anywhere with a traceback: the process then
-exits at once.
+During imports, where an exception could surface anywhere with a traceback, the process exits at once.
 """
 
 import os

@@ -1,7 +1,7 @@
 """Recorder: tables of a run as lists of rows.
 
-Each table declares columns and units once: those of the vehicle below, those of a sensor or mission with it. Writers
-append a tuple per row, in column and time order. Lists within the newest rows may change while packets are under way.
+Each table declares columns and units once; sensors and missions add their own. Writers append a tuple per row, in
+column and time order. Lists within the newest rows may change while packets are under way.
 """
 
 from __future__ import annotations

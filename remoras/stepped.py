@@ -202,7 +202,7 @@ class Stepping:
         self._is_whole = True
 
     def table(self, name: str) -> DataFrame:
-        """Return the rows of a table so far; raise OutputError for an unknown table."""
+        """Return the current rows of a table; raise OutputError for an unknown table."""
         frame: DataFrame = self._so_far().table(name).to_pandas()
         return frame
 
@@ -246,7 +246,7 @@ class Stepping:
         return self.run()
 
     def shown(self, reason: str = "") -> bytes:
-        """Return the data of the page so far; ``reason`` tells why the run cannot continue."""
+        """Return the current data of the page; ``reason`` explains why the run cannot continue."""
         from visualisation.replay import run_data
 
         mission, communicates = self._setup.mission, self._setup.strategy.declaration.communicates

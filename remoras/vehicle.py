@@ -110,7 +110,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
     # One tick ------------------------------------------------------------------------------------
 
     def step(self, now_s: float, dt_s: float, neighbours: Sequence[Neighbour], since_s: float = 0.0) -> None:
-        """Act for the ``dt_s`` that end now, sense, and think if a decision is due.
+        """Act for the ``dt_s`` that end now, sense, and think at the end of a decision period.
 
         ``now_s`` is its clock reading; ``since_s`` is the true start of the step, as the water keeps true time.
         """
@@ -132,7 +132,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
             self.think(now_s, period_s if dt_s > 0.0 else 0.0)
 
     def _take_note(self, sensed: Sensed, now_s: float) -> None:
-        """Record an observation, and send it if it is of use to others."""
+        """Record an observation, and send it if others need it."""
         observation = sensed.observation
         if observation.row:
             self._recorder.rows(sensed.table_of(self.name).name).append((now_s, self.name, *observation.row))
@@ -333,7 +333,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
     # New facts -----------------------------------------------------------------------------------
 
     def conclude(self, facts: Sequence[Fact], now_s: float, told: bool = True) -> None:
-        """Record own facts and, if ``told`` and of use, offer them to peers."""
+        """Record own facts and, if ``told`` and needed by peers, offer them."""
         if facts:
             private = not self.radio.tells(facts, told)
             self._share(self.beliefs.model.record(facts, now_s, private), now_s, told)

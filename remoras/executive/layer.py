@@ -81,7 +81,7 @@ class ExecutiveLayer:
         self._equals, self._passes_on = equals, passes_on
         self.yields_to, self.is_hindered = 0.0, False
         self._now_s = 0.0  # of the last decision
-        self._claims: list[tuple[float, float]] = []  # times and strengths of calls for room that it has sent
+        self._claims: list[tuple[float, float]] = []  # times and strengths of its calls for passage
         self._constants = constants
         self._name = name
         self._working = working
