@@ -28,11 +28,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from exchange.arithmetic import length, sincos
+from exchange.arithmetic import length, normal_quantile, sincos
 from remoras.recorder import Table
 
 if TYPE_CHECKING:
@@ -51,6 +52,14 @@ MOST_SIGMA_M = 32.0
 """Greatest standard deviation of a position in ``rm:location`` of the ontology."""
 SELF = ""
 """Subject of facts about the detected instance."""
+MOST_SHARE = 0.999
+"""Quantile at which normal errors are cut off on both sides (3.1 standard deviations)."""
+
+
+@lru_cache(maxsize=1 << 16)
+def normal_error(share: float) -> float:
+    """Return the standard normal error of a uniform number in [0, 1)."""
+    return normal_quantile(min(max(share, 1.0 - MOST_SHARE), MOST_SHARE))
 
 
 class Pose(NamedTuple):

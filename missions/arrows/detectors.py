@@ -10,7 +10,7 @@ from collections import Counter
 from typing import ClassVar
 
 from exchange.acoustics import loss
-from exchange.arithmetic import distance, normal_quantile
+from exchange.arithmetic import distance
 from missions.arrows.scenario import DETECTORS, NOTHING
 from missions.arrows.seafloor import (
     MOST_LOOKS,
@@ -25,7 +25,7 @@ from missions.arrows.seafloor import (
 from remoras.beliefs import Known
 from remoras.database import VehicleData
 from remoras.recorder import TIME, VEHICLE, Column, Table
-from remoras.sensor import SELF, Observation, Pose, Sensor, SensorSettings
+from remoras.sensor import SELF, Observation, Pose, Sensor, SensorSettings, normal_error
 from remoras.work import Point
 
 CONTACTS = Table("contacts", (
@@ -48,8 +48,6 @@ TOLD_AFTER_S = 40.0
 STILL_MPS = 0.3
 """Greatest speed for images."""
 MOST_IMAGES = 64
-MOST_SHARE = 0.999
-"""Quantile at which normal errors are cut off on both sides (3.1 standard deviations)."""
 FULL = (1 << TILE * TILE) - 1
 DRAWS = 4
 """Draws per observation: detection, and place."""
@@ -79,10 +77,6 @@ def unidentified(facts: Known) -> dict[str, Point]:
         for name, place_m in places_m.items()
         if all(distance(place_m, other_m) > SAME_M for other_m in done_m)
     }
-
-
-def _off_m(sigma_m: float, share: float) -> float:
-    return sigma_m * normal_quantile(min(max(share, 1.0 - MOST_SHARE), MOST_SHARE))
 
 
 class DetectorSettings(SensorSettings):
@@ -175,7 +169,8 @@ def _seen_m(thing: Thing | None, cell: int, world: Seafloor, shares: Point, sigm
     if thing is None:
         x_m, y_m = world.grid.centre_m(cell)
         return x_m + (shares[0] - 0.5) * world.grid.cell_m, y_m + (shares[1] - 0.5) * world.grid.cell_m
-    return thing.position_m[0] + _off_m(sigma_m, shares[0]), thing.position_m[1] + _off_m(sigma_m, shares[1])
+    east_m, north_m = (sigma_m * normal_error(share) for share in shares)
+    return thing.position_m[0] + east_m, thing.position_m[1] + north_m
 
 
 class ClassifyingCameraSettings(SensorSettings):

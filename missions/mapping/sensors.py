@@ -19,11 +19,11 @@ from typing import ClassVar, Literal
 from pydantic import Field
 
 from exchange.acoustics import loss
-from exchange.arithmetic import distance, normal_quantile
+from exchange.arithmetic import distance
 from missions.mapping.survey import contains
 from remoras.database import VehicleData
 from remoras.recorder import TIME, VEHICLE, Column, Table
-from remoras.sensor import MOST_SIGMA_M, SELF, Observation, Pose, SensorSettings
+from remoras.sensor import MOST_SIGMA_M, SELF, Observation, Pose, SensorSettings, normal_error
 from remoras.table import Name, PointM, Section
 from remoras.work import Point
 
@@ -34,8 +34,6 @@ SIGHTINGS = Table("sightings", (
     Column("y_m", "float", "m"),
 ))  # fmt: skip
 """Classifier outputs before sensor faults, with the true object, which vehicles do not know."""
-MOST_SHARE = 0.999
-"""Quantile at which normal errors are cut off on both sides (3.1 standard deviations)."""
 FOUND_PER_OBJECT = 4
 """Most instances that one vehicle creates per object; more than one if its readings jump."""
 
@@ -114,7 +112,7 @@ class Classifier:
         others = [name for name in CLASSES if name != one.classification]
         seems = one.classification if right < settings.p_right else others[int(which * len(others))]
         x_m, y_m = (
-            at_m + off_m + settings.sigma_m * normal_quantile(min(max(share, 1.0 - MOST_SHARE), MOST_SHARE))
+            at_m + off_m + settings.sigma_m * normal_error(share)
             for at_m, off_m, share in zip(one.position_m, pose.error_m, (east, north), strict=True)
         )
         place = pose.located((x_m, y_m), settings.sigma_m, self._n_of_dive[number])

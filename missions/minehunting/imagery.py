@@ -11,13 +11,12 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache
 from typing import Annotated, ClassVar
 
 from pydantic import Field
 
 from exchange.acoustics import loss
-from exchange.arithmetic import TAU, distance, normal_quantile, sincos
+from exchange.arithmetic import TAU, distance, sincos
 from missions.meeting.staying import AnyonesJob, Stay
 from remoras.behaviours import DONE, IDLE, Behaviour, Perception, Reference, distance_m
 from remoras.beliefs import Known
@@ -25,7 +24,7 @@ from remoras.database import VehicleData
 from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.recorder import TIME, VEHICLE, Column, Table
-from remoras.sensor import SELF, Fact, Observation, Pose, Sensor, SensorSettings
+from remoras.sensor import SELF, Fact, Observation, Pose, Sensor, SensorSettings, normal_error
 from remoras.table import Positive, Section
 from remoras.work import Outlook, Point
 
@@ -49,8 +48,6 @@ MOST_LEVEL_DB = 60.0
 """Receiver limit of levels."""
 REFERENCE_DB = 20.0
 """Half range of reference levels around 0."""
-MOST_SHARE = 0.999
-"""Quantile at which normal errors are cut off on both sides (3.1 standard deviations)."""
 DRAWS_OF_STRIP = 64
 """Upper limit of draws per strip."""
 
@@ -187,14 +184,9 @@ class Minefield:
         return round((2.0 * high - 1.0) * REFERENCE_DB, 1), round((2.0 * low - 1.0) * REFERENCE_DB, 1)
 
     def _level_db(self, mean_db: float, of: int, number: int, draw: int) -> float:
-        error = _normal(loss.uniform(self.seed, loss.LOOKS, of, number, draw))
+        error = normal_error(loss.uniform(self.seed, loss.LOOKS, of, number, draw))
         level_db = mean_db + self.imagery.sigma_db * error
         return round(min(max(level_db, -MOST_LEVEL_DB), MOST_LEVEL_DB), 1)
-
-
-@cache
-def _normal(share: float) -> float:
-    return normal_quantile(min(max(share, 1.0 - MOST_SHARE), MOST_SHARE))
 
 
 class SnippetSonarSettings(SensorSettings):

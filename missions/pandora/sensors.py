@@ -10,16 +10,15 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cache
 from typing import ClassVar
 
 from pydantic import Field
 
 from exchange.acoustics import loss
-from exchange.arithmetic import distance, normal_quantile
+from exchange.arithmetic import distance
 from remoras.database import VehicleData
 from remoras.recorder import TIME, VEHICLE, Column, Table
-from remoras.sensor import Fact, Observation, Pose, Sensor, SensorSettings
+from remoras.sensor import Fact, Observation, Pose, Sensor, SensorSettings, normal_error
 from remoras.work import Point
 
 
@@ -75,8 +74,6 @@ LOOKS = Table("looks", (TIME, VEHICLE, Column("part", "str"), Column("point", "i
 """Points truly inspected by a camera for long enough."""
 TURNS = Table("turns", (TIME, VEHICLE, Column("part", "str"), Column("state", "str")))
 """Work truly done by a tool: final state of a valve, or clean for an anode."""
-MOST_SHARE = 0.999
-"""Quantile at which normal errors are cut off on both sides (3.1 standard deviations)."""
 NEEDED_SHARE = 0.5
 """Share of a point's images that must show it; some are blank."""
 TOUCH_GAP_S = 5.0
@@ -89,14 +86,9 @@ LOG_STREAM = 60_000
 """Offset of the draws of logs from camera draws."""
 
 
-@cache
-def _normal(share: float) -> float:
-    return normal_quantile(min(max(share, 1.0 - MOST_SHARE), MOST_SHARE))
-
-
 def error(seed: int, reading: int, node: int, which: int) -> float:
     """Standard normal error of a reading, keyed by seed, reading, node and quantity."""
-    return _normal(loss.uniform(seed, loss.LOOKS, reading, node, which))
+    return normal_error(loss.uniform(seed, loss.LOOKS, reading, node, which))
 
 
 class CameraSettings(SensorSettings):

@@ -27,7 +27,7 @@ from typing import Literal
 from pydantic import Field
 
 from exchange.acoustics import loss
-from exchange.arithmetic import distance, exp, normal_quantile
+from exchange.arithmetic import distance, exp
 from missions.trident.scenario import ActivityTable, Response, TridentScenario
 from missions.trident.site import Lying, Site, Tile
 from remoras.beliefs import Key
@@ -35,7 +35,7 @@ from remoras.database import VehicleData
 from remoras.htn import FactsLike
 from remoras.organisation import Group
 from remoras.recorder import TIME, VEHICLE, Column, Table
-from remoras.sensor import SELF, Fact, Observation, Pose, Sensor, SensorSettings
+from remoras.sensor import SELF, Fact, Observation, Pose, Sensor, SensorSettings, normal_error
 
 CANDIDATE = "Candidate"
 SAME_M = 25.0
@@ -48,8 +48,6 @@ LOOK_S, REST_MPS = 10.0, 0.15
 """Time between observations of an object; speed below which a vehicle is at rest."""
 REACH_M = 6.0
 """Greatest reach of an effector."""
-EDGE = 0.001
-"""Quantile at which normal errors are cut off (3.1 standard deviations)."""
 KINDS = ("survey", "find", "hold", "handle")
 """Kinds of modules, each with its own stream of draws."""
 LIKE_TARGET, LIKE_DECOY = 0.7, 0.45
@@ -143,7 +141,7 @@ class Surveyor:
             seen, like, *off = self._looks.draws(world.seed, number, 4)
             if seen < settings.p_seen:
                 mean = LIKE_TARGET if one.is_target else LIKE_DECOY
-                likeness = min(1.0, max(0.0, mean + normal(like, settings.sigma_likeness)))
+                likeness = min(1.0, max(0.0, mean + settings.sigma_likeness * normal_error(like)))
                 place = _placed(one, pose, off, settings.sigma_m)
                 found.append(_seen(place, (SELF, "likeness", likeness, max(0.0625, settings.sigma_likeness))))
         return found
@@ -291,15 +289,10 @@ class Looks:
         return [loss.uniform(seed, loss.LOOKS, look, self._node, stream + draw) for draw in range(n)]
 
 
-def normal(share: float, sigma: float) -> float:
-    """Transform a uniform number into a normal error of mean 0."""
-    return sigma * normal_quantile(min(max(share, EDGE), 1.0 - EDGE))
-
-
 def _placed(one: Lying, pose: Pose, off: list[float], sigma_m: float) -> Fact:
     """Reported place of an observed object with its uncertainty."""
     (x_m, y_m), (east_m, north_m) = one.position_m, pose.error_m
-    seen_m = x_m + east_m + normal(off[0], sigma_m), y_m + north_m + normal(off[1], sigma_m)
+    seen_m = x_m + east_m + sigma_m * normal_error(off[0]), y_m + north_m + sigma_m * normal_error(off[1])
     return pose.located(seen_m, max(0.5, sigma_m))
 
 
