@@ -35,17 +35,16 @@ def looks_known(recorder: Recorder, vehicles: Sequence[str]) -> dict[str, list[L
     """Observations known to each vehicle by time of knowledge; under ``""`` all by creation."""
     looks: dict[str, list[tuple[str, int]]] = {}
     known: dict[str, list[Look]] = {name: [] for name in ("", *vehicles)}
-    for item in recorder.items:
-        if item[5] in (SWEPT, CONTACT):
-            look = item[5], int(float(item[6]))
-            looks.setdefault(item[0], []).append(look)
-            known[""].append((item[3], *look))
+    for uid, origin, _, recorded_s, _, attribute, value, kind, _ in recorder.items:
+        if attribute in (SWEPT, CONTACT):
+            look = attribute, int(float(value))
+            looks.setdefault(uid, []).append(look)
+            known[""].append((recorded_s, *look))
+            if kind == "kept":  # private observations are known to their origin
+                known[origin].append((recorded_s, *look))
     for time_s, vehicle, uid, _, event in recorder.rows("knowledge"):
         if event in ("observed", "received") and uid in looks:
             known[vehicle] += [(time_s, *look) for look in looks[uid]]
-    for item in recorder.items:  # private observations are known to their origin
-        if item[5] in (SWEPT, CONTACT) and item[7] == "kept":
-            known[item[1]].append((item[3], item[5], int(float(item[6]))))
     return {name: sorted(of) for name, of in known.items()}
 
 
@@ -111,12 +110,12 @@ class ArrowsTruth(JobTruth):
                 self.milestones.append(Milestone(time_s, "site_found", vehicle))
         self._n_contacts = n_contacts
         n_items = len(self._items)
-        for item in self._items[self._n_items :]:
-            if item[5] == "location":
-                x_m, y_m = (float(part) for part in item[6].removeprefix("POINT (").removesuffix(")").split())
-                self._places_m[item[4]] = x_m, y_m
-            elif item[5] == "identity" and item[4] in self._places_m:
-                self._note_identity(item[3], item[1], item[4], item[6], float(item[8] or 0.0))
+        for _, origin, _, recorded_s, subject, attribute, value, _, uncertainty in self._items[self._n_items :]:
+            if attribute == "location":
+                x_m, y_m = (float(part) for part in value.removeprefix("POINT (").removesuffix(")").split())
+                self._places_m[subject] = x_m, y_m
+            elif attribute == "identity" and subject in self._places_m:
+                self._note_identity(recorded_s, origin, subject, value, float(uncertainty or 0.0))
         self._n_items = n_items
 
     def _note_identity(self, time_s: float, vehicle: str, anomaly: str, identity: str, p: float) -> None:

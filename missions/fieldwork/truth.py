@@ -15,7 +15,7 @@ from missions.fieldwork.lines import ON_LINE_M, SurveyLine
 from missions.figure import Declared, Figure, Layer, Mark, RunResults, Style
 from missions.meeting.meeting import Meeting
 from missions.meeting.staying import THERE_M
-from missions.meeting.truth import ATTRIBUTE, JOBS, SUBJECT, JobTruth
+from missions.meeting.truth import JOBS, JobTruth
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 from remoras.mission import FleetView, VehicleView
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
@@ -103,7 +103,7 @@ class LiftTruth(FieldTruth):
 
     def close(self, fleet: FleetView, now_s: float) -> str:
         """Return the reason of failure, with undetected objects."""
-        found = {row[SUBJECT] for row in self._items[0:] if row[ATTRIBUTE] == LYING_AT}
+        found = {subject for _, _, _, _, subject, attribute, *_ in self._items if attribute == LYING_AT}
         hidden = ", ".join(name for name in self._open if name not in found)
         reason = super().close(fleet, now_s)
         return "; ".join(text for text in (reason, f"nobody knows where they lie: {hidden}" if hidden else "") if text)

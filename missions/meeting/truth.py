@@ -32,8 +32,6 @@ JOBS = Table("jobs", (TIME, VEHICLE, Column("job", "str")))
 """Completed jobs; a job done by two vehicles has two rows."""
 IN_ANY_CASE = {"SendingInfluenceSignals", "MissionPlanner"}
 """Activities that do not indicate a destination."""
-ORIGIN, SUBJECT, ATTRIBUTE, VALUE = 1, 4, 5, 6
-"""Relevant columns of the table ``items``."""
 
 
 class MeetingTruth:
@@ -343,15 +341,14 @@ class JobTruth(MeetingTruth):
 
     def _note_impossible(self, now_s: float) -> None:
         since, self._n_read = self._n_read, len(self._items)
-        for row in self._items[since:]:
-            if row[ATTRIBUTE] != IS_IMPOSSIBLE:
+        for _, origin, _, _, job, attribute, value, *_ in self._items[since:]:
+            if attribute != IS_IMPOSSIBLE:
                 continue
-            job = row[SUBJECT]
-            if row[VALUE] != "true":
+            if value != "true":
                 self._impossible.pop(job, None)
             elif job not in self._impossible:
                 self._impossible[job] = now_s
-                self.milestones.append(Milestone(now_s, "impossible", row[ORIGIN]))
+                self.milestones.append(Milestone(now_s, "impossible", origin))
 
     @property
     def is_given_up(self) -> bool:

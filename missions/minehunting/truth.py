@@ -45,9 +45,8 @@ class MinehuntingTruth(JobTruth):
         """Record classifications since the last call."""
         super().watch(fleet, now_s)
         while self._n_items < len(self._items):
-            item = self._items[self._n_items]
+            _, by, _, _, subject, attribute, value, *_ = self._items[self._n_items]
             self._n_items += 1
-            by, subject, attribute, value = item[1], item[4], item[5], item[6]
             if attribute == CLASSIFIED and subject not in self._classified:
                 self._classified.add(subject)
                 truth = MINE if subject in self._world.mines else ROCK

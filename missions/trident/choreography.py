@@ -19,8 +19,6 @@ CHOREOGRAPHY = Table("choreography", (
     Column("to", "str"), Column("violation", "str"),
 ))  # fmt: skip
 """Messages with state and successor. Violations keep the state; overdue ones lack a vehicle."""
-UID, ORIGIN, RECORDED, SUBJECT, ATTRIBUTE, VALUE, KIND = 0, 1, 3, 4, 5, 6, 7
-"""Relevant columns of the table ``items``."""
 PLAYING = {"assigned": True, "left": False}
 """Events of the table ``roles`` for begin and end of a role."""
 PACKET_TIME, SENDER, ITEM_UIDS = 1, 2, 10
@@ -91,7 +89,7 @@ class Monitor:
         self._is_by_role = any(message.by for message in pattern.message)
         self._rows = recorder.rows(CHOREOGRAPHY.name)
         self._n_items = self._n_packets = 0
-        self._unsaid: dict[str, list[Row]] = {}
+        self._unsaid: dict[str, list[StatedFact]] = {}
         self.state = pattern.state[0].name if pattern.state else ""
         self._since_s, self._is_overdue = 0.0, False
 
@@ -100,9 +98,10 @@ class Monitor:
         if not self.state:
             return
         n_items = len(self._items)
-        for row in self._items[self._n_items :]:
-            if row[ATTRIBUTE] in self._alphabet and row[KIND] == "told":
-                self._unsaid.setdefault(row[UID].partition(".")[0], []).append(row)
+        for uid, origin, _, recorded_s, subject, attribute, value, kind, _ in self._items[self._n_items :]:
+            if attribute in self._alphabet and kind == "told":
+                fact = StatedFact(0.0, origin, subject, attribute, value, recorded_s)
+                self._unsaid.setdefault(uid.partition(".")[0], []).append(fact)
         if self._is_by_role:
             self._note_roles()
         n_packets = len(self._packets)
@@ -117,11 +116,8 @@ class Monitor:
     def _said(self, packet: Row) -> Iterator[StatedFact]:
         for uid in packet[ITEM_UIDS]:
             block = self._unsaid.get(uid)
-            if block is None or block[0][ORIGIN] != packet[SENDER]:
-                continue
-            for row in self._unsaid.pop(uid):
-                of = row[SUBJECT], row[ATTRIBUTE], row[VALUE]
-                yield StatedFact(packet[PACKET_TIME], packet[SENDER], *of, row[RECORDED])
+            if block is not None and block[0].vehicle == packet[SENDER]:
+                yield from (fact._replace(time_s=packet[PACKET_TIME]) for fact in self._unsaid.pop(uid))
 
     def _note_roles(self) -> None:
         since, self._n_roles = self._n_roles, len(self._roles)

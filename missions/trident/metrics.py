@@ -68,15 +68,15 @@ def navigation_error_m(run: MeasuredRun) -> float | Absent:
         if row[1] in submerged:
             ways[row[1]].append((row[0], row[2], row[3]))
     tick_s, worst_m = run.scenario.scenario.tick_s, None
-    for item in run.recorder.rows("items"):
-        if item[5] != "position" or item[1] not in submerged:
+    for _, origin, _, recorded_s, _, attribute, value, *_ in run.recorder.rows("items"):
+        if attribute != "position" or origin not in submerged:
             continue
-        way, place = ways[item[1]], item[3] / tick_s
+        way, place = ways[origin], recorded_s / tick_s
         before = min(int(place), len(way) - 2)
         if before < 0:
             continue
         share, (_, x_m, y_m), (_, to_x_m, to_y_m) = place - before, way[before], way[before + 1]
-        east, north = (float(part) for part in item[6].removeprefix("POINT (").removesuffix(")").split())
+        east, north = (float(part) for part in value.removeprefix("POINT (").removesuffix(")").split())
         dx_m, dy_m = x_m + share * (to_x_m - x_m) - east, y_m + share * (to_y_m - y_m) - north
         worst_m = max(worst_m or 0.0, math.sqrt(dx_m * dx_m + dy_m * dy_m))
     return NOT_APPLICABLE if worst_m is None else round(worst_m, 3)

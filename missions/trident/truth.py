@@ -50,11 +50,11 @@ class TridentTruth(JobTruth):
         for time_s, vehicle, _, does, of, _, succeeded in attempts[self._n_attempts :]:
             if succeeded:
                 self._note_success(time_s, vehicle, does == "handle", of == TARGET)
-        for item in items[self._n_items :]:
-            if item[5] == "chosen":
-                self.milestones.append(Milestone(item[3], "chosen", item[1]))
-            elif item[5] == "surveyedBy":  # a survey on request is no objective
-                self.note(item[1], item[4], now_s)
+        for _, origin, _, recorded_s, subject, attribute, *_ in items[self._n_items :]:
+            if attribute == "chosen":
+                self.milestones.append(Milestone(recorded_s, "chosen", origin))
+            elif attribute == "surveyedBy":  # a survey on request is no objective
+                self.note(origin, subject, now_s)
         self._n_charted, self._n_attempts, self._n_items = n_charted, n_attempts, n_items
         self._monitor.look(now_s)
 
