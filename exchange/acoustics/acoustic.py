@@ -10,16 +10,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Literal
 
 from pydantic import Field
 
 from exchange.acoustics.error_rates import Fading, Modulation, block_loss, delivered_share, packet_loss
-from exchange.acoustics.link import LinkModel, Transmission
+from exchange.acoustics.link import LinkModel
 from exchange.acoustics.link_budget import (
     Budget,
+    BudgetLinks,
+    Links,
     francois_garrison_db_per_km,
     noise_in_band_db,
     sound_speed_mps,
@@ -49,21 +51,11 @@ def per_at(curve: Curve, snr_db: float) -> float:
     return curve[-1][1]
 
 
-@dataclass(frozen=True, slots=True)
-class MeasuredLinks:
-    """Links of one modem whose losses follow from its measured curve."""
+@dataclass(frozen=True)
+class MeasuredLinks(BudgetLinks):
+    """Links whose losses follow from a modem's measured curve."""
 
-    budget: Budget
     curve: Curve
-    frame_bits: int
-
-    def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
-        """Return the probability that at least one frame of the packet is lost."""
-        return self.loss_at(range_m, packet.size_bits)
-
-    def shifted(self, excess_db: float) -> MeasuredLinks:
-        """Return the links with a signal-to-noise ratio higher by ``excess_db``."""
-        return replace(self, budget=self.budget.shifted(excess_db))
 
     def loss_at(self, range_m: float, size_bits: int) -> float:
         """Return the loss probability of a packet that is received as a whole."""
@@ -81,22 +73,12 @@ RANGES = 200
 """Number of ranges in the mean loss."""
 
 
-@dataclass(frozen=True, slots=True)
-class AcousticLinks:
-    """Links of one modem in one sea: loss from range and packet size."""
+@dataclass(frozen=True)
+class AcousticLinks(BudgetLinks):
+    """Links whose losses follow from range and packet size."""
 
-    budget: Budget
     modulation: Modulation
     fading: Fading
-    frame_bits: int
-
-    def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
-        """Return the probability that at least one frame of the packet is lost."""
-        return self.loss_at(range_m, packet.size_bits)
-
-    def shifted(self, excess_db: float) -> AcousticLinks:
-        """Return the links with a signal-to-noise ratio higher by ``excess_db``."""
-        return replace(self, budget=self.budget.shifted(excess_db))
 
     def loss_at(self, range_m: float, size_bits: int) -> float:
         """Return the loss probability of a packet that is received as a whole."""
@@ -157,18 +139,18 @@ class AcousticChannel(ChannelModel):
             return links
         return SiteLinks(links, Site.drawn(self.site, len(deployment.nodes), seed), SiteMean.over(links, self.site))
 
-    def links(self, deployment: Deployment) -> AcousticLinks | MeasuredLinks | SiteMean:
+    def links(self, deployment: Deployment) -> Links:
         """Return the links by range and size alone, averaged over the site if there is one."""
         links = self._plain_links(deployment)
         return links if self.site is None or not self.site.is_on else SiteMean.over(links, self.site)
 
-    def _plain_links(self, deployment: Deployment) -> AcousticLinks | MeasuredLinks:
+    def _plain_links(self, deployment: Deployment) -> BudgetLinks:
         modem = deployment.modem
         if modem.per_at_snr:
-            return MeasuredLinks(self.budget(deployment), modem.per_at_snr, 8 * modem.frame_bytes)
+            return MeasuredLinks(self.budget(deployment), 8 * modem.frame_bytes, modem.per_at_snr)
         if modem.modulation is None:
             raise ValueError(f"modem {modem.name} has no modulation")
-        return AcousticLinks(self.budget(deployment), modem.modulation, Fading(self.fading), 8 * modem.frame_bytes)
+        return AcousticLinks(self.budget(deployment), 8 * modem.frame_bytes, modem.modulation, Fading(self.fading))
 
     def mean_per(self, deployment: Deployment) -> float:
         """Return the mean loss of a full packet over ranges from 0 to the declared one."""

@@ -9,7 +9,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Protocol, Self
 
+from exchange.acoustics.link import Transmission
 from exchange.arithmetic import exp, log, log10, power_of_10
 
 
@@ -178,3 +180,31 @@ class Budget:
     def ebn0_db(self, range_m: float) -> float:
         """Return Eb/N0: the effective in-band ratio times B / R."""
         return self.effective_snr_db(range_m) + _per_bit_db(self.band_hz, self.rate_bps)
+
+
+class Links(Protocol):
+    """Links with losses from range and size alone."""
+
+    def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
+        """Return the probability that at least one frame of the packet is lost."""
+        return self.loss_at(range_m, packet.size_bits)
+
+    def loss_at(self, range_m: float, size_bits: int) -> float:
+        """Return the loss probability of a packet that is received as a whole."""
+        ...
+
+    def delivered_at(self, range_m: float, size_bits: int) -> float:
+        """Return the mean share of a packet that arrives if frames are received one by one."""
+        ...
+
+
+@dataclass(frozen=True)
+class BudgetLinks(Links):
+    """Links of one modem in one sea."""
+
+    budget: Budget
+    frame_bits: int
+
+    def shifted(self, excess_db: float) -> Self:
+        """Return the links with a signal-to-noise ratio higher by ``excess_db``."""
+        return replace(self, budget=self.budget.shifted(excess_db))

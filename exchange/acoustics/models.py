@@ -46,6 +46,14 @@ def same_hash(file: str, sha256: str, kinds: str) -> str:
     return digest
 
 
+def number_in(text: str) -> float:
+    """Return the number in a field of a file; NaN if there is none."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
+
+
 Probability = Annotated[float, Field(ge=0.0, le=1.0)]
 
 

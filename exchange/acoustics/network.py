@@ -52,6 +52,7 @@ from exchange.acoustics.models import (
     LinkFileGoneError,
     Probability,
     SettingFault,
+    number_in,
     same_hash,
 )
 
@@ -422,7 +423,7 @@ def _of_csv(text: str, file: str) -> list[Network]:
             )
         for row in reader:
             sender, receiver, share = (str(row[name] or "").strip() for name in COLUMNS)
-            per, line = _number(share), reader.line_num
+            per, line = number_in(share), reader.line_num
             if not sender or not receiver or sender == receiver:
                 raise refused(line, "receiver", receiver, f"{sender!r} to {receiver!r} is no link of two nodes")
             if not 0.0 <= per <= 1.0:
@@ -437,10 +438,3 @@ def _of_csv(text: str, file: str) -> list[Network]:
         raise refused(reader.line_num + 1, "CSV", "", str(error)) from None
     nodes = [{"name": name, "per": per} for name, per in lost.items()]
     return _checked({"network": [{"name": Path(file).stem[:40], "node": nodes}]}, file)
-
-
-def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        return math.nan

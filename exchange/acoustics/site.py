@@ -20,12 +20,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from exchange.acoustics import loss
 from exchange.acoustics.link import Transmission
+from exchange.acoustics.link_budget import BudgetLinks, Links
 from exchange.arithmetic import PI, exp, normal_quantile, sincos
 
 WAVES = 24
@@ -38,22 +39,6 @@ HALF_STEP = 2.0**-54
 """Half of the step between uniform numbers, added to exclude 0."""
 
 PlaceM = tuple[float, float]
-
-
-class Links(Protocol):
-    """Links with losses from range and size alone."""
-
-    def loss_at(self, range_m: float, size_bits: int) -> float:
-        """Return the loss probability of a packet that is received as a whole."""
-        ...
-
-    def delivered_at(self, range_m: float, size_bits: int) -> float:
-        """Return the mean share of a packet that arrives if frames are received one by one."""
-        ...
-
-    def shifted(self, excess_db: float) -> Links:
-        """Return the links with a signal-to-noise ratio higher by ``excess_db``."""
-        ...
 
 
 class SiteTable(BaseModel):
@@ -156,22 +141,18 @@ class Site:
         return self.spread_db(a, b, now_s) - self.receivers_db[receiver]
 
 
-@dataclass(frozen=True, slots=True)
-class SiteMean:
+@dataclass(frozen=True)
+class SiteMean(Links):
     """Links averaged over a site, for unknown places; ``levels`` are equiprobable."""
 
     levels: Sequence[Links]
 
     @classmethod
-    def over(cls, links: Links, table: SiteTable) -> SiteMean:
+    def over(cls, links: BudgetLinks, table: SiteTable) -> SiteMean:
         """Return the mean of links over a site."""
         spread_db = math.sqrt(table.spread_db * table.spread_db + table.receiver_db * table.receiver_db)
         excesses_db = [spread_db * normal_quantile((number + 0.5) / LEVELS) for number in range(LEVELS)]
         return cls([links.shifted(excess_db) for excess_db in excesses_db])
-
-    def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
-        """Return the probability that at least one frame of the packet is lost."""
-        return self.loss_at(range_m, packet.size_bits)
 
     def loss_at(self, range_m: float, size_bits: int) -> float:
         """Return the loss probability of a packet that is received as a whole."""
@@ -186,7 +167,7 @@ class SiteMean:
 class SiteLinks:
     """Links of one run at a site; ``mean`` is used for packets without positions."""
 
-    links: Links
+    links: BudgetLinks
     site: Site
     mean: SiteMean
 

@@ -33,6 +33,7 @@ from exchange.acoustics.models import (
     LinkFileError,
     LinkFileGoneError,
     SettingFault,
+    number_in,
     same_hash,
 )
 
@@ -244,18 +245,11 @@ def _checked(where: str, kind: str, row: list[Any]) -> tuple[float, str, str, fl
     time, sender, receiver, outcome = (str(value).strip() for value in row)
     if not sender or not receiver or sender == receiver:
         raise LinkFileError(f"{where}: from {sender!r} to {receiver!r} is no link of two vehicles")
-    time_s = _number(time)
+    time_s = number_in(time)
     if not 0.0 <= time_s < math.inf:
         raise LinkFileError(f"{where}: time_s = {time!r} must be a number of seconds, 0 or more")
-    per = OUTCOMES.get(outcome.lower(), math.nan) if kind == "lost" else _number(outcome)
+    per = OUTCOMES.get(outcome.lower(), math.nan) if kind == "lost" else number_in(outcome)
     if not 0.0 <= per <= 1.0:
         allowed = "0 or 1" if kind == "lost" else "a number from 0 to 1"
         raise LinkFileError(f"{where}: {kind} = {outcome!r} must be {allowed}")
     return time_s, sender, receiver, per
-
-
-def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        return math.nan
