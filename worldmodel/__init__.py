@@ -27,6 +27,7 @@ from worldmodel.facts import (
     PropertyValue,
 )
 from worldmodel.fusion import Estimate, doubted, fused
+from worldmodel.holdings import Keeping, PruneRule
 from worldmodel.merge import expire, merge
 from worldmodel.needs import NOBODY, PLAIN, InformationNeed, Needs, NeedsIndex, Terms, Wanted
 from worldmodel.ontology import (
@@ -37,7 +38,6 @@ from worldmodel.ontology import (
 from worldmodel.ontology.fields import Field, Value
 from worldmodel.ontology.tbox import TYPE_UID, Attribute, OntologyClass, Source, TBox, ValueKind, reaching
 from worldmodel.queries import History, Subscription
-from worldmodel.store import Keeping, PruneRule
 from worldmodel.world_model import Knowledge, Reception, Stated, WorldModel, prune, tidy
 
 __all__ = [

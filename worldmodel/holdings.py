@@ -7,13 +7,62 @@ sequence of an origin and epoch; pending, refused and pruned blocks have arrived
 
 import hashlib
 from collections.abc import Iterable, Iterator, Sequence
+from typing import NamedTuple
 
-from worldmodel.arrivals import Arrivals
+from worldmodel.arrivals import WAITING_BLOCKS, WAITING_S, Arrivals
 from worldmodel.errors import FactError, unknown_name
-from worldmodel.facts import STATUS, Block, Guid, Instance
+from worldmodel.facts import STATUS, Block, Guid, Instance, PropertyValue
 from worldmodel.index import Index, compiled_attributes
 from worldmodel.ontology.fields import Grid
-from worldmodel.ontology.tbox import TBox, ValueKind
+from worldmodel.ontology.tbox import TYPE_UID, Attribute, TBox, ValueKind
+
+CLOCK_TOLERANCE_S = 1.0
+"""Tolerated lead of an observation time over its arrival (s)."""
+
+
+def prunable(tbox: TBox) -> tuple[Attribute, ...]:
+    """Return the attributes whose old values may be dropped: all but ``type`` and exclusions."""
+    deciding = compiled_attributes(tbox).deciding
+    return tuple(
+        attribute for attribute in tbox.attributes if attribute.uid != TYPE_UID and attribute.uid not in deciding
+    )
+
+
+class PruneRule(NamedTuple):
+    """Rule: drop values of an attribute in a class once older than ``older_than_s`` (s)."""
+
+    class_uid: int
+    attribute: int
+    older_than_s: float
+
+    def check(self, tbox: TBox) -> None:
+        """Raise FactError for an unknown class, a negative age or an attribute not ``prunable``."""
+        if not 0 <= self.class_uid < len(tbox.classes):
+            raise FactError(f"pruning: class {self.class_uid} is unknown; allowed: 0..{len(tbox.classes) - 1}")
+        allowed = {attribute.uid for attribute in prunable(tbox)}
+        if self.attribute not in allowed:
+            kept = ", ".join(attribute.name for attribute in tbox.attributes if attribute.uid not in allowed)
+            within = f"1..{len(tbox.attributes) - 1}; values of {kept} are never pruned"
+            raise FactError(f"pruning: attribute {self.attribute}; allowed: {within}")
+        if not self.older_than_s >= 0:
+            raise FactError(f"pruning: older_than_s is {self.older_than_s}; allowed: 0 s or more")
+
+
+class Keeping(NamedTuple):
+    """Initial facts and acceptance limits of a store; equal at all vehicles of a fleet.
+
+    Attributes:
+        clock_tolerance_s: tolerated lead of an observation time over its arrival (s).
+        waiting_s: time after which a pending block is discarded (s).
+        waiting_blocks: maximum number of pending blocks per origin; the oldest is discarded.
+        common_facts: facts about common instances that all vehicles know initially, without time and origin.
+    """
+
+    clock_tolerance_s: float = CLOCK_TOLERANCE_S
+    waiting_s: float = WAITING_S
+    waiting_blocks: int = WAITING_BLOCKS
+    pruning: Sequence[PruneRule] = ()
+    common_facts: Sequence[PropertyValue] = ()
 
 
 class BlockLog:
@@ -91,17 +140,16 @@ class Individuals:
         instances: Sequence[Instance],
         n_origins: int,
         run_time_instances_per_origin: int,
-        waiting_s: float,
-        waiting_blocks: int,
+        keeping: Keeping,
     ) -> None:
         """Create the common instances; see ``Store`` for the arguments."""
         _refuse_bad_instances(tbox, instances)
         if run_time_instances_per_origin < 0:
             raise FactError(f"run_time_instances_per_origin is {run_time_instances_per_origin}; allowed: 0 or more")
-        if not waiting_s >= 0:
-            raise FactError(f"waiting_s is {waiting_s}; allowed: 0 s or more")
-        if waiting_blocks < 1:
-            raise FactError(f"waiting_blocks is {waiting_blocks}; allowed: 1 or more")
+        if not keeping.waiting_s >= 0:
+            raise FactError(f"waiting_s is {keeping.waiting_s}; allowed: 0 s or more")
+        if keeping.waiting_blocks < 1:
+            raise FactError(f"waiting_blocks is {keeping.waiting_blocks}; allowed: 1 or more")
         self.tbox = tbox
         self.n_origins = n_origins
         self.run_time_instances_per_origin = run_time_instances_per_origin
@@ -111,7 +159,7 @@ class Individuals:
         """Compiled attribute checks."""
         self.index = Index(tbox, instances)
         links = frozenset(a.uid for a in tbox.attributes if a.kind is ValueKind.LINK)
-        self.arrivals = Arrivals(links, waiting_s, waiting_blocks)
+        self.arrivals = Arrivals(links, keeping.waiting_s, keeping.waiting_blocks)
         self._instance_named = {instance.name: instance for instance in instances}
 
     def instance(self, uid: int) -> Instance | None:
@@ -188,11 +236,10 @@ class StoredItems(Individuals):
         time_resolution_s: float,
         n_origins: int,
         run_time_instances_per_origin: int,
-        waiting_s: float,
-        waiting_blocks: int,
+        keeping: Keeping,
     ) -> None:
         """Create empty logs; see ``Store`` for the arguments."""
-        super().__init__(tbox, instances, n_origins, run_time_instances_per_origin, waiting_s, waiting_blocks)
+        super().__init__(tbox, instances, n_origins, run_time_instances_per_origin, keeping)
         try:
             self.clock_grid = Grid(0.0, time_resolution_s)
         except ValueError as error:

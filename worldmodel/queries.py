@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import NamedTuple, overload
 
 from worldmodel.errors import FactError
-from worldmodel.facts import Block, Instance, Lacking, Observation, PropertyValue
-from worldmodel.holdings import StoredItems
+from worldmodel.facts import Block, Instance, Lacking, Observation
+from worldmodel.holdings import Keeping, StoredItems
 from worldmodel.index import EMPTY, Entry, observation_of, observed_at_s
 from worldmodel.inference import Inference
 from worldmodel.ontology.fields import Value
@@ -147,25 +147,21 @@ class Answers(StoredItems):
         time_resolution_s: float,
         n_origins: int,
         run_time_instances_per_origin: int,
-        waiting_s: float,
-        waiting_blocks: int,
-        common_facts: Sequence[PropertyValue],
+        keeping: Keeping,
     ) -> None:
         """Create an empty store; see ``Store`` for the arguments."""
-        super().__init__(
-            tbox, instances, time_resolution_s, n_origins, run_time_instances_per_origin, waiting_s, waiting_blocks
-        )
+        super().__init__(tbox, instances, time_resolution_s, n_origins, run_time_instances_per_origin, keeping)
         self.subscriptions = Subscriptions(tbox, self.class_mask)
         """Updates for subscribers."""
         self._members: dict[int, tuple[Instance, ...]] = {}
         self._members_of = (0, 0)  # versions of types and conclusions of this cache
-        self.common_facts = tuple(common_facts)
+        self.common_facts = tuple(keeping.common_facts)
         self._common_values = {
             (f.subject, f.attribute): f.value
-            for f in common_facts
+            for f in keeping.common_facts
             if tbox.attributes[f.attribute].kind is not ValueKind.LINK
         }
-        self.inference = Inference(tbox, self, instances, self.index.touched, common_facts)
+        self.inference = Inference(tbox, self, instances, self.index.touched, keeping.common_facts)
         """Conclusions from the visible facts."""
         self.index.heeded = self.inference.heeded
 

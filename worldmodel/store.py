@@ -11,9 +11,7 @@ range and announces them by a value of the attribute ``type``. Only the checks a
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
-from worldmodel.arrivals import WAITING_BLOCKS, WAITING_S
 from worldmodel.errors import FactError
 from worldmodel.facts import (
     EPOCHS,
@@ -24,59 +22,10 @@ from worldmodel.facts import (
     Observation,
     PropertyValue,
 )
-from worldmodel.holdings import BlockLog
-from worldmodel.index import EMPTY, Entry, compiled_attributes, observation_of, sort_key
-from worldmodel.ontology.tbox import TYPE_UID, Attribute, TBox
+from worldmodel.holdings import BlockLog, Keeping
+from worldmodel.index import EMPTY, Entry, observation_of, sort_key
+from worldmodel.ontology.tbox import TYPE_UID, TBox
 from worldmodel.queries import Answers
-
-CLOCK_TOLERANCE_S = 1.0
-"""Tolerated lead of an observation time over its arrival (s)."""
-
-
-def prunable(tbox: TBox) -> tuple[Attribute, ...]:
-    """Return the attributes whose old values may be dropped: all but ``type`` and exclusions."""
-    deciding = compiled_attributes(tbox).deciding
-    return tuple(
-        attribute for attribute in tbox.attributes if attribute.uid != TYPE_UID and attribute.uid not in deciding
-    )
-
-
-class PruneRule(NamedTuple):
-    """Rule: drop values of an attribute in a class once older than ``older_than_s`` (s)."""
-
-    class_uid: int
-    attribute: int
-    older_than_s: float
-
-    def check(self, tbox: TBox) -> None:
-        """Raise FactError for an unknown class, a negative age or an attribute not ``prunable``."""
-        if not 0 <= self.class_uid < len(tbox.classes):
-            raise FactError(f"pruning: class {self.class_uid} is unknown; allowed: 0..{len(tbox.classes) - 1}")
-        allowed = {attribute.uid for attribute in prunable(tbox)}
-        if self.attribute not in allowed:
-            kept = ", ".join(attribute.name for attribute in tbox.attributes if attribute.uid not in allowed)
-            within = f"1..{len(tbox.attributes) - 1}; values of {kept} are never pruned"
-            raise FactError(f"pruning: attribute {self.attribute}; allowed: {within}")
-        if not self.older_than_s >= 0:
-            raise FactError(f"pruning: older_than_s is {self.older_than_s}; allowed: 0 s or more")
-
-
-class Keeping(NamedTuple):
-    """Initial facts and acceptance limits of a store; equal at all vehicles of a fleet.
-
-    Attributes:
-        clock_tolerance_s: tolerated lead of an observation time over its arrival (s).
-        waiting_s: time after which a pending block is discarded (s).
-        waiting_blocks: maximum number of pending blocks per origin; the oldest is discarded.
-        common_facts: facts about common instances that all vehicles know initially, without time and origin.
-    """
-
-    clock_tolerance_s: float = CLOCK_TOLERANCE_S
-    waiting_s: float = WAITING_S
-    waiting_blocks: int = WAITING_BLOCKS
-    pruning: Sequence[PruneRule] = ()
-    common_facts: Sequence[PropertyValue] = ()
-
 
 USUAL = Keeping()
 _NONE = (None,)
@@ -110,16 +59,7 @@ class Store(Answers):
 
         Raises FactError for invalid arguments; the message lists all bad instances.
         """
-        super().__init__(
-            tbox,
-            instances,
-            time_resolution_s,
-            n_origins,
-            run_time_instances_per_origin,
-            keeping.waiting_s,
-            keeping.waiting_blocks,
-            keeping.common_facts,
-        )
+        super().__init__(tbox, instances, time_resolution_s, n_origins, run_time_instances_per_origin, keeping)
         clock_tolerance_s, pruning = keeping.clock_tolerance_s, keeping.pruning
         if not 0 <= owner < n_origins:
             raise FactError(f"owner {owner} is not an origin; allowed: 0..{n_origins - 1}")

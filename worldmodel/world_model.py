@@ -15,10 +15,11 @@ from typing import NamedTuple
 from worldmodel.checks import CheckResult, check_fit, check_form
 from worldmodel.errors import FactError
 from worldmodel.facts import EPOCHS, MOST_ITEMS, STATUS, Block, Change, Fault, Guid, Merged, PropertyValue
+from worldmodel.holdings import PruneRule
 from worldmodel.index import EMPTY, Entry, block_of
 from worldmodel.merge import enter, expire, merge
 from worldmodel.ontology.fields import Value
-from worldmodel.store import PruneRule, Store
+from worldmodel.store import Store
 
 _NEVER_S = math.inf
 _new = tuple.__new__  # builds a named tuple in half the time of its constructor

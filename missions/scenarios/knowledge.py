@@ -19,7 +19,7 @@ from remoras.mission import Mission
 from remoras.table import NotNegative, Positive, Section, Sparse
 from worldmodel import OntologyError, PruneRule, Source, TBox, core_ontology_paths, read_tbox
 from worldmodel.arrivals import WAITING_BLOCKS, WAITING_S
-from worldmodel.store import prunable
+from worldmodel.holdings import prunable
 
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario
