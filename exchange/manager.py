@@ -397,7 +397,7 @@ class ExchangeManager:
         return uid in self._beliefs.column_of or self._beliefs.own.has((uid.origin, uid.epoch), uid.sequence)
 
     def knows_life(self, peer: int, epoch: int) -> bool:
-        """True if ``peer`` has this epoch as far as known; initially 0."""
+        """True if ``epoch`` (restart count) is the latest known of ``peer``; 0 before any packet."""
         return self._peers.epochs[peer] == epoch
 
     def believes(self, peer: int, uid: ItemUid) -> bool:
@@ -407,9 +407,9 @@ class ExchangeManager:
 
     @property
     def n_open(self) -> int:
-        """Number of open items, without those left to relays."""
+        """Number of outstanding items, without those left to relays."""
         return (self.queue.open & ~self.queue.resting).bit_count()
 
     def postponed(self) -> Iterator[tuple[int, ItemUid]]:
-        """Yield nodes with lacked items that are not open: absent peers, and own discarded blocks."""
+        """Yield (node, item) for each lacked item not queued: at absent peers, or discarded here."""
         return chain(self._interests.postponed(), self._beliefs.given_up())

@@ -52,7 +52,11 @@ def kind_of_row(kind: str) -> Any:
 
 
 def absence(kind: str) -> Absence | None:
-    """Return the absence that a row in the fault table starts; raises as ``kind_of_row``."""
+    """Return the absence that a fault of this kind starts; None if the vehicle stays active.
+
+    Raises:
+        PluginError: an external kind is not available.
+    """
     if kind == EMPTY:
         return Absence.LOSS
     found = kind_of_row(kind)

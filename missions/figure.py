@@ -137,7 +137,7 @@ def round_up(value: float) -> float:
 
 
 def axis_end_s(results: RunResults) -> float:
-    """Round end of the time axis, shared by runs of similar duration."""
+    """Return the mission time rounded up (s): runs of similar duration get equal time axes."""
     return round_up(max(float(results.summary["mission_time_s"]), 1.0))
 
 

@@ -292,7 +292,7 @@ class Work:
         return self.organisation.heads(self.group.name)
 
     def held_by(self, vehicle: str) -> list[RoleSpecification]:
-        """Return the unfinished roles of a vehicle, open or not: the assigner may have known more."""
+        """Return a vehicle's unfinished roles, also those not open by the knowledge of this vehicle."""
         holders = self._holders
         return [role for role in self.unfinished if vehicle in holders[role.name]]
 
@@ -314,7 +314,7 @@ class Work:
         return not is_unable and role.job not in self.short_handed and self._has_what_it_takes(data, role)
 
     def _has_what_it_takes(self, data: VehicleData, role: RoleSpecification) -> bool:
-        """Likewise for one of several: a vehicle that has waited there without success may help."""
+        """True if the vehicle is able, disregarding ``unable`` and ``short_handed``: it may help."""
         if self.barred and (data.name, role.name) in self.barred:
             return False
         if role.incompatible and self.organisation.is_excluded(data.name, role):
@@ -339,10 +339,10 @@ class Work:
     def affordable(
         self, outlook: Outlook, data: VehicleData, roles: Iterable[RoleSpecification]
     ) -> tuple[RoleSpecification, ...]:
-        """Return the roles within the vehicle's energy, the way home included, in the order given.
+        """Return the roles that the vehicle's energy covers with its way home, in the order given.
 
-        Travel uses transit power, the rest survey power, also until ``outlook``. For a resumable job beyond the energy,
-        ``PART`` of it suffices; it is the last then.
+        Travel to a job uses transit power; the work, the return and the time until ``outlook`` use survey power. A
+        resumable job counts if the energy covers the share ``PART`` of it; no role follows it.
         """
         left_j = self.energy_j.get(data.name)
         if left_j is None:

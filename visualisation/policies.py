@@ -1,7 +1,8 @@
 """Figures of the policy study, their data as CSV, and captions.
 
-Unloaded exchange: times relative to ACK on the left, as in the paper, absolute times on the right. Loaded exchange:
-results over offered load. Colour shows the acknowledgement; line style and marker fill show repeats.
+Unloaded exchange (one item, no competing traffic): times relative to ACK on the left, as in the paper, absolute times
+on the right. Loaded exchange: results over offered load. Colour shows the acknowledgement; line style and marker fill
+show repeats.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ OF_THE_BOUND = (0, (1, 1.5))
 
 
 class Unloaded(NamedTuple):
-    """Row fields of a figure of unloaded exchange, and their text."""
+    """Time of one item without competing traffic: row fields of both panels, and its end event."""
 
     relative: str
     absolute: str
@@ -43,7 +44,7 @@ UNLOADED = {
     "source": Unloaded("relative_source", "source_acked_slots", "the source knows that all nodes hold the item"),
     "senders": Unloaded("relative_senders", "senders_acked_slots", "all senders know that all nodes hold the item"),
 }
-"""Kinds of figures of unloaded exchange."""
+"""Figures of unloaded exchange, by kind."""
 
 LOADED = (
     ("delivered_slots", words.axis("delivery latency", "slots")),

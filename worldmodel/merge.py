@@ -73,7 +73,10 @@ class Revision:
         self._question((uid, True) for uid, class_uid in created.items() if arrivals.created_as(uid) != class_uid)
 
     def loose(self, block: Block | None = None) -> list[tuple[Block, float | None]]:
-        """Return all blocks to settle, sorted by GUID, with the start of pending (s) or None."""
+        """Return the removed blocks by GUID, each with the time since which it was pending (s).
+
+        The time is None for blocks that were not pending. A given ``block`` is added to them.
+        """
         if block is not None:
             self._loose[block.guid] = (block, None)
         return [self._loose[guid] for guid in sorted(self._loose)]

@@ -257,7 +257,7 @@ class NetworkChannel(ChannelModel):
     def misfits(self, deployment: Deployment) -> Iterator[SettingFault]:
         """Yield faults of an unknown, invalid or too small network, or unknown nodes and vehicles.
 
-        Results must stay readable without their file: if the hash is given, only a new run fails.
+        With ``sha256``, a missing or changed file is no fault here: results stay readable, only a new run fails.
         """
         try:
             network = network_of(self.network, self.sha256)

@@ -82,12 +82,12 @@ class Trace:
 
     @property
     def start_s(self) -> float:
-        """Time of the first row."""
+        """Time of the first row (s)."""
         return min(series.times_s[0] for series in self.links.values())
 
     @property
     def longest_gap_s(self) -> float:
-        """Longest time between two rows of a link."""
+        """Longest time between successive rows of a link (s)."""
         return max(
             (end - begin for series in self.links.values() for begin, end in pairwise(series.times_s)), default=0.0
         )
@@ -110,7 +110,7 @@ class TraceLinks:
 
 
 class TraceChannel(ChannelModel):
-    """Recorded losses."""
+    """Channel model that replays the recorded losses of each link."""
 
     title = "losses of each link as recorded in channel.file: outcomes, or rates over time"
 
@@ -122,13 +122,13 @@ class TraceChannel(ChannelModel):
     )
 
     def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
-        """Return the links of the file's vehicles."""
+        """Return the recorded links, by node numbers of this fleet."""
         trace, nodes = trace_of(self.file, self.sha256), deployment.nodes
         series = {(nodes[sender], nodes[receiver]): link for (sender, receiver), link in trace.links.items()}
         return TraceLinks(series, trace.until_s, self.repeat)
 
     def mean_per(self, deployment: Deployment) -> float:
-        """Return the mean over the duration and links of the file."""
+        """Return the mean loss probability over the duration and links of the file."""
         trace = trace_of(self.file, self.sha256)
         return math.fsum(series.mean(trace.until_s) for series in trace.links.values()) / len(trace.links)
 
@@ -139,9 +139,9 @@ class TraceChannel(ChannelModel):
             yield SettingFault("file", "", f"missing: a CSV or Parquet file of {', '.join(KEYS)}, and lost or per")
 
     def misfits(self, deployment: Deployment) -> Iterator[SettingFault]:
-        """Yield a fault for a file that is unreadable, of other vehicles or too short for the run.
+        """Yield a fault for an unreadable file, or one that does not fit the fleet or the duration.
 
-        Results must stay readable without their file: if the hash is given, only a new run fails.
+        With ``sha256``, a missing or changed file is no fault here: results stay readable, only a new run fails.
         """
         if not self.file:
             return

@@ -60,16 +60,16 @@ class Pace(Protocol):
 
 @dataclass(frozen=True)
 class AtOnce:
-    """Clock of an unpaced run: everything is due at once."""
+    """Clock of a run as fast as possible, without waits."""
 
     @property
     def now_s(self) -> float:
-        """Infinity: later than all events."""
+        """Infinity: every event is in the past, so that no caller waits."""
         return math.inf
 
     @property
     def uncertainty_s(self) -> float:
-        """Zero (s): no caller waits."""
+        """Zero (s)."""
         return 0.0
 
 

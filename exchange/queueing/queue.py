@@ -127,7 +127,7 @@ class Lines:
         return chosen, unsaid
 
     def _heads(self, moment: Moment, unsaid: Counter[Unsaid]) -> tuple[list[Head], int, int]:
-        """Return the heads of sendable lines, their number of candidates, and of those sent before."""
+        """Return heads of sendable lines, number of their candidates, number of those sent before."""
         heads: list[Head] = []
         n_waiting = n_repeated = 0
         for line in list(self._lines.values()):
@@ -188,8 +188,10 @@ class Lines:
 class Queue:
     """Entries of one vehicle for its next packets.
 
+    Items beyond ``limit`` wait *outside*: packets carry only items *inside*.
+
     Args:
-        limit: most items inside; None for no limit.
+        limit: maximum number of items inside; None for no limit.
 
     Attributes:
         open: item set of outstanding items, inside and outside.
@@ -284,7 +286,7 @@ class Queue:
             self._tell(candidate, Expired.NOT_NEEDED, now_s)
 
     def drop(self, column: int) -> None:
-        """Remove an item; its state counts if it is queued again."""
+        """Remove an item; a caller that queues it again passes the same ``waiting`` to ``take``."""
         if self.open >> column & 1:
             self.open ^= 1 << column
             self._withdraw(column)
@@ -351,7 +353,7 @@ class Queue:
             reasons[Unsaid.NOTHING_OPEN] = 1
 
     def _update(self, now_s: float) -> None:
-        """Let items in from outside, also in exchange for sent ones; discard overdue entries."""
+        """Move items inside, into free capacity or in place of sent ones; discard overdue entries."""
         if (limits := self._limits) is not None:
             for candidate in limits.from_outside():
                 self._enter(candidate)

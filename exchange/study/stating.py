@@ -200,7 +200,10 @@ def knows_last(n_nodes: int, fleet: Fleet, node: int, sender: int, slot: int) ->
 
 
 def look_through(load: Load, fleet: Fleet, statements: Statements, owner: int) -> None:
-    """Compute the range of the owner's statement about each origin."""
+    """Compute which item numbers the owner's statement about each origin covers.
+
+    The range starts at the first unsettled item and ends after the last held one; at most ``MOST_STATED`` numbers.
+    """
     for origin in range(len(statements.first)):
         first = n_numbers = statements.n_numbers[origin]
         for column in columns_of(load, origin):
@@ -231,7 +234,7 @@ def count_owed(load: Load, fleet: Fleet, statements: Statements, plan: PacketPla
 
 
 def gather(rules: PolicyRules, load: Load, fleet: Fleet, statements: Statements, plan: PacketPlan, owner: int) -> int:
-    """Collect the items that the owner may send and does not know all to hold; return how many."""
+    """Collect held items that, to the owner's knowledge, some node lacks; return their number."""
     n_nodes, c = rules.n_nodes, 0
     for turn in range(n_nodes):  # own first: with equal values, nodes choose different items
         origin = (owner + turn) % n_nodes
@@ -322,7 +325,7 @@ def state_holdings(
 def show_holders(
     rules: PolicyRules, load: Load, fleet: Fleet, statements: Statements, owner: int, slot: int, room_bits: int
 ) -> None:
-    """Add holder sets of items with recent news, within the capacity."""
+    """Add holder sets to the packet within its capacity, in order of ``rank``."""
     left, size_bits = room_bits, holder_set_bits(rules.n_nodes, load.number_bits)
     statements.shown[:] = 0
     while left >= size_bits:
@@ -354,7 +357,7 @@ def can_show(fleet: Fleet, statements: Statements, owner: int, column: int) -> b
 
 
 def rank(statements: Statements, owner: int, column: int) -> int:
-    """Rank of a holder set, lowest first: newest news, then the longest time since its report."""
+    """Rank of a holder set, lowest first: latest learned, then longest time since its report."""
     learned, passed = statements.learned_slot[owner, column], statements.passed_slot[owner, column]
     return int(passed if learned <= passed else -1 - learned)
 

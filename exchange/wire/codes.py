@@ -42,7 +42,7 @@ def values_in_words(attribute: Attribute, n_values: Mapping[ValueKind, int]) -> 
 def value_lines(
     attributes: Sequence[Attribute], value_bits: Sequence[int], n_values: Mapping[ValueKind, int]
 ) -> list[FieldSize]:
-    """List the value fields of attributes."""
+    """List the value size and range of each attribute."""
     return [
         FieldSize("fact", attribute.name, bits, values_in_words(attribute, n_values))
         for attribute, bits in zip(attributes, value_bits, strict=True)
@@ -50,7 +50,7 @@ def value_lines(
 
 
 def name_fields(names: AttributeNames) -> list[FieldSize]:
-    """List the fields of attribute names: short, and escaped if any attribute is not exchanged."""
+    """List the size of short attribute names, and of escaped ones if some are not exchanged."""
     fields = [FieldSize("fact", "attribute", names.short_bits, f"one of {len(names.exchanged)} exchanged")]
     if names.has_others:
         fields.append(FieldSize("fact", "other attribute", names.other_bits, f"one of {names.n_attributes} in all"))

@@ -376,18 +376,21 @@ class JobTruth(MeetingTruth):
 
     @property
     def is_over(self) -> bool:
-        """True also once all have met and take all jobs for done: none returns to open ones."""
+        """True once no progress is possible, or all groups have gathered and report all jobs done.
+
+        Gathered vehicles do not return to a job that is open in truth.
+        """
         have_met = self._n_meetings > 0 and not self._apart and not self._is_awaited
         return super().is_over or (have_met and self._done.issuperset(self._jobs))
 
     @property
     def jobs_as_they_are(self) -> Mapping[str, Job]:
-        """All jobs by name with their true demands, which a mission may know better than plans."""
+        """All jobs by name; missions override it if true demands differ from planned ones."""
         return self._jobs
 
     @property
     def jobs_done(self) -> Collection[str]:
-        """Names of jobs done; a mission may know better than the vehicles."""
+        """Jobs done, as vehicles report; missions with a ground truth of jobs override it."""
         return self._done
 
     def reachable_fraction(self, fleet: FleetView) -> float:

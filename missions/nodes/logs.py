@@ -1,15 +1,17 @@
-"""Logs of a node and their replay: the same vehicle and packets, without a modem.
+"""Logs of a node, and their replay without a modem, which reproduces its packets bit by bit.
 
 A log is a text file with one JSON object per line, flushed to disk line by line:
 
-* ``{"log": "remoras node", "version": ..., "plan": {...}, "began": {...}}`` first, with all inputs of the vehicle and
-the start of its mission as Unix time; * ``{"kind": "salt", ...}`` under a key, with the salt of the process; *
-``{"kind": "sent", "time_s": ..., "data": HEX}`` for an own packet, with the start of its slot; * ``{"kind": "heard",
-...}`` for a received packet with its reception time, twice for a duplicate; * ``{"kind": "fix", ...}`` for a fix of a
-real body, see ``missions.nodes.frontseat``; * ``{"kind": "lost", ...}`` for a packet lost here by a draw; a replay
-ignores it; * ``{"kind": "back", "time_s": ..., "data": ...}`` when a terminated node resumes; it was off since the
-previous line. Under a key it has a new salt, so that two nodes resumed from copies of one log share none; * ``{"kind":
-"end", "time_s": ..., "state_hash": ...}`` last, unless the node was killed.
+* ``{"log": "remoras node", "version": ..., "plan": {...}, "began": {...}}`` first: all inputs of the vehicle and the
+  start of its mission as Unix time;
+* ``{"kind": "salt", ...}``: salt of the process, only with an encryption key;
+* ``{"kind": "sent", "time_s": ..., "data": HEX}``: own packet, with the start of its slot;
+* ``{"kind": "heard", ...}``: received packet with its reception time; a duplicate has two lines;
+* ``{"kind": "fix", ...}``: position fix of a real body, see ``missions.nodes.frontseat``;
+* ``{"kind": "lost", ...}``: packet dropped at this receiver by a random draw; a replay ignores it;
+* ``{"kind": "back", "time_s": ..., "data": ...}``: restart of a terminated node, off since the previous line. With a
+  key, ``data`` is a new salt, so that two nodes resumed from copies of one log share none;
+* ``{"kind": "end", "time_s": ..., "state_hash": ...}`` last, unless the node was killed.
 """
 
 from __future__ import annotations
@@ -265,7 +267,10 @@ def gone_on(path: Path, plan: NodePlan) -> tuple[LoneVehicle, NodeLog, Paced]:
 
 
 def back(log: Logged, now_s: float) -> tuple[LoneVehicle, str]:
-    """Return the vehicle of an unfinished log, restarted at ``now_s`` (s), and a difference."""
+    """Return the vehicle of an unfinished log, restarted at ``now_s`` (s), and any difference.
+
+    The difference is the first unequal packet as text; empty if the replay equals the log.
+    """
     off_s = just_after(log.last_s)
     own = _hearing(log, [*log.pauses, (off_s, now_s)])
     difference = next(_differences(log.of(LineKind.SENT), own.solo.advance(off_s)), "")

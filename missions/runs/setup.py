@@ -151,7 +151,9 @@ def subjects_of(
     database: AUVDatabase,
     agreement: Agreement,
 ) -> Subjects | None:
-    """Return the subjects of the scenario's instances; None if every vehicle needs everything.
+    """Return the groups, roles and jobs that each instance concerns; they determine needs.
+
+    None if every vehicle needs all exchanged attributes, see ``communication.needs_follow``.
 
     Raises:
         PluginError: the mission's ``groups_of`` raises or returns anything but groups of the scenario.
@@ -241,7 +243,7 @@ class Setup:
 
     @cached_property
     def common_needs(self) -> NeedsIndex:
-        """Needs where every vehicle needs everything exchanged."""
+        """Needs by which every vehicle needs all exchanged attributes."""
         return needs_of_all(self.tbox, self.urgency, len(self.database))
 
     @property

@@ -154,7 +154,7 @@ class ChannelTable(TraceChannel, NetworkChannel, AcousticChannel, GilbertElliott
             return self.settings().mean_per(deployment)
 
     def assumed(self, deployment: Deployment | None = None, seed: int = 0) -> str:
-        """Return the assumptions of the model, of one run with ``deployment``, for captions."""
+        """Return the model's assumptions for captions; ``deployment`` None for several runs."""
         with self._file_there():
             return self.settings().assumed(deployment, seed)
 

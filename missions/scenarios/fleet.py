@@ -175,7 +175,7 @@ def with_starts_apart(scenario: Scenario) -> Scenario:
 
 
 def start_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
-    """Yield starts outside the world or too near to an earlier one in the layer, once each."""
+    """Yield faults of starts outside the world, or too near to an earlier one at that depth."""
     yield from scenario.world.outside((f"vehicle.{one.name}.start_m", one.start_m) for one in scenario.vehicle)
     separation_m, said = scenario.guidance.separation_m, set()
     for other, vehicle in itertools.combinations(scenario.vehicle, 2):
@@ -192,7 +192,7 @@ def start_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
 
 
 def _meet(one: VehicleTable, other: VehicleTable) -> bool:
-    """True if both vehicles are in one layer."""
+    """True if both vehicles start at the same depth, within ``SAME_DEPTH_M``."""
     return abs(one.depth_m - other.depth_m) <= SAME_DEPTH_M
 
 
@@ -216,14 +216,15 @@ class EquipmentItem(NamedTuple):
 
 
 def makes_sensors(kind: Any) -> bool:
-    """True for settings that define how their sensor is made."""
+    """True for a subclass of SensorSettings that defines ``make``."""
     return isinstance(kind, type) and issubclass(kind, SensorSettings) and kind.make is not SensorSettings.make
 
 
 def sensor_kind(reference: str, kinds: Mapping[str, type[SensorSettings]]) -> type[SensorSettings]:
-    """Return the kind of sensor of a reference as in ``type``; empty for the first of ``kinds``.
+    """Return the settings class that ``type`` of a ``[[vehicle.sensor]]`` names.
 
-    Raises PluginError if it is unknown, or no subclass of SensorSettings that defines ``make``.
+    An empty reference means the first of ``kinds``. Raises PluginError for an unknown name, or an object that is no
+    subclass of SensorSettings with ``make``.
     """
     if not reference and kinds:
         return next(iter(kinds.values()))
@@ -373,7 +374,7 @@ def common_equipment(
 ) -> tuple[tuple[Instance, ...], tuple[PropertyValue, ...]]:
     """Return all equipment as common instances, and its part-of facts.
 
-    Empty unless a role requires a capability. ``instances``: the preceding ones; a vehicle's uid is its slot.
+    Empty unless a role requires a capability. ``instances``: the preceding ones; a vehicle's uid is its node index.
     """
     if not any(role.requires and role.requires.capability for group in scenario.group for role in group.role):
         return (), ()

@@ -41,7 +41,7 @@ class WithMembers:
 
 @dataclass(frozen=True)
 class Concluding:
-    """Conclusions of this mission."""
+    """Rules that turn a vehicle's facts into statements: status, requests, choice, verdicts."""
 
     matching: Matching
     groups: Mapping[str, Group]
@@ -209,7 +209,7 @@ class Concluding:
         return max(at_last_s, *known_s) if len(known_s) == len(surveyed_s) else None
 
     def _recovers(self, me: str, organisation: Organisation) -> bool:
-        """True for the vehicle with the recovery."""
+        """True for the vehicle with the role of the recovery job."""
         return any(
             role.job == self.recovery and organisation.plays(me, group.name, role.name)
             for group in self.groups.values()

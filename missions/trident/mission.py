@@ -79,7 +79,7 @@ MOST_TILES = 1024
 
 
 def trident_faults(scenario: TridentScenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
-    """Yield all faults of blocks, target, services and choreography."""
+    """Yield configuration faults of survey blocks, target, services and choreography."""
     yield from _blocks(scenario)
     places_m = {"recovery.target_m": scenario.recovery.target_m}
     places_m["transponder.position_m"] = scenario.transponder.position_m if scenario.transponder else None
@@ -91,7 +91,7 @@ def trident_faults(scenario: TridentScenario, mission: type[Mission]) -> Iterato
 
 
 def _blocks(scenario: TridentScenario) -> Iterator[ConfigurationFault]:
-    """Yield blocks outside the world, too large, overlapping, or with taken names."""
+    """Yield faults of blocks: outside the world, too large, overlapping, or with a name in use."""
     tile_m, before = scenario.mission.tile_m, list[BlockTable]()
     taken = Counter([scenario.recovery.name, *(block.name for block in scenario.block), *scenario.taken_names()])
     for block in scenario.block:
@@ -112,7 +112,7 @@ def _blocks(scenario: TridentScenario) -> Iterator[ConfigurationFault]:
 
 
 def _services(scenario: TridentScenario, mission: type[Mission], tbox: TBox) -> Iterator[ConfigurationFault]:
-    """Yield unknown capabilities, activities without a service, and unknown services."""
+    """Yield faults of services: unknown names or capabilities, activities without a service."""
     named = {ontology_class.name: ontology_class.uid for ontology_class in tbox.classes}
     kinds = sorted(tbox.classes[uid].name for uid in tbox.subclasses(named[SERVICE]))
     modules = {
@@ -144,7 +144,7 @@ def _services(scenario: TridentScenario, mission: type[Mission], tbox: TBox) -> 
 
 
 def _named(key: str, table: ActivityTable | BlockTable, able: Collection[str]) -> Iterator[ConfigurationFault]:
-    """Yield planned services that cannot do an activity; a lack of any is reported elsewhere."""
+    """Yield faults of a planned or spare service: missing, or not among ``able``."""
     if not able:
         return
     if not table.service:
@@ -251,7 +251,7 @@ class TridentMission(JobMission):
 
     @classmethod
     def check(cls, scenario: TridentScenario) -> Iterable[ConfigurationFault]:
-        """Yield faults of blocks, services and choreography."""
+        """Yield configuration faults of survey blocks, target, services and choreography."""
         return trident_faults(scenario, cls)
 
     @classmethod

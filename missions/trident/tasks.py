@@ -110,7 +110,7 @@ def _bound(matching: Matching, there: Callable[..., frozenset[str]], activity: s
 
 
 def _missing(matching: Matching, there: Callable[..., frozenset[str]]) -> Method:
-    """Last alternative of a reacquisition, for a vehicle with verified finders."""
+    """Return the last method of reacquisition: report absence, if a finder passed its self-test."""
 
     def is_searched_for(facts: FactsLike, objective: Objective, data: VehicleData, candidate: str) -> bool:
         for name in matching.ways(FIND, data.name, facts, there(facts, objective)):
@@ -165,7 +165,7 @@ def _operators(matching: Matching) -> list[Operator]:
 
 
 def _is_localised(facts: FactsLike, job: str, candidate: str, service: str, after: str) -> bool:
-    """True unless the vehicle ``after`` still needs a fix."""
+    """True if no vehicle must take a fix first (``after`` empty), or ``after`` has one."""
     return not after or bool(facts.get(("fixedOn", after)))
 
 

@@ -164,7 +164,7 @@ def node(
 
 
 def _frontseat(given: str, start_utc: str, has_modem: bool) -> Frontseat:
-    """Front seat from a user's function; a default one without a name."""
+    """Return the front seat made by a user's function, or a default one without ``given``."""
     from missions.nodes.frontseat import Frontseat
     from missions.scenarios.parts import importable
     from remoras.errors import PluginError
@@ -199,7 +199,7 @@ def _listening(bind: str, vehicle: str) -> Socket:
 def _begun(
     plan: NodePlan, begins_s: float | None, speed: float, port: Socket | None, others: list[Address]
 ) -> tuple[LoneVehicle, Paced]:
-    """Vehicle and pace, from mission start or joined later if under way."""
+    """Return the vehicle and its mission clock; it joins a mission that is under way."""
     from exchange.drivers.seam import Paced
     from missions.nodes.alone import alone
 
@@ -234,7 +234,7 @@ def _driver(
 
 
 def _start(start: float | None, start_utc: str) -> float | None:
-    """Mission start by the machine's clock; None if not given."""
+    """Return the mission start by ``time.monotonic`` (s); None if no option gives it."""
     if start is not None and start_utc:
         fail("--start-utc: --start says it already; leave out one of them")
     now_s = now_by_machine()

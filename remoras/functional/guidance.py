@@ -73,7 +73,7 @@ class Detour:
         return goal[0] * ahead - goal[1] * left, goal[1] * ahead + goal[0] * left
 
     def note(self, goal: Velocity, velocity: Velocity, to_go_m: float, dt_s: float) -> None:
-        """Update with the wanted and the possible velocity (m/s) and the way to the target."""
+        """Update with the wanted and the possible velocity (m/s) and the distance to the target (m)."""
         speed_mps = length(*velocity)
         stands = speed_mps < STANDS_MPS and length(*goal) > WANTS_MPS and to_go_m > self._aside_m
         self._stood_s = self._stood_s + dt_s if stands else 0.0
@@ -148,7 +148,7 @@ class Guidance:
         return self.motion.speed_mps
 
     def slow_down(self, factor: float) -> None:
-        """Reduce every speed to this share."""
+        """Reduce every speed to this share, 0..1."""
         self._speed_factor = factor
 
     def heed(self, pulls: Pulls, peers: Peers) -> None:
@@ -278,7 +278,7 @@ NEARER_M, AT_M = 1.0, 5.0
 
 
 class Headway:
-    """Progress of one vehicle; ``is_lost`` is True while it makes none."""
+    """Progress of one vehicle to its target; ``is_lost`` is True from timeout to next progress."""
 
     def __init__(self) -> None:
         self.is_lost = False
@@ -286,7 +286,10 @@ class Headway:
         self._nearest_m, self._since_s = math.inf, 0.0
 
     def is_missing(self, reference: Reference | None, motion: Motion, now_s: float) -> bool:
-        """Return whether the vehicle makes no headway; no ``reference`` while another one is near."""
+        """Update with the position; return True each time ``NO_WAY_S`` pass without progress.
+
+        ``reference`` None, as while another vehicle obstructs this one, or at speed 0 restarts the interval.
+        """
         if reference is None or reference.speed_mps == 0.0:
             self._target_m = None
             return False

@@ -275,7 +275,11 @@ class Leadership:
     # Valid claims --------------------------------------------------------------------------------
 
     def counting(self, group: str) -> list[Claimed]:
-        """Return the valid claims to lead a group, the lesser ones first."""
+        """Return the valid claims of members to lead a group, in ascending order.
+
+        A claim is valid if the claimant led already, or once each leader by a lesser claim is presumed absent, has
+        acknowledged the claim or has left.
+        """
         if group in self._counting:
             return self._counting[group]
         counting: list[Claimed] = []
@@ -293,16 +297,16 @@ class Leadership:
         return counting
 
     def counts(self, group: str, claimed: Claimed) -> bool:
-        """Return whether a claim is valid."""
+        """Return whether a claim is valid; see ``counting``."""
         return claimed in self.counting(group)
 
     def is_member(self, group: str, claimed: Claimed) -> bool:
-        """Return False if membership depended on leading another group, which the claimant did not."""
+        """Return False if membership required leading another group, which the claimant did not."""
         of = self.groups[group].by_leading.get(claimed)
         return of is None or self.led(claimed.vehicle, of, claimed.since)
 
     def _has_led_since(self, group: str, claimed: Claimed) -> Age | None:
-        """Return the start of the claimant's lead, which it has not left itself; None without one."""
+        """Return since when the claimant led before its claim, without leaving; None if it did not."""
         left = [age for age in self._ends(group, claimed.vehicle) if age <= claimed.since]
         began = (age for age in self._begins(group, claimed.vehicle) if age < claimed.since)
         return min((age for age in began if not any(age < end for end in left)), default=None)
@@ -334,7 +338,10 @@ class Leadership:
         return [age for (name, age), to in ended.items() if name == vehicle and not self._is_void(group, name, age, to)]
 
     def _is_void(self, group: str, vehicle: str, age: Age, to: str | None) -> bool:
-        """Return whether ``to`` acknowledged the vehicle, or this claimed again, before its assent."""
+        """Return whether a vehicle's acknowledgement of ``to`` at ``age`` is void.
+
+        It is if, since the claim of ``to``, the vehicle had claimed itself or ``to`` had acknowledged the vehicle.
+        """
         if to is None:
             return False
         lead = self.groups[group]

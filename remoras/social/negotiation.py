@@ -109,7 +109,11 @@ class Negotiation:
     def heard_or_expected_s(
         self, heard_s: Mapping[str, float], names: Collection[str], now_s: float
     ) -> Mapping[str, float]:
-        """Return the time at which each vehicle was received, or its silence was last expected."""
+        """Return the later of last reception and last expected silence of each vehicle (s).
+
+        The plan expects silence during distant work. A vehicle without a negotiator expects any silence up to the
+        longest such work.
+        """
         expected: Collection[str] = self._expected
         if not self.takes_part:
             expected = [name for name in names if now_s - heard_s.get(name, 0.0) < self._longest_away_s]
@@ -137,7 +141,7 @@ class Negotiation:
                 self._heard.append(block)
 
     def note_added(self, now_s: float, left: Iterable[Fact]) -> None:
-        """Pass the roles that this vehicle declared released to the strategy in the next round."""
+        """Queue the roles that this vehicle declared released, as strategy input of the next round."""
         name = self._beliefs.name
         facts = tuple(
             (name(vehicle), LEFT_ROLE, name(role))
@@ -166,7 +170,7 @@ class Negotiation:
         return tuple(heard)
 
     def division(self, group: str) -> Mapping[str, str]:
-        """Return the owners of roles without holder that the negotiator knows."""
+        """Return the planned owners of roles without a holder, as far as the negotiator knows them."""
         negotiator = self._negotiators.get(group)
         return {} if negotiator is None else division_of(self._strategy, negotiator)
 

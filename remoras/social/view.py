@@ -38,7 +38,7 @@ FORMED_UNDER, FORMATION, DISSOLVED = FORMATION_ATTRIBUTES = ("formedUnder", "for
 
 
 class DatedRequest(NamedTuple):
-    """Request of a fact; ``number`` is of a formation or the encoded term of a claim, or None."""
+    """Request and its age; ``number``: formation number, encoded term of a claim, or None."""
 
     age: Age
     asked: Request
@@ -164,7 +164,7 @@ UNCHANGED = frozenset({Outcome.ROLE_ALREADY_HANDLED, Outcome.ROLE_NOT_HANDLED})
 
 
 class Formation(NamedTuple):
-    """State of a group formed at run time, of which the greater is valid.
+    """State of a group formed at run time; of two received states the greater is valid.
 
     ``rank`` is the negative node of the forming vehicle, 0 if dissolved. Requests older than ``since`` are void.
     """
@@ -209,7 +209,7 @@ def founding_holdings(organisation: Organisation) -> dict[RoleKey, Holding]:
 
 
 class Isolated(NamedTuple):
-    """Changes of an isolated vehicle for itself: at reconnection roles are undone, orders sent."""
+    """Provisional changes by an isolated vehicle; on reconnection roles are undone, orders sent."""
 
     taken: tuple[RoleAssignment, ...] = ()
     displaced: tuple[RoleAssignment, ...] = ()
@@ -281,11 +281,11 @@ class View:
         return asked.role == self.group(asked.group).head_role
 
     def stated(self, *about: str) -> Age:
-        """Return the place of the valid request; ``AGREED_BEFORE`` without one at run time."""
+        """Return the age of the valid request about a subject; ``AGREED_BEFORE`` without one."""
         return self.newest.get(about, AGREED_BEFORE)
 
     def formation(self, group: str) -> int:
-        """Return the number of known formations of a group."""
+        """Return the number of the latest known formation of a group at run time; 0 without one."""
         return self.formations.get(group, NEVER).number
 
     # Results of the last round -------------------------------------------------------------------

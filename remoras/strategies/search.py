@@ -205,7 +205,7 @@ class _Legs(dict[int, Outlook | None]):
 
 
 class Search:
-    """One search, with caches of job durations.
+    """Search for a job allocation of minimum makespan, with caches of job durations.
 
     Args:
         roles: roles to assign.

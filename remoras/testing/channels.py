@@ -35,7 +35,7 @@ N_STANDARD_ERRORS = 4.0
 
 
 class Question(NamedTuple):
-    """One packet and one receiver."""
+    """Arguments of ``LinkModel.p_loss``: packet, receiver and their distance."""
 
     packet: Transmission
     receiver: int
@@ -43,12 +43,12 @@ class Question(NamedTuple):
 
 
 def question(slot: int, sender: int, receiver: int, range_m: float) -> Question:
-    """Return a full packet sent at the start of a slot."""
+    """Return the question about a full packet sent at the start of a slot."""
     return Question(Transmission(slot, sender, slot * SLOT_S, MODEM.payload_bits), receiver, range_m)
 
 
 def questions(n: int, seed: int = 1) -> Iterator[Question]:
-    """Yield packets in random slots, evenly over links, at uniform distances."""
+    """Yield questions about packets in random slots, evenly over links, at uniform distances."""
     dice = Random(seed)
     for number in range(n):
         sender, receiver = PAIRS[number % len(PAIRS)]

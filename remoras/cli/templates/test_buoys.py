@@ -1,4 +1,4 @@
-"""Conformance of the mission in its scenario."""
+"""Conformance test of the mission in its own scenario."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Conformance of the metric."""
+"""Conformance test of the metric."""
 
 from closest import CLOSEST
 

@@ -1,4 +1,4 @@
-"""Conformance of the strategy; needs the package hypothesis."""
+"""Conformance test of the strategy; needs the package hypothesis."""
 
 from remoras.testing import conforms
 

@@ -1,4 +1,4 @@
-"""Conformance of the sensor, on a vehicle and in the world of a shipped scenario."""
+"""Conformance test of the sensor: mounted on AUV01, it samples a shipped scenario's world."""
 
 from thermometer import ThermometerSettings
 
