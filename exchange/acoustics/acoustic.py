@@ -147,10 +147,11 @@ class AcousticChannel(ChannelModel):
     def _plain_links(self, deployment: Deployment) -> BudgetLinks:
         modem = deployment.modem
         if modem.per_at_snr:
-            return MeasuredLinks(self.budget(deployment), 8 * modem.frame_bytes, modem.per_at_snr)
+            return MeasuredLinks(self.budget(deployment), modem.frame_bits, modem.per_at_snr)
         if modem.modulation is None:
             raise ValueError(f"modem {modem.name} has no modulation")
-        return AcousticLinks(self.budget(deployment), 8 * modem.frame_bytes, modem.modulation, Fading(self.fading))
+        modulation, fading = Modulation(modem.modulation), Fading(self.fading)
+        return AcousticLinks(self.budget(deployment), modem.frame_bits, modulation, fading)
 
     def mean_per(self, deployment: Deployment) -> float:
         """Return the mean loss of a full packet over ranges from 0 to the declared one."""

@@ -17,7 +17,7 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 from pydantic import BaseModel, ConfigDict, Field
 
 from exchange.acoustics.link import Bernoulli, GilbertElliott, LinkModel, Matrix, Perfect
-from exchange.acoustics.modems import Modem
+from exchange.acoustics.modems import Modem, Probability
 
 
 class LinkFileError(ValueError):
@@ -52,9 +52,6 @@ def number_in(text: str) -> float:
         return float(text)
     except ValueError:
         return math.nan
-
-
-Probability = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
 class OfVehicle(NamedTuple):

@@ -3,60 +3,76 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Literal
 
-from exchange.acoustics.error_rates import Modulation
+from pydantic import BaseModel, ConfigDict, Field
 
 FILE = "modems.toml"
 """File of the shipped profiles."""
 MEASURED = "table"
 """Modulation of a profile with measured losses."""
+LEAST_BYTES = 16
+"""Bytes of a packet besides acknowledgements: header, a signal, a block of one fact."""
+Positive = Annotated[float, Field(gt=0.0)]
+Probability = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
-@dataclass(frozen=True, slots=True)
-class Modem:
-    """Modem parameters for exchange and acoustic channel.
+class Profile(BaseModel):
+    """Modem parameters for exchange and acoustic channel, the keys of a table ``[NAME]``."""
 
-    Attributes:
-        payload_bytes: largest packet.
-        frame_bytes: independently lost part of a packet; the packet if it has no frames.
-        rate_bps: net rate during the payload.
-        head_s: time before the payload (preamble, cycle initialisation).
-        band_khz: lower and upper end of the band; None if unknown.
-        modulation: None if unknown or if losses were measured.
-        per_at_snr: measured losses: in-band signal-to-noise ratio (dB, rising), packet error rate of a whole frame.
-        margin_db: shortfall of the receiver against modulation or curve; fitted to the nominal range.
-        source_level_db: dB re 1 uPa at 1 m; None if unknown.
-        receive_w: listening power, used with ``communication.count_listening``, else part of ``hotel_w``; None if
-            unknown.
-        unverified: names of fields that are estimates without a source.
-        equipment: its class in the ontology.
-    """
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    title: str = Field("", description="one line for reports")
+    payload_bytes: int = Field(ge=LEAST_BYTES, le=65_535, description="largest packet")
+    frame_bytes: int | None = Field(
+        None, ge=1, le=65_535, description="size of its frames, lost independently; the packet if left out"
+    )
+    rate_bps: Positive = Field(description="net bit rate while the payload is sent")
+    head_s: float = Field(0.0, ge=0.0, description="transmission time before the payload")
+    range_m: Positive = Field(description="nominal range")
+    band_khz: tuple[Positive, Positive] | None = Field(
+        None, description="lower and upper end of the band; the channel acoustic needs it"
+    )
+    modulation: Literal["fsk-noncoherent", "fsk-coherent", "psk", "dpsk", "table"] | None = Field(
+        None, description="modulation, or table of measured losses; the channel acoustic needs it"
+    )
+    per_at_snr: tuple[tuple[float, Probability], ...] = Field(
+        (),
+        description="for modulation table: signal-to-noise ratio in the band (dB), rising, and packet error rate of a "
+        "whole frame",
+    )
+    margin_db: float = Field(
+        0.0,
+        ge=-100.0,
+        le=100.0,
+        description="implementation loss of the receiver against modulation or table; shipped ones fit nominal ranges",
+    )
+    source_level_db: float | None = Field(
+        None, ge=100.0, le=250.0, description="dB re 1 uPa at 1 m; the channel acoustic needs it, or a key of its own"
+    )
+    receive_w: float | None = Field(
+        None, ge=0.0, le=1000.0, description="power while listening, see communication.count_listening"
+    )
+    unverified: tuple[str, ...] = Field((), description="keys of this table whose values are estimates")
+    equipment: str = Field("AcousticModem", description="class in the ontology")
+
+
+class Modem(Profile):
+    """Profile with the modem's name."""
 
     name: str
-    payload_bytes: int
-    frame_bytes: int
-    rate_bps: float
-    head_s: float
-    range_m: float
-    title: str = ""
-    band_khz: tuple[float, float] | None = None
-    modulation: Modulation | None = None
-    per_at_snr: tuple[tuple[float, float], ...] = ()
-    margin_db: float = 0.0
-    source_level_db: float | None = None
-    receive_w: float | None = None
-    unverified: tuple[str, ...] = ()
-    equipment: str = "AcousticModem"
 
     @property
     def payload_bits(self) -> int:
         """Largest packet (bits)."""
         return 8 * self.payload_bytes
+
+    @property
+    def frame_bits(self) -> int:
+        """Size (bits) of an independently lost part of a packet."""
+        return 8 * (self.frame_bytes or self.payload_bytes)
 
     def packet_s(self, size_bits: int) -> float:
         """Return the transmission time (s) of a packet of ``size_bits``.
@@ -71,25 +87,4 @@ class Modem:
 def modems() -> dict[str, Modem]:
     """Return the shipped profiles by name."""
     text = Path(__file__).with_name(FILE).read_text(encoding="utf-8")
-    return {name: modem_of(name, profile) for name, profile in tomllib.loads(text).items()}
-
-
-def modem_of(name: str, profile: Mapping[str, Any]) -> Modem:
-    """Return the profile of a table with valid values.
-
-    >>> modem_of("own", {"payload_bytes": 48, "rate_bps": 300.0, "head_s": 0.2, "range_m": 1500.0}).packet_s(384)
-    1.48
-    """
-    values = {
-        "frame_bytes": profile["payload_bytes"],
-        **profile,
-        "unverified": tuple(profile.get("unverified", ())),
-    }
-    if "band_khz" in profile:
-        values["band_khz"] = tuple(profile["band_khz"])
-    if "modulation" in profile:
-        measured = profile["modulation"] == MEASURED
-        values["modulation"] = None if measured else Modulation(profile["modulation"])
-    if "per_at_snr" in profile:
-        values["per_at_snr"] = tuple(map(tuple, profile["per_at_snr"]))
-    return Modem(name=name, **values)
+    return {name: Modem(name=name, **profile) for name, profile in tomllib.loads(text).items()}

@@ -50,11 +50,11 @@ from exchange.acoustics.models import (
     Deployment,
     LinkFileError,
     LinkFileGoneError,
-    Probability,
     SettingFault,
     number_in,
     same_hash,
 )
+from exchange.acoustics.modems import Probability
 
 KINDS = "a TOML or CSV file"
 COLUMNS = ("sender", "receiver", "per")

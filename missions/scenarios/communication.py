@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 
-from exchange.acoustics.modems import MEASURED, Modem, modem_of, modems
+from exchange.acoustics.modems import LEAST_BYTES, MEASURED, Modem, Profile, modems
 from exchange.errors import ExchangeError
 from exchange.policies import POLICIES, AckPolicy, checked_policy, header_bits
 from exchange.queueing.limits import Deadline, Goby
@@ -26,7 +26,7 @@ from missions.files import LARGEST_BYTES, is_file, shown, text_of
 from missions.scenarios.tables import QUEUE_LIMIT, one_of, with_features
 from remoras.errors import PluginError
 from remoras.plugins import faults_of, named_object
-from remoras.table import NotNegative, Positive, Probability, Section, Sparse
+from remoras.table import NotNegative, Section, Sparse
 from worldmodel import suggestion
 
 if TYPE_CHECKING:
@@ -36,46 +36,10 @@ MODEMS, MODEM = "modem", "communication.modem"
 """Table with a user's modems by name, and the key of the modem in use."""
 CURVE = "per_at_snr"
 """Key of measured losses."""
-LEAST_BYTES = 16
-"""Bytes of a packet besides acknowledgements: header, a signal, a block of one fact."""
 
 
-class ModemTable(Section):
-    """One ``[modem.NAME]``: the profile of a modem."""
-
-    title: str = Field("", description="one line for reports")
-    payload_bytes: int = Field(ge=LEAST_BYTES, le=65_535, description="largest packet")
-    frame_bytes: int | None = Field(
-        None, ge=1, le=65_535, description="size of its frames, lost independently; the packet if left out"
-    )
-    rate_bps: Positive = Field(description="net bit rate while the payload is sent")
-    head_s: NotNegative = Field(0.0, description="transmission time before the payload")
-    range_m: Positive = Field(description="nominal range")
-    band_khz: tuple[Positive, Positive] | None = Field(
-        None, description="lower and upper end of the band; the channel acoustic needs it"
-    )
-    modulation: Literal["fsk-noncoherent", "fsk-coherent", "psk", "dpsk", "table"] | None = Field(
-        None, description="modulation, or table of measured losses; the channel acoustic needs it"
-    )
-    per_at_snr: tuple[tuple[float, Probability], ...] = Field(
-        (),
-        description="for modulation table: signal-to-noise ratio in the band (dB), rising, and packet error rate of a "
-        "whole frame",
-    )
-    margin_db: float = Field(
-        0.0,
-        ge=-100.0,
-        le=100.0,
-        description="implementation loss of the receiver against modulation or table; shipped ones fit nominal ranges",
-    )
-    source_level_db: float | None = Field(
-        None, ge=100.0, le=250.0, description="dB re 1 uPa at 1 m; the channel acoustic needs it, or a key of its own"
-    )
-    receive_w: float | None = Field(
-        None, ge=0.0, le=1000.0, description="power while listening, see communication.count_listening"
-    )
-    unverified: tuple[str, ...] = Field((), description="keys of this table whose values are estimates")
-    equipment: str = Field("AcousticModem", description="class in the ontology")
+class ModemTable(Section, Profile):
+    """Table ``[modem.NAME]``."""
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
         """Yield contradictions of frame size, band and measured curve."""
@@ -106,7 +70,7 @@ def modem_named(name: str, own: Mapping[str, ModemTable]) -> Modem:
     >>> modem_named("nanomodem-v3", {}).payload_bytes
     64
     """
-    return modem_of(name, own[name].model_dump(mode="json", exclude_none=True)) if name in own else modems()[name]
+    return Modem(name=name, **dict(own[name])) if name in own else modems()[name]
 
 
 def modem_in(scenario: Scenario) -> Modem | None:

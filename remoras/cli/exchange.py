@@ -352,7 +352,7 @@ def _reach(scenario: Scenario, ranges_m: Sequence[float]) -> ModemReach:
         )
         for range_m in ranges_m
     )
-    return ModemReach(modem.name, modem.range_m, math.ceil(modem.payload_bytes / modem.frame_bytes), points)
+    return ModemReach(modem.name, modem.range_m, math.ceil(modem.payload_bits / modem.frame_bits), points)
 
 
 def _drawn(scenario: Scenario, ranges_m: Sequence[float], n_packets: int, seed: int) -> tuple[DrawnPackets, ...]:

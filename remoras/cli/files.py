@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 import typer
 
-from exchange.acoustics.modems import Modem, modems
+from exchange.acoustics.modems import MEASURED, Modem, modems
 from exchange.acoustics.network import shipped as shipped_networks
 from exchange.acoustics.shipped import CHANNELS
 from exchange.policies import POLICIES
@@ -355,7 +355,7 @@ def _of_modem(modem: Modem) -> str:
     def marked(key: str, text: str) -> str:
         return f"{text}{UNVERIFIED}" if key in modem.unverified else text
 
-    n_frames = -(-modem.payload_bytes // modem.frame_bytes)
+    n_frames = -(-modem.payload_bits // modem.frame_bits)
     frames = f" ({n_frames} frames)" if n_frames > 1 else ""
     parts = [
         f"{modem.payload_bytes} B{frames} in {modem.packet_s(modem.payload_bits):.2f} s",
@@ -363,7 +363,7 @@ def _of_modem(modem: Modem) -> str:
         marked("head_s", f"head {modem.head_s:g} s"),
         marked("range_m", f"range {modem.range_m:g} m"),
         "band unknown" if modem.band_khz is None else marked("band_khz", "{:g}-{:g} kHz".format(*modem.band_khz)),
-        _losses_of(modem) if modem.modulation is None else marked("modulation", modem.modulation.value),
+        _losses_of(modem) if modem.modulation in (None, MEASURED) else marked("modulation", modem.modulation),
         "source level unknown"
         if modem.source_level_db is None
         else marked("source_level_db", f"{modem.source_level_db:g} dB re 1 uPa at 1 m"),

@@ -10,14 +10,13 @@ from hypothesis import strategies as st
 
 from exchange.acoustics.acoustic import AcousticChannel
 from exchange.acoustics.channel import BroadcastChannel
-from exchange.acoustics.error_rates import Modulation
 from exchange.acoustics.link import Perfect, Transmission
 from exchange.acoustics.models import Deployment
 from exchange.acoustics.modems import modems
 from exchange.schedule import TdmaSchedule
 
 NANO = modems()["nanomodem-v3"]
-FSK = replace(NANO, modulation=Modulation.FSK_NONCOHERENT, per_at_snr=())
+FSK = NANO.model_copy(update={"modulation": "fsk-noncoherent", "per_at_snr": ()})
 """The nanomodem as if its bits were tones and its losses not measured."""
 FLEET = Deployment({"Boat": 0, "Diver": 1}, (0.0, 200.0), FSK, 4000.0, 3600.0)
 LOUD = [modem for modem in modems().values() if modem.source_level_db is not None]
@@ -140,4 +139,4 @@ def test_a_profile_without_source_level_is_refused_in_words():
 def test_a_profile_marks_only_what_it_has(modem: object):
     assert all(getattr(modem, key) is not None for key in modem.unverified)
     assert 0.0 < modem.band_khz[0] < modem.band_khz[1]
-    assert modem.payload_bytes % modem.frame_bytes == 0
+    assert modem.payload_bits % modem.frame_bits == 0
