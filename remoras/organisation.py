@@ -14,13 +14,16 @@ Every operation returns ``(organisation, outcome)``; if refused, the unchanged o
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Iterable, Mapping, Set
+from collections.abc import Iterable, Iterator, Mapping, Set
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
 from typing import Any, NamedTuple
 
+from pydantic import Field
+
 from remoras.errors import OrganisationError
+from remoras.table import Section
 
 
 class Outcome(Enum):
@@ -78,13 +81,17 @@ class RoleSpecification:
     authority: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Subgroups:
-    """Demand for ``minimum``..``maximum`` subgroups of a template; None means any number."""
+class Subgroups(Section):
+    """Number of subgroups of a template that a group has, one ``[[group.subgroup]]``."""
 
-    template: str
-    minimum: int = 0
-    maximum: int | None = None
+    template: str = Field(description="template of the subgroups")
+    minimum: int = Field(0, ge=0, description="minimum subgroups of it")
+    maximum: int | None = Field(None, ge=1, description="maximum subgroups of it; any number if absent")
+
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        """Yield a minimum above the maximum."""
+        if self.maximum is not None and self.minimum > self.maximum:
+            yield "minimum", f"allowed: 0 to maximum = {self.maximum}"
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,7 +24,7 @@ from missions.scenarios.scenario import GroupTable, Scenario, VehicleTable
 from remoras.database import AUVDatabase, VehicleData
 from remoras.errors import PluginError
 from remoras.mission import Mission
-from remoras.organisation import Group, RoleKey, RoleSpecification, Subgroups
+from remoras.organisation import Group, RoleKey, RoleSpecification
 from remoras.plugins import asked_for, faults_of, look_in, named_object, refuse_unshipped
 from remoras.recorder import Table
 from remoras.sensor import SensorSettings
@@ -300,6 +300,5 @@ def _group(table: GroupTable, excluded: Mapping[RoleKey, set[RoleKey]], template
         )
         for role in table.role
     )
-    subgroups = tuple(Subgroups(subgroup.template, subgroup.minimum, subgroup.maximum) for subgroup in table.subgroup)
-    place = table.within, templates, subgroups, table.formed_by
+    place = table.within, templates, table.subgroup, table.formed_by
     return Group(table.name, roles, table.rally_point, table.mission, table.succession, *place)

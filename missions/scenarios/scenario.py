@@ -21,6 +21,7 @@ from missions.scenarios.tables import with_features
 from remoras.attraction import GuidanceTable
 from remoras.cards import card, number_text
 from remoras.executive.satisfaction import DecisionTable
+from remoras.organisation import Subgroups
 from remoras.table import Name, NotNegative, PointM, Positive, Section, Sparse, one_or_more, unless
 
 BY_GROUPS: Final = "groups"
@@ -167,19 +168,6 @@ class Role(Sparse):
             yield "minimum", f"allowed: 0 to maximum = {self.maximum}"
 
 
-class SubgroupTable(Section):
-    """One ``[[group.subgroup]]``: number of subgroups of a template."""
-
-    template: str = Field(description="template of the subgroups")
-    minimum: int = Field(0, ge=0, description="minimum subgroups of it")
-    maximum: int | None = Field(None, ge=1, description="maximum subgroups of it; any number if absent")
-
-    def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Yield a minimum above the maximum."""
-        if self.maximum is not None and self.minimum > self.maximum:
-            yield "minimum", f"allowed: 0 to maximum = {self.maximum}"
-
-
 class GroupTable(Sparse):
     """One ``[[group]]``."""
 
@@ -191,7 +179,7 @@ class GroupTable(Sparse):
         None, description="[[group_template]] whose keys and roles it inherits, in addition to or overridden by its own"
     )
     within: str | None = Field(None, description="parent group, whose leader supervises it")
-    subgroup: tuple[SubgroupTable, ...] = Field((), description="number of subgroups per template; any if absent")
+    subgroup: tuple[Subgroups, ...] = Field((), description="number of subgroups per template; any if absent")
     rally_point: str = Field(description="rally point of the group")
     mission: str | None = Field(None, description="initial mission; else assigned at run time")
     formed_by: str | None = Field(

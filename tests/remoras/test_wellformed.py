@@ -7,7 +7,11 @@ import pytest
 from remoras.nesting import Defect, Malformed, specification_faults
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification, Subgroups
 
-FLEET = Group("Fleet", (RoleSpecification("Tactician", 1, 2, founding=True),), subgroups=(Subgroups("Team", 1, 1),))
+FLEET = Group(
+    "Fleet",
+    (RoleSpecification("Tactician", 1, 2, founding=True),),
+    subgroups=(Subgroups(template="Team", minimum=1, maximum=1),),
+)
 TEAM = Group(
     "Team",
     (

@@ -76,7 +76,7 @@ def test_instances_have_the_roles_of_their_template_and_keys_of_their_own() -> N
         assert coordinator is not None
         assert coordinator.head
         assert coordinator.played_by == ("Fleet", "Tactician")
-    assert groups["Fleet"].subgroups == (Subgroups("Team", 3, 3),)
+    assert groups["Fleet"].subgroups == (Subgroups(template="Team", minimum=3, maximum=3),)
 
 
 def test_the_later_parent_wins_and_own_keys_win_over_all() -> None:
