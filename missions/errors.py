@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
+
+from worldmodel import suggestion
 
 LONGEST_VALUE, LONGEST_KEY = 200, 160
 """Greatest length of a value, and of a key or file, in messages."""
@@ -47,6 +49,13 @@ class ConfigurationFault:
         where = f"{name}:{self.line}" if self.line else name
         given = f" = {cut(self.given, LONGEST_VALUE)}" if self.given else ""
         return f"{where}: {cut(self.key, LONGEST_KEY)}{given}: {self.allowed}"
+
+
+def one_of(key: str, given: Any, allowed: Sequence[str]) -> Iterator[ConfigurationFault]:
+    """Yield a fault, with the nearest name, if a text is not allowed."""
+    if isinstance(given, str) and given not in allowed:
+        hint = suggestion(given, allowed)
+        yield ConfigurationFault(key, f'"{given}"', f"allowed: {', '.join(allowed) or 'none'}{hint}")
 
 
 class MissionsError(Exception):

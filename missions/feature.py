@@ -73,7 +73,7 @@ class Feature:
         slower: largest relative loss of speed against the data, and its key.
         place_error_m: position error accumulated in the time of a fix (m); None without position errors.
         locating: vehicles near which others obtain fixes.
-        water: current, see ``missions.scenarios.tables.water``; None for still water.
+        water: current, see ``missions.scenarios.features.water``; None for still water.
         for_all: those of ``states`` that all need, if needs follow from groups.
         strategy: returns the strategy of the runs.
     """

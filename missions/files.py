@@ -12,7 +12,7 @@ import shlex
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 from missions.errors import LONGEST_VALUE, ConfigurationError, ConfigurationFault, cut
 
@@ -279,3 +279,8 @@ def keys_of_options(
         ("per", "channel.per", per),
     )
     return [given for given in options if given[2] is not None]
+
+
+def is_number(value: object) -> TypeGuard[float]:
+    """True for a finite number; False for a truth value."""
+    return type(value) in (int, float) and math.isfinite(value)  # type: ignore[arg-type]

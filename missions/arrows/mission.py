@@ -39,14 +39,13 @@ from missions.arrows.seafloor import (
     rates_of,
 )
 from missions.arrows.truth import FLEET_MAPS, IDENTIFIED, MAPS, ArrowsTruth
-from missions.errors import ConfigurationFault
+from missions.errors import ConfigurationFault, one_of
 from missions.figure import Declared, Place
 from missions.meeting.job_mission import WORK, JobMission
 from missions.meeting.meeting import OBJECTIVES, Pursuit, importance_of
 from missions.meeting.truth import JOBS
 from missions.metric import Metric
 from missions.scenarios.parts import database_of
-from missions.scenarios.tables import one_of
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import Behaviour
 from remoras.database import VehicleData

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
-from missions.errors import ConfigurationFault
+from missions.errors import ConfigurationFault, one_of
+from missions.files import is_number
 from missions.scenarios.faults import DeclaredFault, FaultOfSensors
 from missions.scenarios.knowledge import words_in
-from missions.scenarios.tables import is_number, one_of
 from remoras.condition import Condition
 from remoras.sensor import Observation
 from remoras.table import PointM

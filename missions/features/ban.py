@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING
 
 from pydantic import Field
 
-from missions.errors import ConfigurationFault
+from missions.errors import ConfigurationFault, one_of
 from missions.feature import Feature, Joining
-from missions.scenarios.tables import one_of
 from remoras.events import Host, Observer, Says, say_at
 from remoras.table import NotNegative, Positive, Section
 from worldmodel import ontology_path

@@ -18,7 +18,7 @@ from exchange.arithmetic import length
 from missions.errors import ConfigurationFault
 from missions.feature import Feature, Joining
 from missions.files import shown
-from missions.scenarios.tables import slower_by
+from missions.scenarios.features import slower_by
 from remoras.current import Current, Surge, Velocity, through_water
 from remoras.events import Host, Observer
 from remoras.functional.guidance import Guidance

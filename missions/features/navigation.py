@@ -28,10 +28,9 @@ from pydantic import Field
 
 from exchange.acoustics import loss
 from exchange.arithmetic import TAU, distance, length
-from missions.errors import ConfigurationFault
+from missions.errors import ConfigurationFault, one_of
 from missions.feature import Feature, Joining
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
-from missions.scenarios.tables import one_of
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType
 from remoras.behaviours import CAPTURE_M, DUE, IDLE, Behaviour, Perception, Reference, distance_m
 from remoras.events import Host, Observer

@@ -15,12 +15,11 @@ from typing import TYPE_CHECKING
 from pydantic import Field
 
 from exchange.queueing.limits import Expired
-from missions.errors import ConfigurationFault
+from missions.errors import ConfigurationFault, one_of
 from missions.feature import Feature, Joining
 from missions.files import shown
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 from missions.scenarios.knowledge import words_in, words_of
-from missions.scenarios.tables import one_of, span_faults
 from remoras.events import Host, Observer, Says, say_at
 from remoras.run_log import DELIVERIES
 from remoras.social.needs import GroupNeeds
@@ -321,7 +320,11 @@ def need_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[Configur
         key = f"need.{number}"
         yield from one_of(f"{key}.attribute", table.attribute, attributes)
         yield from one_of(f"{key}.vehicle", table.vehicle, [ALL, *scenario.vehicle_names])
-        yield from span_faults(key, table.from_s, table.until_s, scenario.scenario.duration_s)
+        if table.from_s >= (end_s := scenario.scenario.duration_s):
+            allowed = f"must be below scenario.duration_s = {end_s:g}, when the mission is over"
+            yield ConfigurationFault(f"{key}.from_s", "", allowed)
+        if table.until_s is not None and table.until_s <= table.from_s:
+            yield ConfigurationFault(f"{key}.until_s", "", f"must be above from_s = {table.from_s:g}")
         if table.attribute in communication.needs:  # the merged requirements apply
             names = [name for name in ("ttl_s", "blackout_s", "queue_limit") if getattr(table, name)]
             allowed = (

@@ -57,13 +57,13 @@ from missions.meeting.job_mission import (
     founding_of,
     job_role,
     listed_faults,
+    numbered,
     with_job_roles,
 )
 from missions.meeting.meeting import Pursuit
 from missions.meeting.staying import DONE_BY, THERE_M
 from missions.metric import Metric
 from missions.scenarios.scenario import Role
-from missions.scenarios.tables import numbered
 from remoras.activities import Objective
 from remoras.behaviours import Behaviour
 from remoras.database import VehicleData

@@ -12,8 +12,8 @@ from missions.mapping.ground import Ground, grounds_of
 from missions.mapping.sensors import COVERAGE, SIGHTINGS
 from missions.mapping.truth import GOAL
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
+from missions.scenarios.features import place_error_m
 from missions.scenarios.scenario import Scenario
-from missions.scenarios.tables import place_error_m
 from missions.stated import places_m
 
 if TYPE_CHECKING:

@@ -31,7 +31,7 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
-from missions.errors import ConfigurationFault
+from missions.errors import ConfigurationFault, one_of
 from missions.figure import Declared, Place
 from missions.mapping.behaviours import MappingAlong, WorkLeft, ZigzagExploring, formation_of, positioning, room_of
 from missions.mapping.detections import (
@@ -74,9 +74,9 @@ from missions.mapping.tasks import (
 from missions.mapping.truth import GOAL, MappingTruth
 from missions.meeting.meeting import OBJECTIVES, Meeting, importance_of
 from missions.metric import Metric
+from missions.scenarios.features import place_error_m
 from missions.scenarios.organisation import FORMATION_WORDS
 from missions.scenarios.parts import database_of, groups_of
-from missions.scenarios.tables import one_of, place_error_m
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import Behaviour, Homing
 from remoras.beliefs import Beliefs, Key, Known

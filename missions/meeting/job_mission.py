@@ -107,6 +107,15 @@ def with_needs(scenario: Tables, needs: Mapping[str, int]) -> Tables:
     return scenario.model_copy(update={"communication": stated})
 
 
+def numbered(kind: str, number: int) -> tuple[str, ...]:
+    """Return numbered names.
+
+    >>> numbered("lift", 2)
+    ('lift 1', 'lift 2')
+    """
+    return tuple(f"{kind} {n}" for n in range(1, number + 1))
+
+
 def listed_faults(
     scenario: Scenario, kind: str, *keys: str, taken: Collection[str] = ()
 ) -> Iterator[ConfigurationFault]:

@@ -16,7 +16,15 @@ from exchange.acoustics import loss
 from exchange.arithmetic import distance
 from missions.errors import ConfigurationFault
 from missions.figure import Declared, Place
-from missions.meeting.job_mission import JobMission, JobScenario, JobSettings, job_role, listed_faults, with_job_roles
+from missions.meeting.job_mission import (
+    JobMission,
+    JobScenario,
+    JobSettings,
+    job_role,
+    listed_faults,
+    numbered,
+    with_job_roles,
+)
 from missions.meeting.meeting import Pursuit
 from missions.meeting.staying import DONE_BY
 from missions.metric import Metric
@@ -35,7 +43,6 @@ from missions.minehunting.imagery import (
     beside_contact,
 )
 from missions.minehunting.truth import CLASSIFICATIONS, FIGURES, METRICS, MinehuntingTruth
-from missions.scenarios.tables import numbered
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import Behaviour
 from remoras.beliefs import Beliefs

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from exchange.arithmetic import distance
-from missions.errors import ConfigurationFault
+from missions.errors import ConfigurationFault, one_of
 from missions.figure import Declared, Place
 from missions.meeting.job_mission import WORK, JobMission, with_job_roles, with_needs
 from missions.meeting.meeting import importance_of
@@ -42,7 +42,6 @@ from missions.pandora.sensors import LOOKS, TURNS, ArmSettings, CameraSettings, 
 from missions.pandora.structure import PlannedPart, planned_parts, structure_of
 from missions.pandora.truth import MET, SERVICED, PandoraTruth
 from missions.scenarios.scenario import Role
-from missions.scenarios.tables import one_of
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import Behaviour
 from remoras.beliefs import Key

@@ -9,7 +9,7 @@ from pydantic import Field, field_validator
 
 from missions.meeting.job_mission import JobScenario, JobSettings
 from missions.pandora.sequential import threshold
-from missions.scenarios.tables import water
+from missions.scenarios.features import water
 from remoras.table import Name, PointM, Positive, Section, Sparse
 
 if TYPE_CHECKING:

@@ -17,9 +17,9 @@ from missions.runs.organisation_metrics import (
     n_refused_acts,
     view_divergence,
 )
+from missions.scenarios.features import features
 from missions.scenarios.parts import METRICS, metric_named, mission_class, modem_energy
 from missions.scenarios.scenario import Scenario
-from missions.scenarios.tables import features
 from missions.stated import stated
 from remoras.contents import Content
 from remoras.mission import Mission

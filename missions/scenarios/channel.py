@@ -33,10 +33,10 @@ from exchange.acoustics.network import NetworkChannel, file_in
 from exchange.acoustics.shipped import CHANNELS
 from exchange.acoustics.trace import TraceChannel
 from missions.document import Document
-from missions.errors import ConfigurationError, ConfigurationFault
-from missions.files import text_of
+from missions.errors import ConfigurationError, ConfigurationFault, one_of
+from missions.files import is_number, text_of
 from missions.scenarios.communication import modem_in
-from missions.scenarios.tables import is_number, one_of, used_in
+from missions.scenarios.features import used_in
 from remoras.errors import PluginError
 from remoras.plugins import faults_of, named_object
 from remoras.table import NotNegative, Section, Sparse

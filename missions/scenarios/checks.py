@@ -12,18 +12,18 @@ from functools import partial
 from typing import Any
 
 from missions.document import well_formed
-from missions.errors import ConfigurationFault
+from missions.errors import ConfigurationFault, one_of
 from missions.figure import Figure, Layer, Mark, Place
 from missions.files import is_named
 from missions.scenarios.channel import channel_faults, guard_faults
 from missions.scenarios.communication import communication_faults, modem_faults
 from missions.scenarios.faults import draw_faults, fault_table_faults, own_faults
+from missions.scenarios.features import used_in
 from missions.scenarios.fleet import equipment_faults, start_faults
 from missions.scenarios.knowledge import vocabulary_faults
 from missions.scenarios.organisation import formation_faults, organisation_faults, playable_faults, player_faults
 from missions.scenarios.parts import database_of, groups_of, metric_faults, strategy_named
 from missions.scenarios.scenario import BY_GROUPS, HELD, Scenario
-from missions.scenarios.tables import one_of, used_in
 from remoras.activities import Objective
 from remoras.errors import PluginError
 from remoras.htn import Domain

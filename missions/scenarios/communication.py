@@ -21,9 +21,9 @@ from exchange.queueing.limits import Deadline, Goby
 from exchange.values import ADDITIVE, Age, ValueRule
 from exchange.wire.sealing import Seal, key_in
 from missions.document import Document
-from missions.errors import ConfigurationFault
+from missions.errors import ConfigurationFault, one_of
 from missions.files import LARGEST_BYTES, is_file, shown, text_of
-from missions.scenarios.tables import QUEUE_LIMIT, one_of, with_features
+from missions.scenarios.features import with_features
 from remoras.errors import PluginError
 from remoras.plugins import faults_of, named_object
 from remoras.table import NotNegative, Section, Sparse
@@ -200,7 +200,7 @@ class Communication(Sparse):
         description="rule for the value of queued items: additive, goby, age, deadline, or package.module:object",
     )
     queue_limit: int = Field(
-        QUEUE_LIMIT,
+        10_000,
         ge=1,
         le=1_000_000,
         description="maximum number of items in the queue of a vehicle; others wait outside",

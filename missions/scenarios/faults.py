@@ -25,10 +25,9 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from missions.document import well_formed
-from missions.errors import ConfigurationFault
+from missions.errors import ConfigurationFault, one_of
 from missions.fault import Absence, kinds
-from missions.files import shown
-from missions.scenarios.tables import is_number, one_of
+from missions.files import is_number, shown
 from remoras.condition import SOUND, Condition
 from remoras.database import AUVDatabase, VehicleData
 from remoras.errors import PluginError

@@ -24,12 +24,11 @@ from pydantic import ValidationError
 
 from exchange.acoustics.modems import Modem
 from exchange.arithmetic import distance
-from missions.errors import ConfigurationFault
+from missions.errors import ConfigurationFault, one_of
 from missions.files import shown
 from missions.scenarios.communication import MODEMS, Communication, modem_in
 from missions.scenarios.knowledge import words_in
 from missions.scenarios.scenario import MAX_VEHICLES, SPACING_M, Role, Scenario, VehicleTable
-from missions.scenarios.tables import one_of
 from remoras.errors import PluginError
 from remoras.mission import Mission
 from remoras.plugins import named_object

@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import Field, create_model
 
-from missions.errors import ConfigurationError, ConfigurationFault
+from missions.errors import ConfigurationError, ConfigurationFault, one_of
 from missions.files import is_file, shown, text_of
-from missions.scenarios.tables import one_of
 from remoras.mission import Mission
 from remoras.table import NotNegative, Positive, Section, Sparse
 from worldmodel import OntologyError, PruneRule, Source, TBox, core_ontology_paths, read_tbox

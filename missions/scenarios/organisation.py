@@ -19,11 +19,10 @@ from typing import Any, TypeVar
 from pydantic import Field
 
 from missions.document import Document, validated
-from missions.errors import ConfigurationFault
+from missions.errors import ConfigurationFault, one_of
 from missions.files import LARGEST_BYTES, is_file, shown, text_of
 from missions.scenarios.fleet import lacking
 from missions.scenarios.scenario import GroupTable, Role, Scenario
-from missions.scenarios.tables import one_of
 from remoras.faults import HEAD_OF
 from remoras.mission import Mission
 from remoras.organisation import RoleKey

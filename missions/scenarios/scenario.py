@@ -16,8 +16,8 @@ from missions.errors import ConfigurationFault
 from missions.scenarios.channel import ChannelTable
 from missions.scenarios.communication import Communication, ModemTable, modem_named
 from missions.scenarios.faults import DeclaredFault
+from missions.scenarios.features import with_features
 from missions.scenarios.knowledge import WorldModelTable
-from missions.scenarios.tables import with_features
 from remoras.attraction import GuidanceTable
 from remoras.cards import card, number_text
 from remoras.executive.satisfaction import DecisionTable

@@ -8,16 +8,16 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import ClassVar
 
-from missions.errors import ConfigurationFault
+from missions.errors import ConfigurationFault, one_of
 from missions.figure import Mark, Place, Tiles
 from missions.meeting.job_mission import JobMission, with_needs
 from missions.meeting.meeting import Pursuit, importance_of
 from missions.meeting.truth import JOBS
+from missions.scenarios.features import locating
 from missions.scenarios.fleet import sensors_of
 from missions.scenarios.knowledge import words_in
 from missions.scenarios.parts import database_of
 from missions.scenarios.scenario import VehicleTable
-from missions.scenarios.tables import locating, one_of
 from missions.trident.behaviours import (
     AwaitingPartner,
     Escorting,

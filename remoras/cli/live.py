@@ -16,8 +16,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any
 
-from missions.files import shown
-from missions.scenarios.tables import is_number
+from missions.files import is_number, shown
 from remoras.cli.app import shortened
 from remoras.collecting import rare_collections
 

@@ -11,7 +11,7 @@ import pytest
 
 from missions.files import shipped
 from missions.scenarios import load
-from missions.scenarios.tables import features, used_in
+from missions.scenarios.features import features, used_in
 
 ROOT = Path(__file__).parents[2]
 WITHOUT = """
@@ -27,7 +27,7 @@ from missions.errors import ConfigurationError
 from missions.runs.run import run
 from missions.runs.summary import summary
 from missions.scenarios import load
-from missions.scenarios.tables import features
+from missions.scenarios.features import features
 
 def refused(name, *settings):
     try:

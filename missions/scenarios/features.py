@@ -1,4 +1,4 @@
-"""Checks common to many tables, and the keys that features add to tables.
+"""Features of scenarios: keys that they add to tables, and effects on vehicles and water.
 
 A feature (``missions.feature.Feature``) is ``Any`` here, since features depend on scenarios, not vice versa.
 """
@@ -6,53 +6,14 @@ A feature (``missions.feature.Feature``) is ``Any`` here, since features depend 
 from __future__ import annotations
 
 import importlib
-import math
 import pkgutil
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
-from typing import Any, TypeGuard, TypeVar
+from typing import Any, TypeVar
 
-from pydantic import (
-    create_model,
-)
+from pydantic import create_model
 
-from missions.errors import ConfigurationFault
 from remoras.table import Sparse
-from worldmodel import suggestion
-
-QUEUE_LIMIT = 10_000
-"""Default limit on a vehicle's queue."""
-
-
-def numbered(kind: str, number: int) -> tuple[str, ...]:
-    """Return numbered names.
-
-    >>> numbered("lift", 2)
-    ('lift 1', 'lift 2')
-    """
-    return tuple(f"{kind} {n}" for n in range(1, number + 1))
-
-
-def one_of(key: str, given: Any, allowed: Sequence[str]) -> Iterator[ConfigurationFault]:
-    """Yield a fault, with the nearest name, if a text is not allowed."""
-    if isinstance(given, str) and given not in allowed:
-        hint = suggestion(given, allowed)
-        yield ConfigurationFault(key, f'"{given}"', f"allowed: {', '.join(allowed) or 'none'}{hint}")
-
-
-def span_faults(key: str, from_s: float, until_s: float | None, end_s: float) -> Iterator[ConfigurationFault]:
-    """Yield an impossible start or end of a table at ``key``; ``end_s``: of the mission."""
-    if from_s >= end_s:
-        allowed = f"must be below scenario.duration_s = {end_s:g}, when the mission is over"
-        yield ConfigurationFault(f"{key}.from_s", "", allowed)
-    if until_s is not None and until_s <= from_s:
-        yield ConfigurationFault(f"{key}.until_s", "", f"must be above from_s = {from_s:g}")
-
-
-def is_number(value: object) -> TypeGuard[float]:
-    """True for a finite number; False for a truth value."""
-    return type(value) in (int, float) and math.isfinite(value)  # type: ignore[arg-type]
-
 
 FOLDER = "missions.features"
 Table = TypeVar("Table", bound=Sparse)
