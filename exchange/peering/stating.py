@@ -479,7 +479,7 @@ class Stating:
                 origin, epoch, sequence = guid
                 block = self._accounts.block_of(found[guid], guid)
                 if origin == self._me or block.time_s > now_s:
-                    raise PeerFault(f"what was decoded as block {sequence} of node {origin} cannot be")
+                    raise PeerFault(f"decoded block {sequence} of node {origin} is an own block or later than now")
                 items.append(name_of_item(Fragment(origin, sequence, block.time_s, block.facts, 0, 1, epoch)))
         except PeerFault:
             self.n_refused += 1

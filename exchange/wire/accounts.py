@@ -141,5 +141,5 @@ class AccountCodec:
         block = Block(origin, sequence, time_s, facts, epoch)
         written = self.block_bytes(block)
         if reader.is_beyond or data[: len(written)] != written or any(data[len(written) :]):
-            raise PeerFault(f"what was decoded as block {sequence} of node {origin} is none")
+            raise PeerFault(f"the bytes decoded as block {sequence} of node {origin} are not a valid block")
         return block

@@ -61,7 +61,7 @@ class ComparedDefinitions:
             del self._differs[peer]
             self._strangers.discard(peer)
         if peer in self._differs:
-            raise DefinitionFault(f"node {peer} uses another TBox or other field widths, by an earlier packet")
+            raise DefinitionFault(f"node {peer} uses another TBox or other field widths, as an earlier packet showed")
         if self._agreed[peer] == ALL_BYTES:
             self.trusted.add(peer)
 

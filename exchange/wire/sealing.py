@@ -191,7 +191,7 @@ class Seal:
     def _of(self, sender: int) -> _Sender:
         salt = self._salt_of(sender)
         if salt is None:
-            raise PeerFault(f"the packet cannot be opened: node {sender} has not introduced itself")
+            raise PeerFault(f"the packet cannot be opened: the salt of node {sender} is not known yet")
         known = self._senders.get(sender)
         if known is None or known[0] != salt:
             size = len(self._key)

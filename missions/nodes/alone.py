@@ -90,14 +90,22 @@ class NodePlan:
         name = scenario.scenario.name
         setup = setup_of(scenario)
         if setup.strategy.declaration.sharing is not None:
-            given = ConfigurationFault("strategy.name", setup.strategy.name, "a strategy that tells by packets")
+            given = ConfigurationFault(
+                "strategy.name",
+                setup.strategy.name,
+                "a bound without packets; allowed: a strategy that exchanges packets",
+            )
             raise ConfigurationError(name, [given])
         if setup.mission.nature(setup.mission.world(self.seed)) is not None:
-            allowed = "a mission in which nothing passes between vehicles: no node knows where others really are"
+            allowed = (
+                "allowed: a mission without physical transfer between vehicles, as a node does not know true positions"
+            )
             given = ConfigurationFault("scenario.mission", f'"{scenario.scenario.mission}"', allowed)
             raise ConfigurationError(name, [given])
         if not 0 <= self.epoch < EPOCHS:
-            raise ConfigurationError(name, [ConfigurationFault("--epoch", str(self.epoch), f"0 to {EPOCHS - 1}")])
+            raise ConfigurationError(
+                name, [ConfigurationFault("--epoch", str(self.epoch), f"allowed: 0 to {EPOCHS - 1}")]
+            )
         return setup
 
 

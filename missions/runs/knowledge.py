@@ -84,7 +84,9 @@ def form_of(format: str, about: tuple[str | None, float | None, bool]) -> RdfFor
         return RdfFormat(format)
     if about != (None, None, False):
         names = ", ".join(RdfFormat)
-        raise OutputError(f"vehicle, at and items: are about what vehicles knew; formats: {names}; not {format}")
+        raise OutputError(
+            f"vehicle, at and items: apply to exported knowledge only, in the formats {names}, not {format}"
+        )
     return None
 
 

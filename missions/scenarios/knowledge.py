@@ -81,7 +81,7 @@ def vocabulary_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[Co
         return
     taken = scenario.taken_names() if texts else {}
     for name in (individual.name for individual in words.individuals if individual.name in taken):
-        yield ConfigurationFault(KEY, shown(name), f"is the name of a {taken[name]}; allowed: names of their own")
+        yield ConfigurationFault(KEY, shown(name), f"is the name of a {taken[name]}; rename one of them")
     classes = [ontology_class.name for ontology_class in words.classes]
     for number, rule in enumerate(scenario.worldmodel.prune, 1):
         attributes = [attribute.name for attribute in prunable(words) if not attribute.latest_only]

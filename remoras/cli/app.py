@@ -216,7 +216,9 @@ def check_known(what: str, name: str, known: Sequence[str]) -> None:
         fail(f"{what} {cut(name, LONGEST_VALUE)!r}: allowed are {', '.join(known)}{suggestion(name, known)}")
 
 
-NoPlugins = Annotated[bool, typer.Option("--no-plugins", help="Load no code that files name, but shipped code.")]
+NoPlugins = Annotated[
+    bool, typer.Option("--no-plugins", help="Load shipped code only: refuse plug-ins that files or options name.")
+]
 
 
 def taking_no_plugins(function: Callable[..., None]) -> Callable[..., None]:

@@ -39,34 +39,40 @@ def benchmark(
             "--strategy",
             metavar="NAME",
             autocompletion=completion.strategy,
-            help="Strategy to place: a shipped name, mine.py:MINE or package.module:object.",
+            help="Strategy to rank: a shipped name, mine.py:MINE or package.module:object.",
         ),
     ] = None,
     split: Annotated[
-        Split, typer.Option(metavar="dev|test", help="Cases to develop on, or to be judged by.")
+        Split,
+        typer.Option(
+            metavar="dev|test", help="Cases for development (dev), or held-out cases for the final score (test)."
+        ),
     ] = Split.DEV,
     seeds: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Seeds of the cases to be judged by, once they are released.")
+        Path | None, typer.Option(metavar="FILE", help="Seeds of the held-out cases, once they are released.")
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder for runs, card and tables; run again to go on.")
+        Path | None, typer.Option(metavar="DIR", help="Folder for runs, card and tables; the same folder resumes.")
     ] = None,
     jobs: Jobs = N_JOBS,
     repeats: Annotated[
-        int | None, typer.Option(min=1, metavar="N", help="Runs of each cell, if fewer than the suite has.")
+        int | None, typer.Option(min=1, metavar="N", help="Runs of each cell, at most as many as in the suite.")
     ] = None,
     verified: Annotated[
-        Path | None, typer.Option("--verify", metavar="CARD", help="Repeat drawn runs of a card instead, and compare.")
+        Path | None,
+        typer.Option(
+            "--verify", metavar="CARD", help="Instead, repeat a random sample of the runs of a result card and compare."
+        ),
     ] = None,
     drawn: Annotated[
         int | None,
         typer.Option(
-            "--runs", min=1, metavar="K", help="Runs that --verify repeats; a tenth, ten at least, if left out."
+            "--runs", min=1, metavar="K", help="Number of runs that --verify repeats; default: a tenth, at least ten."
         ),
     ] = None,
     draw_seed: Annotated[
         int | None,
-        typer.Option("--seed", min=0, metavar="S", help="Seed by which --verify draws them; a fresh one if left out."),
+        typer.Option("--seed", min=0, metavar="S", help="Seed of the sample of --verify; default: a fresh one."),
     ] = None,
     as_json: Json = False,
 ) -> None:
@@ -214,7 +220,12 @@ def _verify(path: Path, suite: Suite, count: int | None, seed: int | None, as_js
 @command("check", "remoras check strategy mine.py:MINE")
 def check(
     kind: Annotated[str, typer.Argument(metavar="KIND", help="strategy, mission, policy, channel or fault.")],
-    name: Annotated[str, typer.Argument(metavar="NAME", help="mine.py:MINE, a shipped name; of a mission a scenario.")],
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="NAME", help="mine.py:MINE or a shipped name; to check a mission, a scenario that uses it."
+        ),
+    ],
     as_json: Json = False,
 ) -> None:
     """Run all conformance checks of a plug-in."""

@@ -80,7 +80,10 @@ def exchange_study(
         str, typer.Option(metavar="RATES", help="Loss rates: 0.1,0.5 or first:last:step.")
     ] = "0.05:0.8:0.05",
     policies: Annotated[
-        str, typer.Option(metavar="NAMES", help="Names or package.module:object, with commas; all: the paper's six.")
+        str,
+        typer.Option(
+            metavar="NAMES", help="Policies, comma-separated names or package.module:object; all: the paper's six."
+        ),
     ] = "all",
     trials: Annotated[int, typer.Option(metavar="N", help="Trials of each policy at each loss rate.")] = 2000,
     load: Annotated[
@@ -89,12 +92,14 @@ def exchange_study(
     items: Annotated[int, typer.Option(metavar="N", help="Items at every node, for load batch.")] = 1,
     item_bits: Annotated[int, typer.Option(metavar="BITS", help="Size of an item.")] = 60,
     capacity_bits: Annotated[
-        int | None, typer.Option(metavar="BITS", help="Size of a packet, header charged; unlimited if left out.")
+        int | None, typer.Option(metavar="BITS", help="Size of a packet including its header; default: unlimited.")
     ] = None,
-    carrier_evidence: Annotated[bool, typer.Option(help="Take a node that sends an item as holding it.")] = False,
-    bound: Annotated[bool, typer.Option("--bound", help="Add a bound: all know what all hold, for nothing.")] = False,
+    carrier_evidence: Annotated[bool, typer.Option(help="Count a node that sends an item as its holder.")] = False,
+    bound: Annotated[
+        bool, typer.Option("--bound", help="Add a bound: all nodes know all received sets at no cost.")
+    ] = False,
     seed: Annotated[int, typer.Option(metavar="N", help="Root of all random draws.")] = 1,
-    jobs: Annotated[int, typer.Option(metavar="N", help="Cores to use; the numbers do not depend on it.")] = 1,
+    jobs: Annotated[int, typer.Option(metavar="N", help="Cores to use; results do not depend on it.")] = 1,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -104,7 +109,7 @@ def exchange_study(
     file_format: Annotated[
         Format, typer.Option("--format", metavar="png|svg|pdf", help="File format of figures.")
     ] = Format.PNG,
-    force: Annotated[bool, typer.Option("--force", help="Replace what is already in --out.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace existing files in --out.")] = False,
     as_json: Json = False,
 ) -> None:
     """Study the exchange policies: time to delivery and to acknowledgement against packet loss."""
@@ -244,18 +249,18 @@ def sea(
         str,
         typer.Argument(
             metavar="NETWORK|SCENARIO",
-            help="Network that was measured, or scenario whose sea and fleet are meant: a shipped name or a file.",
+            help="Measured network, or scenario with its sea and fleet: a shipped name or a file.",
             autocompletion=completion.sea,
         ),
     ] = "mapping-rendezvous",
     modem: Annotated[
-        str | None, typer.Option(metavar="NAMES", help="Modem profiles, commas between; the scenario's if left out.")
+        str | None, typer.Option(metavar="NAMES", help="Modem profiles, comma-separated; default: the scenario's.")
     ] = None,
     ranges: Annotated[
         str | None, typer.Option(metavar="METRES", help=f"Ranges of the table.  [default: {DEFAULT_RANGES}]")
     ] = None,
     draws: Annotated[
-        int, typer.Option(min=0, max=1_000_000, metavar="N", help="Packets to draw for each modem and range; slow.")
+        int, typer.Option(min=0, max=1_000_000, metavar="N", help="Packets to simulate for each modem and range; slow.")
     ] = 0,
     seed: Seed = 1,
     settings: Settings = None,

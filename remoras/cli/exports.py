@@ -36,9 +36,11 @@ FORMAT_HELP = (
 )
 Vehicle = Annotated[
     str | None,
-    typer.Option(metavar="NAME", help="Whose knowledge; all vehicles if left out.", autocompletion=completion.vehicle),
+    typer.Option(
+        metavar="NAME", help="Vehicle whose knowledge is read; default: all.", autocompletion=completion.vehicle
+    ),
 ]
-At = Annotated[float | None, typer.Option(metavar="SECONDS", help="As of which time; else as of the end of the run.")]
+At = Annotated[float | None, typer.Option(metavar="SECONDS", help="Time of the knowledge; default: end of the run.")]
 
 
 @command("export", "remoras export results/lossy --format mcap")
@@ -46,13 +48,13 @@ def export(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results of a run.")],
     file_format: Annotated[ExportFormat, typer.Option("--format", metavar="FORMAT", help=FORMAT_HELP)],
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="File or folder to write; in DIR if left out.")
+        Path | None, typer.Option(metavar="FILE", help="File or folder to write; default: a name in DIR.")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace an earlier export.")] = False,
     vehicle: Vehicle = None,
     at: At = None,
     items: Annotated[
-        bool, typer.Option("--items", help="With nt: the canonical graph of items, equal where the items are.")
+        bool, typer.Option("--items", help="With nt: the canonical graph of items, equal for equal sets of items.")
     ] = False,
     as_json: Json = False,
 ) -> None:

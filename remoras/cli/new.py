@@ -48,20 +48,24 @@ def new(
         ),
     ] = SCENARIO,
     name: Annotated[
-        str, typer.Argument(metavar="NAME", help="Name of what is written, and of its files; none with --example.")
+        str,
+        typer.Argument(metavar="NAME", help="Name of the scenario or plug-in and of its files; none with --example."),
     ] = "",
-    vehicles: Annotated[str | None, typer.Option(metavar="N", help="AUVs of a scenario, 2 to 16.")] = None,
-    areas: Annotated[str | None, typer.Option(metavar="N", help="Areas that they are to map, 1 to 36.")] = None,
-    side: Annotated[str | None, typer.Option(metavar="METRES", help="Side of an area, 50 to 1000.")] = None,
+    vehicles: Annotated[str | None, typer.Option(metavar="N", help="Scenario: number of AUVs, 2 to 16.")] = None,
+    areas: Annotated[str | None, typer.Option(metavar="N", help="Scenario: number of areas to map, 1 to 36.")] = None,
+    side: Annotated[str | None, typer.Option(metavar="METRES", help="Scenario: side of an area, 50 to 1000.")] = None,
     modem: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Modem of every vehicle.", autocompletion=completion.modem)
+        str | None,
+        typer.Option(metavar="NAME", help="Scenario: modem of every vehicle.", autocompletion=completion.modem),
     ] = None,
-    per: Annotated[str | None, typer.Option(metavar="RATE", help="Share of packets that is lost, 0 to 0.95.")] = None,
-    lost: Annotated[str | None, typer.Option(metavar="N", help="Vehicles that are lost on the way.")] = None,
+    per: Annotated[str | None, typer.Option(metavar="RATE", help="Scenario: packet error rate, 0 to 0.95.")] = None,
+    lost: Annotated[
+        str | None, typer.Option(metavar="N", help="Scenario: number of AUVs that fail during the mission, 0 to 15.")
+    ] = None,
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the files.")] = Path(),
-    force: Annotated[bool, typer.Option("--force", help="Replace files that are there.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace existing files.")] = False,
     example: Annotated[
-        bool, typer.Option("--example", help=f"Print a commented file instead; KIND: {', '.join(EXAMPLES)}.")
+        bool, typer.Option("--example", help=f"Print a commented example of KIND ({', '.join(EXAMPLES)}) instead.")
     ] = False,
 ) -> None:
     """Create a working scenario, strategy, mission, sensor or metric.
@@ -89,7 +93,7 @@ def new(
     written = [out / file for file in files]
     there = [str(path) for path in written if path.exists() or path.is_symlink()]
     if there and not force:
-        fail(f"{', '.join(there)}: already there; --force replaces; another NAME or --out DIR leaves as it is")
+        fail(f"{', '.join(there)}: already there; --force replaces; another NAME or --out DIR keeps existing files")
     for path, text in zip(written, files.values(), strict=True):
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")

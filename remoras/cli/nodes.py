@@ -37,14 +37,18 @@ class RosSide(StrEnum):
     TELL = "tell"
 
 
-Speed = Annotated[float, typer.Option(metavar="X", help="Seconds of the mission in a second: 1 is real time.")]
+Speed = Annotated[float, typer.Option(metavar="X", help="Simulated seconds per second; 1 is real time.")]
 Until = Annotated[
-    float | None, typer.Option(metavar="T", help="Vehicles stop to act at T s; at scenario.duration_s if left out.")
+    float | None, typer.Option(metavar="T", help="Vehicles stop acting at T s; default: scenario.duration_s.")
 ]
-Settle = Annotated[float, typer.Option(metavar="S", help="For S s more they only exchange what is still open.")]
-Logs = Annotated[Path | None, typer.Option(metavar="DIR", help="Folder for the log of every packet, VEHICLE.jsonl.")]
-Drop = Annotated[float, typer.Option(metavar="P", help="Share of the packets that is lost at each receiver.")]
-Double = Annotated[float, typer.Option(metavar="P", help="Share of the other packets that is heard twice.")]
+Settle = Annotated[
+    float, typer.Option(metavar="S", help="After --until, vehicles only exchange outstanding items, for S seconds.")
+]
+Logs = Annotated[Path | None, typer.Option(metavar="DIR", help="Folder for the packet logs, one VEHICLE.jsonl each.")]
+Drop = Annotated[float, typer.Option(metavar="P", help="Probability that a receiver loses a packet, 0 to 1.")]
+Double = Annotated[
+    float, typer.Option(metavar="P", help="Probability that a packet that arrives is received twice, 0 to 1.")
+]
 
 
 @command(
@@ -52,47 +56,58 @@ Double = Annotated[float, typer.Option(metavar="P", help="Share of the other pac
 )
 def node(
     scenario: ScenarioName = "",
-    vehicle: Annotated[str, typer.Argument(metavar="VEHICLE", help="Which vehicle of the scenario this is.")] = "",
+    vehicle: Annotated[
+        str, typer.Argument(metavar="VEHICLE", help="Vehicle of the scenario that this node runs.")
+    ] = "",
     bind: Annotated[
-        str, typer.Option(metavar="HOST:PORT", help="Where it listens; port 0 is any that is free.")
+        str, typer.Option(metavar="HOST:PORT", help="Local UDP address; port 0 takes a free one.")
     ] = ANY_PORT,
     peers: Annotated[
-        str, typer.Option(metavar="NAME=HOST:PORT,...", help="Where the others listen; who is not named is not heard.")
+        str,
+        typer.Option(metavar="NAME=HOST:PORT,...", help="UDP addresses of the peers; packets from others are ignored."),
     ] = "",
     speed: Speed = 1.0,
     start: Annotated[
         float | None,
-        typer.Option(metavar="T", help="When the mission begins, by Python's time.monotonic(); see the how-to."),
+        typer.Option(metavar="T", help="Mission start by Python's time.monotonic() (s); see the how-to."),
     ] = None,
     start_utc: Annotated[
-        str, typer.Option(metavar="TIME", help="The same by UTC, such as 2026-05-01T09:00:00; for machines apart.")
+        str,
+        typer.Option(
+            metavar="TIME", help="Mission start by UTC, such as 2026-05-01T09:00:00, for nodes on several machines."
+        ),
     ] = "",
     serial: Annotated[
         Path | None, typer.Option(metavar="PORT", help="Serial port of a Nanomodem v3, in place of UDP.")
     ] = None,
     unet: Annotated[
         str,
-        typer.Option(metavar="HOST:PORT", help="Where UnetStack listens, on a modem or a simulator, in place of UDP."),
+        typer.Option(metavar="HOST:PORT", help="Address of UnetStack, on a modem or a simulator, in place of UDP."),
     ] = "",
     frontseat: Annotated[
         str,
         typer.Option(
-            metavar="FILE.py:NAME", help="A vehicle's own body, clock and modem, which a function of yours returns."
+            metavar="FILE.py:NAME", help="Your function that returns the vehicle's own body, clock and modem."
         ),
     ] = "",
     ros: Annotated[
         RosSide | None,
-        typer.Option(metavar="body|tell", help="ROS 2: take the body from its topics, or tell it where this is."),
+        typer.Option(
+            metavar="body|tell", help="ROS 2: read the vehicle's position from topics (body), or publish it (tell)."
+        ),
     ] = None,
     replay: Annotated[
         Path | None,
-        typer.Option(metavar="LOG", help="Hear again what a log has, without sockets, in its scenario; compare bits."),
+        typer.Option(
+            metavar="LOG", help="Replay the receptions of a log without sockets; compare the sent packets bit by bit."
+        ),
     ] = None,
     resume: Annotated[
-        bool, typer.Option("--resume", help="Go on where the log in --out ends, if there is one; as after a reboot.")
+        bool, typer.Option("--resume", help="Resume from the log in --out, if it exists, as after a reboot.")
     ] = False,
     epoch: Annotated[
-        int, typer.Option(min=0, metavar="N", help="How often it has begun anew, if it was ended and is started again.")
+        int,
+        typer.Option(min=0, metavar="N", help="Number of earlier starts of this node in the mission; 0 for the first."),
     ] = 0,
     seed: Seed = 1,
     until: Until = None,
@@ -264,11 +279,12 @@ def now_by_machine() -> float:
 @command("swarm", "remoras swarm mapping-rendezvous --until 600 --speed 100 --drop 0.4 --double 0.1 --out dive")
 def swarm(
     scenario: ScenarioName,
-    vehicles: Annotated[
-        str, typer.Option(metavar="NAME,...", help="Which vehicles to start; all of them if left out.")
-    ] = "",
+    vehicles: Annotated[str, typer.Option(metavar="NAME,...", help="Vehicles to start; default: all.")] = "",
     port: Annotated[
-        int, typer.Option(min=0, metavar="N", help="Port of the first vehicle, the next follow; 0: any that are free.")
+        int,
+        typer.Option(
+            min=0, metavar="N", help="UDP port of the first vehicle, the others use the next ones; 0 takes free ones."
+        ),
     ] = 0,
     speed: Speed = 1.0,
     seed: Seed = 1,

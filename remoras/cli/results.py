@@ -35,28 +35,35 @@ def plot(
     ] = None,
     file_format: Annotated[Format, typer.Option("--format", metavar="png|svg|pdf", help="File format.")] = Format.PNG,
     out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder for the figures; that of the results if left out.")
+        Path | None, typer.Option(metavar="DIR", help="Folder for the figures; default: that of the results.")
     ] = None,
     width: Annotated[
-        float | None, typer.Option(metavar="INCHES", help="Width of the figures: 3.5 a column, 7.2 a page of a paper.")
+        float | None,
+        typer.Option(metavar="INCHES", help="Width of the figures: 3.5 for one column of a paper, 7.2 for two."),
     ] = None,
     metric: Annotated[
         str | None,
         typer.Option(
             metavar="METRIC",
-            help="Field of the summary of a sweep's ranking and differences; else mission_time_s.",
+            help="Sweep: summary field of the ranking and the differences; default: mission_time_s.",
             autocompletion=completion.metric,
         ),
     ] = None,
     at: Annotated[
         float | None,
-        typer.Option(metavar="SECONDS", help="When the figure organisation shows who plays what; else when most do."),
+        typer.Option(
+            metavar="SECONDS", help="Time of the roles in the figure organisation; default: when most are held."
+        ),
     ] = None,
     viewer: Annotated[
-        str, typer.Option(metavar="VEHICLE", help="In whose view the figure organisation is; else as each sees itself.")
+        str,
+        typer.Option(
+            metavar="VEHICLE",
+            help="Vehicle whose view the figure organisation shows; default: each vehicle's own roles.",
+        ),
     ] = "",
     draw_all: Annotated[
-        bool, typer.Option("--all", help="Every figure of a sweep; else the eight that say most of what it varies.")
+        bool, typer.Option("--all", help="Sweep: draw all figures; default: the eight most relevant to its factors.")
     ] = False,
 ) -> None:
     """Draw figures of a run (trajectories, roles and more) or of a sweep (ranking and more)."""
@@ -145,7 +152,7 @@ def _plot_sweep(
     from visualisation.sweeps.arrangement import RANKED
 
     if metric is not None and kinds and not {"ranking", "differences"} & {*kinds}:
-        fail(f"--metric {metric}: is about a ranking and differences; name the figure ranking or differences too")
+        fail(f"--metric {metric}: applies to the figures ranking and differences only; name one of them too")
     results = SweepResults.read(folder)
     results, (ranked,) = results.naming([metric or RANKED])
     results, kinds = results.naming(kinds, "KIND")
@@ -160,10 +167,8 @@ def query(
     sparql: Annotated[str, typer.Argument(metavar="SPARQL", help="A SELECT or ASK query, or a file FILE.rq.")],
     vehicle: Vehicle = None,
     at: At = None,
-    limit: Annotated[int, typer.Option(min=1, metavar="N", help="Most rows that are shown.")] = 100_000,
-    timeout_s: Annotated[
-        float, typer.Option(min=0.001, metavar="SECONDS", help="Longest time that it may take.")
-    ] = 60.0,
+    limit: Annotated[int, typer.Option(min=1, metavar="N", help="Maximum number of rows shown.")] = 100_000,
+    timeout_s: Annotated[float, typer.Option(min=0.001, metavar="SECONDS", help="Time limit of the query.")] = 60.0,
     as_json: Json = False,
 ) -> None:
     """Query the knowledge of one vehicle, or of each, at the end of a run or at another time."""
@@ -197,10 +202,11 @@ def query(
 def replay(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results of a run.")],
     other: Annotated[
-        Path | None, typer.Argument(metavar="[DIR2]", help="Results of another run of that world, to see beside it.")
+        Path | None,
+        typer.Argument(metavar="[DIR2]", help="Results of another run in the same world, shown beside the first."),
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="HTML file to write; DIR/replay.html if left out.")] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace the file if it is there.")] = False,
+    out: Annotated[Path | None, typer.Option(help="HTML file to write; default: DIR/replay.html.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
 ) -> None:
     """Write a self-contained HTML replay of a run; it needs no network."""
     from missions.runs.folder import REPLAY

@@ -34,7 +34,7 @@ NetworkName = Annotated[
     str | None,
     typer.Option(
         metavar="NAME",
-        help="Network whose losses were measured, or a TOML or CSV file of one; sets the channel, too.",
+        help="Measured network: a shipped name, TOML or CSV file; also sets the channel.",
         autocompletion=completion.network,
     ),
 ]
@@ -184,11 +184,11 @@ def live(
     seed: Seed = 1,
     settings: Settings = None,
     out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder for the results when it has finished.")
+        Path | None, typer.Option(metavar="DIR", help="Folder for the results, written at the end of the run.")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace results that are already in --out.")] = False,
     port: Annotated[
-        int, typer.Option(min=0, max=65535, metavar="PORT", help="Port of the page; 0 is any that is free.")
+        int, typer.Option(min=0, max=65535, metavar="PORT", help="Port of the page; 0 takes a free one.")
     ] = 0,
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open a browser.")] = False,
 ) -> None:

@@ -37,7 +37,8 @@ def sweep(
         ),
     ] = "",
     out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder for the runs; run again on the same folder to go on.")
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder for the runs; the same folder resumes an interrupted sweep."),
     ] = None,
     jobs: Jobs = N_JOBS,
     cluster: Annotated[
@@ -54,23 +55,29 @@ def sweep(
     ] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Count runs, estimate time, write nothing.")] = False,
     status: Annotated[
-        bool, typer.Option("--status", help="Say how far the sweep in --out is, and which runs failed; start nothing.")
+        bool, typer.Option("--status", help="Print progress and failed runs of the sweep in --out; start nothing.")
     ] = False,
     force_new: Annotated[
-        bool, typer.Option("--force-new", help="If the study has changed: set its old runs aside, start anew.")
+        bool,
+        typer.Option("--force-new", help="If the study has changed: move its old runs to another folder and restart."),
     ] = False,
     accept_code: Annotated[
-        bool, typer.Option("--accept-code", help="Go on though the code has changed; its runs are marked.")
+        bool,
+        typer.Option(
+            "--accept-code", help="Resume although the code has changed; the column code tells the runs apart."
+        ),
     ] = False,
-    retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Make runs that failed again.")] = False,
+    retry_failed: Annotated[bool, typer.Option("--retry-failed", help="Repeat the runs that failed.")] = False,
     timeout_s: Annotated[
-        float | None, typer.Option(min=0.001, metavar="S", help="End a run that takes longer; it has failed.")
+        float | None,
+        typer.Option(min=0.001, metavar="S", help="Time limit of a run; a longer one is stopped and counts as failed."),
     ] = None,
     memory_mb: Annotated[
-        int | None, typer.Option(min=1, metavar="MB", help="Memory that a run may take; with more it has failed.")
+        int | None,
+        typer.Option(min=1, metavar="MB", help="Memory limit of a run; one that exceeds it counts as failed."),
     ] = None,
     verified: Annotated[
-        int | None, typer.Option("--verify", min=1, metavar="K", help="Make K finished runs again, and compare.")
+        int | None, typer.Option("--verify", min=1, metavar="K", help="Repeat K finished runs and compare the results.")
     ] = None,
     as_json: Json = False,
 ) -> None:
@@ -161,7 +168,7 @@ def compare(
         str | None,
         typer.Option(
             metavar="NAME",
-            help="Strategy or policy that the others are compared with.",
+            help="Strategy or policy with which the others are compared.",
             autocompletion=completion.baseline,
         ),
     ] = None,

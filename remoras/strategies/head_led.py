@@ -65,9 +65,11 @@ class HeadLed:
     def __post_init__(self) -> None:
         if self.common_plan == "jobs" and self.announces == "next-jobs":
             excluded = 'common_plan = "jobs", by which all jobs are known at 0 s, excludes announces = "next-jobs"'
-            raise StrategyError("common_plan", f'{excluded}; allowed: "plan", or common_plan "none", "missions"')
+            raise StrategyError(
+                "common_plan", f'{excluded}; allowed: announces = "plan", or common_plan "none", "missions"'
+            )
         if self.repairs == "never" and self.help_s < NO_HELP_S:
-            excluded = f'repairs = "never", by which nobody is sent anew, excludes help_s = {self.help_s:g}'
+            excluded = f'repairs = "never", by which no vehicle is reassigned, excludes help_s = {self.help_s:g}'
             raise StrategyError(
                 "repairs", f'{excluded}; allowed: help_s = {NO_HELP_S:.0f}, or repairs "changes", "calls"'
             )

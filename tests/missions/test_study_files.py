@@ -268,7 +268,7 @@ def test_a_study_crosses_factors(tmp_path: Path) -> None:
         ('["none", "missions", "jobs"]', 0, "", "two levels that differ"),
         ('["none", "missions"]', 2, "", "study.halvings = 2: allowed for 3 factors: 0 to 1; with more, main effects"),
         ('["none", "missions"]', 0, '"channel.per" = [0.0, 0.4]', "factorial.channel.per: a condition, not a factor"),
-        ('["missions", "jobs"]', 0, "", 'excludes announces = "next-jobs"; allowed: "plan", or common_plan'),
+        ('["missions", "jobs"]', 0, "", 'excludes announces = "next-jobs"; allowed: announces = "plan"'),
         ('["none", "no"]', 0, "", "factorial.strategy.parameters.common_plan.*'none', 'missions' or 'jobs'"),
     ],
 )

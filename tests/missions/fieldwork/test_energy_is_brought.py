@@ -112,7 +112,7 @@ def test_a_reading_is_told_in_steps_and_at_its_ends() -> None:
 
 def test_a_vehicle_by_itself_is_refused_a_mission_in_which_energy_passes() -> None:
     plan = NodePlan.of(load("resupply-field"), "AUV03", 1, 100.0, 0.0)
-    with pytest.raises(ConfigurationError, match="in which nothing passes between vehicles") as refused:
+    with pytest.raises(ConfigurationError, match="without physical transfer between vehicles") as refused:
         plan.setup()
     assert "\n" not in str(refused.value)
 

@@ -143,9 +143,9 @@ def test_misfits_are_named_with_what_is_allowed() -> None:
         plan_of("AUV0")
     with pytest.raises(ConfigurationError, match=r"--until = 1e\+06: a time up to scenario.duration_s"):
         plan_of(until_s=1e6)
-    with pytest.raises(ConfigurationError, match=r"strategy\.name = oracle: a strategy that tells by packets"):
+    with pytest.raises(ConfigurationError, match=r"strategy\.name = oracle: a bound without packets"):
         plan_of(strategy__name="oracle").setup()
-    with pytest.raises(ConfigurationError, match="--epoch = 256: 0 to 255"):
+    with pytest.raises(ConfigurationError, match="--epoch = 256: allowed: 0 to 255"):
         replace(plan_of(), epoch=256).setup()
 
 
