@@ -89,7 +89,7 @@ class Subgroups(Section):
     maximum: int | None = Field(None, ge=1, description="maximum subgroups of it; any number if absent")
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Yield a minimum above the maximum."""
+        """Yield (key, allowed values) if the minimum exceeds the maximum."""
         if self.maximum is not None and self.minimum > self.maximum:
             yield "minimum", f"allowed: 0 to maximum = {self.maximum}"
 

@@ -149,7 +149,7 @@ class Groups:
 
 @dataclass(slots=True)
 class Picture:
-    """All parts together.
+    """Input of behaviours and decision: own body, peers, groups and facts.
 
     Attributes:
         frame_s: duration of a TDMA frame; infinite without communication.

@@ -78,7 +78,7 @@ def arrows_faults(scenario: ArrowsScenario) -> Iterator[ConfigurationFault]:
 
 
 def _area(scenario: ArrowsScenario) -> Iterator[ConfigurationFault]:
-    """Yield borders outside the world, and too many cells."""
+    """Yield faults: borders outside the world, and too many cells."""
     search, grid = scenario.search, grid_of(scenario)
     for key in ("x_m", "y_m"):
         (low, high), (least, most) = getattr(search, key), getattr(scenario.world, key)
@@ -92,7 +92,7 @@ def _area(scenario: ArrowsScenario) -> Iterator[ConfigurationFault]:
 
 
 def _kinds(scenario: ArrowsScenario) -> Iterator[ConfigurationFault]:
-    """Yield repeated kinds, invalid maps, and more things than cells."""
+    """Yield faults: repeated kinds, invalid maps, and more things than cells."""
     for name, times in Counter(kind.name for kind in scenario.kind).items():
         if times > 1:
             yield ConfigurationFault(f"kind.{name}.name", "", f"given {times} times; each kind has one table")

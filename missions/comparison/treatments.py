@@ -156,7 +156,7 @@ def treatments_of(results: SweepResults) -> dict[Treatment, dict[int, RunOutcome
 
 
 def _distinct(runs: dict[int, RunOutcome], of_sample: Collection[str]) -> dict[int, RunOutcome]:
-    """Return the runs, or the first of deterministic replicates; ignores ``of_sample`` fields."""
+    """Return the runs, or the first of deterministic replicates, compared without ``of_sample``."""
     if not is_one_run(runs, of_sample):
         return runs
     first = next(iter(runs))

@@ -91,7 +91,7 @@ class Biased(FaultOfSensors):
     def checks(
         self, key: str, scenario: Scenario, mission: type[Mission], before: Sequence[tuple[str, DeclaredFault]]
     ) -> Iterator[ConfigurationFault]:
-        """Yield an unknown attribute, or an offset of another dimension."""
+        """Yield faults: an unknown attribute, or an offset of another dimension."""
         yield from super().checks(key, scenario, mission, before)
         tbox = words_in(scenario, mission)
         axes = {one.name: len(one.fields) for one in tbox.attributes if one.fields} if tbox is not None else {}

@@ -1,4 +1,4 @@
-"""``deaf``: receiver failure; the vehicle does all else."""
+"""``deaf``: receiver failure; all other functions of the vehicle continue."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ class Joins(DeclaredFault):
     def checks(
         self, key: str, scenario: Scenario, mission: type[Mission], before: Sequence[tuple[str, DeclaredFault]]
     ) -> Iterator[ConfigurationFault]:
-        """Yield a vehicle present from the start, or one that joins twice."""
+        """Yield faults: a vehicle present from the start, or one that joins twice."""
         if self.span_s is not None and self.span_s[0] <= 0.0:
             allowed = "must be above 0: a vehicle that is there from the start does not join"
             yield ConfigurationFault(f"{key}.at_s", "", allowed)

@@ -32,7 +32,7 @@ class Lost(DeclaredFault):
     def checks(
         self, key: str, scenario: Scenario, mission: type[Mission], before: Sequence[tuple[str, DeclaredFault]]
     ) -> Iterator[ConfigurationFault]:
-        """Yield a vehicle that may be lost again before its return."""
+        """Yield faults: a vehicle that may be lost again before its return."""
         first = next((of for of, other in before if self.overlaps(other)), None)
         if self.vehicle != ANY and first is not None:
             allowed = f"lost twice, here and by {first}; the first has to end by its until_s before the other"

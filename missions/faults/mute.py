@@ -1,4 +1,4 @@
-"""``mute``: transmitter failure; the vehicle does all else."""
+"""``mute``: transmitter failure; all other functions of the vehicle continue."""
 
 from __future__ import annotations
 

@@ -59,7 +59,7 @@ class Restarts(DeclaredFault):
     def checks(
         self, key: str, scenario: Scenario, mission: type[Mission], before: Sequence[tuple[str, DeclaredFault]]
     ) -> Iterator[ConfigurationFault]:
-        """Yield a vehicle that restarts too often, or while off."""
+        """Yield faults: a vehicle that restarts too often, or while off."""
         if len(before) >= MOST:
             allowed = f"restarts for the {len(before) + 1}th time: {MOST} times are allowed in a run"
             yield ConfigurationFault(f"{key}.vehicle", "", allowed)

@@ -46,7 +46,7 @@ class BanTable(Section):
 
 
 def ban_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
-    """Yield bans that name unknown vehicles or start after the end of the mission."""
+    """Yield faults: bans that name unknown vehicles or start after the end of the mission."""
     vehicles, end_s = scenario.vehicle_names, scenario.scenario.duration_s
     for number, table in enumerate(scenario.of_feature(KEY), 1):
         key = f"{KEY}.{number}"

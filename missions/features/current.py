@@ -236,7 +236,7 @@ def observer_of(joining: Joining) -> MovingWater | None:
 
 
 def current_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
-    """Yield a current at least as fast as the slowest vehicle, and surges after the end."""
+    """Yield faults: a current at least as fast as the slowest vehicle, and surges after the end."""
     table, duration_s = scenario.of_feature(KEY), scenario.scenario.duration_s
     for number, surge in enumerate(table.surge, 1):
         if surge.between_s[0] >= duration_s:

@@ -76,7 +76,7 @@ class DamagingChannel:
 
 
 def damage_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
-    """Yield damage that no check detects."""
+    """Yield faults: damage that no check detects."""
     table, communication = scenario.of_feature(KEY), scenario.communication
     if table.share > 0.0 and not (communication.crc_bits or communication.key_file or table.unchecked):
         allowed = (

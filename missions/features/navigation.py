@@ -88,7 +88,7 @@ class BeaconTable(Sparse):
 
 
 def beacon_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
-    """Yield beacons with both or neither of position and carrier, or an unknown one."""
+    """Yield faults: beacons with both or neither of position and carrier, or an unknown one."""
     beacons: tuple[BeaconTable, ...] = scenario.of_feature(BEACON)
     yield from scenario.world.outside(
         (f"{BEACON}.{one.name}.position_m", one.position_m) for one in beacons if one.position_m is not None

@@ -311,7 +311,7 @@ def stated_needs(scenario: Scenario, tbox: TBox, instances: Sequence[Instance]) 
 
 
 def need_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
-    """Yield needs with unknown names or contradictory requirements."""
+    """Yield faults: needs with unknown names or contradictory requirements."""
     tbox, communication = words_in(scenario, mission), scenario.communication
     if tbox is None:
         return
@@ -338,7 +338,7 @@ def need_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[Configur
 
 
 def of_faults(scenario: Scenario, made: Mission) -> Iterator[ConfigurationFault]:
-    """Yield needs of unknown classes or instances; ``made`` adds its own instances."""
+    """Yield faults: needs of unknown classes or instances; ``made`` adds its own instances."""
     tables: tuple[NeedTable, ...] = scenario.of_feature(KEY)
     if not any(table.of for table in tables):
         return

@@ -132,7 +132,7 @@ class Reef(Observer):
 
 
 def passage_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
-    """Yield a passage too narrow or outside the world, and positions inside the reef."""
+    """Yield faults: a passage too narrow or outside the world, and positions inside the reef."""
     table, separation_m = scenario.of_feature(KEY), scenario.guidance.separation_m
     (west_m, east_m), width_m = table.x_m, table.width_m
     x_min, y_min, x_max, y_max = scenario.world.box_m

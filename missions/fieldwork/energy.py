@@ -81,13 +81,13 @@ class Energies:
     passing: dict[tuple[str, str], tuple[float, float]] = field(default_factory=dict)
 
     def note_passed(self, key: tuple[str, str], energy_j: float, now_s: float) -> None:
-        """Record a transfer at a site; ``key`` is (giver, site)."""
+        """Add energy to the transfer in progress of ``key`` (giver, site); record its start."""
         if key not in self.passing:
             self.events.append((now_s, *key, CAME, 0.0))
         self.passing[key] = self.passing.get(key, (0.0, now_s))[0] + energy_j, now_s
 
     def note_left(self, key: tuple[str, str], now_s: float) -> None:
-        """Record the end of a transfer."""
+        """Record the end of a transfer of ``key`` (giver, site)."""
         energy_j, _ = self.passing.pop(key)
         self.events.append((now_s, *key, BROUGHT, energy_j))
 

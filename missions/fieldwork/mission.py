@@ -315,7 +315,7 @@ class FerryMission(FieldworkMission):
 
     @classmethod
     def check(cls, scenario: FerryScenario) -> Iterable[ConfigurationFault]:
-        """Yield deliveries outside the world, in the reef, or with names already taken."""
+        """Yield faults: deliveries outside the world, in the reef, or with names already taken."""
         yield from listed_faults(scenario, "delivery", "from_m", "to_m")
         reef = scenario.of_feature(PASSAGE)
         for one in scenario.delivery if reef is not None else ():

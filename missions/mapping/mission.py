@@ -144,7 +144,7 @@ def _areas(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
 
 
 def _overlaps(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
-    """Yield areas on common ground, whose cells would be mapped twice."""
+    """Yield faults: areas on common ground, whose cells would be mapped twice."""
     for number, area in enumerate(scenario.area):
         for other in scenario.area[:number]:
             if overlap(area.corners_m, other.corners_m):
@@ -170,7 +170,7 @@ def _explorers(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
 
 
 def _mappers(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
-    """Yield groups with fewer mapping places (roles without a job) than potential explorers."""
+    """Yield faults: groups with fewer mapping places (roles without a job) than explorers."""
     for group in scenario.group:
         exploring = [role.name for role in group.role if role.job is not None]
         mapping = [role for role in group.role if role.job is None and not role.founding]

@@ -119,7 +119,7 @@ def numbered(kind: str, number: int) -> tuple[str, ...]:
 def listed_faults(
     scenario: Scenario, kind: str, *keys: str, taken: Collection[str] = ()
 ) -> Iterator[ConfigurationFault]:
-    """Yield jobs in tables ``[[kind]]`` outside the world (``keys``) or with ``taken`` names."""
+    """Yield faults: jobs of tables ``[[kind]]`` outside the world (``keys``), ``taken`` names."""
     tables, others = getattr(scenario, kind), {*taken, *scenario.taken_names()}
     yield from scenario.world.outside((f"{kind}.{one.name}.{key}", getattr(one, key)) for one in tables for key in keys)
     for name, times in Counter(one.name for one in tables).items():

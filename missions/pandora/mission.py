@@ -81,7 +81,7 @@ def _key_of(kind: str, name: str) -> str:
 
 
 def _tools(scenario: PandoraScenario) -> Iterator[ConfigurationFault]:
-    """Yield sensor kinds that the plan needs and no vehicle carries; wrenches are never planned."""
+    """Yield faults: planned sensor kinds that no vehicle carries; wrenches are never planned."""
     carried = {table.get("type", "camera") for vehicle in scenario.vehicle for table in vehicle.sensor}
     demanded = {"camera": tuple(KINDS), "arm": ("valve", "anode")}
     for kind, parts in demanded.items():
@@ -103,7 +103,7 @@ def _names(scenario: PandoraScenario) -> Iterator[ConfigurationFault]:
 
 
 def _too_near(places: Sequence[tuple[str, str, PointM]], least_m: float) -> Iterator[ConfigurationFault]:
-    """Yield places (kind, part, position) closer than ``least_m``."""
+    """Yield faults: places (kind, part, position) closer than ``least_m``."""
     for number, (kind, name, at_m) in enumerate(places):
         for _, other, other_m in places[:number]:
             if distance(at_m, other_m) < least_m:
@@ -112,7 +112,7 @@ def _too_near(places: Sequence[tuple[str, str, PointM]], least_m: float) -> Iter
 
 
 def _upsets(scenario: PandoraScenario) -> Iterator[ConfigurationFault]:
-    """Yield upsets of unknown valves, repeated ones, and moves out of the world."""
+    """Yield faults: upsets of unknown valves, repeated ones, and moves out of the world."""
     valves_m, seen = {valve.name: valve.position_m for valve in scenario.valve}, set[str]()
     west_m, south_m, east_m, north_m = scenario.world.box_m
     for number, upset in enumerate(scenario.upset, 1):

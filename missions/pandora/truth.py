@@ -89,7 +89,7 @@ def findings_of(run: MeasuredRun) -> Iterator[Found]:
 
 
 def is_of(found: Found, event: SiteEvent) -> bool:
-    """Return True if a finding matches an event."""
+    """Return True if a finding matches an event in kind, subject and time."""
     if found.finding not in event.findings or (event.subject and found.subject != event.subject):
         return False
     return event.from_s <= found.time_s <= event.until_s + AFTER_S

@@ -344,7 +344,7 @@ def _trial_faults(name: str, settings: ChannelModel, deployment: Deployment) -> 
 
 
 def _vehicle_faults(above: str, table: BaseModel, vehicles: Sequence[str]) -> Iterator[ConfigurationFault]:
-    """Yield settings that should name a vehicle but do not, nested tables included."""
+    """Yield faults: settings that should name a vehicle but do not, nested tables included."""
     for key, info in type(table).model_fields.items():
         value = getattr(table, key) if key in table.model_fields_set else None
         if any(isinstance(mark, OfVehicle) for mark in info.metadata):

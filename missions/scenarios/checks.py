@@ -82,7 +82,7 @@ def _role_jobs(scenario: Scenario, mission: type[Mission], jobs: Mapping[str, Jo
 
 
 def _order_of(jobs: Mapping[str, Job]) -> Faults:
-    """Yield jobs with circular or unknown needs."""
+    """Yield faults: jobs with circular or unknown needs."""
     for name, job in jobs.items():
         for needed in job.needs:
             yield from one_of(f"job.{name}.needs", needed, list(jobs))
@@ -117,7 +117,7 @@ def _slots(scenario: Scenario) -> Faults:
 
 
 def _places(scenario: Scenario) -> Faults:
-    """Yield a decision period below the tick, and rally points outside the world."""
+    """Yield faults: a decision period below the tick, and rally points outside the world."""
     period_s, tick_s = scenario.decision.period_s, scenario.scenario.tick_s
     if period_s < tick_s:
         yield ConfigurationFault("decision.period_s", "", f"allowed: scenario.tick_s = {tick_s} or more")
@@ -137,7 +137,7 @@ def _strategy(scenario: Scenario) -> Faults:
 
 
 def _information(scenario: Scenario) -> Faults:
-    """Yield leader-held information where needs do not follow from groups."""
+    """Yield faults: leader-held information where needs do not follow from groups."""
     for group in scenario.group if scenario.communication.needs_follow != BY_GROUPS else ():
         if group.information == HELD:
             allowed = f'every vehicle needs everything: set communication.needs_follow = "{BY_GROUPS}", or leave it out'
@@ -145,7 +145,7 @@ def _information(scenario: Scenario) -> Faults:
 
 
 def _needs(scenario: Scenario, mission: type[Mission]) -> Faults:
-    """Yield attributes required by the mission but not listed."""
+    """Yield faults: attributes required by the mission but not listed."""
     listed = {*scenario.communication.needs}.union(*(feature.needed(scenario) for feature in used_in(scenario)))
     if missing := [name for name in mission.needs if name not in listed]:
         allowed = f"missing: {', '.join(missing)}; without them nobody learns what the mission needs"
@@ -153,7 +153,7 @@ def _needs(scenario: Scenario, mission: type[Mission]) -> Faults:
 
 
 def _missions(scenario: Scenario, mission: type[Mission]) -> Faults:
-    """Yield missing, unknown and duplicate missions of groups."""
+    """Yield faults: missing, unknown and duplicate missions of groups."""
     for name, kind in scenario.taken_names().items():
         if name in mission.group_missions:
             yield ConfigurationFault(f"{kind}.{name}.name", "", "is the name of a mission")
@@ -193,7 +193,7 @@ PARTS_OF_TRUTH = ("milestones", "goal_fraction", "is_over", "observe", "close")
 
 
 def hook_faults(reference: str, made: Mission) -> Iterator[ConfigurationFault]:
-    """Yield hooks of a mission that raise or return an unexpected value."""
+    """Yield faults: hooks of a mission that raise or return an unexpected value."""
     count = "a whole number, 0 or more"
     hooks: tuple[tuple[str, str, Callable[[Any], bool], Callable[[], Any]], ...] = (
         ("jobs", f"objects by name, each with {', '.join(PARTS_OF_JOB)}", _are_jobs, lambda: made.jobs),

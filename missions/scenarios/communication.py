@@ -107,7 +107,7 @@ def with_modem_read(document: Document, folder: Path) -> tuple[Document, list[Co
 
 
 def modem_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
-    """Yield unknown or duplicate modems, and a missing receive power."""
+    """Yield faults: unknown or duplicate modems, and a missing receive power."""
     communication, own = scenario.communication, scenario.modem
     yield from one_of(MODEM, communication.modem, list({**own, **modems()}))
     for name in own.keys() & modems():
@@ -258,7 +258,7 @@ def key_of(file: str) -> bytes | None:
 
 
 def communication_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
-    """Yield an unusable value rule, key or policy, and a header that fills the packet."""
+    """Yield faults: an unusable value rule, key or policy, and a header that fills the packet."""
     communication = scenario.communication
     try:
         value_rule_of(communication.value)

@@ -314,7 +314,7 @@ class FaultOfSensors(DeclaredFault):
     def checks(
         self, key: str, scenario: Scenario, mission: type[Mission], before: Sequence[tuple[str, DeclaredFault]]
     ) -> Iterator[ConfigurationFault]:
-        """Yield a sensor that none of the vehicles in question has."""
+        """Yield faults: a sensor that none of the vehicles in question has."""
         is_any, group = self.vehicle == ANY, self.vehicle.removeprefix(HEAD_OF)
         heads = [(one.name, one.head.name) for one in scenario.group if one.name == group and one.head is not None]
         meant = [
@@ -403,7 +403,10 @@ def own_faults(key: str, hook: str, asked: Callable[[], Iterable[ConfigurationFa
 def draw_faults(
     faults: Sequence[DeclaredFault], database: AUVDatabase, groups: Mapping[str, Group]
 ) -> Iterator[ConfigurationFault]:
-    """Yield impossible draws and kinds with wrong answers, for a scenario without other faults."""
+    """Yield faults of ``[[fault]]`` tables: kinds that raise, or more draws than able vehicles.
+
+    The scenario must be valid otherwise.
+    """
     for number, fault in enumerate(faults, 1):
         try:
             for data in database.values():
@@ -423,7 +426,7 @@ def draw_faults(
 
 
 def _whose(key: str, fault: DeclaredFault, scenario: Scenario) -> Iterator[ConfigurationFault]:
-    """Yield an unknown vehicle or group."""
+    """Yield faults: an unknown vehicle or group."""
     vehicle, vehicles = fault.vehicle, scenario.vehicle_names
     if vehicle in vehicles:
         return

@@ -341,7 +341,7 @@ def lacking(vehicle: VehicleTable, role: Role, scenario: Scenario, mission: type
 
 
 def equipment_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
-    """Yield capabilities and equipment that are not classes of the ontology."""
+    """Yield faults: capabilities and equipment that are not classes of the ontology."""
     tbox = words_in(scenario, mission)
     if tbox is None:
         return

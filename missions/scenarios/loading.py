@@ -189,7 +189,7 @@ def _sensors(vehicle: VehicleTable, mission: type[Mission]) -> Iterator[Configur
 
 
 def _contradictions(overrides: Sequence[tuple[str, str]]) -> Iterator[ConfigurationFault]:
-    """Yield overrides that contradict an earlier one."""
+    """Yield faults: overrides that contradict an earlier one."""
     first: dict[str, tuple[str, str]] = {}
     for option, text in overrides:
         name, _, value = text.partition("=")

@@ -305,7 +305,7 @@ def _head(group: GroupTable) -> Iterator[ConfigurationFault]:
 
 
 def _names_of_roles(group: GroupTable, roles: Mapping[RoleKey, Role]) -> Iterator[ConfigurationFault]:
-    """Yield unknown or self-referencing roles in the keys of roles."""
+    """Yield faults: unknown or self-referencing roles in the keys of roles."""
     paths, names = [".".join(key) for key in roles], group.role_names
     for name, count in Counter(names).items():
         if count > 1:
@@ -321,7 +321,7 @@ def _names_of_roles(group: GroupTable, roles: Mapping[RoleKey, Role]) -> Iterato
 
 
 def _played_by(roles: Mapping[RoleKey, Role]) -> Iterator[ConfigurationFault]:
-    """Yield cycles of ``played_by``, and incompatible roles that one holder must play."""
+    """Yield faults: cycles of ``played_by``, and incompatible roles that one holder must play."""
     above = {key: other for key, role in roles.items() if (other := role_key(role.played_by or "")) in roles}
     for cycle in _cycles(above):
         line = " is played by ".join(".".join(key) for key in [*cycle, cycle[0]])
@@ -357,7 +357,7 @@ def _cycles(above: Mapping[Name, Name]) -> list[list[Name]]:
 
 
 def excluded(roles: Mapping[RoleKey, Role]) -> dict[RoleKey, set[RoleKey]]:
-    """Return the incompatible roles of each role, symmetrically."""
+    """Return the incompatible roles of each role, also if only the other role lists it."""
     found: dict[RoleKey, set[RoleKey]] = {key: set() for key in roles}
     for key, role in roles.items():
         for name in role.incompatible:
@@ -369,7 +369,7 @@ def excluded(roles: Mapping[RoleKey, Role]) -> dict[RoleKey, set[RoleKey]]:
 
 
 def _nesting(listed: Sequence[GroupTable], templates: Sequence[Raw]) -> Iterator[ConfigurationFault]:
-    """Yield unknown, circular and too many or too few subgroups."""
+    """Yield faults: unknown, circular and too many or too few subgroups."""
     groups = {group.name: group for group in listed}
     for name, group in groups.items():
         yield from one_of(f"group.{name}.within", group.within, list(groups))
@@ -386,7 +386,7 @@ def _nesting(listed: Sequence[GroupTable], templates: Sequence[Raw]) -> Iterator
 def _subgroups(
     group: GroupTable, kinds: Mapping[str, Sequence[str]], templates: Sequence[str]
 ) -> Iterator[ConfigurationFault]:
-    """Yield violations of the number and templates (``kinds``) of a group's subgroups."""
+    """Yield faults: violations of the number and templates (``kinds``) of a group's subgroups."""
     for number, table in enumerate(group.subgroup, 1):
         key = f"group.{group.name}.subgroup.{number}"
         yield from one_of(f"{key}.template", table.template, templates)
@@ -421,7 +421,7 @@ def ancestry(templates: Sequence[Raw], template: str | None) -> tuple[str, ...]:
 
 
 def player_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
-    """Yield roles with too few able vehicles, or with none that meets the further conditions."""
+    """Yield faults: roles with too few able vehicles, or none that meets the other conditions."""
     for (group, name), role in scenario.roles.items():
         key, able = _at((group, name)), scenario.able_to_play(group, name)
         if not able and role.requires is not None:
@@ -441,7 +441,7 @@ def player_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[Config
 
 
 def playable_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
-    """Yield unknown roles in the vehicles' lists."""
+    """Yield faults: unknown roles in the vehicles' lists."""
     roles = sorted({name for _, name in scenario.roles})
     paths = [*roles, *(".".join(key) for key in scenario.roles)]
     for vehicle in scenario.vehicle:
@@ -451,7 +451,7 @@ def playable_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
 
 
 def _players_of_both(scenario: Scenario) -> Iterator[ConfigurationFault]:
-    """Yield pairs of roles for one holder that no vehicle can play together."""
+    """Yield faults: pairs of roles for one holder that no vehicle can play together."""
     for key, role in scenario.roles.items():
         other = role_key(role.played_by or ".")
         if all(other) and not any(one.can_play(*key) and one.can_play(*other) for one in scenario.vehicle):
@@ -459,7 +459,7 @@ def _players_of_both(scenario: Scenario) -> Iterator[ConfigurationFault]:
 
 
 def _successors(scenario: Scenario) -> Iterator[ConfigurationFault]:
-    """Yield successions whose role holders cannot lead."""
+    """Yield faults: successions whose role holders cannot lead."""
     for group in scenario.group:
         key, given, head = f"group.{group.name}.succession", group.succession, group.head
         faults = [fault for role in given for fault in one_of(key, role, group.role_names)]
@@ -551,7 +551,7 @@ FORMATION_WORDS = ontology_path("formation")
 
 
 def formation_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
-    """Yield groups that cannot be formed, or that have keys of initial groups."""
+    """Yield faults: groups that cannot be formed, or that have keys of initial groups."""
     formers = {group.name: group.formed_by for group in scenario.group if group.formed_by is not None}
     circular = {name for cycle in _cycles(formers) for name in cycle}
     for group in scenario.group:

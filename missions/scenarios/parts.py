@@ -148,7 +148,7 @@ def with_files_found(raw: Mapping[str, Any], folder: Path, overridden: Collectio
 
 
 def metric_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
-    """Yield metrics of a scenario that cannot be loaded."""
+    """Yield faults: metrics of a scenario that cannot be loaded."""
     for reference in scenario.scenario.metrics:
         try:
             metric_named(reference)

@@ -49,7 +49,7 @@ def faults_between(file: StudyFile) -> Iterator[ConfigurationFault]:
 
 
 def _sampling_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
-    """Yield tables that the sampling lacks or does not read."""
+    """Yield faults: tables that the sampling lacks or does not read."""
     sampling = file.study.sampling
     used = TABLE_OF[sampling]
     for table in TABLE_OF.values():
@@ -61,7 +61,7 @@ def _sampling_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
 
 
 def _unforeseen_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
-    """Yield unforeseen cases that cannot be distinguished."""
+    """Yield faults: unforeseen cases that cannot be distinguished."""
     names = [case.name for case in file.unforeseen]
     empty = [number for number, case in enumerate(file.unforeseen, 1) if not case.set and not case.fault]
     for number, name in enumerate(names, 1):
@@ -74,7 +74,7 @@ def _unforeseen_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
 
 
 def _empty_axes(file: StudyFile) -> Iterator[ConfigurationFault]:
-    """Yield empty lists and channels without name."""
+    """Yield faults: empty lists and channels without name."""
     tables = [("grid", dict(flattened(file.grid)))]
     tables += [(channel_place(file, number), channel) for number, channel in enumerate(file.channel)]
     for table, values in tables:
@@ -88,7 +88,7 @@ def _empty_axes(file: StudyFile) -> Iterator[ConfigurationFault]:
 
 
 def _bounds_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
-    """Yield bounds of a Latin hypercube that are not two finite, ascending numbers."""
+    """Yield faults: bounds of a Latin hypercube that are not two finite, ascending numbers."""
     for key, bounds in flattened(file.latin):
         numbers = isinstance(bounds, list) and [type(bound) in (int, float) for bound in bounds] == [True, True]
         if not numbers or not bounds[0] < bounds[1] or not math.isfinite(bounds[1] - bounds[0]):
@@ -96,7 +96,7 @@ def _bounds_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
 
 
 def _factorial_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
-    """Yield factors without two levels, channel factors, and too few or too many factors."""
+    """Yield faults: factors without two levels, channel factors, too few or too many factors."""
     factors, halvings = file.factors, file.study.halvings
     for key, levels in factors.items():
         if not isinstance(levels, list) or len(levels) != 2 or levels[0] == levels[1]:
@@ -114,7 +114,7 @@ def _factorial_faults(file: StudyFile) -> Iterator[ConfigurationFault]:
 
 
 def _conflicts(file: StudyFile) -> Iterator[ConfigurationFault]:
-    """Yield scenario keys set by two tables of the study."""
+    """Yield faults: scenario keys set by two tables of the study."""
     places: dict[str, str] = {}
     own_faults = any(unforeseen.fault for unforeseen in file.unforeseen)
     set_by = [(f"study.{name}", key) for name, key in LISTS.items() if getattr(file.study, name) is not None]

@@ -176,7 +176,7 @@ def _concluded(tbox: TBox, vehicle: VehicleTable, module: ModuleSettings) -> fro
 
 
 def _choreography(scenario: TridentScenario, tbox: TBox) -> Iterator[ConfigurationFault]:
-    """Yield unreachable states, dead ends, and messages with unknown states, facts or vehicles."""
+    """Yield faults: unreachable states, dead ends, unknown states, facts or vehicles."""
     table, found = scenario.choreography, list[ConfigurationFault]()
     states = [state.name for state in table.state]
     for name, count in Counter(states).items():

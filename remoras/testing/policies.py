@@ -77,7 +77,7 @@ class Nodes:
         ]
 
     def play(self, slot: int, heard_by: int) -> None:
-        """One slot; bit i of ``heard_by`` says that node i receives the packet."""
+        """Simulate one slot; bit i of ``heard_by`` is set if node i receives the packet."""
         n_nodes = self.n_nodes
         owner = slot % n_nodes
         for one in self.nodes:
@@ -104,7 +104,7 @@ class Nodes:
         return [[*one.holders] for one in self.nodes]
 
     def false_belief(self) -> str | None:
-        """A belief that does not hold, in words."""
+        """Describe a false belief of a node about holders; None without one."""
         for item in range(self.n_items):
             holders = sum(one.holders[item] & 1 << node for node, one in enumerate(self.nodes))
             for node, one in enumerate(self.nodes):
