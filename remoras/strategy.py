@@ -78,9 +78,9 @@ class Declaration:
 
 @dataclass(frozen=True, slots=True)
 class Statement:
-    """Facts stated together.
+    """Facts of one message of a vehicle.
 
-    ``told``: sent to others; else recorded by the vehicle only.
+    ``told``: sent to other vehicles; else recorded by this one only.
     """
 
     facts: tuple[Statable, ...]
@@ -89,7 +89,7 @@ class Statement:
 
 @dataclass(frozen=True, slots=True)
 class Heard:
-    """Facts stated together by a peer."""
+    """Facts of one message received from a peer."""
 
     issuer: str
     time_s: float

@@ -234,7 +234,7 @@ def _said(observations: Sequence[Observation], attribute: Attribute) -> dict[int
 
 
 def _deviation(slots: Iterable[dict[int, _Said]]) -> tuple[float, int]:
-    """Return Q and its degrees of freedom."""
+    """Return ``Q`` of the module docstring (consistency of origins) and its degrees of freedom."""
     terms, degrees = [], 0
     for said in slots:
         for axis in zip(*(one.axes for one in said.values()), strict=True):

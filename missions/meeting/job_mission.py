@@ -95,7 +95,7 @@ def with_job_roles(
 
 
 def playing(vehicle: VehicleTable, roles: Sequence[str]) -> VehicleTable:
-    """Return the vehicle with more playable roles."""
+    """Return the vehicle with ``roles`` added to its playable ones."""
     played = vehicle.playable_roles or ()
     return vehicle.model_copy(update={"playable_roles": (*played, *(role for role in roles if role not in played))})
 

@@ -93,7 +93,7 @@ class _Views:
         return n_wrong / (n_inside * (n_inside - 1)) if n_inside > 1 else None
 
     def _errs(self, viewer: str, wrong: set[RoleKey]) -> bool:
-        """True if a wrong role counts as an error; under needs by groups, only roles of own groups do."""
+        """True if a wrong role counts as an error: any, or with needs by groups one of own groups."""
         if not self._by_groups or not wrong:
             return bool(wrong)
         own = {group for group, _ in self._views[viewer, viewer]}

@@ -105,7 +105,7 @@ class Choice:
         return vital, held
 
     def _most(self, motivations: Sequence[float], held: int, begun: int, sum_: Sum) -> Sum:
-        """Return the best mean and its sets, given vital state ``held`` and initial state ``begun``."""
+        """Return the greatest mean motivation and its sets, added to ``begun`` beside vital ``held``."""
         fit = self._fit(motivations, begun & _TYPES)
         n_held, above = (held & _TYPES).bit_count(), 8 + self._n_needed
         highest = 0.0

@@ -42,7 +42,7 @@ _Choice = tuple[Agenda, int, Iterator[Decomposition], int, int, int]
 
 
 class _Search:
-    """One search.
+    """Depth-first search for one plan, with backtracking.
 
     Attributes:
         loop: first pruned cycle.

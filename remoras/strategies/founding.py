@@ -29,7 +29,7 @@ Row = tuple[dict[int, float], float, float]
 
 
 class Seats:
-    """One assignment problem.
+    """Initial assignment of vehicles to roles, as one optimisation problem.
 
     Args:
         roles: in order of assignment.
