@@ -66,13 +66,13 @@ def _scenario(key: str, label_of: Mapping[str, tuple[ConfigurationLabel, str]]) 
 
     def scenario_of() -> Scenario:
         if key not in label_of:
-            raise OutputError(f"run {key}: the folder does not say of which scenario it is")
+            raise OutputError(f"run {key}: the folder does not record its scenario")
         label, digest = label_of[key]
         settings = [("study", f"{name}={toml_value(value)}") for name, value in label.settings]
         try:
             scenario = load(label.source, settings)
         except MissionsError as error:
-            raise OutputError(f"run {key}: its scenario {label.source} cannot be had: {error}") from None
+            raise OutputError(f"run {key}: its scenario {label.source} cannot be loaded: {error}") from None
         if hashlib.sha256(run_content(scenario).encode()).hexdigest() != digest:
             raise OutputError(f"run {key}: its scenario {label.source} is another one now; rows of tables can be read")
         return scenario

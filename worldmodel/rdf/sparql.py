@@ -106,7 +106,7 @@ def _prepared(tbox: TBox, sparql: str) -> Query:
         raise QueryError(f"the query is a {kind}; allowed: SELECT or ASK")
     if prepared.algebra.get("datasetClause") or _asks_others(prepared.algebra):
         raise QueryError(
-            "the query has FROM or SERVICE; allowed: what asks the world models alone, and fetches nothing"
+            "the query has FROM or SERVICE; allowed: queries of the world models only, which load no other data"
         )
     return prepared
 
