@@ -166,7 +166,7 @@ class Courses:
                 self._bound[name] = (at_m[0] - from_m[0]) / leg_m, (at_m[1] - from_m[1]) / leg_m
 
     def is_against(self, name: str, goal: Velocity) -> bool:
-        """True unless a vehicle is known to move along with a velocity."""
+        """True if a vehicle's course opposes a velocity (90 deg or more apart), or is unknown."""
         east, north = self._bound.get(name, (-goal[0], -goal[1]))
         return east * goal[0] + north * goal[1] <= 0.0
 

@@ -89,7 +89,7 @@ def _check_value(store: Store, attribute: Attribute, fact: PropertyValue, faults
 
 
 def check_fit(store: Store, block: Block) -> CheckResult:
-    """Check a valid block against the known instances, as described above."""
+    """Check the fit of a block of valid form with the store, see the module docstring."""
     for fact in block.facts:
         if not _fits_as_known(store, fact):
             break

@@ -219,7 +219,7 @@ class Answers(StoredItems):
         return newest.facts[0].value if isinstance(newest, Block) else newest.value
 
     def common_values(self, subject: int, attribute: int) -> tuple[Value, ...]:
-        """Return the common initial value of a property, if any; links belong to ``inference``."""
+        """Return the common initial value of a property, if any, without inferred links."""
         value = self._common_values.get((subject, attribute))
         return () if value is None else (value,)
 

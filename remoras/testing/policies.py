@@ -100,7 +100,7 @@ class Nodes:
             yield self.beliefs()
 
     def beliefs(self) -> list[list[int]]:
-        """Holders of each item, by node."""
+        """Believed holders of each item (bit masks), by node."""
         return [[*one.holders] for one in self.nodes]
 
     def false_belief(self) -> str | None:
