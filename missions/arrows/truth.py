@@ -52,6 +52,7 @@ class ArrowsTruth(JobTruth):
     """Referee of a run; ``chart`` creates a map of the prior."""
 
     work = "identify what lies there"
+    ends_with_meeting = True
 
     def __init__(
         self,
@@ -94,11 +95,6 @@ class ArrowsTruth(JobTruth):
     def out_of_reach(self, fleet: FleetView) -> Sequence[str]:
         """Empty: sites have no names."""
         return ()
-
-    @property
-    def is_over(self) -> bool:
-        """True once all groups have met and no vehicle will return: none leaves again."""
-        return super().is_over or (self._n_meetings > 0 and not self._apart and not self._is_awaited)
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
         """Record detections and identifications since the last call."""

@@ -318,6 +318,8 @@ class JobTruth(MeetingTruth):
     """
 
     work = "do"
+    ends_with_meeting = False
+    """True if no vehicle leaves again once all groups have met."""
 
     def __init__(self, meeting: Meeting, objective: str, recorder: Recorder) -> None:
         super().__init__(meeting)
@@ -381,7 +383,7 @@ class JobTruth(MeetingTruth):
         Gathered vehicles do not return to a job that is open in truth.
         """
         have_met = self._n_meetings > 0 and not self._apart and not self._is_awaited
-        return super().is_over or (have_met and self._done.issuperset(self._jobs))
+        return super().is_over or (have_met and (self.ends_with_meeting or self._done.issuperset(self._jobs)))
 
     @property
     def jobs_as_they_are(self) -> Mapping[str, Job]:

@@ -113,6 +113,7 @@ class PandoraTruth(JobTruth):
     """Referee of services by tools and cameras."""
 
     work = "service"
+    ends_with_meeting = True
 
     def __init__(
         self,
@@ -153,11 +154,6 @@ class PandoraTruth(JobTruth):
     def jobs_done(self) -> Collection[str]:
         """Jobs with truly serviced parts."""
         return {self._parts[name].name for name in self._serviced}
-
-    @property
-    def is_over(self) -> bool:
-        """True once all groups have met and no vehicle will return: none goes back to finished work."""
-        return super().is_over or (self._n_meetings > 0 and not self._apart and not self._is_awaited)
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
         """Record services since the last call."""
