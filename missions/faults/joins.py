@@ -20,16 +20,13 @@ class Joins(DeclaredFault):
     """One ``[[fault]]`` of kind ``joins``."""
 
     NUMBER = 5
+    CONDITION = Condition(is_there=False)
     TEXT = "it is absent before at_s"
     NOT_USED: ClassVar[Mapping[str, str]] = {
         "rate_per_h": "a vehicle joins at a time: give at_s",
         "until_s": "a vehicle that has joined stays; leave until_s out, or add a fault of kind lost",
     }
     ABSENCE = Absence.BEFORE
-
-    def leaves(self, data: VehicleData) -> Condition:
-        """Condition of a vehicle that does not exist yet, not even as an obstacle."""
-        return Condition(is_there=False)
 
     def detail(self, data: VehicleData, how_long: str) -> str:
         """Describe the time until it joins."""

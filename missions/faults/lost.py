@@ -13,7 +13,6 @@ from remoras.faults import ANY
 
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario
-    from remoras.database import VehicleData
     from remoras.mission import Mission
 
 
@@ -21,13 +20,10 @@ class Lost(DeclaredFault):
     """One ``[[fault]]`` of kind ``lost``."""
 
     NUMBER = 0
+    CONDITION = Condition(is_running=False)
     TEXT = "all its functions fail"
     ABSENCE = Absence.LOSS
     DISABLES = True
-
-    def leaves(self, data: VehicleData) -> Condition:
-        """Condition of a vehicle that is off."""
-        return Condition(is_running=False)
 
     def checks(
         self, key: str, scenario: Scenario, mission: type[Mission], before: Sequence[tuple[str, DeclaredFault]]

@@ -27,6 +27,7 @@ class Restarts(DeclaredFault):
     """One ``[[fault]]`` of kind ``restarts``."""
 
     NUMBER = 7
+    CONDITION = Condition(is_running=False)
     TEXT = "it is off from at_s on and restarts at until_s"
     NOT_USED: ClassVar[Mapping[str, str]] = {"rate_per_h": "a vehicle restarts at a time: give at_s"}
     REQUIRED: ClassVar[Mapping[str, str]] = {"until_s": "missing: when the vehicle begins anew"}
@@ -37,10 +38,6 @@ class Restarts(DeclaredFault):
         None,
         description="whether the vehicle keeps its knowledge; lost if absent. The others restore its roles and jobs",
     )
-
-    def leaves(self, data: VehicleData) -> Condition:
-        """Condition of a vehicle that is off."""
-        return Condition(is_running=False)
 
     def detail(self, data: VehicleData, how_long: str) -> str:
         """Describe the end of the outage and whether memory is kept."""

@@ -99,6 +99,7 @@ class DeclaredFault(Section):
     Attributes:
         TEXT: effect on the vehicle, a line of ``remoras explain``.
         NUMBER: key of draws, so that no other kind shifts them; derived from the name for plug-ins.
+        CONDITION: condition of the vehicle during the fault, unless ``leaves`` gives another.
         NOT_USED: keys of every fault that it rejects, with a remedy.
         REQUIRED: required keys, with a message.
         BEFALLS: property of the vehicles from which ``any`` is drawn.
@@ -109,6 +110,7 @@ class DeclaredFault(Section):
     model_config = ConfigDict(json_schema_extra=_with_kinds)
 
     TEXT: ClassVar[str] = ""
+    CONDITION: ClassVar[Condition] = SOUND
     NUMBER: ClassVar[int | None] = None
     NOT_USED: ClassVar[Mapping[str, str]] = {}
     REQUIRED: ClassVar[Mapping[str, str]] = {}
@@ -135,7 +137,7 @@ class DeclaredFault(Section):
 
     def leaves(self, data: VehicleData) -> Condition:
         """Return the condition of the vehicle during the fault; ``Condition()`` is sound."""
-        return SOUND
+        return self.CONDITION
 
     def detail(self, data: VehicleData, how_long: str) -> str:
         """Return the start text in the table of faults, which must contain ``how_long``."""
