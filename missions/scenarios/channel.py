@@ -32,7 +32,7 @@ from exchange.acoustics.models import (
 from exchange.acoustics.network import NetworkChannel, file_in
 from exchange.acoustics.shipped import CHANNELS
 from exchange.acoustics.trace import TraceChannel
-from missions.document import Document
+from missions.document import Document, fault_of
 from missions.errors import ConfigurationError, ConfigurationFault, one_of
 from missions.files import is_number, text_of
 from missions.scenarios.communication import modem_in
@@ -270,7 +270,7 @@ def channel_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
 def _setting_faults(model: type[ChannelModel], scenario: Scenario) -> Iterator[ConfigurationFault]:
     """Yield faults of the model's settings: unknown keys and vehicles, and its own checks."""
     channel, name = scenario.channel, scenario.channel.name
-    own, given = {"name", "blackout"}, {key: getattr(channel, key) for key in channel.model_fields_set}
+    given = {key: getattr(channel, key) for key in channel.model_fields_set}
     known = list(ChannelTable.model_fields) if name in CHANNELS else ["name", *model.model_fields, "blackout"]
     for key in given.keys() - set(known):
         allowed = f"unknown key, allowed here: {', '.join(known)}{suggestion(key, known)}"
@@ -278,14 +278,12 @@ def _setting_faults(model: type[ChannelModel], scenario: Scenario) -> Iterator[C
     try:
         settings = channel.settings()
     except ValidationError as error:  # of a plug-in model
-        for detail in error.errors():
-            key = ".".join(str(part + 1 if isinstance(part, int) else part) for part in detail["loc"])
-            message = str(detail["msg"])
-            yield ConfigurationFault(f"channel.{key}", _shown(detail["input"]), message[0].lower() + message[1:])
+        for fault in (fault_of(detail, model, given) for detail in error.errors()):
+            yield ConfigurationFault(f"channel.{fault.key}", fault.given, fault.allowed)
         return
     yield from _vehicle_faults("channel", settings, scenario.vehicle_names)
     deployment = deployment_in(scenario)
-    used = json.loads(json.dumps({key: given[key] for key in given if key not in own}, default=_plain))
+    used = json.loads(json.dumps({key: given[key] for key in given if key not in OF_EVERY_CHANNEL}, default=_plain))
     try:
         found = list(model.faults({key: value for key, value in used.items() if key in model.model_fields}))
         if not found and deployment is not None:
@@ -352,11 +350,6 @@ def _vehicle_faults(above: str, table: BaseModel, vehicles: Sequence[str]) -> It
         for number, entry in enumerate(value if isinstance(value, tuple) else (), 1):
             if isinstance(entry, BaseModel):
                 yield from _vehicle_faults(f"{above}.{key}.{number}", entry, vehicles)
-
-
-def _shown(value: Any) -> str:
-    text = json.dumps(value, default=str)
-    return text if len(text) <= 60 else text[:57] + "..."
 
 
 def with_link_file_found(channel: ChannelTable, folder: Path, is_other: bool) -> ChannelTable:
