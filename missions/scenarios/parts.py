@@ -284,19 +284,16 @@ def groups_of(scenario: Scenario) -> tuple[Group, ...]:
     return tuple(_group(table, apart, ancestry(scenario.group_template, table.template)) for table in scenario.group)
 
 
+AS_IN_TABLE = {"name", "minimum", "maximum", "head", "founding", "job", "influences", "authority"}
+"""Keys that a role has from its table."""
+
+
 def _group(table: GroupTable, excluded: Mapping[RoleKey, set[RoleKey]], templates: tuple[str, ...]) -> Group:
     roles = tuple(
         RoleSpecification(
-            name=role.name,
-            minimum=role.minimum,
-            maximum=role.maximum,
-            head=role.head,
-            founding=role.founding,
-            job=role.job,
+            **role.model_dump(include=AS_IN_TABLE),
             played_by=role_key(role.played_by) if role.played_by else None,
-            influences=role.influences,
             incompatible=frozenset(excluded[table.name, role.name]),
-            authority=role.authority,
         )
         for role in table.role
     )
