@@ -318,7 +318,8 @@ def test_figures_of_a_run_and_of_a_sweep_are_not_confused(results: Path, swept: 
     assert "'trade-off' is a figure of a sweep" in refused("plot", results, "trade-off")
     assert "holds a single run" in refused("plot", results, "--metric", "n_bytes")
     assert "--all: is about the figures of a sweep" in refused("plot", results, "--all")
-    assert "name the figure ranking or differences too" in refused("plot", swept, "bytes", "--metric", "n_bytes")
+    said = refused("plot", swept, "bytes", "--metric", "n_bytes")
+    assert "applies to the figures ranking and differences only" in said
     assert "did you mean 'n_bytes'" in refused("plot", swept, "ranking", "--metric", "n_byte")
 
 
