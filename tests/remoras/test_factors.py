@@ -43,8 +43,8 @@ def test_factors_make_one_strategy_of_another(one: str, other: str, factors: tup
 @pytest.mark.parametrize(
     ("strategy", "settings", "says"),
     [
-        ("central", {"common_plan": "jobs"}, 'excludes announces = "next-jobs"; allowed: "plan", or common_p'),
-        ("remoras-planned", {"announces": "next-jobs"}, 'excludes announces = "next-jobs"; allowed: "plan", or comm'),
+        ("central", {"common_plan": "jobs"}, '"next-jobs"; allowed: announces = "plan", or common_plan'),
+        ("remoras-planned", {"announces": "next-jobs"}, '"next-jobs"; allowed: announces = "plan", or common_plan'),
         ("remoras", {"repairs": "never"}, "excludes help_s = 60; allowed: help_s = 1000000, or repairs"),
         ("cbba", {"common_plan": "jobs"}, "'none' or 'missions'"),
         ("cbba", {"decides": "head"}, 'cbba has "each" alone; "head" has central, plan-and-dispatch, '),
