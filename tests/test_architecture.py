@@ -110,7 +110,7 @@ HULL = {
 LAYERS = ("remoras.social", "remoras.executive", "remoras.functional")
 KNOW_MESA = {"remoras.fleet", "remoras.solo", "remoras.vehicle"}
 STAND_ALONE = {
-    "remoras.organisation": {"remoras.errors"},
+    "remoras.organisation": {"remoras.errors", "remoras.table"},
     "remoras.htn": {"remoras.errors", "remoras.collecting"},
     "remoras.executive.satisfaction": {"remoras.activities", "remoras.table"},
 }

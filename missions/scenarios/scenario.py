@@ -94,7 +94,7 @@ class World(Section):
 
     @property
     def box_m(self) -> tuple[float, float, float, float]:
-        """Area of operations (x_min, y_min, x_max, y_max)."""
+        """Borders of the operations (x_min, y_min, x_max, y_max)."""
         return self.x_m[0], self.y_m[0], self.x_m[1], self.y_m[1]
 
     def outside(self, places_m: Iterable[tuple[str, PointM]]) -> Iterator[ConfigurationFault]:

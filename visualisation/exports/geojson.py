@@ -84,6 +84,6 @@ def _milestones(voyage: Voyage, datum: Datum) -> Iterator[dict[str, Any]]:
 
 
 def _doubled_size_m2(corners: list[tuple[float, float]]) -> float:
-    """Return twice the signed area of a polygon (m2), positive if anticlockwise."""
+    """Return twice the signed surface of a polygon (m2), positive if anticlockwise."""
     following = [*corners[1:], corners[0]]
     return sum(x * other_y - other_x * y for (x, y), (other_x, other_y) in zip(corners, following, strict=True))

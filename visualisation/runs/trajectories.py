@@ -170,7 +170,7 @@ class MapContents(NamedTuple):
 
 
 class Panel(NamedTuple):
-    """One map: title, area, time span."""
+    """One map: title, borders, time span."""
 
     title: str
     frame: Frame
