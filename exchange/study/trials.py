@@ -366,7 +366,7 @@ def choose(weights: Ints, loaded: Ints, lane: int, room: int) -> None:
                 heaviest = column
         if heaviest < 0:
             break
-        weights[heaviest] = -1  # for now
+        weights[heaviest] = -1  # marks a chosen item; reset below
     for column in range(len(loaded)):
         if weights[column] < 0:
             weights[column] = 0

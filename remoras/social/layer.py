@@ -1,6 +1,6 @@
 """Social layer: the flotilla as an organisation and its missions (REMORAS, section IV).
 
-Its eight modules by the paper's names:
+Modules by the paper's names:
 
 * AUV database: ``database``;
 * optimiser of organisational performances: ``strategy``, which allocates roles;
