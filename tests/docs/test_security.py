@@ -1,4 +1,4 @@
-"""What the pages on guarantees and security say: their tests exist, nothing is fetched, nothing may carry code."""
+"""Claims of the page on security: nothing is fetched, nothing may carry code."""
 
 import re
 import socket
@@ -10,31 +10,6 @@ from worldmodel import OntologyError, core_ontology_paths, read_tbox
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("worldmodel", "exchange", "remoras", "missions", "visualisation")
-
-
-def rows(page: str) -> list[list[str]]:
-    """Cells of the rows of tables whose last column is called Test."""
-    found, is_table = [], False
-    for line in (ROOT / "docs" / page).read_text(encoding="utf-8").splitlines():
-        cells = [cell.strip() for cell in line.strip("|").split("|")]
-        if not line.startswith("|"):
-            is_table = False
-        elif cells[-1] == "Test":
-            is_table = True
-        elif is_table and not cells[-1].startswith("---"):
-            found.append(cells)
-    return found
-
-
-@pytest.mark.parametrize(("page", "n_at_least"), [("guarantees.md", 30), ("security.md", 9)])
-def test_every_row_names_tests_that_exist(page: str, n_at_least: int) -> None:
-    named = [(cells[0], re.findall(r"`([^`]+)`", cells[-1])) for cells in rows(page)]
-    assert len(named) >= n_at_least
-    for what, tests in named:
-        assert tests, what
-        for test in tests:
-            file, _, name = test.partition("::")
-            assert re.search(rf"^def {name}\(", (ROOT / file).read_text(encoding="utf-8"), re.MULTILINE), test
 
 
 def test_an_ontology_that_imports_from_elsewhere_is_refused_and_nothing_is_fetched(
