@@ -12,9 +12,9 @@ trials in the policy study (`exchange.study.trials`). Invariant under any loss: 
 item which that peer lacks.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 
 class Acknowledgement(NamedTuple):
@@ -26,11 +26,11 @@ class Acknowledgement(NamedTuple):
         carries: ``carries(n_nodes, frame, sender, row, column)`` is True if the header of `sender` in that TDMA frame
             has the bit A[row][column]. It fixes the layout for sender and receivers. `frame` is below `period_frames`;
             row and column differ, as no node acknowledges itself.
-        header: ``header(said, mine, received, held)`` returns the nodes reported as receivers of a packet, for each
-            slot of the last two frames. `said`: receivers reported by peers. `mine`: this node. `received`: all bits if
-            this node received the packet, else none. `held`: nodes believed to hold all its items, if it has any. Only
-            ``&``, ``|`` and ``~`` are allowed: the study compiles it with a trial in each bit. Bits that the header
-            cannot carry are masked afterwards.
+        header: ``header(said, mine, received, held)`` returns the nodes reported as receivers of a packet, for all
+            slots of the last two frames at once. `said`: receivers reported by peers. `mine`: this node. `received`:
+            all bits where this node received the packet. `held`: nodes believed to hold all items of a packet with any.
+            Only ``&``, ``|`` and ``~`` are allowed: the study compiles it with a trial in each bit. Bits that the
+            header cannot carry are masked afterwards.
         relays: nodes store what headers report about others; otherwise `said` is empty.
         infers: `header` uses `held`; otherwise it is empty.
         period_frames: TDMA frames until the header layout repeats.
@@ -73,10 +73,6 @@ def members(words: int) -> list[int]:
     return numbers
 
 
-Acknowledged = tuple[int, int]
-"""Ring place of a slot, and the nodes that received its packet."""
-
-
 def slots_ago(n_nodes: int, sender: int, row: int, column: int) -> int:
     """Slots between the packet that A[row][column] refers to and a slot of `sender`.
 
@@ -103,57 +99,39 @@ def bits_carried(kind: Acknowledgement, n_nodes: int, frame: int, sender: int) -
     return sum([nodes.bit_count() for _, nodes in layout(kind, n_nodes, frame % kind.period_frames, sender)])
 
 
-def acknowledged(rows: Sequence[int], n_nodes: int, slot: int) -> tuple[Acknowledged, ...]:
-    """Convert the matrix of a packet into facts by ring place; row i has bit j for A[i][j]."""
-    facts: dict[int, int] = {}
-    sender = slot % n_nodes
+def acknowledged(rows: Sequence[int], n_nodes: int, slot: int) -> int:
+    """Convert the matrix of a packet, whose row i has bit j for A[i][j], into facts about slots.
+
+    Bit ``place * n_nodes + node`` of the result: the node received the packet of that ring place.
+    """
+    facts, sender, ring = 0, slot % n_nodes, 2 * n_nodes
     for row, columns in enumerate(rows):
         for column in members(columns) if columns else ():
-            place = (slot - (sender - row) % n_nodes - (row - column) % n_nodes) % (2 * n_nodes)
-            facts[place] = facts.get(place, 0) | 1 << row
-    return tuple(facts.items())
-
-
-def passed(since: int, slot: int, n_nodes: int) -> int:
-    """Return the ring places (bit set) of the slots after `since` up to `slot`.
-
-    >>> bin(passed(8, 11, 5))
-    '0b1000000011'
-    """
-    ring = 2 * n_nodes
-    count = min(slot - since, ring)
-    bits = ((1 << count) - 1) << (slot + 1 - count) % ring if count > 0 else 0
-    return (bits | bits >> ring) & ((1 << ring) - 1)
-
-
-class Beliefs(Protocol):
-    """Holders of items as one node believes, by column."""
-
-    holders: list[int]
-    """Believed holders (bit mask) by column."""
-
-    def believe(self, column: int, nodes: int) -> None:
-        """Add believed holders of an item."""
+            place = (slot - (sender - row) % n_nodes - (row - column) % n_nodes) % ring
+            facts |= 1 << place * n_nodes + row
+    return facts
 
 
 class PacketLog:
-    """Packets of the last two frames, as one node knows them."""
+    """Packets of the last two frames, as one node knows them.
+
+    Sets of nodes by ring place are one integer, so that a rule applies to all slots at once: see `acknowledged`.
+    """
 
     def __init__(self, kind: Acknowledgement, me: int, n_nodes: int) -> None:
         self._kind, self.me, self.n_nodes = kind, me, n_nodes
-        self._others = (1 << n_nodes) - 1 & ~(1 << me)
-        self._ring = 2 * n_nodes
+        self._ring, self._all = 2 * n_nodes, (1 << n_nodes) - 1
+        self._each = sum([1 << place * n_nodes for place in range(self._ring)])  # node 0 at each place
         self.slot = -1
         """Latest slot opened."""
         self.sent_slot: int | None = None
         """Slot of the last own packet; None before the first."""
-        self.known = 0
-        """Ring places of packets that this node received or sent (bit set)."""
         self.heard = 0
         """Nodes whose last packet this node received (bit mask)."""
-        self.items: list[Sequence[int]] = [()] * self._ring
-        """Columns of a packet's items, by ring place."""
-        self._said = [0] * self._ring  # by place, receivers reported by peers
+        self._items = [0] * self._ring  # item set of a packet received or sent, by place
+        self._loaded = 0  # places of packets with items
+        self._received = 0  # all nodes at the places of packets received
+        self._said = 0  # receivers reported by peers
 
     def open(self, slot: int) -> None:
         """Advance to a slot; clear its ring place and those of slots passed since.
@@ -163,62 +141,73 @@ class PacketLog:
         earlier packets, whose places are cleared by the time it can no longer be reported: the second clearing is
         implied.
         """
-        if slot <= self.slot:
-            return
-        gone = passed(self.slot, slot, self.n_nodes)
-        self.known &= ~gone
-        self.heard &= ~(gone | gone >> self.n_nodes)
-        if self._kind.relays:
-            self._forget_said(gone | self._frame_away(gone))
-        self.slot = slot
+        for passed in range(max(self.slot + 1, slot + 1 - self._ring), slot + 1):
+            self._clear(passed % self._ring)
+            if self._said:
+                self._said &= ~self._about(passed % self.n_nodes)
+            self.heard &= ~(1 << passed % self.n_nodes)
+        self.slot = max(slot, self.slot)
 
-    def _frame_away(self, places: int) -> int:
-        """Return the ring places of the other packets of the same senders."""
-        return (places << self.n_nodes | places >> self.n_nodes) & ((1 << self._ring) - 1)
+    def _clear(self, place: int) -> None:
+        self._items[place] = 0
+        self._loaded &= ~(1 << place)
+        self._received &= ~(self._all << place * self.n_nodes)
 
-    def _forget_said(self, places: int) -> None:
-        for place in range(self._ring):
-            if places >> place & 1:
-                self._said[place] = 0
+    def _about(self, sender: int) -> int:
+        """Return all nodes at the two places of a sender."""
+        return (self._all << self.n_nodes * self.n_nodes | self._all) << sender * self.n_nodes
 
     @property
     def own_slot(self) -> int:
         """Last own slot up to the latest slot; below 0 if none."""
         return self.slot - (self.slot - self.me) % self.n_nodes
 
-    def last(self, node: int) -> Sequence[int]:
-        """Return the columns of a node's last packet; empty if this node missed it."""
-        place = (self.slot - (self.slot - node) % self.n_nodes) % self._ring
-        return self.items[place] if self.known >> place & 1 else ()
+    def last(self, node: int) -> int:
+        """Return the item set of a node's last packet; empty if this node missed it."""
+        return self._items[(self.slot - (self.slot - node) % self.n_nodes) % self._ring]
 
-    def note(self, slot: int, items: Sequence[int]) -> None:
-        """Record the items of a packet received or sent."""
-        place = slot % self._ring
-        self.items[place] = items
-        self.known |= 1 << place
-        self.heard |= 1 << slot % self.n_nodes & self._others
+    def note(self, slot: int, items: int) -> None:
+        """Record the item set of a packet received or sent."""
+        place, sender = slot % self._ring, slot % self.n_nodes
+        self._items[place] = items
+        self._loaded = self._loaded | 1 << place if items else self._loaded & ~(1 << place)
+        if sender != self.me:
+            self.heard |= 1 << sender
+            self._received |= self._all << place * self.n_nodes
 
-    def compose(self, slot: int, items: Sequence[int], holders: Sequence[int]) -> list[int]:
-        """Record the own packet of the open slot; return its acknowledgement matrix."""
+    def compose(self, slot: int, items: int, held: Sequence[int]) -> list[int]:
+        """Record the own packet of the open slot; return its acknowledgement matrix.
+
+        ``held`` has by node the items that it is believed to hold.
+        """
         kind, me, n_nodes, ring = self._kind, self.me, self.n_nodes, self._ring
-        self.sent_slot, mine, rows = slot, 1 << me, [0] * n_nodes
-        for ago, may in layout(kind, n_nodes, slot // n_nodes % kind.period_frames, me):
+        self.sent_slot, rows = slot, [0] * n_nodes
+        carried, may = layout(kind, n_nodes, slot // n_nodes % kind.period_frames, me), 0
+        for ago, nodes in carried:
+            may |= nodes << (slot - ago) % ring * n_nodes
+        inferred = self._inferred(may & self._received, held) if kind.infers else 0
+        facts = kind.header(self._said, self._each << me, self._received, inferred) & may
+        for ago, _ in carried:
             place = (slot - ago) % ring
-            sender, received, held = place % n_nodes, 0, 0
-            if sender != me and self.known >> place & 1:
-                received = -1
-                if kind.infers and self.items[place]:
-                    held = may
-                    for column in self.items[place]:
-                        held &= holders[column]
-            nodes = kind.header(self._said[place], mine, received, held) & may
-            for row in members(nodes) if nodes else ():
-                rows[row] |= 1 << sender
+            nodes = facts >> place * n_nodes & self._all
+            while nodes:
+                row = nodes.bit_length() - 1
+                nodes ^= 1 << row
+                rows[row] |= 1 << place % n_nodes
         self.note(slot, items)
         return rows
 
-    def learn(self, slot: int, facts: Iterable[Acknowledged], heeded: int, beliefs: Beliefs) -> None:
-        """Apply the acknowledgements of a received packet to the beliefs.
+    def _inferred(self, may: int, held: Sequence[int]) -> int:
+        """Return the nodes, of those at each place, that are believed to hold all items of the packet."""
+        inferred = 0
+        for place in members(self._loaded):
+            for node in members(may >> place * self.n_nodes & self._all):
+                if not self._items[place] & ~held[node]:
+                    inferred |= 1 << place * self.n_nodes + node
+        return inferred
+
+    def learn(self, slot: int, facts: int, heeded: int, held: list[int]) -> None:
+        """Apply the acknowledgements of a received packet to ``held``, see `compose`.
 
         5.: "if a packet sent by node A is acknowledged by node B, another node receiving that ACK (either A or C) will
         know that the ACKing peer now holds the information in the ACKed packet".
@@ -227,23 +216,25 @@ class PacketLog:
             slot: of the packet; facts about senders with a later slot up to now are void.
             heeded: nodes (bit mask) whose acknowledgements count.
         """
-        void = 0
-        if slot < self.slot:
-            void = passed(slot, self.slot, self.n_nodes)
-            void |= self._frame_away(void)
-        for place, stated in facts:
-            nodes = stated & heeded
-            if nodes and not void >> place & 1:
-                if self._kind.relays:
-                    self._said[place] |= nodes
-                if self.known >> place & 1:
-                    for column in self.items[place]:
-                        if nodes & ~beliefs.holders[column]:
-                            beliefs.believe(column, nodes)
+        facts &= (heeded & self._all) * self._each
+        for later in range(max(slot, self.slot - self.n_nodes) + 1, self.slot + 1):
+            facts &= ~self._about(later % self.n_nodes)
+        if self._kind.relays:
+            self._said |= facts
+        places = self._loaded
+        while places and facts:
+            place = places.bit_length() - 1
+            places ^= 1 << place
+            nodes, items = facts >> place * self.n_nodes & self._all, self._items[place]
+            while nodes:
+                node = nodes.bit_length() - 1
+                nodes ^= 1 << node
+                held[node] |= items
 
     def forget(self, node: int) -> None:
         """Clear the receptions and packets of a node."""
-        self.known &= ~(1 << node | 1 << node + self.n_nodes)
+        self._clear(node)
+        self._clear(node + self.n_nodes)
         self.heard &= ~(1 << node)
         if node != self.me:
-            self._said = [nodes & ~(1 << node) for nodes in self._said]
+            self._said &= ~(self._each << node)

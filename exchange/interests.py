@@ -156,7 +156,7 @@ class Interests:
         """Evaluate again the items about instances of unknown class."""
         undecided, self.undecided = self.undecided, {}
         for column in undecided:
-            if self._judge(column) and self._beliefs.is_lacked(column):
+            if self._judge(column) and self._beliefs.lacked(1 << column):
                 self._send(column, now_s)
 
     def adopt(self, columns: Iterable[int], now_s: float) -> None:
@@ -165,18 +165,13 @@ class Interests:
             if not self._sendable >> column & 1:
                 self._may_send.append(column)
                 self._sendable |= 1 << column
-                if self._judge(column) and self._beliefs.is_lacked(column):
+                if self._judge(column) and self._beliefs.lacked(1 << column):
                     self._send(column, now_s)
 
-    def settle(self, of_all: bool) -> tuple[ItemUid, ...]:
-        """Close items that all present interested nodes are believed to hold; return their names.
-
-        ``of_all``: check all open items, not only those with new holders since the last call.
-        """
+    def settle(self) -> tuple[ItemUid, ...]:
+        """Close items that all present interested nodes are believed to hold; return their names."""
         beliefs, is_open = self._beliefs, self._queue.open
-        columns = members(is_open) if of_all or beliefs.peers.away else beliefs.unsettled
-        settled = [column for column in columns if is_open >> column & 1 and not beliefs.is_lacked(column)]
-        beliefs.unsettled.clear()
+        settled = members(is_open & ~beliefs.lacked(is_open))
         for column in settled:
             self._queue.drop(column)
             self._addressed.discard(column)
@@ -195,12 +190,11 @@ class Interests:
         unneeded: list[Expiry] = []
         for column in self._may_send:
             entry, was_open = self._beliefs.entry(column), bool(before >> column & 1)
-            spared = self._beliefs.spared[column]
-            is_needed = self._judge(column)
-            if is_needed and self._beliefs.is_lacked(column):
+            spared, is_needed = entry.spared, self._judge(column)
+            if is_needed and self._beliefs.lacked(1 << column):
                 if not was_open:
                     entry.is_eased = False
-                    self._send(column, now_s, bool(spared & ~self._beliefs.spared[column]))
+                    self._send(column, now_s, bool(spared & ~entry.spared))
                     continue
                 if entry.is_eased:
                     entry.priority = max(1, entry.priority // ADDRESSED_SHARE)
@@ -217,17 +211,15 @@ class Interests:
 
     def reopen(self, now_s: float) -> None:
         """Reopen delivered items that a peer lacks now, because it lost them or returned."""
-        for column in members(self._sendable & ~self._queue.open):
-            if self._beliefs.is_lacked(column):
-                self._send(column, now_s)
+        for column in members(self._beliefs.lacked(self._sendable & ~self._queue.open)):
+            self._send(column, now_s)
 
     def postponed(self) -> Iterator[tuple[int, ItemUid]]:
         """Yield absent peers and the items that each will receive on its return."""
         beliefs = self._beliefs
         for node in members(beliefs.peers.away):
-            for column in members(self._sendable):
-                if not (beliefs.holders[column] | beliefs.spared[column]) >> node & 1:
-                    yield node, beliefs.uids[column]
+            for column in members(self._sendable & ~(beliefs.held[node] | beliefs.spared[node])):
+                yield node, beliefs.uids[column]
 
     def _send(self, column: int, now_s: float, is_new_need: bool = False) -> None:
         entry = self._beliefs.entry(column)
@@ -246,8 +238,7 @@ class Interests:
         nodes, entry.priority = self._judged(entry)
         if not nodes and any(self._class_of(fact, entry.about) == 0 for fact in entry.about):
             self.undecided[column] = None
-        self._beliefs.spared[column] = self._others & ~nodes
-        self._beliefs.unsettled.add(column)
+        self._beliefs.spare(column, self._others & ~nodes)
         return bool(nodes)
 
     def _judged(self, entry: Sendable) -> tuple[int, int]:

@@ -328,17 +328,17 @@ class ExchangeManager:
         if summaries is not None and is_spare:
             summary = summaries.telling.spare(packing.left_bits)
             summary_bits = sum(map(codec.summary_bits, summary))
-        columns: list[int] = []
+        content = 0
         items: list[ItemUid] = []
         status: list[StatusUid] = []
         for candidate in chosen:
             if isinstance(candidate.uid, ItemUid):
                 items.append(candidate.uid)
-                columns.append(candidate.column)
+                content |= 1 << candidate.column
             else:
                 status.append(candidate.uid)
         is_doubted = frame < self._peers.trusted_from and self._peers.is_doubted(self._me, frame)
-        rows = self._beliefs.log.compose(slot, () if is_doubted else columns, self._beliefs.holders)
+        rows = self._beliefs.log.compose(slot, 0 if is_doubted else content, self._beliefs.held)
         if relaying is not None:
             relaying.rows[self._me].append(rows[self._me])
         head = Head(self._me, self._epoch, frame)
@@ -349,7 +349,7 @@ class ExchangeManager:
             said_bits = sum([candidate.size_bits for candidate in chosen if candidate.column == STATUS_COLUMN])
             self._due_to_statuses = max(0, self._due_to_statuses - said_bits)
             left_bits = packing.left_bits - (summary_bits if is_spare else 0)
-            acks = behind(acks, codec.accounts.encode(stating.account(columns, slot, left_bits), self._me))
+            acks = behind(acks, codec.accounts.encode(stating.account(content, slot, left_bits), self._me))
         data = codec.assembled(head, start_s, acks, wired, signals, summary)
         self._signals = ()
         return Transmission(
@@ -403,7 +403,7 @@ class ExchangeManager:
     def believes(self, peer: int, uid: ItemUid) -> bool:
         """True if ``peer`` is believed to hold the item."""
         column = self._beliefs.column_of.get(uid)
-        return column is not None and bool(self._beliefs.holders[column] >> peer & 1)
+        return column is not None and bool(self._beliefs.held[peer] >> column & 1)
 
     @property
     def n_open(self) -> int:

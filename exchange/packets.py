@@ -10,7 +10,6 @@ from enum import Enum
 from functools import cache, lru_cache
 from typing import NamedTuple
 
-from exchange.ack import Acknowledged
 from worldmodel import STATUS, Block, PropertyValue
 from worldmodel.facts import Guid
 
@@ -261,7 +260,8 @@ class Judged(NamedTuple):
         relays: True if it has items or statuses of other origins.
         items: named items and statuses in order; empty if it has no item.
         heard: nodes (bit mask) with a packet acknowledged in it.
-        facts: its acknowledgements by ring place.
+        facts: its acknowledgements, see `exchange.ack.acknowledged`.
+        lives: origins and epochs of its items.
     """
 
     packet: Packet
@@ -272,7 +272,8 @@ class Judged(NamedTuple):
     statuses: tuple[Block, ...]
     items: tuple[Named | Block, ...]
     heard: int
-    facts: tuple[Acknowledged, ...]
+    facts: int
+    lives: frozenset[tuple[int, int]]
 
 
 class Transmission(NamedTuple):

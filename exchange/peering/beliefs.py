@@ -1,13 +1,13 @@
 """Items known to one vehicle, and per item the nodes believed to hold it.
 
-An item is a *column*, an index that is never reused; packets name it by `ItemUid`. The holders of an item are an
-integer with bit j for node j. Acknowledgements add holders (`exchange.ack.PacketLog`); a restarted peer or a duplicate
-node id removes them. `Holdings` has the whole blocks of this vehicle.
+An item is a *column*, an index that is never reused; packets name it by `ItemUid`. A set of items is an integer with
+bit c for column c. Acknowledgements add items to those that a node is believed to hold (`exchange.ack.PacketLog`); a
+restarted peer or a duplicate node id removes them. `Holdings` has the whole blocks of this vehicle.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -37,6 +37,7 @@ class Sendable:
     Attributes:
         about: facts that decide which nodes need it: those of the whole block, if known.
         addressed: peers (bit mask) that it is addressed to, beside those that need it.
+        spared: peers (bit mask) without need of it.
         is_eased: True if all these hold it, so that its priority is lower.
     """
 
@@ -44,6 +45,7 @@ class Sendable:
     about: tuple[PropertyValue, ...]
     priority: int = 0
     addressed: int = 0
+    spared: int = 0
     is_eased: bool = False
     waiting: Waiting | None = None
 
@@ -77,7 +79,6 @@ class Beliefs:
 
     def __init__(self, me: int, n_nodes: int, kind: Acknowledgement, epoch: int = 0) -> None:
         self.me, self.n_nodes = me, n_nodes
-        self._mine, self._all = 1 << me, (1 << n_nodes) - 1
         self.log = PacketLog(kind, me, n_nodes)
         """Packets of the last two frames."""
         self.peers = PeerStates(me, n_nodes, kind)
@@ -88,18 +89,14 @@ class Beliefs:
         """Item by column."""
         self.uids: list[ItemUid] = []
         """Name by column."""
-        self.holders: list[int] = []
-        """Nodes believed to hold it, this one included (bit mask by column)."""
-        self.spared: list[int] = []
-        """Peers without need of a sendable item (bit mask by column)."""
+        self.held = [0] * n_nodes
+        """Items (set) that a node is believed to hold, by node, this one included."""
+        self.before = [0] * n_nodes
+        """The same before the present packet."""
+        self.spared = [0] * n_nodes
+        """Sendable items (set) that a node does not need, by node."""
         self.sendable: dict[int, Sendable] = {}
         """Details of sendable items by column."""
-        self.before: dict[int, int] = {}
-        """Holders before the present packet, by changed column."""
-        self.unsettled: set[int] = set()
-        """Columns with new holders since the last `Interests.settle`."""
-        self.held_by_all = 0
-        """Item set that all nodes are believed to hold."""
         self.origins = [0] * n_nodes
         """Item set by origin, recorded in its present incarnation."""
         self.ends: dict[Life, int] = {}
@@ -163,16 +160,15 @@ class Beliefs:
         self.column_of[uid] = column
         self.uids.append(uid)
         self.fragments.append(fragment)
-        self.holders.append(0)
-        self.spared.append(0)
-        self.believe(column, self._mine)
+        self.held[self.me] |= 1 << column
         if entry is not None:
             self.sendable[column] = entry
         self.ends[origin, epoch] = max(self.ends.get((origin, epoch), 0), sequence + 1)
         if epoch == self.peers.epochs[origin]:
             self.origins[origin] |= 1 << column
         if self.summaries is not None:
-            self.believe(column, self.summaries.holders(uid))
+            for peer in members(self.summaries.holders(uid)):
+                self.held[peer] |= 1 << column
         return column
 
     def is_whole(self, guid: Guid) -> bool:
@@ -187,56 +183,67 @@ class Beliefs:
 
     # Holders -------------------------------------------------------------------------------------
 
-    def believe(self, column: int, nodes: int) -> None:
-        """Add believed holders (bit mask) of an item."""
-        before = self.holders[column]
-        nodes |= before
-        if nodes != before:
-            self.before.setdefault(column, before)
-            self.unsettled.add(column)
-            self.holders[column] = nodes
-            if nodes == self._all:
-                self.held_by_all |= 1 << column
+    def spare(self, column: int, nodes: int) -> None:
+        """Set the peers (bit mask) without need of a sendable item."""
+        entry = self.entry(column)
+        for node in members(entry.spared ^ nodes):
+            self.spared[node] ^= 1 << column
+        entry.spared = nodes
 
-    def deny(self, column: int, node: int) -> None:
-        """Remove a believed holder of an item."""
-        self.holders[column] &= ~(1 << node)
-        self.held_by_all &= ~(1 << column)
+    def deny(self, items: int, node: int) -> None:
+        """Remove items (set) from those that a node is believed to hold."""
+        self.held[node] &= ~items
+        self.before[node] &= ~items
 
-    def take(self, columns: Iterable[int], sender: int) -> None:
-        """Add the senders and origins of received items as holders.
+    def take(self, items: int, evidence: int | None) -> None:
+        """Add origins as holders of received items (set).
 
         5.: "Information contained within a successfully received packet is always added to the local world model".
 
         Args:
-            sender: bit of a sender that counts as holder of its items (carrier evidence); 0 for none.
+            evidence: the sender if it counts as holder of its items (carrier evidence), else None.
         """
-        for column in columns:
-            origin = self.uids[column].origin
-            is_own = self.origins[origin] >> column & 1  # of an earlier life, its origin may have lost it
-            nodes = sender | 1 << origin if is_own else sender
-            if nodes & ~self.holders[column]:
-                self.believe(column, nodes)
+        for origin, own in enumerate(self.origins):  # of an earlier life, its origin may have lost it
+            if items & own:
+                self.held[origin] |= items & own
+        if evidence is not None:
+            self.held[evidence] |= items
 
-    def is_held(self, columns: Iterable[int], node: int) -> bool:
-        """True if a node is believed to hold all of these items."""
-        return all(self.holders[column] >> node & 1 for column in columns)
+    def lacked(self, items: int) -> int:
+        """Return those items (set) that a present node needs, and is not believed to hold."""
+        served, away = items, self.peers.away
+        for node, held in enumerate(self.held):
+            if not away >> node & 1:
+                served &= held | self.spared[node]
+        return items ^ served
 
-    def is_lacked(self, column: int) -> bool:
-        """True if a present node that needs an item is not believed to hold it."""
-        return self.holders[column] | self.spared[column] | self.peers.away != self._all
+    def held_by_all(self) -> int:
+        """Return the items (set) that all nodes are believed to hold."""
+        items = -1
+        for held in self.held:
+            items &= held
+        return items
+
+    def news(self) -> int:
+        """Return the items (set) with new holders since ``before``."""
+        items = 0
+        for held, before in zip(self.held, self.before, strict=True):
+            items |= held & ~before
+        return items
 
     def gained(self) -> tuple[tuple[int, ItemUid], ...]:
-        """Return sorted pairs of peer and item with belief gained since ``before`` was cleared."""
-        gained = []
-        for column, before in self.before.items():
-            gained += [(peer, column) for peer in members(self.holders[column] & ~(before | self._mine))]
-        return tuple([(peer, self.uids[column]) for peer, column in sorted(gained)])
+        """Return sorted pairs of peer and item with belief gained since ``before``."""
+        gained: list[tuple[int, ItemUid]] = []
+        for peer, held in enumerate(self.held):
+            items = held & ~self.before[peer]
+            if items and peer != self.me:
+                gained += [(peer, self.uids[column]) for column in members(items)]
+        return tuple(gained)
 
     def ease(self, column: int) -> bool:
         """Lower the priority of an item once all addressed peers hold it; return True on the change."""
         entry = self.entry(column)
-        if not entry.addressed or entry.addressed & ~self.holders[column]:
+        if not entry.addressed or not all(self.held[peer] >> column & 1 for peer in members(entry.addressed)):
             return False
         entry.addressed, entry.is_eased = 0, True
         entry.priority = max(1, entry.priority // ADDRESSED_SHARE)
@@ -249,14 +256,12 @@ class Beliefs:
         if self.summaries is not None:
             self.summaries.forget(node)
         own = [column for column, uid in enumerate(self.uids) if (uid.origin, uid.epoch) == (node, epoch)]
-        self.origins[node] = sum([1 << column for column in own])
-        for column in own:
-            self.believe(column, 1 << node)
+        self.held[node] |= item_set(own)
+        self.origins[node] = item_set(own)
 
     def forget(self, node: int) -> None:
         """Clear beliefs about the items and packets of a node."""
-        self.holders = [nodes & ~(1 << node) for nodes in self.holders]
-        self.held_by_all = 0
+        self.held[node] = 0
         self.log.forget(node)
 
     def doubt(self, node: int, frame: int, by_alarm: bool = False) -> bool:
@@ -278,8 +283,7 @@ class Beliefs:
         if is_new or node == self.me:
             for peer, items in enumerate(self.origins):
                 if peer != node or node == self.me:
-                    for column in members(items):
-                        self.believe(column, 1 << peer)
+                    self.held[peer] |= items
         return is_new
 
     def orphans(self, life: Life | None = None, of_others: bool = False) -> list[int]:
@@ -291,13 +295,15 @@ class Beliefs:
             life: restricts the items to one incarnation; None for all.
             of_others: include items that another holder sends.
         """
-        before = 0 if of_others else self._mine - 1 & ~self.peers.away
+        sent_by_others = 0
+        for node in () if of_others else members((1 << self.me) - 1 & ~self.peers.away):
+            sent_by_others |= self.held[node]
         return [
             column
             for column, (origin, _, _, epoch) in enumerate(self.uids)
             if (life is None or life == (origin, epoch))
             and self.peers.is_over(origin, epoch)
-            and not self.holders[column] & before
+            and not sent_by_others >> column & 1
         ]
 
     # Whole blocks --------------------------------------------------------------------------------
@@ -329,6 +335,6 @@ class Beliefs:
         return self.block(guid)
 
 
-def item_set(columns: Sequence[int]) -> int:
+def item_set(columns: Iterable[int]) -> int:
     """Return the bit set of distinct columns."""
     return sum([1 << column for column in columns])

@@ -34,11 +34,11 @@ class _Taken(NamedTuple):
     """Contents of the fragments of a packet.
 
     Attributes:
-        content: columns of items, known ones too, with unchanged content.
+        content: items (set) with unchanged content, known ones too.
         is_ambiguous: True if a duplicate node id sent different content under one name.
     """
 
-    content: Sequence[int]
+    content: int
     blocks: Sequence[Block]
     items: Sequence[ItemUid] = ()
     aside: Sequence[Fragment] = ()
@@ -90,15 +90,16 @@ class Listener:
         begun: Sequence[tuple[int, int]] = ()
         if is_second or judged.concerns >> self._me & 1:
             conflict = self._twin(packet, is_second, now_s)
-        if judged.relays or packet.epoch != peers.epochs[sender]:
+        epochs = peers.epochs
+        if packet.epoch != epochs[sender] or [life for life in judged.lives if life[1] > epochs[life[0]]]:
             begun = self._lives_told(packet)
         for node, epoch in begun:
             self._begin(node, epoch)
-        beliefs.before.clear()
+        beliefs.before = beliefs.held.copy()
         missed = judged.heard & ~(log.heard | 1 << sender | 1 << self._me)
         told = self._told(packet, missed, now_s) if missed or judged.relays else ()
-        taken = self._take_in(judged.items, now_s) if judged.items else _Taken((), judged.statuses)
-        lacked: list[int] = []
+        taken = self._take_in(judged.items, now_s) if judged.items else _Taken(0, judged.statuses)
+        lacked = 0
         is_trusted = frame >= peers.trusted_from or not peers.is_doubted(sender, frame)
         if is_trusted and not taken.is_ambiguous:  # else neither acknowledged nor accepted
             is_late, own = slot < log.slot, packet.rows[sender]
@@ -108,11 +109,11 @@ class Listener:
                 self.relaying.rows[sender].append(own)
             log.note(slot, taken.content)
             if taken.content:
-                beliefs.take(taken.content, 1 << sender if self._carrier_evidence else 0)
-            log.learn(slot, judged.facts, heeded, beliefs)
+                beliefs.take(taken.content, sender if self._carrier_evidence else None)
+            log.learn(slot, judged.facts, heeded, beliefs.held)
             if self.stating is not None:
                 taken, lacked = self._take_account(self.stating, packet, slot, is_asked, taken, now_s)
-            lacked += self._take_summaries(packet, now_s) if packet.summary else ()
+            lacked |= self._take_summaries(packet, now_s) if packet.summary else 0
         for status in judged.statuses if self._relayed else ():
             if self._relayed >> status.origin & 1 and self._is_news(status):
                 self._interests.take_status(status)
@@ -122,8 +123,8 @@ class Listener:
             self._interests.reopen(now_s)
         if self.stating is not None:
             self.stating.note_news(packet, slot)
-        gained = beliefs.gained() if beliefs.before else ()
-        settled = self._interests.settle(bool(begun)) if gained or begun else ()
+        gained = beliefs.gained() if beliefs.held != beliefs.before else ()
+        settled = self._interests.settle() if gained or begun else ()
         return Reception(
             slot, sender, tuple(taken.blocks), packet.signals, tuple(taken.items), gained, settled, tuple(taken.aside),
             met=met, conflict=conflict, told=told,
@@ -134,22 +135,22 @@ class Listener:
         if self.stating is not None:
             self.stating.forget(node)
 
-    def _take_summaries(self, packet: Packet, now_s: float) -> list[int]:
-        """Apply the summaries of a packet; return columns that its sender lacks."""
-        beliefs, lacked = self._beliefs, list[int]()
+    def _take_summaries(self, packet: Packet, now_s: float) -> int:
+        """Apply the summaries of a packet; return the items (set) that its sender lacks."""
+        beliefs, lacked = self._beliefs, 0
         if beliefs.summaries is None:
             return lacked
         for summary in packet.summary:
             if summary[:2] not in beliefs.shared:
-                lacked += beliefs.summaries.note(packet.sender, summary)
+                lacked |= beliefs.summaries.note(packet.sender, summary)
                 if not self._repeats and self._peers.is_over(*summary[:2]):
                     self._interests.adopt(beliefs.orphans(summary[:2]), now_s)
         return lacked
 
     def _take_account(
         self, stating: Stating, packet: Packet, slot: int, is_asked: bool, taken: _Taken, now_s: float
-    ) -> tuple[_Taken, list[int]]:
-        """Apply the holdings section; return all new content, and columns that the sender lacks.
+    ) -> tuple[_Taken, int]:
+        """Apply the holdings section; return all new content, and the items (set) that the sender lacks.
 
         ``is_asked``: its acknowledgements refer to the own last packet.
         """
@@ -159,7 +160,7 @@ class Listener:
         if not decoded:
             return taken, lacked
         more = self._take_in(decoded, now_s)
-        self._beliefs.take(more.content, 0)
+        self._beliefs.take(more.content, None)
         items, aside = (*taken.items, *more.items), (*taken.aside, *more.aside)
         return taken._replace(blocks=(*taken.blocks, *more.blocks), items=items, aside=aside), lacked
 
@@ -189,8 +190,7 @@ class Listener:
         """
         self._relayed = origins
         for origin in members(origins):
-            lacked = [column for column in members(self._beliefs.origins[origin]) if self._beliefs.is_lacked(column)]
-            self._interests.adopt(lacked, now_s)
+            self._interests.adopt(members(self._beliefs.lacked(self._beliefs.origins[origin])), now_s)
         if origins:  # the node that should send these may have poor links as well
             self._interests.adopt(self._beliefs.orphans(of_others=True), now_s)
 
@@ -251,7 +251,7 @@ class Listener:
 
     def _take_in(self, told: Sequence[Named | Block], now_s: float) -> _Taken:
         beliefs, is_ambiguous = self._beliefs, False
-        content: list[int] = []
+        content = 0
         blocks: list[Block] = []
         items: list[ItemUid] = []
         aside: list[Fragment] = []
@@ -278,9 +278,9 @@ class Listener:
                     items.append(uid)
                 if block is not None:
                     blocks.append(block)
-                content.append(column)
+                content |= 1 << column
             elif beliefs.fragments[column] == fragment:
-                content.append(column)
+                content |= 1 << column
                 if beliefs.own.given_up and (again := beliefs.come_again(guid)) is not None:
                     blocks.append(again)
                     items += [beliefs.uids[part] for part in beliefs.parts(guid)]
@@ -289,7 +289,7 @@ class Listener:
             elif (other := _contradiction(fragment, beliefs, self.assembly)) is not None:
                 is_in = self._model.arrived(other.guid) is not None
                 blocks += [other] if is_in or self._interests.keeps(other, uid) else []
-        return _Taken(tuple(dict.fromkeys(content)), blocks, items, aside, is_ambiguous)
+        return _Taken(content, blocks, items, aside, is_ambiguous)
 
     def _catch_up(self, peer: int, now_s: float) -> None:
         """Resynchronise a peer that returns or restarts: reopen items, send all summaries."""
@@ -307,4 +307,4 @@ class Listener:
 
     def settle(self) -> tuple[ItemUid, ...]:
         """Close items that all present nodes that need them are believed to hold."""
-        return self._interests.settle(of_all=True)
+        return self._interests.settle()

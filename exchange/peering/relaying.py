@@ -121,17 +121,18 @@ class Relaying:
             heard = peers.heard_frame[by]
             if heard is not None and frame - heard <= peers.longest_silence(by):
                 left.append((peer, by))
-        everybody = (1 << beliefs.n_nodes) - 1
-        for column in members(items):
-            served = beliefs.holders[column] | beliefs.spared[column] | peers.away
-            for peer, by in left:
-                if self._passed_on[by] >> column & 1 and not beliefs.spared[column] >> by & 1:
-                    served |= 1 << peer
+        resting = items
+        for peer in members((1 << beliefs.n_nodes) - 1 & ~peers.away):
+            served = beliefs.held[peer] | beliefs.spared[peer]
+            for cut_off, by in left:
+                if cut_off == peer:
+                    served |= self._passed_on[by] & ~beliefs.spared[by]
+            resting &= served
+        for column in members(resting):
             waiting = beliefs.entry(column).waiting
-            is_due = waiting is None or now_s - waiting.observed_s > AGED * (waiting.since_s - waiting.observed_s)
-            if served != everybody or is_due:
-                items ^= 1 << column
-        return items
+            if waiting is None or now_s - waiting.observed_s > AGED * (waiting.since_s - waiting.observed_s):
+                resting ^= 1 << column
+        return resting
 
     def _cut_off_from(self, worth: list[float], near: int, away: int) -> int:
         """Return origins (bit mask) with poor links to a peer that this vehicle reaches well.

@@ -121,23 +121,21 @@ class Stating:
         life = origin, self._peers.epochs[origin]
         own = self._beliefs.own
         held, first = own.held.get(life, 0), 0 if own.given_up.get(life) else self._first.get(life, 0)
-        while held >> first & 1 and not any(map(self._beliefs.is_lacked, self._beliefs.parts((*life, first)))):
+        lacked = self._beliefs.lacked(self._beliefs.origins[origin])
+        while held >> first & 1 and not item_set(self._beliefs.parts((*life, first))) & lacked:
             first += 1
         self._first[life] = first
         rest = held >> first
         length = rest.bit_length() if origin != self._me else (~rest & rest + 1).bit_length() - 1
         length = min(length, MOST_STATED) if life not in self._beliefs.shared else 0
-        all_hold = self._beliefs.held_by_all
-        return OriginStatement(
-            *life, first, length, rest & (1 << length) - 1, not self._items_below(life, first) & ~all_hold
-        )
+        is_known_to_all = not self._items_below(life, first) & ~self._beliefs.held_by_all()
+        return OriginStatement(*life, first, length, rest & (1 << length) - 1, is_known_to_all)
 
     def _items(self, life: Life, numbers: int) -> int:
         """Return the item set of the known blocks with these numbers (bit mask)."""
         items = 0
         for number in members(numbers):
-            for column in self._beliefs.parts((*life, number)):
-                items |= 1 << column
+            items |= item_set(self._beliefs.parts((*life, number)))
         return items
 
     def _items_below(self, life: Life, first: int) -> int:
@@ -153,18 +151,18 @@ class Stating:
         beliefs, n_nodes, me, n = self._beliefs, self._n_nodes, self._me, len(columns)
         entries, new = beliefs.sendable, beliefs.origins[me]
         most = max((entries[column].priority for column in columns), default=0) or 1
-        peers = [peer for peer in range(n_nodes) if peer != me]
         lacks: list[float] = []
+        known = [-1 if peer == me else self._spared(peer) for peer in range(n_nodes)]
         for column in columns:
             reckoned = self._lacks.get(column)
-            holders, spared = beliefs.holders[column], beliefs.spared[column] | self._peers.away
-            if holders & ~spared & ~(1 << me) or (
-                reckoned is not None and any(reckoned[peer] < 1.0 for peer in peers if not spared >> peer & 1)
-            ):
-                new &= ~(1 << column)
             for peer in range(n_nodes):
-                is_known = (holders | spared | 1 << me) >> peer & 1
-                lacks.append(0.0 if is_known else 1.0 if reckoned is None else max(LEAST_LACK, reckoned[peer]))
+                if known[peer] >> column & 1:
+                    lacks.append(0.0)
+                    continue
+                is_held = beliefs.held[peer] >> column & 1
+                lacks.append(0.0 if is_held else 1.0 if reckoned is None else max(LEAST_LACK, reckoned[peer]))
+                if is_held or (reckoned is not None and reckoned[peer] < 1.0):
+                    new &= ~(1 << column)
         owed = [sum(map(self._priority_here, members(self._owed(one)))) / most for one in statements]
         symbol_bits = [self._symbol_bits(column) if self._codes_repairs else IMPOSSIBLE for column in columns]
         is_lost = [peer == me or bool(self._peers.away >> peer & 1) for peer in range(n_nodes)]
@@ -195,6 +193,10 @@ class Stating:
             end=[0] * n_nodes,
         )
 
+    def _spared(self, peer: int) -> int:
+        """Return the items (set) that do not wait for a peer, which is absent or does not need them."""
+        return -1 if self._peers.away >> peer & 1 else self._beliefs.spared[peer]
+
     def _owed(self, one: OriginStatement) -> int:
         """Return the unreported acknowledgements (item set) that a statement brings its origin.
 
@@ -204,7 +206,7 @@ class Stating:
         origin = one.origin
         if origin == self._me or self._peers.away >> origin & 1:
             return 0
-        unknown = self._beliefs.origins[origin] & ~self._confirmed & ~item_set(self._beliefs.log.last(origin))
+        unknown = self._beliefs.origins[origin] & ~self._confirmed & ~self._beliefs.log.last(origin)
         return unknown and unknown & (self._items_below((origin, one.epoch), one.first) | self._items(*_window_of(one)))
 
     def _symbol_bits(self, column: int) -> int:
@@ -232,10 +234,9 @@ class Stating:
                     coded[one.origin, number] = self._bytes_of((*life, number))
         return coded
 
-    def account(self, columns: Sequence[int], slot: int, left_bits: int) -> Account:
+    def account(self, content: int, slot: int, left_bits: int) -> Account:
         """Return the holdings section of a packet; ``left_bits`` is its remaining capacity."""
         symbols: tuple[bytes, ...] = ()
-        content = item_set(columns)
         coded = self._coded(content) if self._n_symbols else {}
         if coded:
             size = max(map(len, coded.values()))  # larger than planned if an item did not fit and is coded now
@@ -259,9 +260,8 @@ class Stating:
         waiting: list[tuple[bool, int, HolderSet, int]] = []
         for guid, column in blocks.items():
             learned, passed, _ = self._learned[column]
-            holders = -1
-            for part in beliefs.parts(guid):
-                holders &= beliefs.holders[part]
+            items = item_set(beliefs.parts(guid))
+            holders = sum([1 << node for node, held in enumerate(beliefs.held) if not items & ~held])
             if holders & ~(1 << self._me):
                 rank = passed if learned <= passed else -learned
                 waiting.append((learned <= passed, rank, HolderSet(*guid, holders), column))
@@ -284,7 +284,7 @@ class Stating:
         """Record the reported own holdings, and the expected lack of peers after the packet."""
         beliefs, told = self._beliefs, content
         for origin in members(beliefs.log.heard):
-            told |= item_set(beliefs.log.last(origin)) & beliefs.origins[origin]
+            told |= beliefs.log.last(origin) & beliefs.origins[origin]
         for one in self._statements:
             told |= self._items_below((one.origin, one.epoch), one.first) | self._items(*_window_of(one))
         for shown in holder_sets:
@@ -323,14 +323,10 @@ class Stating:
 
     def _lacked_of_code(self, over: Sequence[Guid], peer: int) -> float:
         """Return the expected number of covered blocks that a peer lacks."""
-        beliefs, lacked = self._beliefs, 0.0
+        beliefs, known, lacked = self._beliefs, self._beliefs.held[peer] | self._spared(peer), 0.0
         for guid in over:
             parts = beliefs.parts(guid) if beliefs.is_whole(guid) else ()
-            known = [(beliefs.holders[part] | beliefs.spared[part] | self._peers.away) >> peer & 1 for part in parts]
-            of_parts = [
-                0.0 if is_known else self._lacks_of(part)[peer] for part, is_known in zip(parts, known, strict=True)
-            ]
-            lacked += max(of_parts, default=1.0)
+            lacked += max([0.0 if known >> part & 1 else self._lacks_of(part)[peer] for part in parts], default=1.0)
         return lacked
 
     # Reception -------------------------------------------------------------------------------------
@@ -353,15 +349,15 @@ class Stating:
 
     def hear(
         self, packet: Packet, slot: int, is_asked: bool, answers: bool, vouched: int, now_s: float
-    ) -> tuple[tuple[Named, ...], list[int]]:
-        """Apply a packet; return the decoded items, and the columns that its sender lacks.
+    ) -> tuple[tuple[Named, ...], int]:
+        """Apply a packet; return the decoded items, and the items (set) that its sender lacks.
 
         Args:
             is_asked: its acknowledgements refer to the own last packet.
             answers: it acknowledges the last packets of all nodes.
             vouched: nodes (bit mask) for which third-party acknowledgements of the sender count.
         """
-        sender, account, lacked = packet.sender, packet.account, list[int]()
+        sender, account, lacked = packet.sender, packet.account, 0
         self._heard[sender] |= packet.rows[sender]
         vouched &= self._heard[sender]
         if is_asked and self._has_spoken:
@@ -372,7 +368,7 @@ class Stating:
             life = one.origin, one.epoch
             if life in self._beliefs.shared or one.epoch != self._peers.epochs[one.origin]:
                 continue
-            lacked += self._deny(sender, one)
+            lacked |= self._deny(sender, one)
             self._believe(sender, life, one.held)
             if one.is_known_to_all:
                 for peer in members(vouched):
@@ -386,16 +382,14 @@ class Stating:
     def note_news(self, packet: Packet, slot: int) -> None:
         """Record new holders learned from a packet."""
         beliefs = self._beliefs
-        for column, before in [*beliefs.before.items()]:
-            if not before >> self._me & 1:
-                uid = beliefs.uids[column]
-                for peer in range(self._n_nodes):
-                    if self._stated.get((peer, (uid.origin, uid.epoch)), 0) >> uid.sequence & 1:
-                        beliefs.believe(column, 1 << peer)
+        for column in members(beliefs.held[self._me] & ~beliefs.before[self._me]):
+            uid = beliefs.uids[column]
+            for peer in range(self._n_nodes):
+                if self._stated.get((peer, (uid.origin, uid.epoch)), 0) >> uid.sequence & 1:
+                    beliefs.held[peer] |= 1 << column
         self._note_heard(packet)  # last: known holders lack nothing
-        for column, before in beliefs.before.items():
-            if beliefs.holders[column] & ~before:
-                self._learned[column] = slot, -1, 0
+        for column in members(beliefs.news()):
+            self._learned[column] = slot, -1, 0
 
     def _note_fate(self, peer: int, received: int) -> None:
         """Update link and lack estimates by a peer's acknowledgement of the own last packet."""
@@ -409,7 +403,7 @@ class Stating:
     def _reckon_fate(self, peer: int, sender: int, is_received: bool, reception: float) -> None:
         """Correct the lack estimates of a peer by its acknowledgement of a sender's last packet."""
         over, shares = self._coded_last.get(sender, ((), ()))
-        of_plain = [(column, 1.0) for column in (() if is_received else self._beliefs.log.last(sender))]
+        of_plain = [(column, 1.0) for column in (() if is_received else members(self._beliefs.log.last(sender)))]
         for column, share in (*of_plain, *[(column, shares[peer]) for column in self._columns_held(over)]):
             lacks = self._lacks_of(column)
             lacks[peer] = lack_after(lacks[peer], reception, share, is_received)
@@ -433,12 +427,11 @@ class Stating:
         known = self._stated.get((peer, life), 0)
         if new := numbers & ~known:
             self._stated[peer, life] = known | numbers
-            for column in members(self._items(life, new)):
-                self._beliefs.believe(column, 1 << peer)
+            self._beliefs.held[peer] |= self._items(life, new)
 
-    def _deny(self, sender: int, one: OriginStatement) -> list[int]:
-        """Believe that a peer lacks what its statement omits; return columns believed held before."""
-        life, beliefs, lacked = (one.origin, one.epoch), self._beliefs, list[int]()
+    def _deny(self, sender: int, one: OriginStatement) -> int:
+        """Believe that a peer lacks what its statement omits; return the items (set) believed held before."""
+        life, beliefs, lacked = (one.origin, one.epoch), self._beliefs, 0
         end = beliefs.ends.get(life, 0)
         if one.length == MOST_STATED:
             end = min(end, one.first + one.length)
@@ -448,12 +441,10 @@ class Stating:
             items = self._items(life, 1 << number)
             for column in members(items):
                 self._lacks_of(column)[sender] = 1.0
-            columns = members(items)
-            if items and self._beliefs.is_held(columns, sender) and self._beliefs.is_whole((*life, number)):
-                for column in columns:
-                    self._beliefs.deny(column, sender)
+            if items and not items & ~beliefs.held[sender] and beliefs.is_whole((*life, number)):
+                beliefs.deny(items, sender)
                 self._stated[sender, life] = self._stated.get((sender, life), 0) & ~(1 << number)
-                lacked += members(items)
+                lacked |= items
         return lacked
 
     def _decoded(self, packet: Packet, slot: int, now_s: float) -> tuple[Named, ...]:

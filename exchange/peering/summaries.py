@@ -17,7 +17,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from exchange.packets import MASK_BITS, ItemUid, Summary
-from exchange.peering.beliefs import Beliefs, Holdings, Life
+from exchange.peering.beliefs import Beliefs, Holdings, Life, item_set
 from worldmodel.facts import MOST_ITEMS
 
 TIMES_TOLD = 2
@@ -135,25 +135,24 @@ class Summaries:
         for peer in peers or tuple(self._noted):
             self._noted.pop(peer, None)
 
-    def note(self, sender: int, summary: Summary) -> list[int]:
-        """Apply a peer's summary to the beliefs; return the columns that it turns out to lack."""
+    def note(self, sender: int, summary: Summary) -> int:
+        """Apply a peer's summary to the beliefs; return the items (set) that it turns out to lack."""
         noted, life, highest = self._noted.setdefault(sender, {}), summary[:2], summary.highest
         known = noted.get(life)
         if known is None:  # the same key for all peers
             life = self._lives.setdefault(life, life)
         noted[life] = summary
         first = known.highest + 1 if known is not None and known.highest <= highest else 0
-        lacked: list[int] = []
-        beliefs = self._beliefs
+        beliefs, holds, lacks = self._beliefs, 0, 0
         end = min(highest + 2 + MASK_BITS, beliefs.ends.get(life, 0))  # a summary covers nothing beyond
         held = summary.held_from(first) if first < end else 0
         for sequence, columns in beliefs.known(life, first, end) if first < end else ():
+            items = item_set(columns)
             if held >> sequence - first & 1:
-                for column in columns:
-                    if not beliefs.holders[column] >> sender & 1:
-                        beliefs.believe(column, 1 << sender)
-            elif beliefs.is_held(columns, sender) and beliefs.is_whole((*life, sequence)):
-                for column in columns:
-                    beliefs.deny(column, sender)
-                lacked += columns
-        return lacked
+                holds |= items
+            elif not items & ~beliefs.held[sender] and beliefs.is_whole((*life, sequence)):
+                lacks |= items
+        beliefs.held[sender] |= holds
+        if lacks:
+            beliefs.deny(lacks, sender)
+        return lacks

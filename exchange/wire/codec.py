@@ -58,7 +58,7 @@ from exchange.wire import codes
 from exchange.wire.accounts import AccountCodec
 from exchange.wire.codes import Bits, FieldSize, Reader, width
 from exchange.wire.factcodec import FactCodec
-from exchange.wire.fragmentcodec import EPOCH_BITS, Before, FragmentCodec, Packing, Wired, refuse_epoch
+from exchange.wire.fragmentcodec import EPOCH_BITS, Before, FragmentCodec, Life, Packing, Wired, refuse_epoch
 from exchange.wire.sealing import DAMAGED, UNOPENED, Checksum, Seal, nonce_of
 from worldmodel import EPOCHS, STATUS, Block, PropertyValue, TBox
 from worldmodel.facts import MOST_ITEMS
@@ -447,12 +447,14 @@ class Codec:
     def _judged(self, data: bytes, frame: int = 0, slot_start_s: float = 0.0, era: int = 0) -> Judged:
         packet, is_beyond = self._read(data, frame, slot_start_s, era)
         wrong = self._out_of_range(packet.fragments) if is_beyond else None
-        latest_s, concerns, relays, statuses = -math.inf, 0, False, []
+        latest_s, concerns, relays, statuses, lives = -math.inf, 0, False, [], set[Life]()
         for fragment in packet.fragments:
             latest_s, concerns = max(latest_s, fragment.time_s), concerns | 1 << fragment.origin
             relays = relays or fragment.origin != packet.sender
             if fragment.sequence == STATUS:
                 statuses.append(fragment.block)
+            else:
+                lives.add((fragment.origin, fragment.epoch))
         for summary in packet.summary:
             concerns |= -1 if summary.highest >= MOST_ITEMS else 1 << summary.origin
         items: tuple[Named | Block, ...] = ()
@@ -462,7 +464,8 @@ class Codec:
         for row in packet.rows:
             heard |= row
         facts = acknowledged(packet.rows, self._n_nodes, frame * self._n_nodes + packet.sender)
-        return Judged(packet, wrong, latest_s, concerns, relays, tuple(statuses), items, heard, facts)
+        of_items = items, heard, facts, frozenset(lives)
+        return Judged(packet, wrong, latest_s, concerns, relays, tuple(statuses), *of_items)
 
     def _out_of_range(self, fragments: Iterable[Fragment]) -> str | None:
         """Describe the first fact whose value no vehicle can record; None if all are valid."""

@@ -37,15 +37,11 @@ ALL = -1
 
 
 class Node:
-    """One node as a vehicle runs it: the log of packets, and beliefs about the holders of items."""
+    """One node as a vehicle runs it: the log of packets, and the items (set) that it believes each node to hold."""
 
     def __init__(self, policy: AckPolicy, me: int, n_nodes: int) -> None:
         self.log = PacketLog(policy.acknowledgement, me, n_nodes)
-        self.holders: list[int] = []
-
-    def believe(self, column: int, nodes: int) -> None:
-        """Believe that these nodes hold the item, too."""
-        self.holders[column] |= nodes
+        self.held = [0] * n_nodes
 
 
 class Nodes:
@@ -63,18 +59,16 @@ class Nodes:
 
     def add_item(self, node: int) -> None:
         """Give the node an item of its own."""
-        for me, one in enumerate(self.nodes):
-            one.holders.append(int(me == node) << me)
+        self.nodes[node].held[node] |= 1 << self.n_items
         self.origins.append(node)
 
     def wanted(self, node: int) -> list[int]:
         """Items that the node goes on sending."""
-        everybody = (1 << self.n_nodes) - 1
-        return [
-            column
-            for column, nodes in enumerate(self.nodes[node].holders)
-            if nodes >> node & 1 and nodes != everybody and (self.policy.repeat or self.origins[column] == node)
-        ]
+        held, everywhere = self.nodes[node].held, -1
+        for of_peer in held:
+            everywhere &= of_peer
+        open_items = members(held[node] & ~everywhere)
+        return [column for column in open_items if self.policy.repeat or self.origins[column] == node]
 
     def play(self, slot: int, heard_by: int) -> None:
         """Simulate one slot; bit i of ``heard_by`` is set if node i receives the packet."""
@@ -82,14 +76,16 @@ class Nodes:
         owner = slot % n_nodes
         for one in self.nodes:
             one.log.open(slot)
-        content, sender = self.wanted(owner), self.nodes[owner]
-        facts = acknowledged(sender.log.compose(slot, content, sender.holders), n_nodes, slot)
+        columns, sender = self.wanted(owner), self.nodes[owner]
+        content = sum(1 << column for column in columns)
+        facts = acknowledged(sender.log.compose(slot, content, sender.held), n_nodes, slot)
         for node, one in enumerate(self.nodes):
             if node != owner and heard_by >> node & 1:
                 one.log.note(slot, content)
-                for column in content:
-                    one.believe(column, 1 << node | 1 << self.origins[column] | int(self.carrier_evidence) << owner)
-                one.log.learn(slot, facts, ALL, one)
+                for column in columns:
+                    for holder in (node, self.origins[column], owner if self.carrier_evidence else node):
+                        one.held[holder] |= 1 << column
+                one.log.learn(slot, facts, ALL, one.held)
 
     def play_all(self, exchange: Exchange) -> Iterator[list[list[int]]]:
         """Play an exchange; yield the beliefs after each slot."""
@@ -101,15 +97,17 @@ class Nodes:
 
     def beliefs(self) -> list[list[int]]:
         """Believed holders of each item (bit masks), by node."""
-        return [[*one.holders] for one in self.nodes]
+        return [
+            [sum(1 << peer for peer, held in enumerate(one.held) if held >> item & 1) for item in range(self.n_items)]
+            for one in self.nodes
+        ]
 
     def false_belief(self) -> str | None:
         """Describe a false belief of a node about holders; None without one."""
-        for item in range(self.n_items):
-            holders = sum(one.holders[item] & 1 << node for node, one in enumerate(self.nodes))
-            for node, one in enumerate(self.nodes):
-                if false := one.holders[item] & ~holders:
-                    return f"node {node} believes that node {members(false)[0]} holds item {item}, which it lacks"
+        for node, one in enumerate(self.nodes):
+            for peer, held in enumerate(one.held):
+                if false := held & ~self.nodes[peer].held[peer]:
+                    return f"node {node} believes that node {peer} holds item {members(false)[0]}, which it lacks"
         return None
 
 

@@ -4,7 +4,7 @@ import pytest
 
 from benchmarks.manager_fleet import cells
 from exchange.packets import Fragment, Named, name_of_item
-from exchange.peering.beliefs import Beliefs, Sendable
+from exchange.peering.beliefs import Beliefs, Sendable, item_set
 from exchange.policies import ACK
 
 
@@ -36,11 +36,11 @@ def test_what_a_node_does_not_send_is_judged_by_what_it_says_itself_and_its_own_
 
 @pytest.mark.parametrize("n_nodes", [4, 256])
 def test_of_a_node_in_another_life_only_what_it_told_in_that_is_believed(n_nodes: int):
-    """A set of nodes is one integer of any width."""
+    """A set of items is one integer of any width."""
     beliefs, last = Beliefs(0, n_nodes, ACK), n_nodes - 1
     old, others, new = beliefs.add(item(last, 0)), beliefs.add(item(1, 0)), beliefs.add(item(last, 0, epoch=1))
-    beliefs.take((old, others, new), 1 << last)
-    assert [beliefs.is_held([column], last) for column in (old, others, new)] == [True, True, True]
+    beliefs.take(item_set((old, others, new)), last)
+    assert beliefs.held[last] == item_set((old, others, new))
     beliefs.begin(last, 1)
-    assert [beliefs.is_held([column], last) for column in (old, others, new)] == [False, False, True]
-    assert beliefs.is_held([old, others, new], 0)
+    assert beliefs.held[last] == item_set([new])
+    assert beliefs.held[0] == item_set((old, others, new))

@@ -112,10 +112,12 @@ def check_no_checksum(patch: Patch) -> None:
 
 
 def close_what_one_peer_holds(patch: Patch) -> None:
-    def is_lacked(self: Beliefs, column: int) -> bool:
-        return not self.holders[column] & ~(1 << self.me)
+    def lacked(self: Beliefs, items: int) -> int:
+        for node, held in enumerate(self.held):
+            items &= -1 if node == self.me else ~held
+        return items
 
-    patch.setattr(Beliefs, "is_lacked", is_lacked)
+    patch.setattr(Beliefs, "lacked", lacked)
 
 
 def never_park(patch: Patch) -> None:
