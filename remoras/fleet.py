@@ -16,13 +16,12 @@ from remoras.avoidance import SEPARATION_M
 from remoras.beliefs import Beliefs, Fact
 from remoras.collecting import rare_collections
 from remoras.events import Clock, Event, Host, Observer, Priority, listening
-from remoras.mission import FleetView, Truth
 from remoras.plugins import broken_promise
 from remoras.recorder import Recorder
 from remoras.separation import Separation
 from remoras.traffic import Medium, Traffic
+from remoras.truth import FleetView, HolderCount, Truth
 from remoras.vehicle import Vehicle
-from remoras.view import HolderCount, ReadOnlyFleet
 
 
 class Makers(NamedTuple):
@@ -57,7 +56,7 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
         super().__init__(rng=0)  # Mesa's generators are not used: every draw is keyed by its purpose
         self.vehicles = tuple(makers.founding(self))
         self.makers = makers
-        self.view = ReadOnlyFleet.of(self.vehicles)
+        self.view = FleetView.of(self.vehicles)
         self.clock: Clock[Event[Fleet]] = Clock()
         self.truth = truth
         self.recorder = recorder
@@ -143,7 +142,7 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
         if isinstance(ids, dict):
             ids.pop(self, None)
         self.vehicles = ()
-        self.view = ReadOnlyFleet(())
+        self.view = FleetView(())
         self._on_tick = self._on_slot = self._on_received = self._on_frame_end = self._on_restart = ()
         del self.recorder
 
@@ -189,7 +188,7 @@ class Fleet(Model):  # type: ignore[misc]  # Mesa is untyped
         anew = self.makers.anew(self, before, remembers)
         self.vehicles = tuple(anew if vehicle is before else vehicle for vehicle in self.vehicles)
         self.separation.vehicles = self.vehicles
-        self.view = ReadOnlyFleet.of(self.vehicles)
+        self.view = FleetView.of(self.vehicles)
         before.remove()
         for tell in self._on_restart:
             tell(anew)

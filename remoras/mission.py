@@ -25,25 +25,27 @@ avoidance, energy and borders.
 
 from __future__ import annotations
 
-import math
 from abc import abstractmethod
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, ClassVar, Protocol, Self
 
-from remoras.activities import Activity, ActivitySet, Objective
-from remoras.behaviours import Behaviour
-from remoras.beliefs import Beliefs, Key, Known
-from remoras.database import VehicleData
-from remoras.htn import Domain, FactsLike, Task
-from remoras.motion import Motion
-from remoras.organisation import Group, Organisation
-from remoras.picture import Picture
+from remoras.mission_parts import (
+    ALLOCATE_ROLES,
+    ASSIGN_OBJECTIVE,
+    DISSOLVE_GROUP,
+    ELEMENTARY_TASKS,
+    FORM_GROUP,
+    GIVE_MISSION,
+    PURSUE,
+    Finding,
+    FunctionalPart,
+    Nothing,
+    SocialPart,
+)  # fmt: skip
 from remoras.recorder import Recorder, Table
 from remoras.sensor import SensorSettings
 from remoras.truth import FleetView, Milestone, Truth, VehicleView
-from remoras.work import Job, Point
 from worldmodel import ontology_path
 
 ABILITIES = ontology_path("abilities")
@@ -52,171 +54,6 @@ __all__ = [
     "ALLOCATE_ROLES", "ASSIGN_OBJECTIVE", "DISSOLVE_GROUP", "ELEMENTARY_TASKS", "FORM_GROUP", "GIVE_MISSION", "PURSUE",
     "Finding", "FleetView", "FunctionalPart", "Milestone", "Mission", "Nothing", "SocialPart", "Truth", "VehicleView",
 ]  # fmt: skip
-
-ALLOCATE_ROLES, GIVE_MISSION, ASSIGN_OBJECTIVE = "AllocateRoles", "GiveMission", "AssignObjective"
-FORM_GROUP, DISSOLVE_GROUP = "FormGroup", "DissolveGroup"
-ELEMENTARY_TASKS = (ALLOCATE_ROLES, GIVE_MISSION, ASSIGN_OBJECTIVE, FORM_GROUP, DISSOLVE_GROUP)
-"""Handlers of elementary tasks; see ``SocialPart.social_domain``."""
-PURSUE = "Pursue"
-"""Prefix of the task name for an objective; see ``SocialPart.activity_domain``."""
-
-
-@dataclass(frozen=True, slots=True)
-class Finding:
-    """Inferred fact of a vehicle, by names."""
-
-    subject: str
-    attribute: str
-    value: str | float | bool | Point
-
-
-class Nothing(Sequence[Finding]):
-    """Empty findings, valid without new information until ``until_s``: no call before.
-
-    New information is any received or inferred fact except positions and energy, a changed organisation, or changed
-    sensor responses. ``until_s`` is by the vehicle's clock, infinite if time is irrelevant; NaN raises ValueError.
-    """
-
-    __slots__ = ("until_s",)
-
-    def __init__(self, until_s: float = math.inf) -> None:
-        if math.isnan(until_s):
-            raise ValueError("nothing is concluded until a time that is not a number: give seconds, or infinity")
-        self.until_s = until_s
-
-    def __len__(self) -> int:
-        return 0
-
-    def __getitem__(self, place: Any) -> Any:
-        raise IndexError(f"finding {place} of none")
-
-
-class SocialPart(Protocol):
-    """Part of a mission used by the social layer."""
-
-    @property
-    @abstractmethod
-    def social_domain(self) -> Domain:
-        """HTN of group missions; elementary tasks are executed by the handler that they name.
-
-        Handlers are ``AllocateRoles(group, ...)``, ``GiveMission(group, mission)``, ``AssignObjective(group, role,
-        objective, argument)``, ``FormGroup(group)`` and ``DissolveGroup(group)``; the default is the task name.
-        Preconditions and effects may use the leader's beliefs and these facts:
-
-        * ``("members", "Group.Role")``: present holders; ``("isA", "Instance.Class")``: inferred class;
-        * ``("lost", "Group.Role")``: vehicles that left the role or fell silent in it, once per event;
-        * ``("allocated", group)``: roles are allocated, and no member has left since;
-        * ``("objective", "Group.Role.Objective")``: its argument, once valid;
-        * ``("formed", group)``: the group exists; ``("formation", group)``: number of formations at run time;
-        * ``("given", "Group.Mission")``: assigned; ``("hasMission", group)``: the newest; ``("data", vehicle)``: data;
-        * ``("instances", class)``: names of known instances, asserted or inferred.
-
-        A step ``AssignObjective`` runs until its effects hold, and fails if its role becomes vacant.
-        """
-        ...
-
-    @property
-    @abstractmethod
-    def jobs(self) -> Mapping[str, Job]:
-        """Jobs of the mission by name; roles refer to them."""
-        ...
-
-    @abstractmethod
-    def activity_sets(
-        self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point
-    ) -> tuple[tuple[ActivitySet, ...], frozenset[Key]]:
-        """Return the activities for ``objective`` and the facts that this choice depends on.
-
-        Called when the vehicle gets the objective and after changes of these facts; objectives in ``activity_domain``
-        use ``activities`` instead.
-
-        Args:
-            data: of the planning vehicle.
-            facts: keys of beliefs, and ``("members", "Group.Role")``.
-            position_m: current position.
-        """
-        ...
-
-    @property
-    def activity_domain(self) -> Domain | None:
-        """HTN that decomposes objectives into activities; by default None, for ``activity_sets`` only.
-
-        The task of an objective is ``Pursue`` plus its name, with the objective and the ``VehicleData`` as arguments.
-        The plan is executed as a tree: all ready steps compete as activities. A step ends when its effects hold and
-        fails when its behaviour fails.
-        """
-        return None
-
-    def activities(
-        self,
-        steps: Sequence[Sequence[Task]],
-        objective: Objective,
-        data: VehicleData,
-        facts: FactsLike,
-        position_m: Point,
-    ) -> tuple[tuple[ActivitySet, ...], frozenset[Key]]:
-        """Return the activities of running steps for ``objective``, and the facts they depend on.
-
-        Args:
-            steps: each with its siblings under one task, performed simultaneously.
-            data, facts, position_m: as for ``activity_sets``.
-        """
-        raise NotImplementedError(f"{type(self).__name__} has an activity_domain, so it must have activities too")
-
-    def founding_objectives(self) -> Sequence[Objective]:
-        """Return the initial objectives of roles; none by default."""
-        return ()
-
-    def is_individual(self, objective: Objective) -> bool:
-        """True if the objective needs no interaction; the default."""
-        return True
-
-    def is_enough(self, facts: Known) -> bool:
-        """True if the known finished work satisfies the goal; by default the goal needs all jobs."""
-        return False
-
-    def groups_of(self, subject: str) -> Collection[str] | None:
-        """Return the groups concerned by facts about an instance of the mission, for needs by group.
-
-        None by default: groups with a role for the related job; all groups if there is none.
-        """
-        return None
-
-    def completion(self, objective: Objective, vehicle: str) -> Finding | None:
-        """Return the fact published when ``vehicle`` has completed ``objective``; None by default."""
-        return None
-
-    def findings(
-        self, group: Group, organisation: Organisation, beliefs: Beliefs, picture: Picture, motion: Motion
-    ) -> Sequence[Finding]:
-        """Return the inferences of the leader of ``group`` at each decision; none by default."""
-        return ()
-
-    def conclusions(
-        self, data: VehicleData, organisation: Organisation, beliefs: Beliefs, picture: Picture, motion: Motion
-    ) -> Sequence[Finding]:
-        """Return the inferences of any vehicle at each decision; none by default.
-
-        They are sent to interested peers. Do not infer again from own inferences. `Nothing` suppresses calls until new
-        information or its time.
-        """
-        return ()
-
-
-class FunctionalPart(Protocol):
-    """Part of a mission used by the functional layer."""
-
-    @abstractmethod
-    def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
-        """Return a new behaviour for the activity set led by ``activity``."""
-        ...
-
-    def world(self, seed: int) -> Any:
-        """Return the world perceived by sensors: a pure function of the seed.
-
-        Metrics call it again. All vehicles and the truth of a run share it: only ``Mission.nature`` may change it.
-        """
-        return None
 
 
 class Mission(SocialPart, FunctionalPart, Protocol):

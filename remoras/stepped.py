@@ -21,8 +21,8 @@ from missions.runs.summary import identity
 from missions.runs.tables import arrow_table
 from remoras.cards import card, number_text
 from remoras.face import Run
-from remoras.mission import Milestone
 from remoras.recorder import PACKETS, Row
+from remoras.truth import Milestone
 from remoras.version import __version__
 
 if TYPE_CHECKING:

@@ -105,7 +105,7 @@ FOR_ALL = {"exchange.arithmetic", "exchange.lazily"}
 """Everybody may import them; they import nothing."""
 HULL = {
     "remoras.vehicle", "remoras.radio", "remoras.fleet", "remoras.solo", "remoras.traffic",
-    "remoras.view",
+    "remoras.truth",
 }  # fmt: skip
 LAYERS = ("remoras.social", "remoras.executive", "remoras.functional")
 KNOW_MESA = {"remoras.fleet", "remoras.solo", "remoras.vehicle"}

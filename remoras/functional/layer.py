@@ -16,7 +16,7 @@ from remoras.errors import PluginError
 from remoras.functional.guidance import Guidance, Headway
 from remoras.functional.sensing import Sensed, Sensing
 from remoras.functional.vital import VITAL_NAMES, VITAL_SETS, vital_behaviour
-from remoras.mission import FunctionalPart
+from remoras.mission_parts import FunctionalPart
 from remoras.motion import Motion
 from remoras.picture import Picture
 from remoras.plugins import answer, broken_promise

@@ -14,7 +14,7 @@ from remoras.beliefs import NOTHING_KNOWN, Key
 from remoras.database import AUVDatabase
 from remoras.errors import PlanningError
 from remoras.htn import NoPlan, Plan, Task, plan
-from remoras.mission import ALLOCATE_ROLES, ASSIGN_OBJECTIVE, GIVE_MISSION, SocialPart
+from remoras.mission_parts import ALLOCATE_ROLES, ASSIGN_OBJECTIVE, GIVE_MISSION, SocialPart
 from remoras.nesting import meets_after, supervisors_of
 from remoras.organisation import Group, Organisation
 from remoras.social.workload import scarce_energy_j

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs, Fact, Key
 from remoras.database import VehicleData
-from remoras.mission import Finding, Nothing, SocialPart
+from remoras.mission_parts import Finding, Nothing, SocialPart
 from remoras.motion import Motion
 from remoras.organisation import Organisation
 from remoras.picture import Picture

@@ -26,7 +26,7 @@ from remoras.activities import ActivitySet, Objective
 from remoras.authority import NOBODY, Act, Request, Rules, Ruling, may_assign
 from remoras.beliefs import Beliefs, Fact, Key
 from remoras.database import AUVDatabase
-from remoras.mission import SocialPart
+from remoras.mission_parts import SocialPart
 from remoras.motion import Motion
 from remoras.organisation import Outcome, RoleAssignment
 from remoras.picture import Picture

@@ -13,7 +13,7 @@ from dataclasses import replace
 
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs, Fact
-from remoras.mission import SocialPart
+from remoras.mission_parts import SocialPart
 from remoras.organisation import Group, RoleAssignment
 from remoras.social.leadership import PLAYS_ROLE, is_able_to_lead
 from remoras.social.view import DISSOLVED, FORMATION, FORMED_UNDER, OBJECTIVE_PREFIX

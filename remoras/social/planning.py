@@ -21,7 +21,7 @@ from remoras.beliefs import Beliefs, Fact, Key
 from remoras.database import AUVDatabase, VehicleData
 from remoras.errors import PlanningError
 from remoras.htn import Domain, Execution, FactsLike, NoPlan, Plan, Task, plan
-from remoras.mission import (
+from remoras.mission_parts import (
     ALLOCATE_ROLES,
     ASSIGN_OBJECTIVE,
     DISSOLVE_GROUP,

@@ -13,7 +13,7 @@ from typing import cast
 from remoras.authority import Request, Rules
 from remoras.beliefs import Beliefs, Fact, Key
 from remoras.database import AUVDatabase, VehicleData
-from remoras.mission import SocialPart
+from remoras.mission_parts import SocialPart
 from remoras.organisation import Group
 from remoras.picture import Picture
 from remoras.plugins import answer

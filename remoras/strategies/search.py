@@ -7,20 +7,19 @@ another one while the makespan falls, or the total time at equal makespan. At a 
 and the descent repeated (Lourenço, Martin, Stützle 2003, iterated local search), until ``MOST_PATHS`` paths are
 evaluated. On 13 patches and three vehicles the makespan is within 1 % of the best of 300 random restarts.
 
-The effect of an exchange depends only on the jobs of its two vehicles, unless a third one ends as late. So pairs
-without an improving exchange are memorised with their jobs and tried again only after a change. Jobs are the bits of an
-integer, for lookup of evaluated paths. Durations are cached by start position: they must not depend on the time of day.
+Jobs are the bits of an integer, for lookup of evaluated paths. Durations are cached by start position: they must not
+depend on the time of day.
 
-Source of the assignment: Burkard, Dell'Amico, Martello 2009: linear bottleneck assignment by threshold with augmenting
-paths; linear sum assignment by shortest augmenting paths, in the rectangular form of Crouse 2016. SciPy has the same
-and is used for large problems only: loading it takes a third as long as a whole mission.
+Source of the assignment: Burkard, Dell'Amico, Martello 2009: linear bottleneck assignment by threshold;
+linear sum assignment by shortest augmenting paths, in the rectangular form of Crouse 2016. SciPy has the same and is
+used for large problems only: loading it takes a third as long as a whole mission.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from bisect import bisect_left
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations, cycle
 from typing import NamedTuple
 
@@ -51,7 +50,8 @@ def assignment(costs_ms: Sequence[Sequence[int | None]]) -> dict[int, int]:
     if not limits:
         return {}
     n_columns = 1 + max(column for row in costs_ms for column, cost in enumerate(row) if cost is not None)
-    limit = _bottleneck(limits, lambda most: _n_pairs(costs_ms, most))
+    most = _n_pairs(costs_ms, limits[-1])
+    limit = limits[bisect_left(limits, most, key=lambda limit: _n_pairs(costs_ms, limit))]
     weights = [  # ties are least where lower rows have lower columns
         [
             None if cost is None or cost > limit else cost * TIE_BREAK + row * (n_columns - 1 - column)
@@ -65,54 +65,17 @@ def assignment(costs_ms: Sequence[Sequence[int | None]]) -> dict[int, int]:
     return {row: column for row, column in pairs.items() if weights[row][column] is not None}
 
 
-def _bottleneck(limits: Sequence[int], n_pairs: Callable[[int], int]) -> int:
-    """Least cost limit that admits as many rows as no limit."""
-    most = n_pairs(limits[-1])
-    low, high = 0, len(limits) - 1
-    while low < high:
-        middle = (low + high) // 2
-        if n_pairs(limits[middle]) == most:
-            high = middle
-        else:
-            low = middle + 1
-    return limits[low]
-
-
 def _n_pairs(costs_ms: Sequence[Sequence[int | None]], limit: int) -> int:
-    """Maximum matching of rows to columns within a cost limit, by augmenting paths."""
-    allowed = [[c for c, cost in enumerate(row) if cost is not None and cost <= limit] for row in costs_ms]
-    column_of: dict[int, int] = {}
-    row_of: dict[int, int] = {}
-    for begin in range(len(allowed)):
-        before: dict[int, int] = {}  # the row from which each column is reached
-        rows = [begin]
-        while rows:
-            row = rows.pop()
-            for column in allowed[row]:
-                if column in before:
-                    continue
-                before[column] = row
-                if column in row_of:
-                    rows.append(row_of[column])
-                    continue
-                rows.clear()
-                _exchange(begin, column, before, column_of, row_of)
-                break
-    return len(column_of)
-
-
-def _exchange(
-    begin: int, column: int, before: Mapping[int, int], column_of: dict[int, int], row_of: dict[int, int]
-) -> None:
-    row = -1
-    while row != begin:
-        row = before[column]
-        was = column_of.get(row, -1)
-        row_of[column], column_of[row], column = row, column, was
+    """Greatest number of rows that can be assigned within a cost limit."""
+    over = [[cost is None or cost > limit for cost in row] for row in costs_ms]
+    return sum(not over[row][column] for row, column in least(over).items())
 
 
 def least(costs: Costs) -> dict[int, int]:
-    """Assign rows to columns at minimum sum, as many as the smaller dimension; integer costs."""
+    """Assign rows to columns at minimum sum, as many as the smaller dimension; integer costs.
+
+    Each row is assigned along the shortest augmenting path: Dijkstra over reduced costs.
+    """
     n_rows, n_columns = len(costs), len(costs[0])
     if n_rows * n_columns * min(n_rows, n_columns) > MANY:
         from scipy.optimize import linear_sum_assignment
@@ -124,50 +87,35 @@ def least(costs: Costs) -> dict[int, int]:
     row_prices, column_prices = [0.0] * n_rows, [0.0] * n_columns
     column_of: dict[int, int] = {}
     row_of: dict[int, int] = {}
-    for row in range(n_rows):
-        _augment(costs, row, row_prices, column_prices, column_of, row_of)
+    for begin in range(n_rows):
+        ways, before = [math.inf] * n_columns, [begin] * n_columns  # before: the row from which each column is reached
+        left, reached = list(range(n_columns - 1, -1, -1)), list[int]()
+        row, way = begin, 0.0
+        while True:
+            nearest, place = math.inf, -1
+            for n, column in enumerate(left):
+                then = way + costs[row][column] - row_prices[row] - column_prices[column]
+                if then < ways[column]:
+                    ways[column], before[column] = then, row
+                if ways[column] < nearest or (ways[column] == nearest and column not in row_of):
+                    nearest, place = ways[column], n
+            way, column, left[place] = nearest, left[place], left[-1]
+            left.pop()
+            reached.append(column)
+            if column not in row_of:
+                break
+            row = row_of[column]
+        row_prices[begin] += way
+        for at in reached:
+            column_prices[at] -= way - ways[at]
+            if at in row_of:
+                row_prices[row_of[at]] += way - ways[at]
+        row = -1
+        while row != begin:
+            row = before[column]
+            row_of[column] = row
+            column, column_of[row] = column_of.get(row, -1), column
     return dict(sorted(column_of.items()))
-
-
-def _augment(
-    costs: Costs,
-    begin: int,
-    row_prices: list[float],
-    column_prices: list[float],
-    column_of: dict[int, int],
-    row_of: dict[int, int],
-) -> None:
-    """Assign a row along the shortest augmenting path: Dijkstra over reduced costs."""
-    shortest = [math.inf] * len(column_prices)
-    before: dict[int, int] = {}  # the row from which each column is reached
-    open_columns = list(range(len(column_prices) - 1, -1, -1))
-    reached_rows, reached_columns = [begin], list[int]()
-    row, way, column = begin, 0.0, -1
-    while column < 0:
-        nearest, found = math.inf, -1
-        for place, other in enumerate(open_columns):
-            then = way + costs[row][other] - row_prices[row] - column_prices[other]
-            if then < shortest[other]:
-                shortest[other], before[other] = then, row
-            ends = other not in row_of
-            if shortest[other] < nearest or (ends and shortest[other] == nearest):
-                nearest, found = shortest[other], place
-        way, last = nearest, open_columns.pop()
-        at = last
-        if found < len(open_columns):
-            at, open_columns[found] = open_columns[found], last
-        if at not in row_of:
-            column = at
-        else:
-            row = row_of[at]
-            reached_rows.append(row)
-        reached_columns.append(at)
-    row_prices[begin] += way
-    for other in reached_rows[1:]:
-        row_prices[other] += way - shortest[column_of[other]]
-    for other in reached_columns:
-        column_prices[other] -= way - shortest[other]
-    _exchange(begin, column, before, column_of, row_of)
 
 
 Roles = tuple[RoleSpecification, ...]
@@ -176,8 +124,6 @@ Held = list[int]
 Effort = tuple[float, float]
 """Objective, lexicographic: makespan, then sum of all ends (s), to the millisecond."""
 
-NOTHING = -1
-"""Placeholder for a job set that no vehicle holds."""
 MOST_PATHS = 4000
 """Single-vehicle paths evaluated per search."""
 SHAPES = ((1, 0), (1, 1), (1, 2), (2, 1))
@@ -233,15 +179,10 @@ class Search:
             for r, role in enumerate(self._roles)
             for other in role.incompatible & paths.keys()
         ]
-        self._alike = _alike(self._free)
-        self._first_legs = [
-            self._legs_at(v, Outlook(0.0, outlook.position_m)) for v, outlook in enumerate(self._outlooks)
-        ]
-        self._legs: dict[tuple[int, int, Point], Outlook | None] = {}  # behind the first
+        self._legs: dict[tuple[int, Point], _Legs] = {}
         self._sums: dict[tuple[int, int], list[int]] = {}
         self._nearest: dict[Point, list[int]] = {}  # roles by how near to a place they are
         self._ends_s: list[dict[int, float]] = [{} for _ in self._free]
-        self._barren: dict[tuple[int, int], Held] = {}  # per last vehicle and its jobs: fruitless partners
         self._n_paths = 0
 
     def found(self) -> dict[str, Roles]:
@@ -261,14 +202,6 @@ class Search:
     def _legs_at(self, vehicle: int, outlook: Outlook) -> _Legs:
         return _Legs(self._jobs, self._able[vehicle], self._free[vehicle], outlook)
 
-    def _leg(self, vehicle: int, role: int, from_m: Point) -> Outlook | None:
-        key = vehicle, role, from_m
-        if key in self._legs:
-            return self._legs[key]
-        able = self._able[vehicle] >> role & 1
-        leg = self._legs[key] = self._jobs[role].after(Outlook(0.0, from_m), self._free[vehicle]) if able else None
-        return leg
-
     def _end_s(self, vehicle: int, jobs: int) -> float:
         """End (s) of a vehicle's jobs in the order of ``Work.in_order``; inf for incompatible roles."""
         known = self._ends_s[vehicle]
@@ -279,22 +212,21 @@ class Search:
         if any(jobs & both == both for both in self._excluding):  # incompatible roles
             known[jobs] = math.inf
             return math.inf
-        end_s, start_m = self._outlooks[vehicle]
-        left, at_m = jobs, start_m
+        end_s, at_m = self._outlooks[vehicle]
+        left = jobs
         while left:
             role = self._next(left, at_m) if left & (left - 1) else left.bit_length() - 1
             left ^= 1 << role
-            leg = self._first_legs[vehicle][role] if at_m is start_m else self._leg(vehicle, role, at_m)
+            legs = self._legs.get((vehicle, at_m))
+            if legs is None:
+                legs = self._legs[vehicle, at_m] = self._legs_at(vehicle, Outlook(0.0, at_m))
+            leg = legs[role]
             if leg is not None:
                 end_s, at_m = end_s + leg[0], leg[1]
         known[jobs] = end_s = round(end_s, 3)
         return end_s
 
     def _next(self, jobs: int, at_m: Point) -> int:
-        first, last = (jobs & -jobs).bit_length() - 1, jobs.bit_length() - 1
-        if jobs == 1 << first | 1 << last:
-            places_m = self._places_m
-            return first if distance(at_m, places_m[first]) <= distance(at_m, places_m[last]) else last
         for role in self._nearest.get(at_m) or self._by_nearness(at_m):
             if jobs >> role & 1:
                 break
@@ -313,10 +245,7 @@ class Search:
         vacant = list(range(len(self._roles)))
         while vacant:
             now_s = min(outlook.free_s for outlook in outlooks)
-            legs = [
-                self._legs_at(vehicle, outlook) if outlook.free_s or held[vehicle] else self._first_legs[vehicle]
-                for vehicle, outlook in enumerate(outlooks)
-            ]
+            legs = [self._legs_at(vehicle, outlook) for vehicle, outlook in enumerate(outlooks)]
             then = [[leg[role] for leg in legs] for role in vacant]
             costs = [[None if leg is None else round(1000.0 * (leg.free_s - now_s)) for leg in row] for row in then]
             pairs = assignment(costs)
@@ -341,10 +270,10 @@ class Search:
         return held
 
     def _length_s(self, role: int) -> float:
-        """Duration of a job for the fastest vehicle already there, one per kind of vehicle."""
+        """Duration of a job for the fastest vehicle already there."""
         there, job = Outlook(0.0, self._places_m[role]), self._jobs[role]
-        able = [next((v for v in alike if self._able[v] >> role & 1), None) for alike in self._alike]
-        legs = [job.after(there, self._free[vehicle]) for vehicle in able if vehicle is not None]
+        able = [data for vehicle, data in enumerate(self._free) if self._able[vehicle] >> role & 1]
+        legs = [job.after(there, data) for data in able]
         return round(min((leg.free_s for leg in legs if leg is not None), default=0.0), 3)
 
     # Improvement
@@ -385,11 +314,8 @@ class Search:
         """Apply the first improving exchange in place and return the objective; None without one."""
         end_s = before[0]
         last = ends_s.index(end_s)
-        barren = self._barren.get((last, held[last]))
-        others = range(len(held)) if barren is None else [at for at, of in enumerate(barren) if held[at] != of]
-        fruitful = set[int]()
-        for kept, other, taken in self._exchanges(last, held, others):
-            then_s, other_s = self._end_s(last, kept), 0.0
+        for kept, other, taken in self._exchanges(last, held):
+            then_s = self._end_s(last, kept)
             if then_s > end_s or (other_s := self._end_s(other, taken)) > end_s:
                 continue
             after_s = list(ends_s)
@@ -398,19 +324,13 @@ class Search:
                 held[last], held[other] = kept, taken
                 ends_s[:] = after_s
                 return effort
-            if then_s < end_s and other_s < end_s:  # a third vehicle ends as late
-                fruitful.add(other)
-        tried = self._barren[last, held[last]] = list(held)
-        for at in fruitful:
-            tried[at] = NOTHING
         return None
 
-    def _exchanges(self, last: int, held: Held, others: Iterable[int]) -> Iterator[tuple[int, int, int]]:
+    def _exchanges(self, last: int, held: Held) -> Iterator[tuple[int, int, int]]:
         """Yield the jobs of ``last`` after an exchange, the other vehicle, and its jobs."""
         mine, able, some = held[last], self._able, self._sums
         for n_given, n_back in SHAPES:
-            for other in others:
-                theirs = held[other]
+            for other, theirs in enumerate(held):
                 ours, back_of = mine & able[other], theirs & able[last]
                 if other == last or not ours or (n_back and not back_of):
                     continue
@@ -429,16 +349,3 @@ class Search:
 
 def _effort(ends_s: Sequence[float]) -> Effort:
     return max(ends_s), round(math.fsum(ends_s), 3)
-
-
-def _alike(vehicles: Sequence[VehicleData]) -> list[list[int]]:
-    """Indices of vehicles, grouped by data except name, node, start and playable roles."""
-    kinds: list[VehicleData] = []
-    found: list[list[int]] = []
-    for place, data in enumerate(vehicles):
-        kind = replace(data, name="", node=0, start_m=(0.0, 0.0), playable_roles=())
-        if kind not in kinds:
-            kinds.append(kind)
-            found.append([])
-        found[kinds.index(kind)].append(place)
-    return found

@@ -17,8 +17,7 @@ from remoras.condition import Condition
 from remoras.database import VehicleData
 from remoras.faults import Fault, condition_under
 from remoras.organisation import Group, RoleSpecification
-from remoras.truth import reachable_by_jobs, within_reach
-from remoras.view import ReadOnlyVehicle
+from remoras.truth import VehicleView, reachable_by_jobs, within_reach
 
 DEAD = Condition(dead_sensors=frozenset({"mapping"}))
 SENSING = replace(AUV, sensors=(SwathSettings(name="mapping", swath_m=25.0, speed_limit_mps=1.25),))
@@ -89,7 +88,7 @@ def test_what_a_vehicle_is_left_with(condition, is_exhausted, has_resigned, sens
         name="A", social=None, has_resigned=has_resigned, condition=condition_under(condition),
         functional=SimpleNamespace(exhausted=is_exhausted, data=SENSING, headway=SimpleNamespace(is_lost=False)),
     )  # fmt: skip
-    data = ReadOnlyVehicle(body).able_data
+    data = VehicleView(body).able_data
     assert (None if data is None else len(data.sensors)) == sensors
     body.functional.headway.is_lost = True
-    assert ReadOnlyVehicle(body).able_data is None
+    assert VehicleView(body).able_data is None

@@ -12,7 +12,7 @@ from missions.mapping.sensors import COVERAGE, Seabed, SeabedFeature, SwathSetti
 from missions.mapping.truth import GOAL, MappingTruth
 from missions.meeting import Meeting
 from remoras.activities import Objective
-from remoras.mission import FleetView, Milestone
+from remoras.mission import Milestone
 from remoras.organisation import Group, Organisation, RoleAssignment
 from remoras.recorder import Recorder
 
@@ -22,7 +22,7 @@ BANK = Seabed.of_areas(25.0, {"bank": [(200.0, 0.0), (300.0, 0.0), (300.0, 25.0)
 """Four cells in a row, whose centres are at 212.5, 237.5, 262.5 and 287.5."""
 
 
-class Fleet(FleetView):
+class Fleet:
     """Head A and hand B."""
 
     def __init__(self, a: Any = None, b: Any = None) -> None:

@@ -37,7 +37,7 @@ from missions.runs.summary import summary
 from missions.scenarios import load
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 from remoras.recorder import Recorder
-from remoras.view import HolderCount
+from remoras.truth import HolderCount
 
 SCENARIO = load("mapping-rendezvous")
 G = "Operational"
