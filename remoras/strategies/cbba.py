@@ -29,7 +29,7 @@ from pydantic import Field
 
 from exchange.arithmetic import exp
 from remoras.organisation import Group, RoleSpecification
-from remoras.strategies.allocation import Engagement, Expectations, planned
+from remoras.strategies.allocation import planned
 from remoras.strategies.factors import AtSea, Factors
 from remoras.strategies.negotiator import Claims, KnownFromStart, Member, RoleClaim, frames, taking
 from remoras.strategy import Heard, Move, Situation, Statement
@@ -47,12 +47,11 @@ class Bidder(Member["Cbba"]):
     def __init__(self, me: str, group: Group, strategy: Cbba) -> None:
         super().__init__(me, group, strategy)
         self._roles = {role.name: role for role in group.roles}
-        self._claims: Claims | None = None
+        self._claims = Claims(group.name)
         self._news: dict[str, int] = {}  # time of last news: the round of the claims of each vehicle
         self._since: dict[str, int] = {}  # the round since which each own claim has stood
         self._bundle: list[str] = []  # in the order in which they were added
         self._path: list[str] = []  # in the order in which they are to be done
-        self._expectations = Expectations()
         self._unsaid: set[str] = set()  # vehicles with claims to report
         self._known: object = None
         self._lost: set[str] = set()  # jobs that the last plan left to stronger claims
@@ -64,44 +63,43 @@ class Bidder(Member["Cbba"]):
     def negotiate(self, situation: Situation) -> Move:
         """Process claims, yield to stronger ones, bid after changes, begin settled jobs, report."""
         work, now = situation.work, situation.round
-        claims = self._claims = self._claims or Claims(work.database, work.group.name)
-        self._listen(situation, claims)
+        self._listen(situation)
         unfinished = [role.name for role in work.unfinished]
         self._drop({name for name in self._bundle if name not in unfinished})
-        self._give_way(now, claims)
-        said, held = self._left(situation, claims)
+        self._give_way(now)
+        said, held = self._released(situation)
         if self._bid_anew:
             self._bid_anew = False
-            self._build(held, situation, claims)
+            self._build(held, situation)
         if not held and (name := self._next(now)) is not None:
             said.append(self._takes(name))
             self._drop({name})
-            self._claim(name, BEGUN, now, claims)
+            self._claim(name, BEGUN, now)
             self._bid_anew = True
-        said += self._sayings(now, unfinished, claims)
+        said += self._sayings(now, unfinished)
         return Move(tuple(said), holding=bool(unfinished))
 
     def division(self) -> Mapping[str, str]:
         """Return the vehicle with the strongest claim, by role name."""
-        claims = self._claims
-        winners = {name: claims.winner(name) for name in self._roles} if claims is not None else {}
+        winners = {name: self._claims.winner(name) for name in self._roles}
         return {name: winner for name, winner in winners.items() if winner is not None}
 
     # Consensus
 
-    def _listen(self, situation: Situation, claims: Claims) -> None:
+    def _listen(self, situation: Situation) -> None:
         work = situation.work
         others = set(work.members).difference(work.unavailable, {self._me})
-        claims.members = tuple(name for name in work.database.names if name in others or name == self._me)
+        names = tuple(name for name in work.database.names if name in others or name == self._me)
+        self._claims.meet(names, work.database)
         for heard in situation.heard:
-            self._hear(heard, claims)
-        open_roles = self._open(work, claims)
-        self._orphans = self._found_orphans(open_roles, situation.round, claims)
-        known = work.done, claims.members, open_roles, self._orphans
+            self._hear(heard)
+        open_roles = self._open(work)
+        self._orphans = self._found_orphans(open_roles, situation.round)
+        known = work.done, names, open_roles, self._orphans
         if known != self._known:
             self._known, self._bid_anew = known, True
 
-    def _hear(self, heard: Heard, claims: Claims) -> None:
+    def _hear(self, heard: Heard) -> None:
         whose, attribute, at = heard.facts[0]
         if attribute != "claimsOf":
             return
@@ -118,11 +116,11 @@ class Bidder(Member["Cbba"]):
         }
         if len(strengths) + 1 < len(heard.facts):
             return  # of another group
-        withdrawn = {role for role in self._roles if whose in claims.standing(role)}.difference(strengths)
+        withdrawn = {role for role in self._roles if whose in self._claims.standing(role)}.difference(strengths)
         news = [
             role
             for role, strength in [*strengths.items(), *((role, 0) for role in sorted(withdrawn))]
-            if claims.take(role, whose, RoleClaim(int(at), strength))
+            if self._claims.take(role, whose, RoleClaim(int(at), strength))
         ]
         self._news[whose] = int(at)
         if news:
@@ -131,27 +129,27 @@ class Bidder(Member["Cbba"]):
             if not self._with.plans_for_all or not self._lost.isdisjoint(news):
                 self._bid_anew = True
 
-    def _left(self, situation: Situation, claims: Claims) -> tuple[list[Statement], list[RoleSpecification]]:
+    def _released(self, situation: Situation) -> tuple[list[Statement], list[RoleSpecification]]:
         """Release roles that another vehicle has also begun; return statements and kept roles."""
         said: list[Statement] = []
         held = situation.work.held_by(self._me)
-        begun = claims.made_before(situation.round, self._me, BEGUN)  # some while isolated, unknown to others
+        begun = self._claims.made_before(situation.round, self._me, BEGUN)  # some while isolated, unknown to others
         gone = [role.name for role in situation.work.unfinished if role.name in begun and role not in held]
-        self._release(gone, situation.round, claims)
+        self._release(gone, situation.round)
         for role in held:
-            if claims.winner(role.name) != self._me:
+            if self._claims.winner(role.name) != self._me:
                 said.append(self._leaves(role.name))
-                self._claim(role.name, 0, situation.round, claims)
-        return said, [role for role in held if claims.winner(role.name) == self._me]
+                self._claim(role.name, 0, situation.round)
+        return said, [role for role in held if self._claims.winner(role.name) == self._me]
 
-    def _give_way(self, now: int, claims: Claims) -> None:
-        lost = next((n for n, name in enumerate(self._bundle) if claims.winner(name) != self._me), None)
+    def _give_way(self, now: int) -> None:
+        lost = next((n for n, name in enumerate(self._bundle) if self._claims.winner(name) != self._me), None)
         if lost is not None:
-            self._release(self._bundle[lost:], now, claims)
+            self._release(self._bundle[lost:], now)
 
-    def _release(self, names: Sequence[str], now: int, claims: Claims) -> None:
+    def _release(self, names: Sequence[str], now: int) -> None:
         for name in names:
-            self._claim(name, 0, now, claims)
+            self._claim(name, 0, now)
         self._drop(set(names))
 
     def _drop(self, names: set[str]) -> None:
@@ -159,8 +157,8 @@ class Bidder(Member["Cbba"]):
         self._path = [name for name in self._path if name not in names]
         self._bid_anew |= bool(names)
 
-    def _claim(self, role: str, strength: int, now: int, claims: Claims) -> None:
-        if claims.take(role, self._me, RoleClaim(now, strength)):
+    def _claim(self, role: str, strength: int, now: int) -> None:
+        if self._claims.take(role, self._me, RoleClaim(now, strength)):
             self._since[role] = now
             self._news[self._me] = now
             self._unsaid.add(self._me)
@@ -177,18 +175,18 @@ class Bidder(Member["Cbba"]):
             total += exp(-(outlook.free_s - now_s) / self._with.discount_s)
         return total
 
-    def _build(self, held: Sequence[RoleSpecification], situation: Situation, claims: Claims) -> None:
+    def _build(self, held: Sequence[RoleSpecification], situation: Situation) -> None:
         work, data = situation.work, situation.work.database[self._me]
         if data not in work.workers:
             return
-        outlook = self._expectations.of(data, held, work, situation.now_s).end(data, work)
+        outlook = self._engagement(self._me, held, situation).end(data, work)
         if self._with.plans_for_all:
-            self._build_by_plan(held, outlook, situation, claims)
+            self._build_by_plan(held, outlook, situation)
             return
         while len(self._bundle) < self._with.bundle:
             base = self._score(self._path, outlook, work, situation.now_s)
             best: tuple[int, str, list[str]] | None = None
-            for name in self._open(work, claims):
+            for name in self._open(work):
                 if name in self._bundle or not work.able(data, self._roles[name]):
                     continue
                 paths = [[*self._path[:n], name, *self._path[n:]] for n in range(len(self._path) + 1)]
@@ -196,33 +194,31 @@ class Bidder(Member["Cbba"]):
                     ((self._score(p, outlook, work, situation.now_s), p) for p in paths), key=lambda found: found[0]
                 )
                 bid = _strength(score - base)
-                if claims.beats(name, self._me, bid) and (best is None or bid > best[0]):
+                if self._claims.beats(name, self._me, bid) and (best is None or bid > best[0]):
                     best = bid, name, path
             if best is None:
                 return
             bid, name, self._path = best
             self._bundle.append(name)
-            self._claim(name, bid, situation.round, claims)
+            self._claim(name, bid, situation.round)
 
-    def _open(self, work: Work, claims: Claims) -> list[str]:
-        return [role.name for role in work.open if not claims.has(role.name, BEGUN)]
+    def _open(self, work: Work) -> list[str]:
+        return [role.name for role in work.open if not self._claims.has(role.name, BEGUN)]
 
-    def _found_orphans(self, open_roles: Sequence[str], now: int, claims: Claims) -> list[str]:
+    def _found_orphans(self, open_roles: Sequence[str], now: int) -> list[str]:
         """Open roles unclaimed for so long that the vehicle planned for them cannot know of them."""
-        unclaimed = [name for name in open_roles if claims.winner(name) is None]
+        unclaimed = [name for name in open_roles if self._claims.winner(name) is None]
         self._unclaimed = {name: self._unclaimed.get(name, now) for name in unclaimed}
         return [name for name, since in self._unclaimed.items() if now - since >= 2 * self._with.repeat_rounds]
 
-    def _build_by_plan(
-        self, held: Sequence[RoleSpecification], outlook: Outlook, situation: Situation, claims: Claims
-    ) -> None:
+    def _build_by_plan(self, held: Sequence[RoleSpecification], outlook: Outlook, situation: Situation) -> None:
         """Bid for the own part of a plan for all; concede jobs with stronger claims."""
         work = situation.work
-        open_roles = self._open(work, claims)
+        open_roles = self._open(work)
         adopted = self._adopted.intersection(self._bundle).union(self._orphans)
         orphans = [n for n in open_roles if n in adopted and work.able(work.database[self._me], self._roles[n])]
-        engaged = {data.name: self._engaged(data.name, held, situation, claims) for data in work.workers}
-        outlooks = {data.name: engaged[data.name].end(data, work) for data in work.workers}
+        of = {data.name: held if data.name == self._me else self._begun_by(data.name, work) for data in work.workers}
+        outlooks = {d.name: self._engagement(d.name, of[d.name], situation).end(d, work) for d in work.workers}
         theirs: dict[str, list[RoleSpecification]] = {data.name: [] for data in work.workers}
         for _ in range(len(open_roles) + 1):
             lost = {role.name for roles in theirs.values() for role in roles}
@@ -235,33 +231,24 @@ class Bidder(Member["Cbba"]):
                 score = self._score(mine[: n + 1], outlook, work, situation.now_s)
                 bids[name], base = _strength(score - base), score
             beaten = [
-                name for name in mine if name not in self._bundle and not claims.beats(name, self._me, bids[name])
+                name for name in mine if name not in self._bundle and not self._claims.beats(name, self._me, bids[name])
             ]
             if not beaten:
                 break
             for name in beaten:
-                winner = claims.winner(name) or self._me  # may be unable to work and still claim it
+                winner = self._claims.winner(name) or self._me  # may be unable to work and still claim it
                 theirs.setdefault(winner, []).append(self._roles[name])
         self._lost = {role.name for roles in theirs.values() for role in roles}
         self._adopted = set(mine).difference(planned_for_me)
-        self._release([name for name in self._bundle if name not in mine], situation.round, claims)
+        self._release([name for name in self._bundle if name not in mine], situation.round)
         for name in mine:
             if name not in self._bundle:
-                self._claim(name, bids[name], situation.round, claims)
+                self._claim(name, bids[name], situation.round)
         self._bundle, self._path, self._bid_anew = list(mine), list(mine), False
 
-    def _engaged(
-        self, name: str, held: Sequence[RoleSpecification], situation: Situation, claims: Claims
-    ) -> Engagement:
-        work = situation.work
-        if name != self._me:
-            held = [
-                role
-                for role in work.unfinished
-                if (claim := claims.of(role.name, name)) is not None and claim.strength == BEGUN
-            ]
-        seen_s = situation.now_s if name == self._me else situation.heard_s.get(name, 0.0)
-        return self._expectations.of(work.database[name], held, work, situation.now_s, seen_s)
+    def _begun_by(self, vehicle: str, work: Work) -> list[RoleSpecification]:
+        latest = ((role, self._claims.of(role.name, vehicle)) for role in work.unfinished)
+        return [role for role, claim in latest if claim is not None and claim.strength == BEGUN]
 
     def _next(self, now: int) -> str | None:
         stood = (name for name in self._path[:1] if now - self._since.get(name, now) >= self._with.settle_rounds)
@@ -269,17 +256,17 @@ class Bidder(Member["Cbba"]):
 
     # Saying
 
-    def _sayings(self, now: int, unfinished: Sequence[str], claims: Claims) -> list[Statement]:
+    def _sayings(self, now: int, unfinished: Sequence[str]) -> list[Statement]:
         all_due = now % self._with.repeat_rounds == 0
         new, self._unsaid = self._unsaid, set()
         said = []
-        for vehicle in claims.members:
+        for vehicle in self._claims.members:
             if vehicle not in self._news or not (all_due or vehicle in new):
                 continue
             strengths = [
                 (self._group.path(name), "claim", claim.strength)
                 for name in unfinished
-                if (claim := claims.of(name, vehicle)) is not None and claim.strength > 0
+                if (claim := self._claims.of(name, vehicle)) is not None and claim.strength > 0
             ]
             strongest = sorted(strengths, key=lambda fact: (-int(fact[2]), fact[0]))[:JOBS_PER_BLOCK]
             if strongest or vehicle in new:

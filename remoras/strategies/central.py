@@ -12,9 +12,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-from remoras.strategies.dispatch import NEXT_JOBS, QUEUE
 from remoras.strategies.factors import Announces, CommonPlan
-from remoras.strategies.head_led import HeadLed
+from remoras.strategies.head_led import NEXT_JOBS, HeadLed
+from remoras.strategies.negotiator import QUEUE
 
 
 @dataclass(frozen=True, slots=True)

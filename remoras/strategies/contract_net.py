@@ -25,10 +25,9 @@ from pydantic import Field
 
 from remoras.authority import Authority
 from remoras.organisation import Group, RoleSpecification
-from remoras.strategies.allocation import Engagement, Expectations, planned
-from remoras.strategies.dispatch import MARGIN, QUEUE
+from remoras.strategies.allocation import Engagement, planned
 from remoras.strategies.factors import AtSea, Factors
-from remoras.strategies.negotiator import Claims, KnownFromStart, Member, RoleClaim, frames, in_blocks
+from remoras.strategies.negotiator import MARGIN, QUEUE, Claims, KnownFromStart, Member, RoleClaim, frames, in_blocks
 from remoras.strategy import JOB_DONE, Declaration, Heard, Move, Situation, Statable, Statement
 from remoras.work import Outlook
 
@@ -71,7 +70,7 @@ class Contractor(Member["ContractNet"]):
 
     def __init__(self, me: str, group: Group, strategy: ContractNet) -> None:
         super().__init__(me, group, strategy)
-        self._claims: Claims | None = None
+        self._claims = Claims(group.name)
         self._sayings: dict[tuple[str, str], Sayings] = {}  # by (role, vehicle)
         self._auctions: dict[str, Auction] = {}  # own ones, by role
         self._offered: dict[str, tuple[float, str]] = {}  # by role: end (s) and announcer of others' auctions
@@ -79,55 +78,48 @@ class Contractor(Member["ContractNet"]):
         self._accepted: set[str] = set()
         self._unclaimed_since: dict[str, int] = {}  # round, by open role without holder or auction
         self._announced_on: object = None
-        self._expectations = Expectations()
 
     def negotiate(self, situation: Situation) -> Move:
         """Process statements, accept or release held roles, award, announce where responsible, bid."""
         work = situation.work
-        claims = self._claims = self._claims or Claims(work.database, work.group.name)
-        claims.members = work.members
+        self._claims.meet(work.members, work.database)
         self._offered = {name: offer for name, offer in self._offered.items() if offer[0] > situation.now_s}
         for heard in situation.heard:
             for fact in heard.facts:
-                self._hear(heard, fact, situation, claims)
+                self._hear(heard, fact, situation)
         roles = {role.name: role for role in work.unfinished}
         self._auctions = {name: auction for name, auction in self._auctions.items() if name in roles}
-        said = self._accept(situation, claims)
-        said += self._cancel(situation, claims)
-        said += self._award(self._engaged(roles, situation, claims), situation, claims)
-        engaged = self._engaged(roles, situation, claims)
-        self._announce(engaged, situation, claims)
+        said = self._accept(situation)
+        said += self._cancel(situation)
+        said += self._award(self._engaged(roles, situation), situation)
+        engaged = self._engaged(roles, situation)
+        self._announce(engaged, situation)
         facts = [(self._group.path(name), "auctionEnds", auction.ends_s) for name, auction in self._auctions.items()]
         bids = self._bids(roles, engaged, situation)
         statements = [Statement((fact,)) for fact in said]
         statements += [*in_blocks(facts, FACTS_PER_BLOCK), *in_blocks(bids, FACTS_PER_BLOCK)]
         return Move(tuple(statements), holding=bool(roles))
 
-    def _engaged(
-        self, roles: Mapping[str, RoleSpecification], situation: Situation, claims: Claims
-    ) -> dict[str, Engagement]:
+    def _engaged(self, roles: Mapping[str, RoleSpecification], situation: Situation) -> dict[str, Engagement]:
+        held: dict[str | None, list[RoleSpecification]] = {}
+        for name, role in roles.items():
+            held.setdefault(self._claims.winner(name), []).append(role)
         return {
-            data.name: self._expectations.of(
-                data,
-                [role for name, role in roles.items() if claims.winner(name) == data.name],
-                situation.work,
-                situation.now_s,
-                situation.now_s if data.name == self._me else situation.heard_s.get(data.name, 0.0),
-            )
+            data.name: self._engagement(data.name, held.get(data.name, ()), situation)
             for data in situation.work.workers
         }
 
-    def _accept(self, situation: Situation, claims: Claims) -> list[Statable]:
+    def _accept(self, situation: Situation) -> list[Statable]:
         said: list[Statable] = []
         for role in situation.work.held_by(self._me):
-            if claims.winner(role.name) != self._me:
-                said.append(self._leave(role.name, self._me, situation, claims))
+            if self._claims.winner(role.name) != self._me:
+                said.append(self._leave(role.name, self._me, situation))
             elif role.name not in self._accepted:
                 self._accepted.add(role.name)
-                said.append((self._me, "playsRole", self._group.path(role.name)))
+                said.append(self._given(self._me, role.name))
         return said
 
-    def _hear(self, heard: Heard, fact: Statable, situation: Situation, claims: Claims) -> None:
+    def _hear(self, heard: Heard, fact: Statable, situation: Situation) -> None:
         subject, attribute, value = fact
         group, _, role = (str(value) if attribute in ("playsRole", "leftRole") else subject).partition(".")
         if group != self._group.name:
@@ -141,37 +133,33 @@ class Contractor(Member["ContractNet"]):
             case "bid" if role in self._auctions:
                 self._auctions[role].bids_s[heard.issuer] = int(value)
             case "playsRole":
-                self._note_held(role, subject, heard.time_s, claims)
+                self._note(role, subject, heard.time_s, True)
                 if heard.issuer == subject:
                     self._unaccepted.pop((role, subject), None)
             case "leftRole":
-                self._note_left(role, subject, heard.time_s, claims)
+                self._note(role, subject, heard.time_s, False)
 
-    def _note_held(self, role: str, vehicle: str, time_s: float, claims: Claims) -> None:
+    def _note(self, role: str, vehicle: str, time_s: float, holds: bool) -> None:
+        """Record that a vehicle states to hold or release a role."""
         sayings = self._sayings.setdefault((role, vehicle), Sayings())
-        sayings.held_s.add(time_s)
-        claims.take(role, vehicle, sayings.claim())
-
-    def _note_left(self, role: str, vehicle: str, time_s: float, claims: Claims) -> None:
-        sayings = self._sayings.setdefault((role, vehicle), Sayings())
-        sayings.left_s.add(time_s)
-        claims.take(role, vehicle, sayings.claim())
-        if vehicle not in claims.standing(role):
+        (sayings.held_s if holds else sayings.left_s).add(time_s)
+        self._claims.take(role, vehicle, sayings.claim())
+        if not holds and vehicle not in self._claims.standing(role):
             self._unaccepted.pop((role, vehicle), None)
             if vehicle == self._me:
                 self._accepted.discard(role)
 
-    def _leave(self, role: str, vehicle: str, situation: Situation, claims: Claims) -> Statable:
-        self._note_left(role, vehicle, situation.now_s, claims)
-        return vehicle, "leftRole", self._group.path(role)
+    def _leave(self, role: str, vehicle: str, situation: Situation) -> Statable:
+        self._note(role, vehicle, situation.now_s, False)
+        return self._left(vehicle, role)
 
     # Announcer
 
-    def _cancel(self, situation: Situation, claims: Claims) -> list[Statable]:
+    def _cancel(self, situation: Situation) -> list[Statable]:
         late = [key for key, made in self._unaccepted.items() if situation.round - made >= self._with.accept_rounds]
-        return [self._leave(role, vehicle, situation, claims) for role, vehicle in late]
+        return [self._leave(role, vehicle, situation) for role, vehicle in late]
 
-    def _award(self, engaged: Mapping[str, Engagement], situation: Situation, claims: Claims) -> list[Statable]:
+    def _award(self, engaged: Mapping[str, Engagement], situation: Situation) -> list[Statable]:
         over = {role: auction for role, auction in self._auctions.items() if auction.ends <= situation.round}
         if not over:
             return []
@@ -179,18 +167,18 @@ class Contractor(Member["ContractNet"]):
         said: list[Statable] = []
         n_held = {name: len(engagement.begun) + len(engagement.queued) for name, engagement in engaged.items()}
         for role, vehicle in self._chosen(over, engaged, n_held, situation):
-            winner = claims.winner(role)
+            winner = self._claims.winner(role)
             if winner is not None and not (over[role].is_handed_over and winner == self._me):
                 continue
             if winner == self._me:
-                said.append(self._leave(role, self._me, situation, claims))
+                said.append(self._leave(role, self._me, situation))
             n_held[vehicle] += 1
-            self._note_held(role, vehicle, situation.now_s, claims)
+            self._note(role, vehicle, situation.now_s, True)
             if vehicle == self._me:
                 self._accepted.add(role)
             else:
                 self._unaccepted[role, vehicle] = situation.round
-            said.append((vehicle, "playsRole", self._group.path(role)))
+            said.append(self._given(vehicle, role))
         return said
 
     def _chosen(
@@ -231,11 +219,11 @@ class Contractor(Member["ContractNet"]):
                 names.discard(role)
         return found
 
-    def _announce(self, engaged: Mapping[str, Engagement], situation: Situation, claims: Claims) -> None:
+    def _announce(self, engaged: Mapping[str, Engagement], situation: Situation) -> None:
         """Auction unassigned jobs if responsible, or a queued job that another one would end earlier."""
         work, me = situation.work, self._me
         vacant = [
-            role.name for role in work.open if claims.winner(role.name) is None and role.name not in self._offered
+            role.name for role in work.open if self._claims.winner(role.name) is None and role.name not in self._offered
         ]
         since = self._unclaimed_since
         self._unclaimed_since = {name: since.get(name, situation.round) for name in vacant}

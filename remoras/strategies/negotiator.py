@@ -6,21 +6,26 @@ Merging is a join: order, repetition and relaying of messages are irrelevant. So
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Generic, TypeVar
 
 from pydantic import Field
 
 from remoras.authority import Authority
-from remoras.database import AUVDatabase
+from remoras.database import VehicleData
 from remoras.organisation import Group, RoleSpecification
+from remoras.strategies.allocation import Engagement, Expectations
 from remoras.strategies.factors import AtSea, known_from
 from remoras.strategies.founding import common_roles, founded
-from remoras.strategy import JOB_DONE, Declaration, Statable, Statement
+from remoras.strategy import JOB_DONE, Declaration, Situation, Statable, Statement
 from remoras.work import Work
 
 S = TypeVar("S")
+
+QUEUE = Field(ge=1, le=64, description="maximum jobs per vehicle, including the current one")
+MARGIN = Field(ge=0.0, le=1.0, description="minimum gain, as a share of the remaining time, for moving jobs")
+HELP = Field(ge=0.0, le=1e6, description="minimum time saved by helping with another's job (s)")
 
 
 def frames(what: str, least: int = 1, most: int = 1000) -> Any:
@@ -70,12 +75,27 @@ class Member(Generic[S]):
 
     def __init__(self, me: str, group: Group, strategy: S) -> None:
         self._me, self._group, self._with = me, group, strategy
+        self._expectations = Expectations()
+
+    def _given(self, vehicle: str, role: str) -> Statable:
+        return vehicle, "playsRole", self._group.path(role)
+
+    def _left(self, vehicle: str, role: str) -> Statable:
+        return vehicle, "leftRole", self._group.path(role)
 
     def _takes(self, role: str) -> Statement:
-        return Statement(((self._me, "playsRole", self._group.path(role)),), told=False)
+        return Statement((self._given(self._me, role),), told=False)
 
     def _leaves(self, role: str) -> Statement:
-        return Statement(((self._me, "leftRole", self._group.path(role)),), told=False)
+        return Statement((self._left(self._me, role),), told=False)
+
+    def _engagement(
+        self, vehicle: str, held: Sequence[RoleSpecification], situation: Situation, unheard: Collection[str] = ()
+    ) -> Engagement:
+        """Expected engagement of a vehicle with the roles ``held``; of ``unheard`` ones it may not know."""
+        work, now_s = situation.work, situation.now_s
+        seen_s = now_s if vehicle == self._me else situation.heard_s.get(vehicle, 0.0)
+        return self._expectations.of(work.database[vehicle], held, work, now_s, seen_s, unheard)
 
     def _kept(self, work: Work, places: Mapping[str, str]) -> tuple[RoleSpecification | None, list[RoleSpecification]]:
         """Role that this vehicle keeps, and roles that it leaves since lower nodes fill them."""
@@ -102,23 +122,19 @@ class RoleClaim:
 class Claims:
     """Latest claims by role and vehicle, of one group."""
 
-    def __init__(self, database: AUVDatabase, group: str) -> None:
-        self._database = database
+    def __init__(self, group: str) -> None:
         self._group = group
         self._of: dict[str, dict[str, RoleClaim]] = {}
-        self._members: Collection[str] = database.names
+        self.members: Mapping[str, VehicleData] = {}
+        """Vehicles with valid claims."""
         self._winners: dict[str, str | None] = {}  # as far as asked for since the last change
 
-    @property
-    def members(self) -> Collection[str]:
-        """Vehicles with valid claims."""
-        return self._members
-
-    @members.setter
-    def members(self, names: Collection[str]) -> None:
-        if names != self._members:
-            self._members = names
+    def meet(self, names: Iterable[str], database: Mapping[str, VehicleData]) -> None:
+        """Set the vehicles with valid claims."""
+        members = {name: database[name] for name in names}
+        if members.keys() != self.members.keys():
             self._winners.clear()
+        self.members = members
 
     def take(self, role: str, vehicle: str, claim: RoleClaim) -> bool:
         """Merge a claim; True if it is newer than the stored one."""
@@ -139,7 +155,7 @@ class Claims:
         return {
             v: claim
             for v, claim in claims
-            if claim.strength > 0 and v in self._members and self._database[v].can_play(self._group, role)
+            if claim.strength > 0 and v in self.members and self.members[v].can_play(self._group, role)
         }
 
     def has(self, role: str, strength: int) -> bool:
@@ -155,7 +171,7 @@ class Claims:
         """Return the vehicle with the strongest valid claim, or None."""
         if role not in self._winners:
             claims = self.standing(role)
-            self._winners[role] = min(claims, key=lambda v: (-claims[v].strength, self._database[v].node), default=None)
+            self._winners[role] = min(claims, key=lambda v: (-claims[v].strength, self.members[v].node), default=None)
         return self._winners[role]
 
     def beats(self, role: str, vehicle: str, strength: int) -> bool:
@@ -163,5 +179,5 @@ class Claims:
         winner = self.winner(role)
         if winner is None or winner == vehicle:
             return True
-        nodes = self._database[vehicle].node, self._database[winner].node
+        nodes = self.members[vehicle].node, self.members[winner].node
         return (strength, -nodes[0]) > (self.standing(role)[winner].strength, -nodes[1])

@@ -11,15 +11,13 @@ from typing import ClassVar
 
 from remoras.bound import InstantSharing
 from remoras.organisation import Group, RoleAssignment
-from remoras.strategies.allocation import all_jobs
-from remoras.strategies.dispatch import Dispatcher, Dispatching
-from remoras.strategies.factors import ALL
-from remoras.strategies.founding import common_roles, founded
+from remoras.strategies.founding import founded
+from remoras.strategies.head_led import Dispatcher
+from remoras.strategies.plan_and_dispatch import PlanAndDispatch
 from remoras.strategy import Declaration
 from remoras.work import Work
 
-MARGIN, HELP_S = 0.0, 10.0
-NEVER = 1_000_000
+LEADER = PlanAndDispatch(margin=0.0, help_s=10.0, acknowledge_rounds=1_000_000)
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,11 +32,11 @@ class Oracle:
 
     def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
         """Assign common roles to all members and every open job to one of them."""
-        return common_roles(work) + all_jobs(work, HELP_S)
+        return LEADER.adapt(work)
 
     def negotiator(self, me: str, group: Group) -> Dispatcher:
         """Return the dispatcher of one member."""
-        return Dispatcher(me, group, Dispatching(ALL, MARGIN, HELP_S, NEVER))
+        return LEADER.negotiator(me, group)
 
 
 STRATEGY = Oracle()

@@ -24,9 +24,8 @@ from typing import Annotated, ClassVar
 from remoras.database import VehicleData
 from remoras.organisation import Group
 from remoras.strategies.allocation import AllocationPlan, helped, planned
-from remoras.strategies.dispatch import HELP
 from remoras.strategies.factors import AtSea, Factors, helps
-from remoras.strategies.negotiator import KnownFromStart, Member, frames, in_blocks, taking
+from remoras.strategies.negotiator import HELP, KnownFromStart, Member, frames, in_blocks, taking
 from remoras.strategy import Heard, Move, Situation, Statable, Statement
 from remoras.work import Outlook, Point, Work, share_left
 

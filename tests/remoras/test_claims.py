@@ -19,7 +19,8 @@ news = st.lists(
 
 
 def table(*heard: list[News]) -> Claims:
-    made = Claims(FLEET, "Team")
+    made = Claims("Team")
+    made.meet(FLEET, FLEET)
     for role, vehicle, claim in (one for some in heard for one in some):
         made.take(role, vehicle, claim)
     return made
@@ -62,7 +63,7 @@ def test_claims_of_those_who_have_left_or_cannot_play_the_role_do_not_count() ->
         [("Scout", "AUV00", RoleClaim(1, 5)), ("Scout", "AUV01", RoleClaim(1, 1)), ("Scout", "AUV03", RoleClaim(1, 9))]
     )
     assert claims.winner("Scout") == "AUV00"  # AUV03 is not able to
-    claims.members = ("AUV01", "AUV03")
+    claims.meet(("AUV01", "AUV03"), FLEET)
     assert claims.winner("Scout") == "AUV01"
 
 
