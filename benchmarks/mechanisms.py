@@ -27,7 +27,7 @@ from missions.statistics import t_half_width
 from remoras.executive.satisfaction import motivation
 from remoras.functional.guidance import Guidance
 from remoras.htn import Execution, FactsLike
-from remoras.social.workload import Reports, scarce_energy_j
+from remoras.social.workload import Workload, scarce_energy_j
 from remoras.vehicle import Vehicle
 from worldmodel.arrivals import Arrivals
 
@@ -87,10 +87,10 @@ def headlong() -> Iterator[None]:
 def untold() -> Iterator[None]:
     """Nobody heeds how much energy vehicles say that they have: batteries are as full as by the plan."""
 
-    def by_plan(self: Reports, now_s: float) -> dict[str, float]:
+    def by_plan(self: Workload, now_s: float) -> dict[str, float]:
         return scarce_energy_j([self.database[name] for name in self.frugal], {}, now_s, self._until_s)
 
-    with mock.patch.object(Reports, "scarce_energy_j", by_plan):
+    with mock.patch.object(Workload, "scarce_energy_j", by_plan):
         yield
 
 
@@ -99,7 +99,7 @@ def unplanned() -> Iterator[None]:
     """No plan looks at energy: who has little is given work as who has much, and leaves it when it has to go home."""
     with (
         mock.patch("remoras.social.agreement.scarce_energy_j", return_value={}),
-        mock.patch.object(Reports, "scarce_energy_j", return_value={}),
+        mock.patch.object(Workload, "scarce_energy_j", return_value={}),
     ):
         yield
 

@@ -10,7 +10,7 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol, cast
+from typing import Any, NamedTuple, cast
 
 from exchange.arithmetic import distance
 from remoras.sensor import SELF, Observation
@@ -32,44 +32,26 @@ from worldmodel.facts import Observation as Latest
 from worldmodel.valuetext import stored_as_text
 
 
-class Known(Protocol):
-    """Facts known to a vehicle, by ``(attribute, instance)``; implemented by ``Beliefs``."""
+class Known:
+    """Facts known to a vehicle, by ``(attribute, instance)``: none, before ``Beliefs`` have a world model."""
+
+    n_told = 0
+    """Counter that grows whenever results of ``values`` change; for caches."""
 
     def get(self, key: Key, default: Any = None, /) -> Any:
         """Return the latest value of a fact, or ``default`` if unknown."""
-        ...
-
-    def values(self, key: Key) -> Set[Any]:
-        """Return all values ever asserted for a fact, except by excluded origins."""
-        ...
-
-    def instances(self, of_class: str, /) -> tuple[str, ...]:
-        """Return the names of all known instances of a class, asserted or inferred."""
-        ...
-
-    @property
-    def n_told(self) -> int:
-        """Counter that grows whenever results of ``values`` change; for caches."""
-        ...
-
-
-@dataclass(frozen=True)
-class _Nothing:
-    def get(self, key: Key, default: Any = None, /) -> Any:
         return default
 
     def values(self, key: Key) -> Set[Any]:
+        """Return all values ever asserted for a fact, except by excluded origins."""
         return frozenset()
 
     def instances(self, of_class: str, /) -> tuple[str, ...]:
+        """Return the names of all known instances of a class, asserted or inferred."""
         return ()
 
-    @property
-    def n_told(self) -> int:
-        return 0
 
-
-NOTHING_KNOWN: Known = _Nothing()
+NOTHING_KNOWN = Known()
 """Knowledge before the mission."""
 
 
@@ -105,7 +87,7 @@ class Fused(NamedTuple):
     probabilities: Mapping[Any, float]
 
 
-class Beliefs:
+class Beliefs(Known):
     """Facts of one vehicle by names, read from and written for its world model."""
 
     def __init__(self, model: WorldModel) -> None:
@@ -121,10 +103,6 @@ class Beliefs:
         self._n_noted = 0
         self._from_s: dict[tuple[int, int], float] = {}  # by (subject, attribute), where old values are invalid
         self._n_over = Counter[tuple[int, int]]()
-        self.n_told = 0
-        """Counter that grows whenever results of ``values`` change."""
-
-    # Into the world model ------------------------------------------------------------------------
 
     # From the world model ------------------------------------------------------------------------
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 from exchange.arithmetic import length
 from exchange.peering.peers import PeerLinks
 from remoras.beliefs import NOTHING_KNOWN, Known
-from remoras.work import Point, Work
+from remoras.work import Computed, Point, Work
 
 
 @dataclass(slots=True)
@@ -42,26 +42,6 @@ class Body:
     n_fixes: int = 0
 
 
-class Headings(Mapping[str, Point]):
-    """Unit vectors of the last observed motion of vehicles (x east, y north)."""
-
-    def __init__(self, positions_m: Mapping[str, Point], before_m: Mapping[str, Point]) -> None:
-        self._positions_m = positions_m
-        self._before_m = before_m
-
-    def __getitem__(self, name: str) -> Point:
-        before_m, position_m = self._before_m[name], self._positions_m[name]
-        east_m, north_m = position_m[0] - before_m[0], position_m[1] - before_m[1]
-        way_m = length(east_m, north_m)
-        return east_m / way_m, north_m / way_m
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._before_m)
-
-    def __len__(self) -> int:
-        return len(self._before_m)
-
-
 @dataclass(slots=True)
 class Peers:
     """Other vehicles, as received; owned by the radio.
@@ -82,7 +62,7 @@ class Peers:
     positions_m: dict[str, Point] = field(default_factory=dict)
     n_positions: dict[str, int] = field(default_factory=dict)
     before_m: dict[str, Point] = field(default_factory=dict)
-    headings: Headings = field(init=False, compare=False)
+    headings: Mapping[str, Point] = field(init=False, compare=False)
     heard_s: dict[str, float] = field(default_factory=dict)
     told_s: dict[str, float] = field(default_factory=dict)
     reported_s: dict[str, float] = field(default_factory=dict)
@@ -91,7 +71,13 @@ class Peers:
     unheard: Mapping[str, Collection[str]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self.headings = Headings(self.positions_m, self.before_m)
+        self.headings = Computed(self.before_m, self._heading, anew=True)
+
+    def _heading(self, name: str) -> Point:
+        before_m, position_m = self.before_m[name], self.positions_m[name]
+        east_m, north_m = position_m[0] - before_m[0], position_m[1] - before_m[1]
+        way_m = length(east_m, north_m)
+        return east_m / way_m, north_m / way_m
 
     def note_word(self, name: str, spoke_s: float) -> None:
         """Record the earliest time of a missed transmission, reported by others."""

@@ -5,17 +5,17 @@ Figures of the summary (roles, organisation, faults), replays and ``known`` are 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from exchange.manager import ExchangeManager
 from exchange.packets import Met, Reception, Transmission
-from exchange.peering.peers import PeerLinks
 from remoras.activities import Objective, WeighedSet
 from remoras.authority import Act, Request, Ruling
 from remoras.htn import Execution, Task
 from remoras.organisation import Organisation, Outcome, RoleAssignment
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Row, Table
+from remoras.work import Computed
 
 if TYPE_CHECKING:
     from exchange.packets import ItemUid
@@ -30,23 +30,6 @@ EVENTS = {Met.BACK: "heard again", Met.NEW_LIFE: "begins anew"}
 SLOT_CONFLICT = "slot conflict"
 
 
-class Links(Mapping[str, PeerLinks]):
-    """Current loss of the links from and to each peer, by name."""
-
-    def __init__(self, names: Sequence[str], me: int, manager: ExchangeManager) -> None:
-        self._nodes = {name: node for node, name in enumerate(names) if node != me}
-        self._manager = manager
-
-    def __getitem__(self, name: str) -> PeerLinks:
-        return self._manager.links(self._nodes[name])
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._nodes)
-
-    def __len__(self) -> int:
-        return len(self._nodes)
-
-
 class Contacts:
     """Rows of one vehicle about its peers.
 
@@ -58,7 +41,8 @@ class Contacts:
         self.due_from = self.period - len(names)
         self._names = names
         self._me = me
-        self.links = Links(names, me, manager)
+        nodes = {name: node for node, name in enumerate(names) if node != me}
+        self.links = Computed(nodes, lambda name: manager.links(nodes[name]), anew=True)
 
     def sent(self, sent: Transmission, now_s: float, recorder: Recorder) -> None:
         """Write events of peers noticed in a slot, and periodically the state of links."""

@@ -19,6 +19,7 @@ from exchange.schedule import TdmaSchedule
 from remoras.beliefs import Beliefs, Fact
 from remoras.events import Clock, Event, Observer, Priority, listening
 from remoras.recorder import Recorder
+from remoras.traffic import FrameEnds, SlotOpens
 from remoras.vehicle import Vehicle
 
 if TYPE_CHECKING:
@@ -47,22 +48,6 @@ class _Tick:
 
     def act(self, solo: Solo) -> None:
         solo.tick(self.number)
-
-
-@dataclass(frozen=True, slots=True)
-class _SlotOpens:
-    number: int
-
-    def act(self, solo: Solo) -> None:
-        solo.speak(self.number)
-
-
-@dataclass(frozen=True, slots=True)
-class _FrameEnds:
-    number: int
-
-    def act(self, solo: Solo) -> None:
-        solo.end_frame(self.number)
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +89,7 @@ class Solo(Model):  # type: ignore[misc]  # Mesa is untyped
         for start in listening(observers, "on_start"):
             start(self)
         self.at(0.0, Priority.MOTION, _Tick(0))
-        self.at(schedule.frame_s, Priority.CONSULTATION, _FrameEnds(1))
+        self.at(schedule.frame_s, Priority.CONSULTATION, FrameEnds(1))
         self.await_slot(self.vehicle.data.node)
 
     @property
@@ -142,7 +127,7 @@ class Solo(Model):  # type: ignore[misc]  # Mesa is untyped
 
     def await_slot(self, node: int) -> None:
         """Schedule the own slot with that number."""
-        self._clock.schedule(self._schedule.start_s(node), Priority.SLOT, _SlotOpens(node))
+        self._clock.schedule(self._schedule.start_s(node), Priority.SLOT, SlotOpens(node, self.vehicle.data.node))
 
     # Interface for events ------------------------------------------------------------------------
 
@@ -189,10 +174,10 @@ class Solo(Model):  # type: ignore[misc]  # Mesa is untyped
         self.vehicle.step(self.now_s, tick_s if number else 0.0, (), (number - 1) * tick_s)
         self.at((number + 1) * self._times.tick_s, Priority.MOTION, _Tick(number + 1))
 
-    def end_frame(self, frame: int) -> None:
+    def end_frame(self, frame: int, node: int | None = None) -> None:
         """Let the vehicle consult at the end of a frame."""
         self.vehicle.consult(self.now_s)
-        self.at(self._schedule.frame_start_s(frame + 1), Priority.CONSULTATION, _FrameEnds(frame + 1))
+        self.at(self._schedule.frame_start_s(frame + 1), Priority.CONSULTATION, FrameEnds(frame + 1))
 
     def take_in(self, data: bytes) -> None:
         """Let the vehicle receive a packet; count refusals."""
@@ -202,7 +187,7 @@ class Solo(Model):  # type: ignore[misc]  # Mesa is untyped
             if self._introductions is not None:
                 self._introductions.miss(reception.sender)
 
-    def speak(self, slot: int) -> None:
+    def transmit(self, slot: int, node: int) -> None:
         """Send in an own slot that opens now."""
         self.await_slot(slot + self._schedule.n_nodes)
         sent = self._introduction(slot, self.now_s) or self._packet(self.now_s)

@@ -7,11 +7,11 @@ holder. A job with prerequisites is open only once they are done.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, TypeVar
 
 from exchange.arithmetic import distance
 from remoras.beliefs import Key, Known
@@ -461,49 +461,35 @@ class Work:
         return RoleAssignment(self.group.name, role.name, vehicle)
 
 
-class WorksSeen(Mapping[str, Work]):
-    """Works at another time, see ``Work.seen``, created on lookup."""
-
-    def __init__(self, works: Mapping[str, Work], positions_m: Mapping[str, Point], now_s: float) -> None:
-        self._works = works
-        self._positions_m, self._now_s = positions_m, now_s
-        self._seen: dict[str, Work] = {}
-
-    def __getitem__(self, group: str) -> Work:
-        seen = self._seen.get(group)
-        if seen is None:
-            seen = self._seen[group] = self._works[group].seen(self._positions_m, self._now_s)
-        return seen
-
-    def __contains__(self, group: object) -> bool:
-        return group in self._works
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._works)
-
-    def __len__(self) -> int:
-        return len(self._works)
+K = TypeVar("K")
+V = TypeVar("V")
 
 
-class Awaited(Mapping[str, float]):
-    """Share of each group's wait due to a vehicle, see ``Work.awaited``, computed on lookup."""
+class Computed(Mapping[K, V]):
+    """Mapping whose values are computed on lookup, once unless ``anew``."""
 
-    def __init__(self, works: Mapping[str, Work], vehicle: str, now_s: float) -> None:
-        self._works = works
-        self._vehicle, self._now_s = vehicle, now_s
-        self._known: dict[str, float] = {}
+    def __init__(self, keys: Collection[K], value_of: Callable[[K], V], anew: bool = False) -> None:
+        self._keys, self._value_of, self._is_kept = keys, value_of, not anew
+        self._known: dict[K, V] = {}
 
-    def __getitem__(self, group: str) -> float:
-        share = self._known.get(group)
-        if share is None:
-            share = self._known[group] = self._works[group].awaited(self._vehicle, self._now_s)
-        return share
+    def __getitem__(self, key: K) -> V:
+        if key in self._known:
+            return self._known[key]
+        if key not in self._keys:
+            raise KeyError(key)
+        value = self._value_of(key)
+        if self._is_kept:
+            self._known[key] = value
+        return value
 
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._works)
+    def __contains__(self, key: object) -> bool:
+        return key in self._keys
+
+    def __iter__(self) -> Iterator[K]:
+        return iter(self._keys)
 
     def __len__(self) -> int:
-        return len(self._works)
+        return len(self._keys)
 
 
 ALL_HAVE_ENOUGH: Mapping[str, float] = MappingProxyType({})

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs, Fact, Key
@@ -12,7 +12,7 @@ from remoras.mission_parts import Finding, Nothing, SocialPart
 from remoras.motion import Motion
 from remoras.organisation import Organisation
 from remoras.picture import Picture
-from remoras.plugins import answer, broken_promise
+from remoras.plugins import answer
 from remoras.social.negotiation import Negotiation
 from remoras.social.view import OBJECTIVE_PREFIX
 from remoras.social.workload import BATTERY, Workload
@@ -143,23 +143,17 @@ class Conclusions:
 
     def of_head(self, name: str, organisation: Organisation, picture: Picture, motion: Motion) -> list[Fact]:
         """Return the facts that a leader infers about its group; ``organisation`` lacks the absent."""
-        expected = "a list of Finding"
         group = organisation.groups[name]
-        try:
-            findings: Sequence[Finding] = tuple(
-                self._mission.findings(group, organisation, self._beliefs, picture, motion)
-            )
-        except Exception as error:
-            raise broken_promise(self._mission_name, "findings", expected, error) from error
-        if findings and not all(isinstance(finding, Finding) for finding in findings):
-            raise broken_promise(self._mission_name, "findings", expected, findings)
-        return self._facts_of(findings)
+        return self._facts_of(
+            self._asked("findings", lambda: self._mission.findings(group, organisation, self._beliefs, picture, motion))
+        )
 
     def of_its_own(self, data: VehicleData, organisation: Organisation, picture: Picture, motion: Motion) -> list[Fact]:
         """Return the facts that a vehicle infers about itself; arguments as in ``of_head``."""
         if self.holds(organisation, picture):
             return []
-        findings = self._own(data, organisation, picture, motion)
+        of = data, organisation, self._beliefs, picture, motion
+        findings = self._asked("conclusions", lambda: self._mission.conclusions(*of))
         self._until_s = findings.until_s if isinstance(findings, Nothing) else -math.inf
         self._asked_of = organisation, picture.body.answering
         return self._facts_of(findings)
@@ -171,20 +165,16 @@ class Conclusions:
             return False
         return of[0] is organisation and of[1] == picture.body.answering
 
-    def _own(
-        self, data: VehicleData, organisation: Organisation, picture: Picture, motion: Motion
-    ) -> Sequence[Finding]:
-        def asked() -> Sequence[Finding]:
-            found = self._mission.conclusions(data, organisation, self._beliefs, picture, motion)
+    def _asked(self, hook: str, asked: Callable[[], Sequence[Finding]]) -> Sequence[Finding]:
+        def findings() -> Sequence[Finding]:
+            found = asked()
             return found if isinstance(found, Nothing) else tuple(found)
 
-        return answer(
-            self._mission_name,
-            "conclusions",
-            "a list of Finding",
-            lambda findings: all(isinstance(finding, Finding) for finding in findings),
-            asked,
-        )
+        return answer(self._mission_name, hook, "a list of Finding", _are_findings, findings)
 
     def _facts_of(self, findings: Iterable[Finding]) -> list[Fact]:
         return [self._beliefs.fact(finding.subject, finding.attribute, finding.value) for finding in findings]
+
+
+def _are_findings(found: Iterable[object]) -> bool:
+    return all(isinstance(finding, Finding) for finding in found)

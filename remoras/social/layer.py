@@ -23,7 +23,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from remoras.activities import ActivitySet, Objective
-from remoras.authority import NOBODY, Act, Request, Rules, Ruling, may_assign
+from remoras.authority import Act, Request, Rules, Ruling, may_assign
 from remoras.beliefs import Beliefs, Fact, Key
 from remoras.database import AUVDatabase
 from remoras.mission_parts import SocialPart
@@ -43,8 +43,6 @@ from remoras.social.leadership import (
     stepping_down,
 )  # fmt: skip
 from remoras.social.membership import (
-    AWAY_FRAMES,
-    DOUBT,
     NO_CHANGES,
     Changes,
     Footing,
@@ -57,11 +55,11 @@ from remoras.social.membership import (
 )  # fmt: skip
 from remoras.social.negotiation import Negotiation
 from remoras.social.orders import aims, by_receiver
-from remoras.social.planning import Deliberation, MissionPlanner, OwnFacts, Pursuit, missions_of
+from remoras.social.planning import Deliberation, MissionPlanner, Pursuit, missions_of
 from remoras.social.view import AVAILABLE, HAS_MISSION, DatedRequest, Now, Requests, View
-from remoras.social.workload import SENSORS_WORK, Reports, Workload, takes_sensors
+from remoras.social.workload import SENSORS_WORK, Workload, takes_sensors
 from remoras.strategy import Strategy
-from remoras.work import IS_IMPOSSIBLE, UNABLE_TO, Awaited, Point, Work, vehicles_taken
+from remoras.work import IS_IMPOSSIBLE, UNABLE_TO, Computed, Point, Work, vehicles_taken
 from worldmodel import Block, Change
 
 
@@ -85,6 +83,45 @@ NOTHING_CONSIDERED = Considered(False, ())
 NOBODY_THERE = "nobody who is there is able to do it"
 
 
+class OwnFacts:
+    """Beliefs of one vehicle plus social facts; see ``SocialPart.social_domain``."""
+
+    def __init__(self, social: SocialLayer) -> None:
+        self._of = social
+
+    def get(self, key: Key, default: Any = None, /) -> Any:
+        """Return the value of a fact, or ``default`` if unknown."""
+        kind, about = key
+        of, beliefs = self._of, self._of.beliefs
+        match kind:
+            case "members":
+                return of.present.members(*about.split("."))
+            case "lost":
+                return of.planner.lost.get(about, default)
+            case "allocated":
+                return about in of.planner.allocated or default
+            case "objective":
+                group, role, name = about.split(".")
+                objective = of.objectives.get((group, role, name))
+                return default if objective is None else objective.argument
+            case "hasMission":
+                return of.missions.get(about, (default,))[-1]
+            case "given":
+                group, _, mission = about.partition(".")
+                return mission in of.missions.get(group, ()) or default
+            case "formed":
+                return about in of.present.groups
+            case "formation":
+                return of.view.formation(about) or default
+            case "data":
+                return of.database[about]
+            case "instances":
+                return beliefs.instances(about)
+            case "isA":
+                return beliefs.is_a(*about.rsplit(".", 1)) or default
+        return default if of.gatherings.is_undone(key, of.is_cut_off) else beliefs.get(key, default)
+
+
 class SocialLayer:
     """Organisation, missions and objectives as one vehicle sees them.
 
@@ -93,9 +130,7 @@ class SocialLayer:
     Attributes:
         view: agreed organisation and its derivation; ``organisation`` is its groups and roles.
         present: organisation to act on: without the absent; if isolated, led by this vehicle.
-        lease_s: upper limit of the silence of a present peer.
         is_cut_off: True while isolated, with no reception for a lease; orders are then for itself alone.
-        is_in_doubt: True while possibly isolated, after part of a lease; it then takes no jobs of others.
     """
 
     def __init__(
@@ -115,8 +150,9 @@ class SocialLayer:
         self.database = database
         self.strategy = strategy
         self._declaration = strategy.declaration
+        self.facts = OwnFacts(self)
         self.finished: list[Objective] = []
-        self._beliefs = beliefs
+        self.beliefs = beliefs
         self._mission = mission
         self._mission_name = f"mission {type(mission).__name__}"
         self._picture = picture
@@ -128,18 +164,14 @@ class SocialLayer:
         self._founding = frozenset(agreement.objectives)
         self._jobs = mission.jobs
         self.conclusions = Conclusions(me, mission, self._mission_name, beliefs)
-        self._gatherings = Gatherings(beliefs, [group.name for group in agreement.groups], agreement.meets_after)
+        self.gatherings = Gatherings(beliefs, [group.name for group in agreement.groups], agreement.meets_after)
         rules = Rules(database, self._declaration.authorities, self._jobs, agreement.supervisors, agreement.at_sea)
         self._rules, lease = rules, lease or Lease(math.inf, picture.frame_s)
         self._membership = Membership(me, database.names, lease)
-        self.is_cut_off = self.is_in_doubt = False
+        self.is_cut_off = False
         self._is_out_of_reach = False  # it has stated that it takes no jobs, because it is isolated
-        self.lease_s, self._away_s = lease.longest_s, AWAY_FRAMES * lease.frame_s
-        self._looked_s = self._was_away_s = self._began_s = 0.0
-        self._missed = NOBODY
         self._assents: list[list[Fact]] = []
         self._given_up: set[Objective] = set()
-        self.reports = Reports(beliefs, database, until_s)
         self._requests = Requests(beliefs, {**agreement.organisation.groups, **rules.at_sea})
         self._stated: list[DatedRequest] = []  # in this round
         self._stated_alone: list[DatedRequest] = []
@@ -148,9 +180,9 @@ class SocialLayer:
         uids = self._uids = {attribute.name: attribute.uid for attribute in beliefs.model.tbox.attributes}
         self._patience = Patience()
         self._take_over(View.founded(agreement.organisation, rules))
-        self._workload = Workload(me, rules, mission, beliefs, self.reports)
-        self.pursuit = Pursuit(database[me], mission, self._mission_name, self._workload.has_words)
-        self.says_impossible = self._workload.has_words
+        self.workload = Workload(me, rules, mission, beliefs, until_s)
+        self.pursuit = Pursuit(database[me], mission, self._mission_name, self.workload.has_words)
+        self.says_impossible = self.workload.has_words
         self._impossible: dict[str, frozenset[str]] = {}  # infeasible jobs by group that it leads
         self.judged: list[tuple[str, list[Fact]]] = []
         """Reports about jobs that became infeasible or feasible: text and facts."""
@@ -162,16 +194,10 @@ class SocialLayer:
         self.planner.take_on(group for group in self._led if group in self.missions)
         self._negotiation = Negotiation(me, strategy, self.organisation, beliefs, rally_points_m, rules)
         noted = self._requests.attributes | self._negotiation.attributes | {uids[AVAILABLE], uids[SENSORS_WORK]}
-        self._attributes: set[int | None] = {self._gatherings.attribute, *noted}
+        self._attributes: set[int | None] = {self.gatherings.attribute, *noted}
         self._await_facts([*self.planner.rests_on, *(job.done for job in self._jobs.values())])
         if self._declaration.meets and not self._negotiation.takes_part:
             self._negotiation.expect_away(self._work().values())
-
-    @property
-    def facts(self) -> OwnFacts:
-        """Facts for planning, as they are now."""
-        own = self._gatherings, self.is_cut_off, self.planner, self.objectives
-        return OwnFacts(self._beliefs, self.database, self.present, self.view, *own)
 
     @property
     def missions(self) -> Mapping[str, tuple[str, ...]]:
@@ -188,7 +214,7 @@ class SocialLayer:
         return group in self._led
 
     def _work(self, positions_m: Mapping[str, Point] | None = None, from_s: float = 0.0) -> Mapping[str, Work]:
-        return self._workload.of_groups(self.footing, self._picture, positions_m, from_s)
+        return self.workload.of_groups(self.footing, self._picture, positions_m, from_s)
 
     # Basis for decisions -------------------------------------------------------------------------
 
@@ -196,6 +222,11 @@ class SocialLayer:
     def absent(self) -> frozenset[str]:
         """Absent peers."""
         return self._membership.absent
+
+    @property
+    def is_in_doubt(self) -> bool:
+        """True while possibly isolated, after part of a lease; it then takes no jobs of others."""
+        return self._membership.in_doubt
 
     @property
     def takes_no_jobs(self) -> frozenset[str]:
@@ -219,12 +250,12 @@ class SocialLayer:
     @property
     def is_patient(self) -> bool:
         """True during the grace period: an isolated vehicle still leaves the jobs of others alone."""
-        return self.is_cut_off and self._looked_s < self._patience.ends_s
+        return self.is_cut_off and self._membership.looked_s < self._patience.ends_s
 
     @property
     def meets_unheard(self) -> bool:
         """True during the grace period after the others should have finished: reception is optional."""
-        return self.is_patient and self._looked_s >= self._patience.theirs_until_s
+        return self.is_patient and self._membership.looked_s >= self._patience.theirs_until_s
 
     def _leads_now(self) -> tuple[str, ...]:
         if not self.database[self.me].social_layer:
@@ -238,7 +269,7 @@ class SocialLayer:
 
     @property
     def _now(self) -> Now:
-        return Now(self.absent, self.takes_no_jobs, self._began_s, self._missed)
+        return Now(self.absent, self.takes_no_jobs, self._membership.began_s, self._membership.missed)
 
     def _take_over(self, view: View) -> None:
         self.view, self.organisation = view, view.organisation
@@ -256,11 +287,11 @@ class SocialLayer:
         """
         if self.conclusions.are_of_its_own:
             self.conclusions.note(changes)
-        if self._workload.note(changes):
+        if self.workload.note(changes):
             for change in changes:
                 self.planner.orders.note(change)
-        if self._workload.is_anew:
-            self._workload.is_anew, self._is_news = False, True
+        if self.workload.is_anew:
+            self.workload.is_anew, self._is_news = False, True
             self.planner.plan_again(self._led)
         if not self._is_concerned(changes):
             return NOTHING_CONSIDERED
@@ -269,12 +300,12 @@ class SocialLayer:
         view = self._hear(changes, alone)
         for change in changes:
             self._negotiation.note(change)
-        keys = {key for key in self._beliefs.keys_of(changes) if key[0] != HAS_MISSION}
+        keys = {key for key in self.beliefs.keys_of(changes) if key[0] != HAS_MISSION}
         keys.update(view.keys if view else ())
-        if not self._gatherings.keys.isdisjoint(keys):
+        if not self.gatherings.keys.isdisjoint(keys):
             if alone:
-                self._gatherings.note_alone(keys, changes[0].block.time_s)
-            self._picture.groups.gathered = self._gatherings.believed(self.is_cut_off)
+                self.gatherings.note_alone(keys, changes[0].block.time_s)
+            self._picture.groups.gathered = self.gatherings.believed(self.is_cut_off)
         self.planner.reconsider(keys, self._led, self.facts)
         if self.is_cut_off and any(job.done in keys for job in self._jobs.values()):
             self.planner.plan_again(self._led)  # it is free for remaining jobs
@@ -303,11 +334,11 @@ class SocialLayer:
         for position, fact in enumerate(block.facts):
             if fact.subject != block.origin or fact.attribute not in (self._uids[AVAILABLE], self._uids[SENSORS_WORK]):
                 continue
-            availability, about = self.view.availability, (self._beliefs.name(block.origin), bool(fact.value))
+            availability, about = self.view.availability, (self.beliefs.name(block.origin), bool(fact.value))
             if fact.attribute == self._uids[SENSORS_WORK]:
                 availability = availability.hear_of_sensors(*about, (*block.key, position))
-                self.reports.note(availability.blind_since.keys())
-            elif about[0] == self.me and block.epoch != self._beliefs.model.epoch:
+                self.workload.note_blind(availability.blind_since.keys())
+            elif about[0] == self.me and block.epoch != self.beliefs.model.epoch:
                 self._is_misjudged |= not fact.value
             else:
                 availability = availability.hear(*about, (*block.key, position))
@@ -334,15 +365,7 @@ class SocialLayer:
         footing = self.footing if self.is_in_doubt else None  # otherwise it leaves nothing to others
         word_s, names = self._picture.peers.word_s, self.database.names
         heard_s = self._negotiation.heard_or_expected_s(word_s, names, now_s)
-        if now_s - self._looked_s > max(self._away_s, self.lease_s):
-            self._began_s, self._was_away_s = now_s, self._looked_s
-        self._looked_s = now_s
-        if self._began_s > 0.0:
-            missed = (name for name in names if heard_s.get(name, 0.0) <= self._was_away_s)
-            self._missed = frozenset({self.me, *missed})
         changes = self._membership.look_around(now_s, heard_s, max(word_s.values(), default=0.0))
-        newest_s = max(self._began_s, max(heard_s.values(), default=0.0))
-        self.is_in_doubt = self._membership.cut_off or now_s - newest_s >= DOUBT * self.lease_s
         undone, facts, orders = (None, [], []) if changes is NO_CHANGES else self._follow(changes)
         if self.is_in_doubt and footing is None:
             self._patience = self._patience_now(now_s)
@@ -352,7 +375,7 @@ class SocialLayer:
         if changes is NO_CHANGES and over is None:
             return None
         self._is_news = True
-        self._picture.groups.gathered = self._gatherings.believed(self.is_cut_off)
+        self._picture.groups.gathered = self.gatherings.believed(self.is_cut_off)
         self._picture.groups.meets_unheard = self.meets_unheard
         self._picture.groups.returned_s |= dict.fromkeys(changes.present, now_s)
         events = tuple((event, peer) for event, peers in changes._asdict().items() for peer in peers)
@@ -360,12 +383,12 @@ class SocialLayer:
         roles = sorted(assignment for assignment in self.organisation.assignments if assignment.vehicle in moved)
         undone_roles = [] if undone is None else [*undone.assigned, *undone.left]
         keys = {("members", f"{role.group}.{role.role}") for role in [*roles, *undone_roles]}
-        stale = self.pursuit.let_go(keys | self._gatherings.concluded_alone | (over or set()))
+        stale = self.pursuit.let_go(keys | self.gatherings.concluded_alone | (over or set()))
         self._renew_leads()
         led = [role for role in roles if role.group in self._led]
         self.planner.lose((assignment for assignment in led if assignment.vehicle in changes.absent), self.present)
         self.planner.plan_again({assignment.group for assignment in led if assignment.vehicle in changes.present})
-        passed_on = [*([] if self.is_cut_off else self._workload.told_by(changes.absent)), *orders]
+        passed_on = [*([] if self.is_cut_off else self.workload.told_by(changes.absent)), *orders]
         is_due = stale or before.roles_of(self.me) != self.present.roles_of(self.me)
         return Considered(is_due, undone.rulings if undone else (), events, facts, passed_on)
 
@@ -377,7 +400,7 @@ class SocialLayer:
         facts: list[Fact] = []
         undone: View | None = None
         if self.is_cut_off and not was_cut_off:
-            facts = [self._beliefs.fact(*fact) for fact in stepping_down(self.me, self.organisation, self.database)]
+            facts = [self.beliefs.fact(*fact) for fact in stepping_down(self.me, self.organisation, self.database)]
             if self.me not in self.view.availability.unavailable:
                 self._is_out_of_reach = True
                 facts.append(self._available(False))
@@ -391,10 +414,10 @@ class SocialLayer:
 
     def _patience_now(self, now_s: float) -> Patience:
         at = Footing(self._with_all if self.is_cut_off else self.present, self.takes_no_jobs, False)
-        peers, whole = self._picture.peers, self._workload.whole(at)
-        work = self._workload.of_groups(at, self._picture, peers.positions_m, now_s)
+        peers, whole = self._picture.peers, self.workload.whole(at)
+        work = self.workload.of_groups(at, self._picture, peers.positions_m, now_s)
         of_groups = [(whole[name], left, self._negotiation.division(name)) for name, left in work.items()]
-        return patience_with(of_groups, self.me, peers.known_s, self._rallies_m, now_s, self.lease_s)
+        return patience_with(of_groups, self.me, peers.known_s, self._rallies_m, now_s, self._membership.lease_s)
 
     def _lose_patience(self, before: Footing | None, now_s: float) -> set[Key] | None:
         """Replan if jobs left to others have changed; return keys of gatherings thus invalidated."""
@@ -405,7 +428,7 @@ class SocialLayer:
         work = self._work() if not now.barred and self.me not in now.takes_no_jobs else {}
         for group in self._led:
             if group in work and work[group].has_something_left:
-                over |= self._gatherings.begin(group, now_s)
+                over |= self.gatherings.begin(group, now_s)
                 self._negotiation.begin(group)
         return over
 
@@ -444,11 +467,11 @@ class SocialLayer:
         for group in renewed:
             self.planner.forget(group)
             self._negotiation.begin(group)
-            self._gatherings.begin(group, self._picture.body.now_s)
+            self.gatherings.begin(group, self._picture.body.now_s)
         kept = {at: aim for at, aim in self.objectives.items() if aim.group not in renewed or aim in self._founding}
         self.objectives = kept | objectives
-        over = self.conclusions.taken_back(objectives.values(), self._gatherings, self._workload, self._negotiation)
-        self._picture.groups.gathered = self._gatherings.believed(self.is_cut_off)
+        over = self.conclusions.taken_back(objectives.values(), self.gatherings, self.workload, self._negotiation)
+        self._picture.groups.gathered = self.gatherings.believed(self.is_cut_off)
         self._renew_leads()
         self.planner.end_round(left, self.facts)
         self.planner.reconsider(view.keys | over, self._led, self.facts)
@@ -478,18 +501,19 @@ class SocialLayer:
             stated = [(facts, True) for facts in of_all if facts]
         if not (self._negotiation.takes_part or self._declaration.influences):
             return stated
-        told_s = self._beliefs.model.quantise_time(now_s)
+        told_s = self.beliefs.model.quantise_time(now_s)
         work = self._work({**peers.positions_m, self.me: motion.position_m}, told_s)
         if self._declaration.influences:
-            self._picture.groups.awaited, self._picture.groups.works = Awaited(work, self.me, now_s), work
+            self._picture.groups.works = work
+            self._picture.groups.awaited = Computed(work, lambda group: work[group].awaited(self.me, now_s))
         unheard = {name: roles for name, roles in peers.unheard.items() if name not in self.absent}
         for statement in self._negotiation.negotiate(
             told_s, work, peers.known_s, unheard, calls, self.missions, peers.links, is_news
         ):
             is_order = any(attribute in ROLE_ATTRIBUTES for _, attribute, _ in statement.facts)
-            facts = self._in_place_of_the_absent(own := [self._beliefs.fact(*fact) for fact in statement.facts])
+            facts = self._in_place_of_the_absent(own := [self.beliefs.fact(*fact) for fact in statement.facts])
             self._negotiation.note_added(now_s, [fact for fact in facts if fact not in own])
-            facts += aims(statement.facts, self.objectives.values(), self._founding, self._beliefs, self._mission)
+            facts += aims(statement.facts, self.objectives.values(), self._founding, self.beliefs, self._mission)
             if not self._is_said(facts):  # its plan may have stated them
                 stated.append((facts, statement.told and not (is_order and self.is_cut_off)))
         return stated
@@ -499,7 +523,7 @@ class SocialLayer:
         unheard = self._picture.peers.unheard
         names = [name for name in sorted(self.takes_no_jobs) if name in unheard] if unheard else ()
         return [
-            self._beliefs.fact(name, LEFT_ROLE, f"{role.group}.{role.role}")
+            self.beliefs.fact(name, LEFT_ROLE, f"{role.group}.{role.role}")
             for name in names
             for role in self.organisation.roles_of(name)
             if role.group in self._led and f"{role.group}.{role.role}" in unheard[name]
@@ -513,7 +537,7 @@ class SocialLayer:
         self._await_facts(self.planner.rests_on)
         facts = self._in_place_of_the_absent(planned.facts)
         named, is_individual = self._requests.role_named, self._mission.is_individual
-        return replace(planned, facts=facts, parts=by_receiver(facts, self._beliefs, named, is_individual))
+        return replace(planned, facts=facts, parts=by_receiver(facts, self.beliefs, named, is_individual))
 
     def findings(self, motion: Motion) -> list[Fact]:
         """Return the facts that this vehicle infers as leader of its groups."""
@@ -545,7 +569,7 @@ class SocialLayer:
         assents, self._assents = self._assents, []
         if self.is_cut_off:
             return assents
-        since_s, away = self._looked_s - self.lease_s, self.absent
+        since_s, away = self._membership.looked_s - self._membership.lease_s, self.absent
         headed = {
             group
             for group, (_, age, name) in (self.view.leadership.leading.items() if away else ())
@@ -556,13 +580,13 @@ class SocialLayer:
 
     def _leads(self, group: str, vehicle: str, term: int) -> list[Fact]:
         """Return a leadership claim, or the acknowledgement of another vehicle's claim."""
-        return [self._beliefs.fact(group, HEADED_BY, vehicle), self._beliefs.fact(group, HEAD_TERM, term)]
+        return [self.beliefs.fact(group, HEADED_BY, vehicle), self.beliefs.fact(group, HEAD_TERM, term)]
 
     def _available(self, takes_jobs: bool) -> Fact:
-        return self._beliefs.fact(self.me, AVAILABLE, takes_jobs)
+        return self.beliefs.fact(self.me, AVAILABLE, takes_jobs)
 
     def _leaving(self, roles: Iterable[RoleAssignment]) -> list[Fact]:
-        return [self._beliefs.fact(self.me, LEFT_ROLE, f"{role.group}.{role.role}") for role in roles]
+        return [self.beliefs.fact(self.me, LEFT_ROLE, f"{role.group}.{role.role}") for role in roles]
 
     def _correction(self) -> list[Fact]:
         """Return that this vehicle takes jobs, if it denied this before a restart."""
@@ -582,12 +606,12 @@ class SocialLayer:
         stated: list[Fact] = []
         for fact in facts:
             if fact[1] == self._uids[PLAYS_ROLE]:
-                path = self._beliefs.name(fact[2])
+                path = self.beliefs.name(fact[2])
                 group, role = path.split(".")
                 holders = self.organisation.members(group, role)
                 specification = self.organisation.groups[group].role(role)
                 if specification is not None and specification.maximum == len(holders) and self.absent >= set(holders):
-                    stated += [self._beliefs.fact(name, LEFT_ROLE, path) for name in holders]
+                    stated += [self.beliefs.fact(name, LEFT_ROLE, path) for name in holders]
             stated.append(fact)
         return stated
 
@@ -612,7 +636,7 @@ class SocialLayer:
                 if (role.group, role.role) == (objective.group, objective.role)
                 or self._takes_sensors(role.group, role.role)
             ]
-            return [*self._leaving(left), self._beliefs.fact(self.me, SENSORS_WORK, False)]
+            return [*self._leaving(left), self.beliefs.fact(self.me, SENSORS_WORK, False)]
         self._is_out_of_reach = False
         with_job = {(g.name, role.name) for g in self.organisation.groups.values() for role in g.roles if role.job}
         of = self.organisation.groups[objective.group].role(objective.role)
@@ -637,7 +661,7 @@ class SocialLayer:
                 continue
             attribute, role = named
             if attribute in ROLE_ATTRIBUTES:
-                roles = receivers.setdefault(self._beliefs.name(fact.subject), set())
+                roles = receivers.setdefault(self.beliefs.name(fact.subject), set())
                 roles.update({role} if attribute == PLAYS_ROLE else ())
             else:
                 groups.add(role.split(".")[0])
@@ -656,12 +680,12 @@ class SocialLayer:
 
     def unable_to(self, job: str) -> list[Fact]:
         """Return that all ways to do a job have failed; empty without the means or if reported."""
-        return [self._beliefs.fact(self.me, UNABLE_TO, job)] if self._workload.is_able(job) else []
+        return [self.beliefs.fact(self.me, UNABLE_TO, job)] if self.workload.is_able(job) else []
 
     def leave(self) -> list[tuple[str, list[Fact]]]:
         """Return the jobs to leave at the end of a round: reason and facts."""
         works = self._work()
-        if not (self.pursuit.hopeless or self._workload.is_hindered or any(of.short_handed for of in works.values())):
+        if not (self.pursuit.hopeless or self.workload.is_hindered or any(of.short_handed for of in works.values())):
             return []
         left, hopeless = list[tuple[str, list[Fact]]](), {(of.group, of.role) for of in self.pursuit.hopeless}
         for name, work in works.items():
@@ -669,22 +693,22 @@ class SocialLayer:
                 job, said = role.job or "", list[Fact]()
                 if (name, role.name) in hopeless:
                     said = self.unable_to(job)
-                if said or job in work.short_handed or not self._workload.is_able(job):
-                    facts = [*said, self._beliefs.fact(self.me, LEFT_ROLE, f"{name}.{role.name}")]
+                if said or job in work.short_handed or not self.workload.is_able(job):
+                    facts = [*said, self.beliefs.fact(self.me, LEFT_ROLE, f"{name}.{role.name}")]
                     left.append((f"{job}: {self._why_not(work, job) or 'no way left'}", facts))
         return left
 
     def _why_not(self, work: Work, job: str) -> str:
         few = [f"takes {vehicles_taken(work.jobs[job])} vehicles at once"] if job in work.short_handed else []
-        return "; ".join([*few, *filter(None, [self._workload.why_not(job)])])
+        return "; ".join([*few, *filter(None, [self.workload.why_not(job)])])
 
     def _see_what_is_impossible(self, work: Work, now: frozenset[str]) -> None:
         """Report jobs of a group that became infeasible for all present members, or feasible again."""
         self._impossible[work.group.name] = now
         for job in [role.job or "" for role in work.unfinished]:
-            if (job in now) is not bool(self._beliefs.get((IS_IMPOSSIBLE, job))):
+            if (job in now) is not bool(self.beliefs.get((IS_IMPOSSIBLE, job))):
                 why = self._why_not(work, job) or NOBODY_THERE if job in now else "possible again"
-                self.judged.append((f"{job}: {why}", [self._beliefs.fact(job, IS_IMPOSSIBLE, job in now)]))
+                self.judged.append((f"{job}: {why}", [self.beliefs.fact(job, IS_IMPOSSIBLE, job in now)]))
 
     def gives_out(self, group: str) -> bool:
         """Return whether ``group`` has work that this vehicle has to assign or to confirm."""

@@ -114,16 +114,24 @@ class Membership:
         self._me = me
         self._peers = tuple(name for name in names if name != me)
         self._lease = lease
+        self.lease_s = lease.longest_s
         self._away_s = AWAY_FRAMES * lease.frame_s
         self._word_s, self._n_frames = 0.0, 0  # last evidence of any peer; number of frames with such evidence
         self._spoke: dict[str, tuple[float, int]] = {}  # per peer
         self._word = {name: LossEstimate() for name in self._peers}  # frames with evidence of others alone
-        self._looked_s = 0.0
-        self._since_s = 0.0
+        self._since_s = self._was_away_s = 0.0
+        self.looked_s = 0.0
+        """Time of the last update (s)."""
+        self.began_s = 0.0
+        """End of the last time for which the vehicle was itself away for longer than a lease (s)."""
+        self.missed: frozenset[str] = frozenset()
+        """Vehicles not received since that time began, itself included."""
         self.absent: frozenset[str] = frozenset()
         """Names of absent peers."""
         self.cut_off = False
         """True while the vehicle is isolated: no reception for a lease."""
+        self.in_doubt = False
+        """True while it is possibly isolated, after part of a lease."""
 
     def look_around(
         self,
@@ -136,19 +144,27 @@ class Membership:
         ``heard_s`` is the last evidence of each peer, or its last expected silence; ``word_s`` the last evidence of any
         peer.
         """
-        if now_s - self._looked_s > self._away_s:
+        if now_s - self.looked_s > self._away_s:
             self._since_s = now_s
             self._spoke.clear()
-        self._looked_s = now_s
+        if now_s - self.looked_s > max(self._away_s, self.lease_s):
+            self.began_s, self._was_away_s = now_s, self.looked_s
+        self.looked_s = now_s
+        if self.began_s > 0.0:
+            missed = (name for name in self._peers if heard_s.get(name, 0.0) <= self._was_away_s)
+            self.missed = frozenset({self._me, *missed})
         absent = absent_peers(self._peers, heard_s, self._since_s, now_s, self._lease.longest_s)
         if self._lease.false_absence and word_s > self._word_s:
             self._word_s, self._n_frames = word_s, self._n_frames + 1
         if self._lease.false_absence:
             absent |= self._silent_beyond_loss(heard_s)
         before, self.absent = self.absent, absent
-        if before == self.absent:
+        if before != absent:
+            self.cut_off = len(absent) == len(self._peers)
+        newest_s = max(self.began_s, max(heard_s.values(), default=0.0))
+        self.in_doubt = self.cut_off or now_s - newest_s >= DOUBT * self.lease_s
+        if before == absent:
             return NO_CHANGES
-        self.cut_off = len(self.absent) == len(self._peers)
         return Changes(tuple(sorted(self.absent - before)), tuple(sorted(before - self.absent)))
 
     def _silent_beyond_loss(self, heard_s: Mapping[str, float]) -> set[str]:

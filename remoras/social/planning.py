@@ -18,7 +18,7 @@ from typing import Any
 
 from remoras.activities import ActivitySet, Objective
 from remoras.beliefs import Beliefs, Fact, Key
-from remoras.database import AUVDatabase, VehicleData
+from remoras.database import VehicleData
 from remoras.errors import PlanningError
 from remoras.htn import Domain, Execution, FactsLike, NoPlan, Plan, Task, plan
 from remoras.mission_parts import (
@@ -32,59 +32,9 @@ from remoras.mission_parts import (
 )
 from remoras.organisation import Group, Organisation, RoleAssignment
 from remoras.plugins import answer
-from remoras.social.conclusions import Gatherings
 from remoras.social.orders import Orders
-from remoras.social.view import View
 from remoras.strategy import Strategy
 from remoras.work import Point, Work, precedence
-
-
-@dataclass(frozen=True, slots=True)
-class OwnFacts:
-    """Beliefs of one vehicle plus social facts; see ``SocialPart.social_domain``."""
-
-    beliefs: Beliefs
-    database: AUVDatabase
-    present: Organisation
-    view: View
-    gatherings: Gatherings
-    is_cut_off: bool
-    planner: MissionPlanner
-    objectives: Mapping[tuple[str, str, str], Objective]
-
-    def get(self, key: Key, default: Any = None, /) -> Any:
-        """Return the value of a fact, or ``default`` if unknown."""
-        kind, about = key
-        match kind:
-            case "members":
-                return self.present.members(*about.split("."))
-            case "lost":
-                return self.planner.lost.get(about, default)
-            case "allocated":
-                return about in self.planner.allocated or default
-            case "objective":
-                group, role, name = about.split(".")
-                objective = self.objectives.get((group, role, name))
-                return default if objective is None else objective.argument
-            case "hasMission":
-                return missions_of(self.present.groups.values(), self.view.missions).get(about, (default,))[-1]
-            case "given":
-                group, _, mission = about.partition(".")
-                missions = missions_of(self.present.groups.values(), self.view.missions)
-                return mission in missions.get(group, ()) or default
-            case "formed":
-                return about in self.present.groups
-            case "formation":
-                return self.view.formation(about) or default
-            case "data":
-                return self.database[about]
-            case "instances":
-                return self.beliefs.instances(about)
-            case "isA":
-                return self.beliefs.is_a(*about.rsplit(".", 1)) or default
-        if self.gatherings.is_undone(key, self.is_cut_off):
-            return default
-        return self.beliefs.get(key, default)
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,7 +18,7 @@ from remoras.organisation import Group
 from remoras.picture import Picture
 from remoras.plugins import answer
 from remoras.social.membership import Footing
-from remoras.work import UNABLE_TO, HinderedJob, Job, Point, Work, WorksSeen, hindrances, jobs_left, works
+from remoras.work import UNABLE_TO, Computed, HinderedJob, Job, Point, Work, hindrances, jobs_left, works
 from worldmodel import Change, PropertyValue
 
 BATTERY, SENSORS_WORK = "batteryFraction", "sensorsWork"
@@ -54,42 +54,20 @@ def scarce_energy_j(
     return scarce_j
 
 
-class Reports:
-    """Knowledge of one vehicle about the energy and sensors of all.
+class Workload:
+    """Cache of jobs and work as one vehicle sees them, updated by facts that jobs depend on.
 
-    ``blind`` vehicles report failed sensors, and ``database`` has none for them; ``frugal`` ones may lack energy.
+    ``blind`` vehicles report failed sensors, and ``database`` has none for them; ``frugal`` ones may lack energy before
+    ``until_s``.
     """
 
-    def __init__(self, beliefs: Beliefs, database: AUVDatabase, until_s: float) -> None:
-        self._beliefs = beliefs
-        self._until_s = until_s
-        self.database = database
-        all_w = {name: data.power_w(data.transit_speed_mps) for name, data in database.items()}
-        self.frugal = tuple(name for name, w in all_w.items() if database[name].energy_j < AMPLE * w * until_s)
-        self.blind: frozenset[str] = frozenset()
-
-    def note(self, blind: Collection[str]) -> None:
-        """Set the vehicles with failed sensors."""
-        self.blind = frozenset(blind)
-        data = self.database.values()
-        self.database = AUVDatabase(tuple(without_sensors(d) if d.name in self.blind else d for d in data))
-
-    def scarce_energy_j(self, now_s: float) -> dict[str, float]:
-        """Return the remaining energy (J) of vehicles that may lack energy, by name."""
-        told = {}
-        for name in self.frugal:
-            share, told_s = self._beliefs.get((BATTERY, name)), self._beliefs.observed_s((BATTERY, name))
-            if share is not None and told_s is not None:
-                told[name] = share, told_s
-        return scarce_energy_j([self.database[name] for name in self.frugal], told, now_s, self._until_s)
-
-
-class Workload:
-    """Cache of jobs and work as one vehicle sees them, updated by facts that jobs depend on."""
-
-    def __init__(self, me: str, rules: Rules, mission: SocialPart, beliefs: Beliefs, reports: Reports) -> None:
+    def __init__(self, me: str, rules: Rules, mission: SocialPart, beliefs: Beliefs, until_s: float) -> None:
         self._me = me
-        self._reports = reports
+        self._until_s = until_s
+        self.database = rules.database
+        all_w = {name: data.power_w(data.transit_speed_mps) for name, data in rules.database.items()}
+        self.frugal = tuple(name for name, w in all_w.items() if rules.database[name].energy_j < AMPLE * w * until_s)
+        self.blind: frozenset[str] = frozenset()
         self._apart = rules.apart
         self._mission = mission
         self._jobs = jobs = mission.jobs
@@ -118,6 +96,21 @@ class Workload:
         self._is_enough = False
         self._asked: tuple[object, ...] | None = None
         self._kept: dict[str, Work] = {}
+
+    def note_blind(self, blind: Collection[str]) -> None:
+        """Set the vehicles with failed sensors."""
+        self.blind = frozenset(blind)
+        data = self.database.values()
+        self.database = AUVDatabase(tuple(without_sensors(d) if d.name in self.blind else d for d in data))
+
+    def scarce_energy_j(self, now_s: float) -> dict[str, float]:
+        """Return the remaining energy (J) of vehicles that may lack energy, by name."""
+        told = {}
+        for name in self.frugal:
+            share, told_s = self._beliefs.get((BATTERY, name)), self._beliefs.observed_s((BATTERY, name))
+            if share is not None and told_s is not None:
+                told[name] = share, told_s
+        return scarce_energy_j([self.database[name] for name in self.frugal], told, now_s, self._until_s)
 
     def note(self, changes: Iterable[Change]) -> bool:
         """Mark jobs affected by changed facts as stale; return whether any fact is about a job."""
@@ -158,7 +151,7 @@ class Workload:
         if self._stale:
             self._work_out()
         left = self._left.get(job)
-        is_able = left is None or left.is_able(self._reports.database[self._me])
+        is_able = left is None or left.is_able(self.database[self._me])
         return is_able and (self._me, job) not in self.unable
 
     def why_not(self, job: str) -> str:
@@ -189,10 +182,10 @@ class Workload:
 
         If ``positions_m`` is None, positions do not matter and the result is cached until it changes.
         """
-        asked = *at, self._reports.blind, self.unable
+        asked = *at, self.blind, self.unable
         if self._stale:
             self._work_out()
-        energy_j = self._reports.scarce_energy_j(picture.body.now_s) if self._reports.frugal else None
+        energy_j = self.scarce_energy_j(picture.body.now_s) if self.frugal else None
         if energy_j:
             return self._works(at, picture.peers.positions_m if positions_m is None else positions_m, energy_j, from_s)
         if self._asked != asked:
@@ -200,16 +193,17 @@ class Workload:
             self._asked = asked
         if positions_m is None:
             return self._kept
-        return WorksSeen(self._kept, positions_m, from_s)
+        kept = self._kept
+        return Computed(kept, lambda group: kept[group].seen(positions_m, from_s))
 
     def whole(self, at: Footing) -> dict[str, Work]:
         """Return the work of every group at its start, with all jobs and vehicles at their starts."""
-        return works(at.present, self._reports.database, self._jobs, frozenset(), {}, self._apart)
+        return works(at.present, self.database, self._jobs, frozenset(), {}, self._apart)
 
     def _works(
         self, at: Footing, positions_m: Mapping[str, Point], energy_j: Mapping[str, float], from_s: float
     ) -> dict[str, Work]:
-        no_jobs, database = at.takes_no_jobs | self._apart, self._reports.database
+        no_jobs, database = at.takes_no_jobs | self._apart, self.database
         by_group = works(
             at.present, database, self._left, self._done, positions_m, no_jobs, self._is_enough, energy_j, from_s,
             self._given_anew, self.unable,

@@ -13,7 +13,7 @@ from missions.runs.run import Run, run
 from missions.runs.setup import resolved
 from missions.scenarios import load
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
-from remoras.social.workload import Reports
+from remoras.social.workload import Workload
 from remoras.strategies import strategies
 from remoras.strategies.allocation import Engagement, affordable, planned
 from remoras.testing.sample_worlds import Visit
@@ -62,7 +62,7 @@ def test_who_has_little_energy_is_given_what_it_can_finish(strategy: str, monkey
     assert visitors(short) == ["AUV00", "AUV01"]
     assert short.end_s < ample.end_s + 60.0  # the way from 0 instead of 50 m, and rounds of consultation
     monkeypatch.setattr("remoras.social.agreement.scarce_energy_j", lambda *of: {})
-    monkeypatch.setattr(Reports, "scarce_energy_j", lambda *of: {})
+    monkeypatch.setattr(Workload, "scarce_energy_j", lambda *of: {})
     unseen = visits(strategy, ENOUGH_TO_GO_NEAR_J)
     assert not unseen.completed or unseen.end_s > short.end_s + 100.0
 
@@ -120,7 +120,7 @@ def test_energy_is_what_was_told_last_less_what_work_has_taken_since() -> None:
     short = [("--set", f"vehicle.AUV01.energy_j={2e5}"), ("--set", "scenario.duration_s=7200")]
     fleet = assemble(resolved(load("mapping-rendezvous", short)), seed=1)
     head, told = fleet.vehicles[1], fleet.vehicles[2]
-    reports, data = head.social.reports, told.data
+    reports, data = head.social.workload, told.data
     survey_w = data.hotel_w + data.drag_w_per_mps3 * data.survey_speed_mps**3
     assert reports.scarce_energy_j(100.0) == {"AUV01": pytest.approx(2e5 - 100.0 * survey_w)}
     block = told.beliefs.model.record([told.beliefs.fact("AUV01", "batteryFraction", 0.5)], 60.0).block

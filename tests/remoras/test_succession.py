@@ -60,7 +60,7 @@ class Talk:
                 if reaches():
                     self._heard[name].add(number)
                     social.consider(merge(self._vehicles[name].beliefs.model, [self._said[number]]).changes)
-            social._membership.absent, social._looked_s = frozenset(absent[name]), self._now_s
+            social._membership.absent, social._membership.looked_s = frozenset(absent[name]), self._now_s
             social.consult()
         for name in self.alive:
             for facts in self._vehicles[name].social.claims():

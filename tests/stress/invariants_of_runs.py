@@ -205,5 +205,6 @@ def _move(vehicle: Vehicle, now_s: float) -> str | None:
 def _conclusion(vehicle: Vehicle) -> str | None:
     """A mission that has said that it concludes nothing before there is news concludes something."""
     conclusions, of = vehicle.social.conclusions, (vehicle.social.present, vehicle.functional.picture)
-    found = conclusions._own(vehicle.data, *of, vehicle.functional.believed) if conclusions.holds(*of) else ()
+    about = of[0], vehicle.beliefs, of[1], vehicle.functional.believed
+    found = conclusions._mission.conclusions(vehicle.data, *about) if conclusions.holds(*of) else ()
     return f"conclusions of {vehicle.name} said to be none until news, and are {list(found)}" if found else None
