@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from collections import Counter
 
     from missions.scenarios.scenario import Scenario
-    from remoras.contents import Content
     from remoras.database import AUVDatabase
     from remoras.mission import Milestone, Mission
+    from remoras.recorder import Content
     from remoras.settling import Settled
     from remoras.social.agreement import Agreement
     from remoras.social.needs import Subjects

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from remoras.condition import Condition
     from remoras.database import VehicleData
     from remoras.errors import RemorasError
-    from remoras.face import Run, compare, exchange_study, load, network, open, run, scenarios, stepping, sweep
+    from remoras.face import Run, Sweep, compare, exchange_study, load, network, open, run, scenarios, stepping, sweep
     from remoras.mission import Finding, FleetView, Milestone, Mission, Truth, VehicleView
     from remoras.motion import Motion
     from remoras.organisation import Group
@@ -50,7 +50,6 @@ if TYPE_CHECKING:
     from remoras.sensor import SELF, Observation, Pose, Sensor, SensorSettings
     from remoras.stepped import MissionState, Stepping
     from remoras.strategy import Declaration, Move, Negotiator, Situation, Statement, Strategy
-    from remoras.swept import Sweep
     from remoras.work import DivisibleJob, Job, Outlook, Work
 
 for _package in ("worldmodel", "exchange", "missions", "visualisation"):

@@ -3,8 +3,8 @@
 import gc
 import os
 
-from remoras.interruption import heed
 from remoras.plugins import drop_current_folder
+from remoras.process import heed
 
 NO_PYDANTIC_PLUGINS = "PYDANTIC_DISABLE_PLUGINS"
 """Environment variable that stops pydantic from searching installed packages for plug-ins."""

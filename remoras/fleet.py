@@ -14,9 +14,9 @@ from mesa import Agent, Model
 from exchange.acoustics.channel import Arrival
 from remoras.avoidance import SEPARATION_M
 from remoras.beliefs import Beliefs, Fact
-from remoras.collecting import rare_collections
 from remoras.events import Clock, Event, Host, Observer, Priority, listening
 from remoras.plugins import broken_promise
+from remoras.process import rare_collections
 from remoras.recorder import Recorder
 from remoras.separation import Separation
 from remoras.traffic import Medium, Traffic

@@ -19,9 +19,9 @@ from missions.runs.results import MemoryResults
 from missions.runs.run import Root, result_of, settled_of
 from missions.runs.summary import identity
 from missions.runs.tables import arrow_table
-from remoras.cards import card, number_text
 from remoras.face import Run
 from remoras.recorder import PACKETS, Row
+from remoras.table import card, number_text
 from remoras.truth import Milestone
 from remoras.version import __version__
 

@@ -24,10 +24,10 @@ from typing import Any, Protocol
 
 from exchange.peering.peers import PeerLinks
 from remoras.authority import Authority
-from remoras.contents import DONE, OBJECTIVES
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment
 from remoras.plugins import answer, faults_of
+from remoras.recorder import DONE, OBJECTIVES
 from remoras.work import Point, Work
 
 Statable = tuple[str, str, str | float | bool]

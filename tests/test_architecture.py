@@ -111,10 +111,10 @@ LAYERS = ("remoras.social", "remoras.executive", "remoras.functional")
 KNOW_MESA = {"remoras.fleet", "remoras.solo", "remoras.vehicle"}
 STAND_ALONE = {
     "remoras.organisation": {"remoras.errors", "remoras.table"},
-    "remoras.htn": {"remoras.errors", "remoras.collecting"},
+    "remoras.htn": {"remoras.errors", "remoras.process"},
     "remoras.executive.satisfaction": {"remoras.activities", "remoras.table"},
 }
-FACE = "remoras", "remoras.face", "remoras.swept", "remoras.stepped"
+FACE = "remoras", "remoras.face", "remoras.stepped"
 ROOFS = ("remoras.cli", "remoras.testing")
 ENTRY = "remoras.__main__"
 TOGETHER = {

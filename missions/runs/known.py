@@ -26,7 +26,6 @@ from missions.figure import RunResults
 from missions.runs.setup import Setup, world_model
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs, Fused
-from remoras.cards import card
 from remoras.faults import OVER
 from remoras.organisation import Group, Organisation, RoleAssignment
 from remoras.radio import SUSPECTED
@@ -34,6 +33,7 @@ from remoras.recorder import ITEMS, KNOWLEDGE, MEMBERSHIP, ORGANISATION, PACKETS
 from remoras.social.agreement import Agreement
 from remoras.social.membership import acted_on
 from remoras.social.planning import missions_of
+from remoras.table import card
 from worldmodel import (
     STATUS,
     Block,

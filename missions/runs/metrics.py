@@ -21,8 +21,8 @@ from missions.scenarios.features import features
 from missions.scenarios.parts import METRICS, metric_named, mission_class, modem_energy
 from missions.scenarios.scenario import Scenario
 from missions.stated import stated
-from remoras.contents import Content
 from remoras.mission import Mission
+from remoras.recorder import Content
 from worldmodel import doubted
 
 HIGHER, LOWER = Better.HIGHER, Better.LOWER

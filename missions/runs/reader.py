@@ -22,10 +22,9 @@ from missions.metric import NOT_APPLICABLE, Absent, MeasuredRun, Metric
 from missions.runs.folder import MANIFEST
 from missions.scenarios.parts import mission_of
 from missions.scenarios.scenario import Scenario
-from remoras.contents import Content
 from remoras.errors import PluginError
 from remoras.mission import Milestone, Mission
-from remoras.recorder import KEY, TIME
+from remoras.recorder import KEY, TIME, Content
 from worldmodel import suggestion
 
 if TYPE_CHECKING:

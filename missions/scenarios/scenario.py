@@ -19,10 +19,9 @@ from missions.scenarios.faults import DeclaredFault
 from missions.scenarios.features import with_features
 from missions.scenarios.knowledge import WorldModelTable
 from remoras.attraction import GuidanceTable
-from remoras.cards import card, number_text
 from remoras.executive.satisfaction import DecisionTable
 from remoras.organisation import Subgroups
-from remoras.table import Name, NotNegative, PointM, Positive, Section, Sparse, one_or_more, unless
+from remoras.table import Name, NotNegative, PointM, Positive, Section, Sparse, card, number_text, one_or_more, unless
 
 BY_GROUPS: Final = "groups"
 """Needs follow from groups; otherwise all vehicles have equal needs."""

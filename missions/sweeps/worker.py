@@ -23,7 +23,7 @@ from missions.sweeps.code import code_with, references
 from missions.sweeps.folder import TABLES, SweepResults
 from missions.sweeps.ledger import DONE, FAILED, FinishedRun
 from missions.sweeps.plan import RunTask, SweepPlan, version
-from remoras.collecting import rare_collections
+from remoras.process import rare_collections
 
 if TYPE_CHECKING:
     from missions.sweeps.study import Study

@@ -24,8 +24,8 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from missions.errors import LONGEST_VALUE, cut
-from remoras.interruption import SAID, Terminated
 from remoras.plugins import NO_PLUGINS, look_in
+from remoras.process import SAID, Terminated
 
 GROUPS = {
     "Run": {"list": "files", "explain": "files", "validate": "files", "run": "runs", "doctor": "files"},

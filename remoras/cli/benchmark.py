@@ -14,7 +14,7 @@ import typer
 from remoras.cli import completion
 from remoras.cli.app import FAILED, N_JOBS, Jobs, Json, aligned, check_known, command, fail, show, show_json
 from remoras.cli.sweeps import PARTLY_DONE
-from remoras.progress import Progress
+from remoras.process import Progress
 
 if TYPE_CHECKING:
     from missions.benchmark.scoring import Scored, ScoreTable

@@ -27,7 +27,7 @@ from remoras.cli.app import (
     show_table,
 )
 from remoras.cli.runs import Seed, Settings
-from remoras.progress import Progress
+from remoras.process import Progress
 
 if TYPE_CHECKING:
     from exchange.acoustics.network import Network

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from missions.files import is_number, shown
 from remoras.cli.app import shortened
-from remoras.collecting import rare_collections
+from remoras.process import rare_collections
 
 if TYPE_CHECKING:
     from remoras.face import Run

@@ -15,7 +15,7 @@ import typer
 from remoras.cli import completion
 from remoras.cli.app import FAILED, Format, Json, aligned, command, fail, give_up, on_terminal, show_json, show_table
 from remoras.cli.exports import At, Vehicle
-from remoras.progress import Progress
+from remoras.process import Progress
 
 if TYPE_CHECKING:
     from missions.runs.results import Results

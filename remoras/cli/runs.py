@@ -12,7 +12,7 @@ import typer
 
 from remoras.cli import completion
 from remoras.cli.app import FAILED, Json, as_typed, command, fail, on_terminal, show_json, show_table
-from remoras.progress import Progress
+from remoras.process import Progress
 
 if TYPE_CHECKING:
     from remoras.face import Run as Finished

@@ -13,7 +13,7 @@ import typer
 
 from remoras.cli import completion
 from remoras.cli.app import FAILED, N_JOBS, Jobs, Json, aligned, as_typed, command, fail, on_terminal, show, show_table
-from remoras.progress import Progress
+from remoras.process import Progress
 
 if TYPE_CHECKING:
     from missions.comparison.effects import MainEffect

@@ -17,9 +17,8 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
 
-from remoras.htn.domain import Domain, Expected, Operator, Task
+from remoras.htn.domain import ROOT, Domain, Expected, NoPlan, Operator, Plan, Step, Task
 from remoras.htn.facts import FactsLike, Key, is_met
-from remoras.htn.plans import ROOT, NoPlan, Plan, Step
 from remoras.htn.search import Way, plan
 
 

@@ -13,7 +13,7 @@ from remoras.activities import Objective
 from remoras.beliefs import Beliefs
 from remoras.database import VehicleData
 from remoras.htn import Domain, FactsLike, Method, Operator, Plan, Task
-from remoras.htn.plans import ROOT
+from remoras.htn.domain import ROOT
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 from remoras.social.planning import MissionPlanner
 from remoras.strategy import Declaration, Negotiator

@@ -6,7 +6,7 @@ from missions.runs.metrics import bits_of
 from missions.runs.results import MemoryResults
 from missions.runs.run import Run, run
 from missions.scenarios import load
-from remoras.contents import Content
+from remoras.recorder import Content
 
 GROUP = "group.Operational.information"
 COMMON = ("channel.per=0.4", "fleet.size=7", "communication.needs_follow=groups", "communication.lease_frames=20")

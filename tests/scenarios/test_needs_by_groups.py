@@ -9,7 +9,7 @@ from missions.runs.metrics import bits_of
 from missions.runs.results import MemoryResults
 from missions.runs.run import Run, run
 from missions.scenarios import load
-from remoras.contents import Content
+from remoras.recorder import Content
 
 TEAMS = {"North": ("AUV00", "AUV01"), "East": ("AUV02", "AUV03"), "South": ("AUV04", "AUV05")}
 LOSS = ("channel.per=0.4",)

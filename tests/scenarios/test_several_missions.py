@@ -8,7 +8,7 @@ from missions.runs.assembly import assemble
 from missions.runs.run import Run, run
 from missions.runs.setup import resolved
 from missions.scenarios import load
-from remoras.htn.plans import ROOT
+from remoras.htn.domain import ROOT
 from remoras.recorder import PLANS
 from worldmodel import merge
 

@@ -21,7 +21,7 @@ from missions.runs.assembly import assemble, channel_of
 from missions.runs.run import Root, result_of, run, settled_of
 from missions.runs.setup import Setup, resolved, world_model
 from missions.runs.summary import summary
-from remoras.collecting import rare_collections
+from remoras.process import rare_collections
 
 INVARIANTS: tuple[type[Invariant], ...] = (
     runs.NoException, knowledge.TrueBeliefs, knowledge.Recorded, knowledge.WholeBlocks, knowledge.Remembered,

@@ -9,9 +9,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from remoras.htn.domain import Domain, Method, Task
+from remoras.htn.domain import ROOT, Domain, Method, Node, Plan, Task
 from remoras.htn.facts import FactsLike, Key
-from remoras.htn.plans import ROOT, Node, Plan
 
 
 @dataclass(frozen=True, slots=True)
