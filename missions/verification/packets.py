@@ -1,7 +1,7 @@
 """Checks of packets (slots, sizes, outcomes) and of the holders of items.
 
-docs/model/channel.md, "Slots", "Collisions" and "Channel"; docs/model/vehicle.md, "Faults"; docs/howto/results.md for
-the names of items; docs/model/exchange.md, "What is said", "Who needs what" and "Absence".
+docs/model/channel.md, "Slots", "Collisions" and "Losses"; docs/model/vehicle.md, "Faults"; docs/howto/results.md for
+the names of items; docs/model/exchange.md, "Selection", "Information needs" and "Suspension".
 """
 
 from __future__ import annotations
