@@ -1,5 +1,6 @@
 """Settings of the documentation site, which is built and read offline: ``python -m sphinx -W -b html docs site``."""
 
+import ast
 import inspect
 import os
 import sys
@@ -20,6 +21,7 @@ os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(ROOT), os.environ.g
 
 import remoras  # noqa: E402
 from missions.files import MISSIONS  # noqa: E402
+from missions.runs.metrics import CORE_METRICS  # noqa: E402
 from missions.scenarios.explanations import explanations  # noqa: E402
 from missions.scenarios.organisation import FORMATION_WORDS  # noqa: E402
 from missions.sweeps.study import study_explanations  # noqa: E402
@@ -111,6 +113,56 @@ class Terms(SphinxDirective):
         return [listed]
 
 
+def definition(name: str, kind: str, texts: Collection[str]) -> nodes.definition_list_item:
+    """One entry of a list; what stands between backticks is literal."""
+    found = nodes.definition("")
+    for text in filter(None, texts):
+        said = nodes.paragraph()
+        for number, part in enumerate(text.replace("``", "`").split("`")):
+            said += nodes.literal("", part) if number % 2 else nodes.Text(part)
+        found += said
+    return nodes.definition_list_item("", nodes.term("", "", nodes.literal("", name), nodes.Text(kind)), found)
+
+
+class Tables(SphinxDirective):
+    """A list of the tables of results: columns with units, and what a row says, by the text below each declaration."""
+
+    def run(self) -> list[nodes.Node]:
+        """A definition for each table, by name."""
+        entries = {}
+        for package in ("remoras", "missions"):
+            for file in (ROOT / package).rglob("*.py"):
+                if "templates" in file.parts:
+                    continue
+                body = ast.parse(file.read_text(encoding="utf-8")).body
+                for made, after in zip(body, [*body[1:], None], strict=True):
+                    if not (isinstance(made, ast.Assign) and ast.unparse(made.value).startswith("Table(")):
+                        continue
+                    module = ".".join(file.relative_to(ROOT).with_suffix("").parts)
+                    table = getattr(import_module(module), ast.unparse(made.targets[0]))
+                    texts = inspect.cleandoc(after.value.value).split("\n\n") if isinstance(after, ast.Expr) else []
+                    columns = [
+                        f"`{column.name}`" + (f" ({column.unit})" * bool(column.unit)) for column in table.columns
+                    ]
+                    owner = "" if package == "remoras" else f"  (missions/{file.relative_to(ROOT).parts[1]})"
+                    entries[table.name] = definition(table.name, owner, [", ".join(columns), *texts])
+        return [nodes.definition_list("", *(entries[name] for name in sorted(entries)))]
+
+
+class Metrics(SphinxDirective):
+    """A list of the metrics of every run: unit, better direction, meaning."""
+
+    def run(self) -> list[nodes.Node]:
+        """A definition for each metric, in the order of the summary."""
+        listed = nodes.definition_list()
+        for metric in CORE_METRICS:
+            meaning = "" if metric.of.__name__ == "<lambda>" else inspect.getdoc(metric.of) or ""
+            about = ", ".join(filter(None, [metric.unit, f"{metric.better.value} is better"]))
+            texts = [f"{metric.label[0].upper()}{metric.label[1:]}.", meaning.partition("\n\n")[0], metric.note]
+            listed += definition(metric.name, f"  ({about})", [" ".join(filter(None, texts))])
+        return [listed]
+
+
 class Public(SphinxDirective):
     """The documented names of a package's ``__all__`` that ``remoras`` does not offer itself."""
 
@@ -151,9 +203,11 @@ def keep_first_line(app: Sphinx, what: str, name: str, found: Any, options: Any,
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Add the directives ``keys``, ``terms`` and ``public``."""
+    """Add the directives of this site."""
     app.add_directive("keys", Keys)
     app.add_directive("terms", Terms)
+    app.add_directive("tables", Tables)
+    app.add_directive("metrics", Metrics)
     app.add_directive("public", Public)
     app.connect("autodoc-process-docstring", keep_first_line, priority=400)  # napoleon has 500
     return {"parallel_read_safe": True, "parallel_write_safe": True}

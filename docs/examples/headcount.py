@@ -1,0 +1,63 @@
+"""Head counts: ``[[headcount]]``, times at which the number of vehicles that are alive is written down."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from pydantic import Field
+
+from missions.errors import ConfigurationFault
+from missions.feature import Feature, Joining
+from remoras.events import Host, Observer, Priority
+from remoras.recorder import TIME, Column, Table
+from remoras.table import NotNegative, Section
+
+if TYPE_CHECKING:
+    from missions.scenarios.scenario import Scenario
+    from remoras.mission import Mission
+
+KEY = "headcount"
+HEADCOUNT = Table("headcount", (TIME, Column("alive", "int")))
+
+
+class HeadcountTable(Section):
+    """One ``[[headcount]]``."""
+
+    at_s: NotNegative = Field(description="when it is counted")
+
+
+def headcount_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
+    """Counts after the end."""
+    end_s = scenario.scenario.duration_s
+    for number, table in enumerate(scenario.of_feature(KEY), 1):
+        if table.at_s >= end_s:
+            allowed = f"must be below scenario.duration_s = {end_s:g}, when the mission is over"
+            yield ConfigurationFault(f"{KEY}.{number}.at_s", "", allowed)
+
+
+@dataclass(frozen=True)
+class Counts:
+    """It is time to count."""
+
+    def act(self, host: Host) -> None:
+        """Write a row."""
+        alive = sum(host.named(name).is_alive for name in host.names)
+        host.recorder.rows(HEADCOUNT.name).append((host.now_s, alive))
+
+
+class HeadCounts(Observer):
+    """Lets the counts happen in a run."""
+
+    def __init__(self, joining: Joining) -> None:
+        joining.recorder.declare(HEADCOUNT)
+        self.tables = joining.scenario.of_feature(KEY)
+
+    def on_start(self, host: Host) -> None:
+        """Schedule them."""
+        for table in self.tables:
+            host.at(table.at_s, Priority.FAULT, Counts())
+
+
+FEATURE = Feature({"": {KEY: (tuple[HeadcountTable, ...], ())}}, HeadCounts, headcount_faults)
