@@ -13,12 +13,10 @@ Every operation returns ``(organisation, outcome)``; if refused, the unchanged o
 
 from __future__ import annotations
 
-from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Mapping, Set
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import cached_property
-from typing import Any, NamedTuple
 
 from pydantic import Field
 
@@ -143,50 +141,6 @@ class RoleAssignment:
             raise OrganisationError(f"a role assignment needs a group, a role and a vehicle, not {self}")
 
 
-class _Index(NamedTuple):
-    """Sorted assignments for queries independent of group size; members are under (group, None)."""
-
-    players: dict[tuple[str, str | None], tuple[str, ...]]
-    roles: dict[str, dict[str, tuple[RoleAssignment, ...]]]
-
-    @classmethod
-    def of(cls, assignments: Iterable[RoleAssignment]) -> _Index:
-        """Build the index."""
-        players: dict[tuple[str, str | None], set[str]] = {}
-        roles: dict[str, dict[str, list[RoleAssignment]]] = {}
-        for a in assignments:
-            players.setdefault((a.group, a.role), set()).add(a.vehicle)
-            players.setdefault((a.group, None), set()).add(a.vehicle)
-            roles.setdefault(a.vehicle, {}).setdefault(a.group, []).append(a)
-        return cls(
-            {key: tuple(sorted(names)) for key, names in players.items()},
-            {name: {group: tuple(sorted(held)) for group, held in of.items()} for name, of in roles.items()},
-        )
-
-    def changed(self, a: RoleAssignment, is_held: bool) -> _Index:
-        """Return the index after one change; unchanged parts are shared."""
-        before = self.roles.get(a.vehicle, {})
-        held = _with(before.get(a.group, ()), a) if is_held else _less(before[a.group], a)
-        players, roles = dict(self.players), dict(self.roles)
-        roles[a.vehicle] = {**before, a.group: held}
-        if not held:
-            del roles[a.vehicle][a.group]
-        keys = [(a.group, a.role), *([(a.group, None)] if bool(before.get(a.group)) != bool(held) else [])]
-        for key in keys:
-            players[key] = _with(players.get(key, ()), a.vehicle) if is_held else _less(players[key], a.vehicle)
-        return _Index(players, roles)
-
-
-def _with(ordered: tuple[Any, ...], one: Any) -> tuple[Any, ...]:
-    at = bisect_left(ordered, one)
-    return (*ordered[:at], one, *ordered[at:])
-
-
-def _less(ordered: tuple[Any, ...], one: Any) -> tuple[Any, ...]:
-    at = bisect_left(ordered, one)
-    return (*ordered[:at], *ordered[at + 1 :])
-
-
 @dataclass(frozen=True)
 class Organisation:
     """Groups and role assignments; equality by value."""
@@ -195,8 +149,22 @@ class Organisation:
     assignments: frozenset[RoleAssignment] = frozenset()
 
     @cached_property
-    def _index(self) -> _Index:
-        return _Index.of(self.assignments)
+    def _players(self) -> dict[tuple[str, str | None], tuple[str, ...]]:
+        """Sorted holders by (group, role), members by (group, None)."""
+        players: dict[tuple[str, str | None], set[str]] = {}
+        for a in self.assignments:
+            players.setdefault((a.group, a.role), set()).add(a.vehicle)
+            players.setdefault((a.group, None), set()).add(a.vehicle)
+        return {key: tuple(sorted(names)) for key, names in players.items()}
+
+    @cached_property
+    def _roles(self) -> dict[str, dict[str, tuple[RoleAssignment, ...]]]:
+        """Sorted roles by vehicle and group."""
+        roles: dict[str, dict[str, tuple[RoleAssignment, ...]]] = {}
+        for a in sorted(self.assignments):
+            of = roles.setdefault(a.vehicle, {})
+            of[a.group] = (*of.get(a.group, ()), a)
+        return roles
 
     @cached_property
     def _heads(self) -> dict[str, tuple[str, ...]]:
@@ -205,28 +173,26 @@ class Organisation:
 
     def members(self, group: str, role: str | None = None) -> tuple[str, ...]:
         """Return the vehicles in ``group`` (playing ``role``), sorted."""
-        return self._index.players.get((group, role), ())
+        return self._players.get((group, role), ())
 
     def roles_of(self, vehicle: str, group: str | None = None) -> tuple[RoleAssignment, ...]:
         """Return the roles that ``vehicle`` plays (in ``group``)."""
-        held = self._index.roles.get(vehicle, {})
+        held = self._roles.get(vehicle, {})
         if group is not None:
             return held.get(group, ())
         return tuple(role for name in sorted(held) for role in held[name])
 
     def plays(self, vehicle: str, group: str, role: str) -> bool:
         """Return whether ``vehicle`` plays ``role`` in ``group``."""
-        return vehicle in self._index.players.get((group, role), ())
+        return vehicle in self._players.get((group, role), ())
 
     def is_member(self, vehicle: str, group: str) -> bool:
         """Return whether ``vehicle`` plays some role in ``group``."""
-        held = self._index.roles.get(vehicle)
-        return held is not None and group in held
+        return group in self._roles.get(vehicle, {})
 
     def shared_groups(self, one: str, other: str) -> frozenset[str]:
         """Return the groups of which both vehicles are members."""
-        roles = self._index.roles
-        return frozenset(roles.get(one, {}).keys() & roles.get(other, {}).keys())
+        return frozenset(self._roles.get(one, {}).keys() & self._roles.get(other, {}).keys())
 
     def heads(self, group: str) -> tuple[str, ...]:
         """Return the leaders of ``group``."""
@@ -245,7 +211,7 @@ class Organisation:
         maximum = specification.maximum if specification else None
         if maximum is not None and len(self.members(group, role)) >= maximum:
             return self, Outcome.NO_ROOM
-        return self._changed(assignment, True), Outcome.SUCCESS
+        return replace(self, assignments=self.assignments | {assignment}), Outcome.SUCCESS
 
     def leave_role(self, vehicle: str, group: str, role: str) -> tuple[Organisation, Outcome]:
         """Release ``role`` in ``group``."""
@@ -255,7 +221,7 @@ class Organisation:
         if assignment not in self.assignments:
             member = self.is_member(vehicle, group)
             return self, Outcome.ROLE_NOT_HANDLED if member else Outcome.NOT_IN_GROUP
-        return self._changed(assignment, False), Outcome.SUCCESS
+        return replace(self, assignments=self.assignments - {assignment}), Outcome.SUCCESS
 
     def form(self, group: Group) -> tuple[Organisation, Outcome]:
         """Add a group without members."""
@@ -263,23 +229,12 @@ class Organisation:
             return self, Outcome.ALREADY_GROUP
         return replace(self, groups={**self.groups, group.name: group}), Outcome.SUCCESS
 
-    def dissolve(self, group: str) -> tuple[Organisation, Outcome]:
-        """Remove a group and its roles."""
-        if group not in self.groups:
-            return self, Outcome.NOT_GROUP
-        return self.without_group(group), Outcome.SUCCESS
-
     def without_group(self, group: str) -> Organisation:
         """Return the organisation without a group and its roles."""
         if group not in self.groups:
             return self
         groups = {name: one for name, one in self.groups.items() if name != group}
         return replace(self, groups=groups, assignments=frozenset(a for a in self.assignments if a.group != group))
-
-    def _changed(self, one: RoleAssignment, is_held: bool) -> Organisation:
-        after = replace(self, assignments=self.assignments | {one} if is_held else self.assignments - {one})
-        after.__dict__["_index"] = self._index.changed(one, is_held)  # avoids a full rebuild
-        return after
 
     def without(self, vehicles: Set[str]) -> Organisation:
         """Return the organisation without any role of these vehicles."""

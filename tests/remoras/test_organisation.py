@@ -89,15 +89,9 @@ def test_whatever_is_asked_the_axioms_hold(asked: list[tuple[str, ...]]) -> None
         for vehicle in ("ASV00", "AUV00", "AUV01", "AUV02"):
             plays = bool(organisation.roles_of(vehicle, group))
             assert organisation.is_member(vehicle, group) == (vehicle in members) == plays
-    # its index, changed once for each operation, answers as one made anew
-    anew = Organisation(organisation.groups, organisation.assignments)
-    for group in organisation.groups:
-        for role in (None, "Tactician", "Observer", "Coordinator", "Performer", "Wingers", "Diver"):
-            assert organisation.members(group, role) == anew.members(group, role)
-        for vehicle in ("ASV00", "AUV00", "AUV01", "AUV02"):
-            assert organisation.roles_of(vehicle, group) == anew.roles_of(vehicle, group)
-            in_all = tuple(sorted(one for one in organisation.assignments if one.vehicle == vehicle))
-            assert organisation.roles_of(vehicle) == anew.roles_of(vehicle) == in_all
+    for vehicle in ("ASV00", "AUV00", "AUV01", "AUV02"):
+        in_all = tuple(sorted(one for one in organisation.assignments if one.vehicle == vehicle))
+        assert organisation.roles_of(vehicle) == in_all
     # a refusal keeps every maximum
     for group in organisation.groups.values():
         for role in group.roles:

@@ -4,20 +4,18 @@ The group Operational is to be "Sweep"-ed: its roles are allocated, and whoever 
 objective to sweep its job, unless the job is done. The right job needs the left one to be done.
 """
 
-from dataclasses import dataclass
-
 import pytest
 from samples import auv, database
 
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs
-from remoras.database import VehicleData
 from remoras.htn import Domain, FactsLike, Method, Operator, Plan, Task
 from remoras.htn.domain import ROOT
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 from remoras.social.planning import MissionPlanner
 from remoras.strategy import Declaration, Negotiator
-from remoras.work import Outlook, Point, Work, works
+from remoras.testing.sample_worlds import Visit
+from remoras.work import Work, works
 from worldmodel import Instance, WorldModel, core_ontology_paths, read_tbox
 
 TBOX = read_tbox(*core_ontology_paths())
@@ -48,24 +46,7 @@ MEMBERS = Organisation.of(
 FLEET = database(auv("AUV00"), auv("AUV01"))
 
 
-@dataclass(frozen=True)
-class Visit:
-    name: str
-    needs: tuple[str, ...] = ()
-    place_m: Point = (0.0, 0.0)
-
-    @property
-    def done(self) -> tuple[str, str]:
-        return "jobDone", self.name
-
-    def is_able(self, data: VehicleData) -> bool:
-        return True
-
-    def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
-        return outlook
-
-
-JOBS = {"left": Visit("left"), "right": Visit("right", ("left",))}
+JOBS = {"left": Visit("left", (0.0, 0.0)), "right": Visit("right", (0.0, 0.0), needs=("left",))}
 
 
 class Allocating:

@@ -186,17 +186,6 @@ def test_a_step_whose_test_does_not_hold_fails_where_nothing_can_bring_it_about(
     assert execution.has_failed
 
 
-def test_without_repair_the_trip_ends_where_the_step_failed(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The cause taken away: the same failure, and no other way is looked for."""
-    monkeypatch.setattr("remoras.htn.execution.plan", lambda domain, facts, task, without: NoPlan(task, frozenset()))
-    facts: dict[Any, Any] = {}
-    execution = begun(trip(Counter()), facts)
-    carry_on(execution, facts, {"pack": {"packed": True}, "board": {("on", "Ada"): True}})
-    assert not execution.fail(execution.running[0].place, facts)
-    assert carry_on(execution, facts, {"sail": {"at": "B"}}) == []
-    assert texts(execution)["report()"] == "dropped"
-
-
 def test_a_plan_for_the_whole_goes_no_way_that_has_failed() -> None:
     ways = [Method.fixed("by boat", "sail"), Method.fixed("on foot", "walk")]
     steps = [Operator(name, effects=lambda facts: {"at": "B"}) for name in ("sail", "walk")]

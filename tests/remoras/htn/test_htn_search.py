@@ -1,8 +1,6 @@
 """Loops, depth and task networks, and the faults of domains."""
 
-import gc
 import pickle
-import tracemalloc
 from collections.abc import Iterator
 
 import pytest
@@ -72,31 +70,6 @@ DEEP = Domain.of(
         "look": [Method("look", lambda facts: [])],
     },
 )
-
-
-def test_the_collector_hardly_looks_at_a_plan_that_grows_and_is_left_as_it_was() -> None:
-    looked: list[str] = []
-    before = gc.get_threshold()
-    gc.callbacks.append(watch := lambda phase, _: looked.append(phase))
-    try:
-        plan(DEEP, {}, Task("down", (10_000,)))
-    finally:
-        gc.callbacks.remove(watch)
-    assert looked.count("start") <= 2  # the end lets it look at once; it looked 137 times
-    assert gc.get_threshold() == before
-
-
-def test_ten_thousand_levels_take_ten_times_the_memory_of_a_thousand() -> None:
-    """Linear; at each level also a task that stood there before in the same state. It was 64 times for 8 times."""
-    peaks = []
-    for levels in (1000, 10_000):
-        tracemalloc.start()
-        found = plan(DEEP, {}, Task("down", (levels,)))
-        peaks.append(tracemalloc.get_traced_memory()[1])
-        tracemalloc.stop()
-        assert len(found.nodes) == 3 * levels + 1
-    assert peaks[1] < 15 * peaks[0]
-    assert peaks[1] < 40e6
 
 
 def test_a_deep_plan_is_compared_copied_shown_and_checked_without_recursion() -> None:
@@ -177,10 +150,3 @@ def test_a_method_keeps_to_what_it_declares() -> None:
     )
     with pytest.raises(PlanningError, match=r"'down' of task move\(\) uses climb, and declares only: dive"):
         plan(domain, {}, Task("move"))
-
-
-def test_a_plan_that_takes_most_of_the_first_half_of_the_expansions_is_found() -> None:
-    """Nine in ten of the 100,000 expansions of the first search; it does not start again."""
-    count = Domain.of([Operator("step")], {"all": [Method("steps", lambda facts: [Task("step")] * 90_000)]})
-    found = plan(count, {}, Task("all"))
-    assert len(found.tasks) == 90_000
