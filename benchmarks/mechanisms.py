@@ -25,10 +25,10 @@ from missions.runs.summary import summary
 from missions.scenarios import load
 from missions.statistics import t_half_width
 from remoras.executive.satisfaction import motivation
+from remoras.fleet.vehicle import Vehicle
 from remoras.functional.guidance import Guidance
 from remoras.htn import Execution, FactsLike
 from remoras.social.workload import Workload, scarce_energy_j
-from remoras.vehicle import Vehicle
 from worldmodel.arrivals import Arrivals
 
 RUNS = 20

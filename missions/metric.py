@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 
     from missions.scenarios.scenario import Scenario
     from remoras.database import AUVDatabase
+    from remoras.fleet.settling import Settled
     from remoras.mission import Milestone, Mission
+    from remoras.organisation.needs import Subjects
     from remoras.recorder import Content
-    from remoras.settling import Settled
     from remoras.social.agreement import Agreement
-    from remoras.social.needs import Subjects
     from remoras.strategy import Strategy
     from worldmodel import TBox
 

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from missions.scenarios import Scenario
     from missions.scenarios.faults import DeclaredFault
     from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
+    from remoras.api import Run, Sweep, compare, exchange_study, load, network, open, run, scenarios, stepping, sweep
     from remoras.behaviours import (
         ADVANCING,
         DONE,
@@ -41,7 +42,6 @@ if TYPE_CHECKING:
     from remoras.condition import Condition
     from remoras.database import VehicleData
     from remoras.errors import RemorasError
-    from remoras.face import Run, Sweep, compare, exchange_study, load, network, open, run, scenarios, stepping, sweep
     from remoras.mission import Finding, FleetView, Milestone, Mission, Truth, VehicleView
     from remoras.motion import Motion
     from remoras.organisation import Group

@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from exchange.acoustics.channel import Channel
     from exchange.packets import Reception
     from remoras.beliefs import Beliefs, Fact
-    from remoras.radio import RenewedNeeds
+    from remoras.fleet.radio import RenewedNeeds
+    from remoras.fleet.vehicle import Vehicle
+    from remoras.motion.separation import Separation
+    from remoras.organisation.needs import GroupNeeds
     from remoras.recorder import Recorder
-    from remoras.separation import Separation
-    from remoras.social.needs import GroupNeeds
-    from remoras.vehicle import Vehicle
     from worldmodel import NeedsIndex, WorldModel
 
 

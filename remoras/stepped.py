@@ -19,7 +19,7 @@ from missions.runs.results import MemoryResults
 from missions.runs.run import Root, result_of, settled_of
 from missions.runs.summary import identity
 from missions.runs.tables import arrow_table
-from remoras.face import Run
+from remoras.api import Run
 from remoras.recorder import PACKETS, Row
 from remoras.table import card, number_text
 from remoras.truth import Milestone
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
     from missions.runs.setup import Setup
     from missions.scenarios import Scenario
-    from remoras.fleet import Fleet
+    from remoras.fleet.fleet import Fleet
 
 END, ARRIVALS = (PACKETS.column_names.index(name) for name in ("end_s", "arrivals_s"))
 

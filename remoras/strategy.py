@@ -23,9 +23,9 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from exchange.peering.peers import PeerLinks
-from remoras.authority import Authority
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment
+from remoras.organisation.authority import Authority
 from remoras.plugins import answer, faults_of
 from remoras.recorder import DONE, OBJECTIVES
 from remoras.work import Point, Work
@@ -50,13 +50,12 @@ class Declaration:
         messages: meaning of each message: attributes of the core ontology, ``JOB_DONE``, ``OBJECTIVE`` or
             ``INFLUENCE_SIGNAL``.
         planned_before: True if missions are planned and known before the start; else leaders plan and send them.
-        communicates: True if vehicles send packets.
-        influences: True if vehicles send influence signals.
-        meets: True if vehicles send at rendezvous only; non-participants do not take silence for absence.
-        blocks_per_round: maximum number of blocks per vehicle, consultation round and job.
-        sharing: for upper bounds, the class of instant knowledge, ``remoras.bound.InstantSharing``; excludes ranking.
-        authorities: changes allowed to members other than the leader; by default only the leader assigns roles.
-        private_jobs: True if vehicles record own jobs privately; contrary beliefs of others are no errors.
+        communicates: True if vehicles send packets. influences: True if vehicles send influence signals. meets: True if
+        vehicles send at rendezvous only; non-participants do not take silence for absence. blocks_per_round: maximum
+        number of blocks per vehicle, consultation round and job. sharing: for upper bounds, the class of instant
+        knowledge, ``remoras.fleet.bound.InstantSharing``; excludes ranking. authorities: changes allowed to members
+        other than the leader; by default only the leader assigns roles. private_jobs: True if vehicles record own jobs
+        privately; contrary beliefs of others are no errors.
     """
 
     source: str

@@ -19,9 +19,9 @@ from remoras.work import Job, Point, vehicles_taken
 
 if TYPE_CHECKING:
     from remoras.executive.layer import Decision
+    from remoras.fleet.vehicle import Vehicle
     from remoras.functional.layer import FunctionalLayer
     from remoras.social.layer import SocialLayer
-    from remoras.vehicle import Vehicle
 
 COMPLETE = "mission_complete"
 """Milestone of a mission with its goal and rendezvous complete."""

@@ -12,8 +12,8 @@ from typing import Any
 from missions.runs.assembly import assemble
 from missions.runs.setup import Setup, resolved
 from missions.scenarios import load
-from remoras.fleet import Fleet
-from remoras.vehicle import Vehicle
+from remoras.fleet.fleet import Fleet
+from remoras.fleet.vehicle import Vehicle
 from worldmodel import Block
 
 Said = tuple[str, str, Any]

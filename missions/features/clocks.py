@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from exchange.packets import Reception
     from exchange.schedule import TdmaSchedule
     from missions.scenarios.scenario import Scenario
-    from remoras.vehicle import Vehicle
+    from remoras.fleet.vehicle import Vehicle
     from remoras.work import Point
 
 KEY, OF_VEHICLE = "clocks", "clock"

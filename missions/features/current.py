@@ -1,8 +1,9 @@
 """Current, ``[current]`` and ``[[current.surge]]``: moving water, compensated by guidance.
 
-Formulas: ``remoras.current``. A vehicle measures the current at its depth, as by a Doppler log, and keeps a straight
-course over ground. Where sensors limit the speed, it holds that speed over ground. A current as fast as the slowest
-vehicle is rejected. A vehicle that is lost, off or without energy drifts with the surface current unless ``lost_stay``.
+Formulas: ``remoras.motion.current``. A vehicle measures the current at its depth, as by a Doppler log, and keeps a
+straight course over ground. Where sensors limit the speed, it holds that speed over ground. A current as fast as the
+slowest vehicle is rejected. A vehicle that is lost, off or without energy drifts with the surface current unless
+``lost_stay``.
 """
 
 from __future__ import annotations
@@ -19,19 +20,19 @@ from missions.errors import ConfigurationFault
 from missions.feature import Feature, Joining
 from missions.files import shown
 from missions.scenarios.features import slower_by
-from remoras.current import Current, Surge, Velocity, through_water
 from remoras.events import Host, Observer
 from remoras.functional.guidance import Guidance
 from remoras.motion import NEAREST_M, turned
+from remoras.motion.current import Current, Surge, Velocity, through_water
 from remoras.table import NotNegative, PointM, Positive, Section, Sparse
 
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario
-    from remoras.avoidance import HalfPlane, Neighbour
     from remoras.behaviours import Reference
+    from remoras.fleet.vehicle import Vehicle
     from remoras.functional.layer import FunctionalLayer
     from remoras.mission import Mission
-    from remoras.vehicle import Vehicle
+    from remoras.motion.avoidance import HalfPlane, Neighbour
     from remoras.work import Point
 
 KEY = "current"

@@ -1,6 +1,6 @@
 """Navigation error, ``[navigation]`` and ``[[beacon]]``: drift, and fixes that reduce it.
 
-Error growth and reduction: ``remoras.navigation``. A behaviour may state its required accuracy
+Error growth and reduction: ``remoras.motion.navigation``. A behaviour may state its required accuracy
 (``Behaviour.accuracy_m``). If the uncertainty exceeds it, the vehicle goes for a fix: up to the surface, or to a known
 beacon if the round trip is shorter. Back at its depth it resumes its work.
 
@@ -34,20 +34,20 @@ from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType
 from remoras.behaviours import CAPTURE_M, DUE, IDLE, Behaviour, Perception, Reference, distance_m
 from remoras.events import Host, Observer
-from remoras.separation import SAME_DEPTH_M, Separation
+from remoras.motion.separation import SAME_DEPTH_M, Separation
 from remoras.table import Name, PointM, Positive, Sparse
 
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario
-    from remoras.avoidance import Neighbour
     from remoras.database import VehicleData
+    from remoras.fleet.vehicle import Vehicle
     from remoras.functional.layer import FunctionalLayer
     from remoras.mission import Mission
     from remoras.motion import Motion
-    from remoras.navigation import Beacon, Navigation
+    from remoras.motion.avoidance import Neighbour
+    from remoras.motion.navigation import Beacon, Navigation
     from remoras.picture import Picture
     from remoras.sensor import Pose
-    from remoras.vehicle import Vehicle
     from remoras.work import Point
 
 KEY, BEACON = "navigation", "beacon"
@@ -113,7 +113,7 @@ def place_error_m(scenario: Scenario, vehicles: Sequence[VehicleData]) -> float 
     """Greatest error (m) that a vehicle accumulates in the time of a fix; None without error."""
     if not errs(scenario):
         return None
-    from remoras.navigation import NavigationConstants, takes_s  # needed only with navigation error
+    from remoras.motion.navigation import NavigationConstants, takes_s  # needed only with navigation error
 
     table = scenario.of_feature(KEY)
     constants = NavigationConstants(table.drift, table.fix_s, vertical_speed_mps=table.vertical_speed_mps)
@@ -326,7 +326,7 @@ class Drift(Observer):
 
     def on_vehicle(self, vehicle: Vehicle) -> None:
         """Add navigation to a vehicle; a restarted one keeps its error."""
-        from remoras.navigation import Navigation, NavigationConstants
+        from remoras.motion.navigation import Navigation, NavigationConstants
 
         layer, table = vehicle.functional, self._table
         node = layer.data.node
@@ -344,7 +344,7 @@ class Drift(Observer):
         return SeparationAcrossLayers(separation, lambda node: self._adrift[node].column_m)
 
     def _heard_by(self, vehicle: str) -> tuple[Beacon, ...]:
-        from remoras.navigation import Beacon
+        from remoras.motion.navigation import Beacon
 
         return tuple(
             Beacon(

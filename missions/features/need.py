@@ -21,8 +21,8 @@ from missions.files import shown
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 from missions.scenarios.knowledge import words_in, words_of
 from remoras.events import Host, Observer, Says, say_at
-from remoras.run_log import DELIVERIES
-from remoras.social.needs import GroupNeeds
+from remoras.fleet.run_log import DELIVERIES
+from remoras.organisation.needs import GroupNeeds
 from remoras.table import NotNegative, Positive, Section
 from worldmodel import (
     NOBODY,

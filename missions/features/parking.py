@@ -8,7 +8,7 @@ from missions.feature import on_unless_off
 from remoras.events import Observer
 
 if TYPE_CHECKING:
-    from remoras.vehicle import Vehicle
+    from remoras.fleet.vehicle import Vehicle
 
 
 class Without(Observer):

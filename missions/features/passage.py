@@ -18,14 +18,14 @@ from pydantic import Field
 from exchange.arithmetic import distance
 from missions.errors import ConfigurationFault
 from missions.feature import Feature, Joining
-from remoras.avoidance import RECOVERY_S, HalfPlane
 from remoras.events import Observer
+from remoras.motion.avoidance import RECOVERY_S, HalfPlane
 from remoras.table import Positive, Section
 
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario
+    from remoras.fleet.vehicle import Vehicle
     from remoras.mission import Mission
-    from remoras.vehicle import Vehicle
     from remoras.work import Point
 
 KEY = "passage"

@@ -17,7 +17,7 @@ from remoras.table import Section
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario
     from remoras.database import VehicleData
-    from remoras.vehicle import Vehicle
+    from remoras.fleet.vehicle import Vehicle
 
 KEY, SPREAD = "uncertainty", "speed_spread"
 

@@ -1,7 +1,7 @@
 """Field missions: jobs assigned by the strategy, some with needs beyond their holder.
 
 The holder of a job that needs help waits for it, see ``missions.fieldwork.helping``. In a passage the holders of loads
-address each other as equals. Their calls are requests for right of way, resolved by ``remoras.attraction``.
+address each other as equals. Their calls are requests for right of way, resolved by ``remoras.motion.attraction``.
 """
 
 from __future__ import annotations

@@ -20,7 +20,6 @@ from missions.mapping.ground import Survey, Way
 from missions.mapping.jobs import SurveyJob
 from missions.mapping.scenario import MappingScenario
 from missions.mapping.sensors import mapping_speed_mps, swath_m
-from remoras.avoidance import clearance_m
 from remoras.behaviours import (
     CAPTURE_M,
     DONE,
@@ -38,6 +37,7 @@ from remoras.behaviours import (
 from remoras.beliefs import Known
 from remoras.database import VehicleData
 from remoras.motion import Motion
+from remoras.motion.avoidance import clearance_m
 from remoras.picture import Picture
 from remoras.work import Point
 

@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, ClassVar
 
 from missions.meeting.meeting import Meeting
 from remoras.mission import FleetView, Milestone, VehicleView
-from remoras.nesting import height
+from remoras.motion.separation import NEAR_M
 from remoras.organisation import Group
+from remoras.organisation.nesting import height
 from remoras.recorder import CANNOT, FAULTS, TIME, VEHICLE, Column, Recorder, Table
-from remoras.separation import NEAR_M
 from remoras.truth import COMPLETE, left, reachable_by_jobs, within_reach
 from remoras.work import IS_IMPOSSIBLE, Job, Point
 

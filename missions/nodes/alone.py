@@ -30,8 +30,8 @@ from missions.scenarios.faults import kind_named
 from missions.scenarios.loading import scenario_from
 from missions.scenarios.scenario import Scenario
 from remoras.faults import Fault, Faults
-from remoras.solo import Solo, Times
-from remoras.vehicle import Vehicle
+from remoras.fleet.solo import Solo, Times
+from remoras.fleet.vehicle import Vehicle
 from worldmodel import EPOCHS, suggestion
 
 if TYPE_CHECKING:

@@ -25,10 +25,10 @@ from exchange.drivers import Driver, Paced
 from missions.errors import ConfigurationError, ConfigurationFault
 from remoras.database import VehicleData
 from remoras.events import Observer
+from remoras.fleet.vehicle import Vehicle
 from remoras.functional.guidance import Guidance
 from remoras.functional.layer import FunctionalLayer
 from remoras.motion import Motion
-from remoras.vehicle import Vehicle
 from remoras.work import Point
 
 PATIENCE_S = 10.0

@@ -32,7 +32,7 @@ from missions.errors import ConfigurationError, ConfigurationFault, OutputError
 from missions.files import text_of
 from missions.nodes.alone import LoneVehicle, NodePlan, Pause, alone
 from missions.nodes.frontseat import Fix, Placed
-from remoras.solo import Sent, just_after
+from remoras.fleet.solo import Sent, just_after
 from remoras.version import __version__
 
 FORMAT = "remoras node"

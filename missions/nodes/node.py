@@ -12,8 +12,8 @@ from exchange.errors import PeerFault
 from missions.nodes.alone import LoneVehicle
 from missions.nodes.frontseat import OwnBody, Placed
 from missions.nodes.logs import LineKind, LogEntry, NodeLog
-from remoras.solo import just_after
-from remoras.vehicle import Vehicle
+from remoras.fleet.solo import just_after
+from remoras.fleet.vehicle import Vehicle
 
 DOUBLES = 40
 """`trial` of the draws of duplicated packets; those of losses use 0, as in a run."""

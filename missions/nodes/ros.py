@@ -21,7 +21,7 @@ from typing import Any
 from exchange.arithmetic import atan2, length, sincos
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.nodes.frontseat import Fix
-from remoras.vehicle import Vehicle
+from remoras.fleet.vehicle import Vehicle
 from remoras.work import Point
 
 KEPT = 10

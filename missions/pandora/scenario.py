@@ -13,7 +13,7 @@ from missions.scenarios.features import water
 from remoras.table import Name, PointM, Positive, Section, Sparse
 
 if TYPE_CHECKING:
-    from remoras.current import Surge
+    from remoras.motion.current import Surge
 
 Flow = Callable[[float, float], PointM]
 """Velocity of the water (m/s, x east, y north) at a depth (m) and time (s)."""

@@ -19,18 +19,18 @@ from remoras.database import AUVDatabase, VehicleData
 from remoras.events import Observer, ShownTime, listening
 from remoras.executive.layer import ExecutiveLayer
 from remoras.faults import Fault, Faults, drawn
-from remoras.fleet import Fleet, Makers
+from remoras.fleet.fleet import Fleet, Makers
+from remoras.fleet.radio import Radio, RenewedNeeds
+from remoras.fleet.solo import Solo
+from remoras.fleet.traffic import Medium
+from remoras.fleet.vehicle import Layers, Vehicle
 from remoras.functional.layer import FunctionalLayer
+from remoras.organisation.membership import Lease
+from remoras.organisation.needs import GroupNeeds
 from remoras.picture import Picture
-from remoras.radio import Radio, RenewedNeeds
 from remoras.recorder import Recorder
 from remoras.social.agreement import agree
 from remoras.social.layer import SocialLayer
-from remoras.social.membership import Lease
-from remoras.social.needs import GroupNeeds
-from remoras.solo import Solo
-from remoras.traffic import Medium
-from remoras.vehicle import Layers, Vehicle
 from worldmodel import WorldModel
 
 

@@ -20,7 +20,7 @@ from missions.graphs import cutting, heard_among, is_connected, n_parts
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 from missions.scenarios.scenario import Scenario
 from remoras.faults import OVER
-from remoras.separation import SAME_DEPTH_M, TOLERANCE_M
+from remoras.motion.separation import SAME_DEPTH_M, TOLERANCE_M
 
 if TYPE_CHECKING:
     import numpy as np

@@ -27,11 +27,11 @@ from missions.runs.setup import Setup, world_model
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs, Fused
 from remoras.faults import OVER
+from remoras.fleet.radio import SUSPECTED
 from remoras.organisation import Group, Organisation, RoleAssignment
-from remoras.radio import SUSPECTED
+from remoras.organisation.membership import acted_on
 from remoras.recorder import ITEMS, KNOWLEDGE, MEMBERSHIP, ORGANISATION, PACKETS, SETTLING
 from remoras.social.agreement import Agreement
-from remoras.social.membership import acted_on
 from remoras.social.planning import missions_of
 from remoras.table import card
 from worldmodel import (
@@ -71,7 +71,7 @@ class Senders:
 T = TypeVar("T")
 Row = Mapping[str, Any]
 GAVE_UP = frozenset({f"dropped block: {FaultCode.TIMED_OUT}", f"refused block: {FaultCode.CROWDED_OUT}"})
-"""Faults by which a vehicle discarded received blocks; see ``remoras.radio``."""
+"""Faults by which a vehicle discarded received blocks; see ``remoras.fleet.radio``."""
 
 
 class RebuiltLife(NamedTuple):

@@ -14,8 +14,8 @@ from typing import NamedTuple
 from missions.fault import absence
 from missions.metric import MeasuredRun
 from remoras.faults import OVER
-from remoras.nesting import Malformed, specification_faults
 from remoras.organisation import Organisation, RoleAssignment
+from remoras.organisation.nesting import Malformed, specification_faults
 
 RoleKey = tuple[str, str]
 
@@ -165,7 +165,7 @@ def malformed_spells(run: MeasuredRun) -> Iterator[tuple[float, tuple[Malformed,
 
 
 def malformed_s(run: MeasuredRun) -> float:
-    """Time (s) in which the organisation was not well formed, see ``remoras.nesting``."""
+    """Time (s) in which the organisation was not well formed, see ``remoras.organisation.nesting``."""
     return round(math.fsum(spell_s for spell_s, faults in malformed_spells(run) if faults), 4)
 
 

@@ -30,7 +30,7 @@ from worldmodel import suggestion
 if TYPE_CHECKING:
     from missions.runs.known import KnownAt, Memory
     from missions.runs.setup import Setup
-    from remoras.settling import Settled
+    from remoras.fleet.settling import Settled
 
 
 class RunReader(ABC):
@@ -163,7 +163,7 @@ class RunReader(ABC):
         """Outcome of the exchange after the mission; None without one."""
         if "settling_s" not in self.summary:
             return None
-        from remoras.settling import Settled  # slow: loads the fleet
+        from remoras.fleet.settling import Settled  # slow: loads the fleet
 
         return Settled(float(self.summary["settling_s"]), bool(self.summary["settled"]))
 

@@ -31,14 +31,14 @@ from missions.scenarios.knowledge import words_in
 from missions.scenarios.scenario import MAX_VEHICLES, SPACING_M, Role, Scenario, VehicleTable
 from remoras.errors import PluginError
 from remoras.mission import Mission
+from remoras.motion.separation import SAME_DEPTH_M, TOLERANCE_M
 from remoras.plugins import named_object
 from remoras.sensor import SensorSettings
-from remoras.separation import SAME_DEPTH_M, TOLERANCE_M
 from remoras.table import PointM
 from worldmodel import Instance, Keeping, PropertyValue, TBox, WorldModel, suggestion
 
 LAYER_M = 4.0
-"""Distance between layers, more than ``remoras.separation.SAME_DEPTH_M``."""
+"""Distance between layers, more than ``remoras.motion.separation.SAME_DEPTH_M``."""
 
 
 def of_copies(

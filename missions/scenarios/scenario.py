@@ -18,8 +18,8 @@ from missions.scenarios.communication import Communication, ModemTable, modem_na
 from missions.scenarios.faults import DeclaredFault
 from missions.scenarios.features import with_features
 from missions.scenarios.knowledge import WorldModelTable
-from remoras.attraction import GuidanceTable
 from remoras.executive.satisfaction import DecisionTable
+from remoras.motion.attraction import GuidanceTable
 from remoras.organisation import Subgroups
 from remoras.table import Name, NotNegative, PointM, Positive, Section, Sparse, card, number_text, one_or_more, unless
 

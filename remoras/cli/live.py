@@ -21,7 +21,7 @@ from remoras.cli.app import shortened
 from remoras.process import rare_collections
 
 if TYPE_CHECKING:
-    from remoras.face import Run
+    from remoras.api import Run
     from remoras.stepped import Stepping
 
 LOOPBACK = "127.0.0.1"

@@ -15,7 +15,7 @@ from remoras.cli.app import FAILED, Json, as_typed, command, fail, on_terminal, 
 from remoras.process import Progress
 
 if TYPE_CHECKING:
-    from remoras.face import Run as Finished
+    from remoras.api import Run as Finished
 
 
 ScenarioName = Annotated[

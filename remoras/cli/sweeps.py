@@ -224,7 +224,7 @@ def _written(rows: Sequence[Comparison] | Sequence[MainEffect], out: Path | None
 def _show_metrics(folder: Path, metrics: Sequence[str], as_json: bool) -> None:
     """Print metrics of a single run: summary fields, or user metrics of its tables."""
     from missions.runs.results import Results
-    from remoras.face import Run
+    from remoras.api import Run
 
     if not metrics:
         fail(f"{folder}: holds a single run, of which there is nothing to compare; name a metric with --metric")

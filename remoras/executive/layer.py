@@ -8,7 +8,6 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 from remoras.activities import ActivityKind, ActivitySet, ActivityType, WeighedSet
-from remoras.attraction import NO_PULLS, UNMOVED, Pulls, own_signal, passed_signal
 from remoras.behaviours import Perception
 from remoras.executive.decision import Choice
 from remoras.executive.satisfaction import (
@@ -20,6 +19,7 @@ from remoras.executive.satisfaction import (
     motivation,
     signal_of,
 )
+from remoras.motion.attraction import NO_PULLS, UNMOVED, Pulls, own_signal, passed_signal
 
 RoleKey = tuple[str, str]  # (group, role)
 Call = tuple[RoleKey, str, str]  # the role addressed, the emitter and its role
@@ -259,7 +259,7 @@ class ExecutiveLayer:
         return dict(sorted(found.items()))
 
     def pulls(self, now_s: float) -> Pulls:
-        """Return attraction and repulsion inputs of the current decision (``remoras.attraction``)."""
+        """Return attraction and repulsion inputs of the current decision (``remoras.motion.attraction``)."""
         guiding = next((index for index in self.decision.chosen if self.sets[index].types & _GUIDING), None)
         role = None if guiding is None else self._role_of[guiding]
         heard = {} if role is None else self._heard.get(role, {})

@@ -1,7 +1,8 @@
 """Guidance: velocities for activities, with detours around stationary vehicles.
 
 The reference of the guiding activity gives a velocity through the water. Signals of nearby vehicles attract and repel
-(``remoras.attraction``), which gives the preferred velocity; avoidance has the last word (``remoras.avoidance``).
+(``remoras.motion.attraction``), which gives the preferred velocity; avoidance has the last word
+(``remoras.motion.avoidance``).
 
 Avoidance looks a few seconds ahead, so a vehicle stops before a gap between two others that is too narrow. After
 `STUCK_S` it turns right of its course for a few separations, the next time left, then back and right from there. Among
@@ -19,7 +20,10 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
 from exchange.arithmetic import distance, length
-from remoras.attraction import (
+from remoras.behaviours import Reference
+from remoras.database import VehicleData
+from remoras.motion import Motion, advance, follow
+from remoras.motion.attraction import (
     HINDERED_S,
     LANES,
     NO_PULLS,
@@ -33,10 +37,7 @@ from remoras.attraction import (
     vehicle_at,
     yields,
 )
-from remoras.avoidance import Bounds, HalfPlane, Neighbour, Velocity, clear_velocity, walls_of, within_walls
-from remoras.behaviours import Reference
-from remoras.database import VehicleData
-from remoras.motion import Motion, advance, follow
+from remoras.motion.avoidance import Bounds, HalfPlane, Neighbour, Velocity, clear_velocity, walls_of, within_walls
 from remoras.picture import Peers
 from remoras.work import Point
 

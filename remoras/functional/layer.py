@@ -7,8 +7,6 @@ from collections.abc import Collection, Mapping, Sequence, Set
 from typing import Any, Protocol
 
 from remoras.activities import ActivityKind, ActivitySet, ActivityType, Wait
-from remoras.attraction import GuidanceTable, Pulls
-from remoras.avoidance import Bounds, Neighbour, nearest_within
 from remoras.behaviours import STUCK, Behaviour, Homing, Perception, Reference
 from remoras.condition import Condition
 from remoras.database import VehicleData
@@ -18,10 +16,12 @@ from remoras.functional.sensing import Sensed, Sensing
 from remoras.functional.vital import VITAL_NAMES, VITAL_SETS, vital_behaviour
 from remoras.mission_parts import FunctionalPart
 from remoras.motion import Motion
+from remoras.motion.attraction import GuidanceTable, Pulls
+from remoras.motion.avoidance import Bounds, Neighbour, nearest_within
+from remoras.motion.separation import NEAR_M
 from remoras.picture import Picture
 from remoras.plugins import answer, broken_promise
 from remoras.sensor import Pose, Sensor
-from remoras.separation import NEAR_M
 from remoras.work import HOME_MARGIN, Point
 
 KNOWN_M = (0.0, 0.0)

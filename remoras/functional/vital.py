@@ -2,16 +2,17 @@
 
 They precede all activities of the mission: while one has a stimulus, the first of them in this order is performed,
 whatever objectives and influence signals weigh. A mission can neither omit nor override them. Keeping clear of others
-is no activity; it has the last word on every motion (``remoras.avoidance``). Features may add needs that rank last.
+is no activity; it has the last word on every motion (``remoras.motion.avoidance``). Features may add needs that rank
+last.
 """
 
 from __future__ import annotations
 
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType
-from remoras.avoidance import Bounds
 from remoras.behaviours import CAPTURE_M, DUE, IDLE, Behaviour, Perception, Reference, Standing, distance_m
 from remoras.database import VehicleData
 from remoras.motion import Motion
+from remoras.motion.avoidance import Bounds
 from remoras.picture import Picture
 from remoras.work import Point
 

@@ -2,11 +2,11 @@
 
 In a TDMA frame every vehicle transmits once. Vehicles that receive assignments in different slots therefore start
 together, and none acts on half a discussion. Requests take effect in the world model's order of facts, not in the order
-of reception, and only if ``remoras.authority`` permits them. For the role of a vehicle, an objective of a role and the
-mission of a group, the newest request is valid. Missions take effect at once: planning them takes the rest of the
-frame. Requests are deferred while facts that may still arrive could permit them: the leadership of the issuer, the
-membership of the assignee. Claims to lead a group whose leader is present are deferred as well
-(``remoras.social.leadership``).
+of reception, and only if ``remoras.organisation.authority`` permits them. For the role of a vehicle, an objective of a
+role and the mission of a group, the newest request is valid. Missions take effect at once: planning them takes the rest
+of the frame. Requests are deferred while facts that may still arrive could permit them: the leadership of the issuer,
+the membership of the assignee. Claims to lead a group whose leader is present are deferred as well
+(``remoras.organisation.leadership``).
 
 A formation of a group at run time has a number, one more than the last; its dissolution has the same. Of several
 formations with one number, the lowest node wins. The greatest one received is valid, in any order of reception:
@@ -27,9 +27,9 @@ import math
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import replace
 
-from remoras.authority import NOBODY, Act, Request, may_assign
 from remoras.organisation import Group, Organisation, Outcome, RoleKey
-from remoras.social.leadership import (
+from remoras.organisation.authority import NOBODY, Act, Request, may_assign
+from remoras.organisation.leadership import (
     Age,
     Claim,
     Claimed,

@@ -23,17 +23,13 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from remoras.activities import ActivitySet, Objective
-from remoras.authority import Act, Request, Rules, Ruling, may_assign
 from remoras.beliefs import Beliefs, Fact, Key
 from remoras.database import AUVDatabase
 from remoras.mission_parts import SocialPart
 from remoras.motion import Motion
 from remoras.organisation import Outcome, RoleAssignment
-from remoras.picture import Picture
-from remoras.social.agreement import Agreement
-from remoras.social.conclusions import Conclusions, Gatherings
-from remoras.social.consultation import claims, come_back, consult, give_missions
-from remoras.social.leadership import (
+from remoras.organisation.authority import Act, Request, Rules, Ruling, may_assign
+from remoras.organisation.leadership import (
     HEAD_TERM,
     HEADED_BY,
     LEFT_ROLE,
@@ -42,7 +38,7 @@ from remoras.social.leadership import (
     ROLE_ATTRIBUTES,
     stepping_down,
 )  # fmt: skip
-from remoras.social.membership import (
+from remoras.organisation.membership import (
     NO_CHANGES,
     Changes,
     Footing,
@@ -53,6 +49,10 @@ from remoras.social.membership import (
     patience_with,
     with_work,
 )  # fmt: skip
+from remoras.picture import Picture
+from remoras.social.agreement import Agreement
+from remoras.social.conclusions import Conclusions, Gatherings
+from remoras.social.consultation import claims, come_back, consult, give_missions
 from remoras.social.negotiation import Negotiation
 from remoras.social.orders import aims, by_receiver
 from remoras.social.planning import Deliberation, MissionPlanner, Pursuit, missions_of

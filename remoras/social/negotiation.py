@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from typing import TYPE_CHECKING
 
-from remoras.authority import Rules
 from remoras.beliefs import Beliefs, Fact
 from remoras.organisation import Group, Organisation
-from remoras.social.leadership import LEFT_ROLE, ROLE_ATTRIBUTES
+from remoras.organisation.authority import Rules
+from remoras.organisation.leadership import LEFT_ROLE, ROLE_ATTRIBUTES
 from remoras.strategy import (
     JOB_DONE,
     Heard,
@@ -26,7 +26,7 @@ from worldmodel import Block, Change, TBox
 
 if TYPE_CHECKING:
     from exchange.peering.peers import PeerLinks
-    from remoras.social.leadership import Age
+    from remoras.organisation.leadership import Age
 
 LEG = 1.5
 """Longest expected absence of a worker, as a factor on its share of all work."""

@@ -15,7 +15,7 @@ from remoras.activities import Objective
 from remoras.beliefs import Beliefs, Fact
 from remoras.mission_parts import SocialPart
 from remoras.organisation import Group, RoleAssignment
-from remoras.social.leadership import PLAYS_ROLE, is_able_to_lead
+from remoras.organisation.leadership import PLAYS_ROLE, is_able_to_lead
 from remoras.social.view import DISSOLVED, FORMATION, FORMED_UNDER, OBJECTIVE_PREFIX
 from remoras.strategy import Strategy, adapt_roles
 from remoras.work import Outlook, Work

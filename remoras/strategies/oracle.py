@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from remoras.bound import InstantSharing
+from remoras.fleet.bound import InstantSharing
 from remoras.organisation import Group, RoleAssignment
 from remoras.strategies.founding import founded
 from remoras.strategies.head_led import Dispatcher

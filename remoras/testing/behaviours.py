@@ -14,9 +14,9 @@ from typing import Any
 
 from remoras.behaviours import Behaviour, Perception, Reference, distance_m
 from remoras.database import VehicleData
+from remoras.fleet.radio import note_position
 from remoras.motion import Motion
 from remoras.picture import Body, Groups, Picture
-from remoras.radio import note_position
 from remoras.sensor import Observation
 
 

@@ -18,8 +18,8 @@ from missions.scenarios import load
 from missions.scenarios.faults import DeclaredFault, kind_named
 from remoras.condition import SOUND
 from remoras.errors import PluginError
-from remoras.fleet import Fleet
-from remoras.vehicle import Vehicle
+from remoras.fleet.fleet import Fleet
+from remoras.fleet.vehicle import Vehicle
 
 SCENARIO, VEHICLE, SEED = "mapping-rendezvous", "AUV01", 1
 FROM_S, UNTIL_S, END_S = 20.0, 40.0, 60.0

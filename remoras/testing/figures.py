@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from remoras import face
+from remoras import api
 
 if TYPE_CHECKING:
     from missions.figure import Declared
@@ -21,7 +21,7 @@ DURATIONS_S = (2.0, 120.0)
 PER = 0.3
 
 
-def check_metric(metric: Metric, runs: Sequence[face.Run] = ()) -> None:
+def check_metric(metric: Metric, runs: Sequence[api.Run] = ()) -> None:
     """Check the declaration of a metric and its values.
 
     It must be a function of the run only: equal when repeated, and equal in memory and from a folder.
@@ -47,7 +47,7 @@ def check_metric(metric: Metric, runs: Sequence[face.Run] = ()) -> None:
                 _expect_same(metric.name, first, of_folder, "asked of its folder")
 
 
-def check_figure(figure: Declared, runs: Sequence[face.Run] = ()) -> None:
+def check_figure(figure: Declared, runs: Sequence[api.Run] = ()) -> None:
     """Check the declaration of a figure, layer or mark, and draw it from memory and from folders.
 
     Args:
@@ -70,7 +70,7 @@ def check_figure(figure: Declared, runs: Sequence[face.Run] = ()) -> None:
                 _expect_same("its caption", captions[0], captions[2], "drawn of its folder")
 
 
-def _caption(run: face.Run, figure: Declared) -> str:
+def _caption(run: api.Run, figure: Declared) -> str:
     drawn: Any = run.plot(figure)
     return str(drawn.caption)
 
@@ -93,12 +93,12 @@ def _expect_same(what: str, first: object, other: object, how: str) -> None:
 
 
 @cache
-def _short_runs() -> tuple[face.Run, ...]:
-    return tuple(face.run(SCENARIO, per=PER, set={"scenario.duration_s": duration_s}) for duration_s in DURATIONS_S)
+def _short_runs() -> tuple[api.Run, ...]:
+    return tuple(api.run(SCENARIO, per=PER, set={"scenario.duration_s": duration_s}) for duration_s in DURATIONS_S)
 
 
 @contextmanager
-def _read_back(runs: Sequence[face.Run]) -> Iterator[list[tuple[face.Run, face.Run]]]:
+def _read_back(runs: Sequence[api.Run]) -> Iterator[list[tuple[api.Run, api.Run]]]:
     """Pairs of each run and its copy read from a folder; a run from a folder is its own copy."""
     from missions.errors import OutputError
 
@@ -106,9 +106,9 @@ def _read_back(runs: Sequence[face.Run]) -> Iterator[list[tuple[face.Run, face.R
         pairs = []
         for number, run in enumerate(runs):
             try:
-                found = face.open(run.save(Path(folder) / str(number)))
+                found = api.open(run.save(Path(folder) / str(number)))
             except OutputError:
                 found = run
-            assert isinstance(found, face.Run)
+            assert isinstance(found, api.Run)
             pairs.append((run, found))
         yield pairs

@@ -26,7 +26,7 @@ from missions.scenarios.parts import mission_class
 from remoras.activities import Activity, Objective
 from remoras.database import VehicleData
 from remoras.errors import PluginError
-from remoras.fleet import Fleet
+from remoras.fleet.fleet import Fleet
 from remoras.htn import NoPlan, Task, plan
 from remoras.mission import FleetView, Milestone, Mission
 from remoras.recorder import TABLES

@@ -15,7 +15,7 @@ class Signalling:
 sys.meta_path.insert(0, Signalling())
 """
 WHILE_RUNNING = """
-from remoras.fleet import Fleet
+from remoras.fleet.fleet import Fleet
 record = Fleet._record
 def signalling(self, now_s):
     record(self, now_s)

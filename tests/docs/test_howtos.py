@@ -23,10 +23,10 @@ from typer.testing import CliRunner
 
 from missions.scenarios import shipped
 from missions.sweeps.study import load_study
-from remoras import face
-from remoras.avoidance import SEPARATION_M
+from remoras import api
 from remoras.cli import app
 from remoras.functional import guidance
+from remoras.motion.avoidance import SEPARATION_M
 
 pytestmark = pytest.mark.slow
 
@@ -254,7 +254,7 @@ def two_vehicles_keep_their_distance_by_what_a_vehicle_needs_to_live(folder: Pat
     assert nearest_m(rows(folder / "headon", "trajectories")) >= SEPARATION_M
     with pytest.MonkeyPatch.context() as without:
         without.setattr(guidance, "clear_velocity", lambda *_: None)
-        run = face.run("buoys.toml", seed=1, set=HEAD_ON)
+        run = api.run("buoys.toml", seed=1, set=HEAD_ON)
     assert nearest_m(run.table("trajectories").to_dict("records")) < SEPARATION_M
 
 
@@ -271,9 +271,9 @@ def a_vehicle_low_on_energy_goes_home_though_no_author_wrote_of_it(folder: Path,
 def vehicles_that_start_at_the_rally_point_do_their_jobs_before_they_meet(folder: Path, said: dict[str, str]) -> None:
     """All three start within 30 m of the tender; the strategy of the paper gives jobs out before the mission."""
     near = {"rally_point.tender.position_m": [0.0, -10.0], "mission.arrival_radius_m": 40.0}
-    found = face.run("buoys.toml", strategy="remoras", seed=1, set=near).summary
+    found = api.run("buoys.toml", strategy="remoras", seed=1, set=near).summary
     assert (found["completed"], found["serviced_fraction"]) == (True, 1.0)
-    short = face.run("buoys.toml", strategy="remoras", seed=1, set={**near, "scenario.duration_s": 100.0}).summary
+    short = api.run("buoys.toml", strategy="remoras", seed=1, set={**near, "scenario.duration_s": 100.0}).summary
     assert short["reason"].endswith("jobs not done: mother, north, east, south, west")
 
 

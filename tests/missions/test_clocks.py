@@ -6,7 +6,7 @@ from missions.features.clocks import OwnClock, RecorderByClock
 from missions.runs.assembly import assemble
 from missions.runs.setup import resolved
 from missions.scenarios import load
-from remoras.fleet import Fleet
+from remoras.fleet.fleet import Fleet
 from remoras.recorder import TIME, Column, Recorder, Table
 
 

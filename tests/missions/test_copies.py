@@ -11,7 +11,7 @@ from small_mission import SMALL, faults_of, line_of, pond
 
 from missions.scenarios import Scenario, VehicleTable, load
 from missions.scenarios.fleet import MAX_VEHICLES
-from remoras.separation import SAME_DEPTH_M
+from remoras.motion.separation import SAME_DEPTH_M
 
 FLEET = '[fleet]\nsize = 6\ncopies_of = "Diver"\n\n'
 BOATS = FLEET.replace("Diver", "Boat")

@@ -8,7 +8,7 @@ from missions.runs.run import run
 from missions.runs.setup import resolved
 from missions.runs.summary import summary
 from missions.scenarios import Scenario, load
-from remoras.fleet import Fleet
+from remoras.fleet.fleet import Fleet
 
 SHIPPED = Path(__file__).parents[2] / "missions" / "mapping" / "rendezvous.toml"
 END_S = 200.0

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import pytest
 from resting import fleet_at_rest
 
-from remoras.fleet import Fleet
+from remoras.fleet.fleet import Fleet
 
 
 @pytest.fixture

@@ -11,13 +11,13 @@ from samples import activity_set, auv
 from missions.features.current import in_current
 from remoras.activities import Activity, ActivityType
 from remoras.behaviours import Behaviour, Reference, Standing, distance_m
-from remoras.current import Current
 from remoras.database import VehicleData
 from remoras.functional.layer import FunctionalLayer
 from remoras.functional.vital import VITAL_SETS
 from remoras.motion import Motion
+from remoras.motion.current import Current
+from remoras.motion.separation import Separation
 from remoras.picture import Picture
-from remoras.separation import Separation
 from remoras.work import Point
 
 BOUNDS_M = (-1000.0, -1000.0, 1000.0, 1000.0)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from remoras.avoidance import (
+from remoras.motion.avoidance import (
     GIVE_WAY,
     RIGHT_RAD,
     HalfPlane,

@@ -16,9 +16,9 @@ from remoras.behaviours import (
     Reference,
     Supervision,
 )
+from remoras.fleet.radio import note_position
 from remoras.motion import Motion
 from remoras.picture import Picture
-from remoras.radio import note_position
 
 
 def at(x_m: float, y_m: float = 0.0) -> Motion:

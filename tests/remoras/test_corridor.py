@@ -8,12 +8,12 @@ import crossings
 import pytest
 from crossings import Traveller, traveller
 
-from remoras.attraction import GuidanceTable, Pulls
 from remoras.behaviours import Approach, distance_m
 from remoras.executive.layer import ExecutiveLayer
 from remoras.executive.satisfaction import DecisionConstants
 from remoras.functional.guidance import Guidance
-from remoras.separation import Separation
+from remoras.motion.attraction import GuidanceTable, Pulls
+from remoras.motion.separation import Separation
 
 END_M = 400.0
 ROLE = ("Operational", "Cartographer")

@@ -7,11 +7,11 @@ from hypothesis import strategies as st
 from sample_vehicles import AUV
 
 from exchange.arithmetic import length
-from remoras.attraction import GuidanceTable
-from remoras.avoidance import Bounds, Neighbour
 from remoras.behaviours import Reference
 from remoras.functional.guidance import Guidance
 from remoras.motion import Motion
+from remoras.motion.attraction import GuidanceTable
+from remoras.motion.avoidance import Bounds, Neighbour
 
 Point = tuple[float, float]
 SEPARATION_M = 5.0

@@ -10,7 +10,7 @@ from team import visits
 
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
-from remoras.social.leadership import role_after
+from remoras.organisation.leadership import role_after
 from remoras.strategies.founding import common_roles, founded
 from remoras.work import Work
 

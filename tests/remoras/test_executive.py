@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from samples import activity_set
 
 from remoras.activities import ActivityKind, ActivitySet, ActivityType
-from remoras.attraction import Pulls
 from remoras.behaviours import ADVANCING, DUE, IDLE, STANDING, Perception
 from remoras.executive.layer import ExecutiveLayer
 from remoras.executive.satisfaction import DecisionConstants
+from remoras.motion.attraction import Pulls
 
 CARTOGRAPHER, PERFORMER = ("Operational", "Cartographer"), ("Operational", "Performer")
 ROLES = (CARTOGRAPHER, PERFORMER)

@@ -11,16 +11,16 @@ from samples import activity_set, auv
 
 from missions.features.navigation import FIXING, Adrift, SeparationAcrossLayers
 from remoras.activities import Activity, ActivityType
-from remoras.avoidance import Neighbour
 from remoras.behaviours import DUE, Behaviour, Perception, Reference
 from remoras.database import VehicleData
 from remoras.functional.layer import FunctionalLayer
 from remoras.functional.vital import VITAL_SETS
 from remoras.motion import Motion
-from remoras.navigation import Beacon, Navigation, NavigationConstants, takes_s
+from remoras.motion.avoidance import Neighbour
+from remoras.motion.navigation import Beacon, Navigation, NavigationConstants, takes_s
+from remoras.motion.separation import Separation
 from remoras.picture import Picture
 from remoras.sensor import Pose
-from remoras.separation import Separation
 
 BOUNDS_M = (-9000.0, -9000.0, 9000.0, 9000.0)
 WORK, FIX = len(VITAL_SETS), len(VITAL_SETS) + 1

@@ -9,15 +9,15 @@ from samples import activity_set, auv
 
 from missions.features.current import in_current
 from remoras.activities import Activity, ActivitySet, ActivityType
-from remoras.avoidance import Neighbour
 from remoras.behaviours import DUE, Behaviour, Homing, Perception, Reference, Standing
-from remoras.current import Current
 from remoras.database import VehicleData
 from remoras.errors import PluginError
 from remoras.functional.layer import FunctionalLayer
 from remoras.functional.sensing import Sensed
 from remoras.functional.vital import VITAL_NAMES, VITAL_SETS
 from remoras.motion import Motion
+from remoras.motion.avoidance import Neighbour
+from remoras.motion.current import Current
 from remoras.picture import Picture
 from remoras.recorder import TIME, VEHICLE, Column, Table
 from remoras.sensor import Observation, Pose

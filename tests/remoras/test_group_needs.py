@@ -8,7 +8,7 @@ from missions.mapping import MappingMission
 from missions.runs.setup import Setup, resolved
 from missions.scenarios import load
 from remoras.organisation import Organisation
-from remoras.social.needs import GroupNeeds
+from remoras.organisation.needs import GroupNeeds
 from worldmodel import PropertyValue, Value
 
 SETUP: Setup = resolved(load("mapping-three-teams"))

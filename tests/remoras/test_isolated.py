@@ -2,9 +2,9 @@
 
 from resting import named, setup_of
 
-from remoras.fleet import Fleet
+from remoras.fleet.fleet import Fleet
+from remoras.fleet.vehicle import Vehicle
 from remoras.social.layer import Considered
-from remoras.vehicle import Vehicle
 
 FRAME_S = setup_of("mapping-rendezvous").schedule.frame_s
 EXPLORE_LEFT = ("Operational.LeftWinger", "objectiveExploring", "left")

@@ -2,7 +2,7 @@
 
 import pytest
 
-from remoras.radio import MARGIN, SLACK_M, Jumps
+from remoras.fleet.radio import MARGIN, SLACK_M, Jumps
 from worldmodel import STATUS, Block, PropertyValue
 
 POSITION, PEER, SPEED_MPS, FRAME_S = 3, 1, 2.0, 7.0

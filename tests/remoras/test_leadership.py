@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
-from remoras.social.leadership import AGREED_BEFORE, Age, Claim, Claimed, Leadership
+from remoras.organisation.leadership import AGREED_BEFORE, Age, Claim, Claimed, Leadership
 
 GROUP = "Operational"
 

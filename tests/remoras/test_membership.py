@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from samples import auv, database
 
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
-from remoras.social.leadership import FURTHEST, N_TERMS, Claim, next_term, read_claim, successor
-from remoras.social.membership import Changes, Lease, Membership, absent_peers
+from remoras.organisation.leadership import FURTHEST, N_TERMS, Claim, next_term, read_claim, successor
+from remoras.organisation.membership import Changes, Lease, Membership, absent_peers
 
 PEERS = ("AUV01", "AUV02", "AUV03")
 LEASE_S, FRAME_S = 100.0, 10.0

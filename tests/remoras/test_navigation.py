@@ -13,7 +13,7 @@ from remoras.behaviours import Behaviour, Homing
 from remoras.database import VehicleData
 from remoras.functional.layer import FunctionalLayer
 from remoras.functional.vital import VITAL_SETS
-from remoras.navigation import Beacon, Navigation, NavigationConstants
+from remoras.motion.navigation import Beacon, Navigation, NavigationConstants
 from remoras.picture import Picture
 
 NORTH = math.pi / 2.0

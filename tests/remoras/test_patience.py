@@ -11,7 +11,7 @@ from samples import auv, database
 from team import visits
 
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
-from remoras.social.membership import LATE, Patience, owners, patience_with
+from remoras.organisation.membership import LATE, Patience, owners, patience_with
 from remoras.work import Outlook, Point, Work
 
 RALLY_M = (0.0, 0.0)

@@ -12,9 +12,9 @@ from resting import named, setup_of
 from missions.runs.assembly import assemble
 from missions.runs.setup import resolved
 from missions.scenarios import load
-from remoras.fleet import Fleet
-from remoras.radio import Signalling
-from remoras.vehicle import Vehicle
+from remoras.fleet.fleet import Fleet
+from remoras.fleet.radio import Signalling
+from remoras.fleet.vehicle import Vehicle
 from worldmodel import TYPE_UID, Block, merge
 
 ROLE = "Operational.LeftWinger"

@@ -1,10 +1,10 @@
 """The run log of a vehicle: rows are written when a view or a choice changes, and say what changed."""
 
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective, WeighedSet
-from remoras.authority import Act, Request, Ruling
+from remoras.fleet.run_log import RunLog
 from remoras.organisation import Outcome
+from remoras.organisation.authority import Act, Request, Ruling
 from remoras.recorder import Recorder
-from remoras.run_log import RunLog
 
 EXPLORING = Objective("Operational", "LeftWinger", "Exploring", "left")
 MEETING = Objective("Operational", "Performer", "RendezVous", "rally")

@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 from samples import auv
 
-from remoras.avoidance import Neighbour
 from remoras.motion import Motion
-from remoras.separation import SAME_DEPTH_M, SONAR_M, Separation
+from remoras.motion.avoidance import Neighbour
+from remoras.motion.separation import SAME_DEPTH_M, SONAR_M, Separation
 
 
 @dataclass

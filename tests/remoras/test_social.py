@@ -12,11 +12,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from resting import fleet_at_rest, miss, named, say, stated
 
-from remoras.fleet import Fleet
+from remoras.fleet.fleet import Fleet
+from remoras.fleet.vehicle import Vehicle
+from remoras.organisation.leadership import HEAD_TERM, HEADED_BY
 from remoras.social.consultation import holders_after
-from remoras.social.leadership import HEAD_TERM, HEADED_BY
 from remoras.social.view import Instruction
-from remoras.vehicle import Vehicle
 from worldmodel import Block, merge
 
 

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 from samples import WORKER, auv, database
 
-from remoras.bound import InstantSharing
 from remoras.errors import PluginError
+from remoras.fleet.bound import InstantSharing
 from remoras.strategies.central import Central
 from remoras.strategy import (
     Declaration,

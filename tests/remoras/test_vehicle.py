@@ -7,13 +7,13 @@ import pytest
 from missions.runs.assembly import assemble
 from missions.runs.setup import resolved
 from missions.scenarios import load
-from remoras.avoidance import Neighbour
 from remoras.errors import PluginError
-from remoras.fleet import Fleet
+from remoras.fleet.fleet import Fleet
+from remoras.fleet.vehicle import Vehicle
 from remoras.functional.sensing import Sensed
+from remoras.motion.avoidance import Neighbour
 from remoras.recorder import TIME, VEHICLE, Column, Table
 from remoras.sensor import SELF, Observation
-from remoras.vehicle import Vehicle
 
 SONAR = Table("contacts", (TIME, VEHICLE, Column("range_m", "float", "m")))
 WRECK = Observation(((SELF, "location", (10.0, 20.0)),), (12.5,), "ObjectOfInterest")

@@ -8,8 +8,8 @@ import pytest
 from missions.runs.run import Run, run
 from missions.runs.summary import summary
 from missions.scenarios import load
+from remoras.organisation.membership import Patience
 from remoras.social import layer
-from remoras.social.membership import Patience
 
 BIDDERS = ("contract-net", "cbba", "status-broadcast")
 VEHICLES = ("ASV00", "AUV00", "AUV01", "AUV02")

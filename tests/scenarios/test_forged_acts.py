@@ -13,11 +13,11 @@ import pytest
 from resting import Said, fleet_at_rest, miss, named, stated
 from sampling import sampled
 
-from remoras.authority import Authority
-from remoras.fleet import Fleet
+from remoras.fleet.fleet import Fleet
+from remoras.fleet.vehicle import Vehicle
 from remoras.organisation import Organisation, Outcome
+from remoras.organisation.authority import Authority
 from remoras.strategies import strategies
-from remoras.vehicle import Vehicle
 from worldmodel import merge
 
 SHIPPED = tuple(name for name, one in strategies().items() if one.declaration.sharing is None)

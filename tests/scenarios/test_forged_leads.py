@@ -6,9 +6,9 @@ from sampling import sampled
 from missions.runs.assembly import assemble
 from missions.runs.setup import resolved
 from missions.scenarios import load
-from remoras.fleet import Fleet
+from remoras.fleet.fleet import Fleet
 from remoras.organisation import Outcome
-from remoras.social.leadership import Leadership
+from remoras.organisation.leadership import Leadership
 
 GROUP = "Operational"
 LOST = 'fault=[{kind="lost",vehicle="AUV00",at_s=500},{kind="lost",vehicle="AUV01",at_s=900}]'

@@ -13,8 +13,8 @@ from resting import fleet_at_rest, named, stated
 from missions.errors import ConfigurationError
 from missions.runs.run import Run, run
 from missions.scenarios import load
+from remoras.fleet.vehicle import Vehicle
 from remoras.organisation import Organisation
-from remoras.vehicle import Vehicle
 from worldmodel import Block, merge
 
 GROUP, FORMER = "Inspectors", "Operational"

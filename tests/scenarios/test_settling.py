@@ -10,8 +10,8 @@ from missions.runs.results import MemoryResults
 from missions.runs.run import run, settled_of
 from missions.runs.setup import resolved
 from missions.scenarios import Scenario, load
-from remoras.fleet import Fleet
-from remoras.settling import Settled
+from remoras.fleet.fleet import Fleet
+from remoras.fleet.settling import Settled
 
 POLICIES = ("ack", "ack-repeat", "m-ack", "mps-ack-repeat", "adaptive")
 CUT = "scenario.duration_s=900"

@@ -10,7 +10,7 @@ from missions.runs.assembly import assemble
 from missions.runs.run import Run, result_of, run
 from missions.runs.setup import resolved
 from missions.scenarios import load
-from remoras.fleet import Fleet
+from remoras.fleet.fleet import Fleet
 
 LEASES_S = 2 * 40 * 7.09
 """Two leases of 40 TDMA frames."""

@@ -12,8 +12,8 @@ from missions.runs.assembly import assemble
 from missions.runs.setup import resolved
 from missions.scenarios import load
 from remoras.activities import Activity, Objective
-from remoras.fleet import Fleet
-from remoras.vehicle import Vehicle
+from remoras.fleet.fleet import Fleet
+from remoras.fleet.vehicle import Vehicle
 
 GATHERED_M = {"Coordination": (500.0, 500.0), "Operational": (450.0, 450.0)}
 ROLES = {

@@ -22,11 +22,11 @@ from exchange.schedule import TdmaSchedule
 from exchange.wire.codec import Codec, Framing
 from exchange.wire.definitions import Introductions
 from remoras.beliefs import Fact
-from remoras.fleet import Fleet
-from remoras.radio import HeardPacket
+from remoras.fleet.fleet import Fleet
+from remoras.fleet.radio import HeardPacket
+from remoras.fleet.vehicle import Vehicle
 from remoras.sensor import Observation
 from remoras.strategy import Declaration
-from remoras.vehicle import Vehicle
 from remoras.work import Job, share_left
 from worldmodel import Change, PropertyValue, TBox, WorldModel
 from worldmodel.facts import Guid

@@ -15,8 +15,8 @@ from stress.schedules import NEARLY_CUT, Schedule
 from exchange.packets import Reception
 from missions.runs.run import Run
 from missions.runs.setup import Setup
-from remoras.fleet import Fleet
-from remoras.vehicle import Vehicle
+from remoras.fleet.fleet import Fleet
+from remoras.fleet.vehicle import Vehicle
 from worldmodel import Change
 
 EVENT, TICK, END = "event", "tick", "end"

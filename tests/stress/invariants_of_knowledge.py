@@ -9,10 +9,10 @@ from stress.invariants import EVENT, TICK, Invariant, Scene
 from stress.reference_record import Breach, Flaw
 from stress.schedules import AWAY, DAMAGE, FOR_GOOD
 
-from remoras.nesting import Defect, specification_faults
+from remoras.fleet.vehicle import Vehicle
 from remoras.organisation import Organisation
+from remoras.organisation.nesting import Defect, specification_faults
 from remoras.recorder import ORGANISATION
-from remoras.vehicle import Vehicle
 
 MANY = 3
 """Flaws that a message names."""

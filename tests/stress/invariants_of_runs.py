@@ -15,9 +15,9 @@ from missions.runs.tables import arrow_table
 from missions.verification.folder import verify_run
 from missions.verification.record import KINDS, CheckReport, Record, TableColumns
 from remoras.behaviours import distance_m
-from remoras.separation import SAME_DEPTH_M
+from remoras.fleet.vehicle import Vehicle
+from remoras.motion.separation import SAME_DEPTH_M
 from remoras.strategy import Situation, ask
-from remoras.vehicle import Vehicle
 
 # Ending -------------------------------------------------------------------------------------------
 

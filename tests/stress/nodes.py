@@ -21,9 +21,9 @@ from missions.nodes.logs import LineKind, LogEntry, Logged, back
 from missions.runs.assembly import channel_of
 from missions.runs.run import Root
 from missions.runs.setup import resolved
-from remoras.settling import _is_settled
-from remoras.solo import just_after
-from remoras.vehicle import Vehicle
+from remoras.fleet.settling import _is_settled
+from remoras.fleet.solo import just_after
+from remoras.fleet.vehicle import Vehicle
 
 ACTS_S = 20.0
 """For how long vehicles act on when all is healed (s)."""

@@ -7,10 +7,10 @@ from agr_fleet import hear
 from resting import fleet_at_rest, named
 from sample_vehicles import AUV
 
-from remoras.authority import Act, Authority, Request, Rules, may_assign
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, Outcome, RoleAssignment, RoleSpecification
-from remoras.social.leadership import Age, Claim, Claimed, Leadership, stepping_down
+from remoras.organisation.authority import Act, Authority, Request, Rules, may_assign
+from remoras.organisation.leadership import Age, Claim, Claimed, Leadership, stepping_down
 from remoras.testing.sample_worlds import Visit
 
 OPEN = Group("Open")  # it names no roles: one exists as soon as somebody plays it

@@ -7,7 +7,7 @@ from resting import fleet_at_rest, named, say
 from missions.errors import ConfigurationError
 from missions.runs.run import run
 from missions.scenarios import load
-from remoras.fleet import Fleet
+from remoras.fleet.fleet import Fleet
 from remoras.organisation import Outcome
 
 LEFT = ("AUV01", "playsRole", "Operational.LeftWinger")

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from varied import Varied, tracks
 
 from missions.features.passage import MOUTH_M, ReefPassage
-from remoras.avoidance import FASTEST_MPS, RECOVERY_S
+from remoras.motion.avoidance import FASTEST_MPS, RECOVERY_S
 
 ferried = Varied("ferry-passage", "reef.toml").flown
 PASSAGE = ReefPassage(-42.5, 42.5, 10.0, 0.5)

@@ -23,10 +23,10 @@ from missions.runs.setup import resolved
 from missions.scenarios import load
 from missions.scenarios.loading import scenario_from
 from remoras.behaviours import Standing
+from remoras.fleet.radio import note_position
 from remoras.motion import Motion
 from remoras.organisation import Organisation, RoleAssignment
 from remoras.picture import Picture
-from remoras.radio import note_position
 
 GROUP = "Operational"
 

@@ -21,7 +21,7 @@ from missions.runs.results import MemoryResults, Results, write_results
 from missions.runs.run import Run, result_of, run
 from missions.runs.setup import resolved
 from missions.scenarios import Scenario, load
-from remoras.fleet import Fleet
+from remoras.fleet.fleet import Fleet
 from remoras.strategies import strategies
 from worldmodel import TYPE_UID, WorldModel
 from worldmodel.rdf.writing import RdfFormat

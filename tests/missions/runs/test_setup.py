@@ -11,7 +11,7 @@ from missions.errors import ConfigurationError
 from missions.runs.assembly import actual, assemble
 from missions.runs.setup import Setup, resolved
 from missions.scenarios import Scenario, load
-from remoras.fleet import Fleet
+from remoras.fleet.fleet import Fleet
 from remoras.stepped import RunSoFar
 
 SECONDS_S = 200.0

@@ -10,9 +10,9 @@ from sampling import sampled
 from missions.trident.behaviours import Escorting
 from missions.trident.jobs import RecoveryJob
 from remoras.behaviours import ADVANCING, DUE, IDLE, Reference
+from remoras.fleet.radio import note_position
 from remoras.motion import Motion
 from remoras.picture import Picture
-from remoras.radio import note_position
 from remoras.social.layer import SocialLayer
 from tests.sample_vehicles import AUV
 

@@ -23,9 +23,11 @@ from pydantic import Field
 from remoras.errors import OrganisationError
 from remoras.table import Section
 
+__all__ = ["Group", "Organisation", "Outcome", "RoleAssignment", "RoleKey", "RoleSpecification", "Subgroups"]
+
 
 class Outcome(Enum):
-    """Outcome of an operation on the organisation, or of its check by ``remoras.authority``."""
+    """Outcome of an operation on the organisation, or of its check by ``remoras.organisation.authority``."""
 
     SUCCESS = "success"
     NOT_GROUP = "not group"

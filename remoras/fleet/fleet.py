@@ -12,16 +12,16 @@ from typing import NamedTuple
 from mesa import Agent, Model
 
 from exchange.acoustics.channel import Arrival
-from remoras.avoidance import SEPARATION_M
 from remoras.beliefs import Beliefs, Fact
 from remoras.events import Clock, Event, Host, Observer, Priority, listening
+from remoras.fleet.traffic import Medium, Traffic
+from remoras.fleet.vehicle import Vehicle
+from remoras.motion.avoidance import SEPARATION_M
+from remoras.motion.separation import Separation
 from remoras.plugins import broken_promise
 from remoras.process import rare_collections
 from remoras.recorder import Recorder
-from remoras.separation import Separation
-from remoras.traffic import Medium, Traffic
 from remoras.truth import FleetView, HolderCount, Truth
-from remoras.vehicle import Vehicle
 
 
 class Makers(NamedTuple):

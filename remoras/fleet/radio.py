@@ -21,10 +21,10 @@ from exchange.arithmetic import distance, length
 from exchange.manager import ExchangeManager
 from exchange.packets import Fragment, InfluenceSignal, ItemUid, Met, Reception, Transmission, name_of
 from remoras.beliefs import Beliefs, Fact
+from remoras.fleet.run_log import Contacts, note_acknowledged, note_expired, note_slot
 from remoras.organisation import Group, Organisation
 from remoras.picture import Peers
 from remoras.recorder import Content, Recorder, content_of
-from remoras.run_log import Contacts, note_acknowledged, note_expired, note_slot
 from remoras.strategy import Declaration
 from remoras.work import Point
 from worldmodel import STATUS, Block, Change, FaultCode, Needs, PropertyValue, TBox, merge, tidy

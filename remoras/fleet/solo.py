@@ -18,9 +18,9 @@ from exchange.packets import Reception, Transmission
 from exchange.schedule import TdmaSchedule
 from remoras.beliefs import Beliefs, Fact
 from remoras.events import Clock, Event, Observer, Priority, listening
+from remoras.fleet.traffic import FrameEnds, SlotOpens
+from remoras.fleet.vehicle import Vehicle
 from remoras.recorder import Recorder
-from remoras.traffic import FrameEnds, SlotOpens
-from remoras.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from exchange.wire.definitions import Introductions

@@ -19,19 +19,19 @@ from mesa import Agent, Model
 
 from exchange.packets import Reception, Transmission
 from remoras.activities import ActivitySet, ActivityType, Objective
-from remoras.attraction import NO_PULLS
-from remoras.avoidance import Neighbour
 from remoras.behaviours import Perception
 from remoras.beliefs import Beliefs, Fact
 from remoras.condition import SOUND, Condition
 from remoras.database import VehicleData
 from remoras.errors import PluginError
 from remoras.executive.layer import ExecutiveLayer
+from remoras.fleet.radio import Radio
+from remoras.fleet.run_log import RunLog
 from remoras.functional.layer import FunctionalLayer, embody
 from remoras.functional.sensing import Sensed
-from remoras.radio import Radio
+from remoras.motion.attraction import NO_PULLS
+from remoras.motion.avoidance import Neighbour
 from remoras.recorder import CANNOT, Recorder
-from remoras.run_log import RunLog
 from remoras.social.layer import NOTHING_CONSIDERED, Considered, SocialLayer
 from worldmodel import Change, WorldModelError
 from worldmodel.world_model import remember

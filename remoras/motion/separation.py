@@ -13,9 +13,9 @@ from itertools import combinations
 from typing import Protocol
 
 from exchange.arithmetic import length
-from remoras.avoidance import Neighbour
 from remoras.database import VehicleData
 from remoras.motion import Motion
+from remoras.motion.avoidance import Neighbour
 from remoras.recorder import Row
 
 NEAR_M = 30.0

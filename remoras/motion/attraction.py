@@ -2,8 +2,8 @@
 
 The paper: "a goal vector is selected and a vector combination is performed to avoid obstacles and repulsive signals
 sent by others". At most one activity of a decision guides; signal vectors add to it. Obstacles are handled by
-``remoras.avoidance``. A signal expresses dissatisfaction. From the holder of another role it requests help, from a
-vehicle of equal rank passage. Two roles have equal rank if they are one that addresses itself, or address each other
+``remoras.motion.avoidance``. A signal expresses dissatisfaction. From the holder of another role it requests help, from
+a vehicle of equal rank passage. Two roles have equal rank if they are one that addresses itself, or address each other
 and one of them has a job. With u_j the direction to vehicle j::
 
     v = v_goal + attraction |v_goal| a_j u_j
@@ -35,7 +35,7 @@ from dataclasses import dataclass, field
 from pydantic import Field
 
 from exchange.arithmetic import distance, length
-from remoras.avoidance import SEPARATION_M, Neighbour, Velocity
+from remoras.motion.avoidance import SEPARATION_M, Neighbour, Velocity
 from remoras.picture import Peers
 from remoras.table import NotNegative, Sparse
 from remoras.work import Point

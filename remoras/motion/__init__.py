@@ -11,6 +11,8 @@ from functools import lru_cache
 from exchange.arithmetic import PI, TAU, atan2, length, sincos
 from remoras.database import VehicleData
 
+__all__ = ["Motion", "Vector", "advance", "follow", "reaching_speed_mps", "turned", "wrapped"]
+
 Vector = tuple[float, float]
 NEAREST_M = 1e-100
 """Distance below which there is no bearing, since squares underflow."""

@@ -15,7 +15,7 @@ from remoras.faults import Fault, hears_throughout
 from remoras.recorder import PACKETS, Recorder
 
 if TYPE_CHECKING:
-    from remoras.vehicle import Vehicle
+    from remoras.fleet.vehicle import Vehicle
 
 SLOT, SENDER, RECEIVERS, ARRIVALS, COLLIDED = map(
     PACKETS.column_names.index, ("slot", "sender", "receivers", "arrivals_s", "collided_at")

@@ -32,7 +32,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from remoras.organisation import Group, Organisation
-from remoras.social.leadership import HEAD_TERM, HEADED_BY, ROLE_ATTRIBUTES
+from remoras.organisation.leadership import HEAD_TERM, HEADED_BY, ROLE_ATTRIBUTES
 from worldmodel import NOBODY, PLAIN, PropertyValue, TBox, Terms, Wanted
 
 Path = tuple[str, str]

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 from exchange.packets import Transmission, name_of
 from remoras.beliefs import Fact
 from remoras.events import Host, Observer
-from remoras.radio import Radio
+from remoras.fleet.radio import Radio
 from worldmodel import STATUS, Block, Change
 
 if TYPE_CHECKING:
-    from remoras.vehicle import Vehicle
+    from remoras.fleet.vehicle import Vehicle
 
 
 class RadioAtOnce(Radio):

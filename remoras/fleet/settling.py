@@ -10,10 +10,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from exchange.packets import name_of
-from remoras.fleet import Fleet
+from remoras.fleet.fleet import Fleet
+from remoras.fleet.traffic import Arrives, SlotOpens
+from remoras.fleet.vehicle import Vehicle
 from remoras.recorder import SETTLING, Recorder
-from remoras.traffic import Arrives, SlotOpens
-from remoras.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from exchange.acoustics.channel import Arrival

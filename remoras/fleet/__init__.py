@@ -1,0 +1,3 @@
+"""Fleets: vehicles with their radios, the traffic between them, and the queue that drives them."""
+
+__all__: list[str] = []
