@@ -1,8 +1,8 @@
 """The plan of the house, read from the sources themselves: imports, words, docstrings.
 
 A room is a package or a folder of one. Kernels and seams stand at the root of a package, parts in folders; no folder
-looks into a sibling. The hull (vehicle, radio, view, fleet) alone knows all three layers; the face and the command line
-alone may import everything. Nothing outside a mission's folder knows the words of that mission.
+looks into a sibling. The hull (the fleet, and the views of the truth) alone knows all three layers; the face and the
+command line alone may import everything. Nothing outside a mission's folder knows the words of that mission.
 """
 
 import ast

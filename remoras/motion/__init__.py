@@ -11,7 +11,7 @@ from functools import lru_cache
 from exchange.arithmetic import PI, TAU, atan2, length, sincos
 from remoras.database import VehicleData
 
-__all__ = ["Motion", "Vector", "advance", "follow", "reaching_speed_mps", "turned", "wrapped"]
+__all__: list[str] = []
 
 Vector = tuple[float, float]
 NEAREST_M = 1e-100

@@ -23,7 +23,7 @@ from pydantic import Field
 from remoras.errors import OrganisationError
 from remoras.table import Section
 
-__all__ = ["Group", "Organisation", "Outcome", "RoleAssignment", "RoleKey", "RoleSpecification", "Subgroups"]
+__all__: list[str] = []
 
 
 class Outcome(Enum):
