@@ -42,7 +42,7 @@ def blocks(page: Path) -> Iterator[tuple[str, str]]:
 def execute(page: Path, folder: Path) -> dict[str, str]:
     """Do what a page says, in a folder; what each command printed, by its line."""
     said: dict[str, str] = {}
-    for example in re.findall(r"\.\./examples/(\w+\.\w+)", page.read_text(encoding="utf-8")):
+    for example in re.findall(r"\.\./examples/([\w-]+\.\w+)", page.read_text(encoding="utf-8")):
         shutil.copy(ROOT / "docs" / "examples" / example, folder)
     for number, (language, text) in enumerate(blocks(page)):
         name = re.match(r"# (\S+\.\w+)\n", text)

@@ -1,0 +1,16 @@
+from exchange.ack import Acknowledgement
+from exchange.policies import AckPolicy
+
+
+def every_other_frame(n_nodes, frame, sender, row, column):
+    return frame == 0 and row == sender
+
+
+def own_receptions(said, mine, received, held):
+    return mine & received
+
+
+KIND = Acknowledgement(
+    "sparse", "acknowledgements in every second frame", every_other_frame, own_receptions, period_frames=2
+)
+SPARSE = AckPolicy(KIND, repeat=True)
