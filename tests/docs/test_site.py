@@ -16,8 +16,10 @@ from browsing import PATIENCE_MS, Window
 
 import remoras
 from missions.mapping.mission import MappingMission
+from missions.runs.metrics import CORE_METRICS
 from missions.scenarios.explanations import explanations
 from missions.sweeps.study import study_explanations
+from remoras.recorder import TABLES
 from worldmodel import core_ontology_paths, ontology_path, read_tbox
 from worldmodel.ontology import terms_of
 
@@ -109,6 +111,14 @@ def test_the_reference_has_every_key(site: Path) -> None:
     known = explanations() | study_explanations()
     assert len(known) > 100
     assert [key for key in known if f"{key}  (" not in text] == []
+
+
+def test_a_page_has_every_table_and_metric_of_a_run(site: Path) -> None:
+    text = unescape(re.sub(r"<[^>]+>", "", (site / "tables.html").read_text(encoding="utf-8")))
+    names = [one.name for one in (*TABLES, *CORE_METRICS)]
+    assert len(names) > 50
+    assert [name for name in names if f"\n{name}" not in text] == []
+    assert all(column.name in text for table in TABLES for column in table.columns)
 
 
 def test_a_page_has_every_term_of_the_ontology_with_its_definition(site: Path) -> None:
