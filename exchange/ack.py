@@ -121,6 +121,7 @@ class PacketLog:
     def __init__(self, kind: Acknowledgement, me: int, n_nodes: int) -> None:
         self._kind, self.me, self.n_nodes = kind, me, n_nodes
         self._ring, self._all = 2 * n_nodes, (1 << n_nodes) - 1
+        self._both = self._all << n_nodes * n_nodes | self._all  # all nodes at the two places of node 0
         self._each = sum([1 << place * n_nodes for place in range(self._ring)])  # node 0 at each place
         self.slot = -1
         """Latest slot opened."""
@@ -141,21 +142,15 @@ class PacketLog:
         earlier packets, whose places are cleared by the time it can no longer be reported: the second clearing is
         implied.
         """
-        for passed in range(max(self.slot + 1, slot + 1 - self._ring), slot + 1):
-            self._clear(passed % self._ring)
-            if self._said:
-                self._said &= ~self._about(passed % self.n_nodes)
-            self.heard &= ~(1 << passed % self.n_nodes)
+        n_nodes, ring = self.n_nodes, self._ring
+        for passed in range(max(self.slot + 1, slot + 1 - ring), slot + 1):
+            sender, place = passed % n_nodes, passed % ring
+            self.heard &= ~(1 << sender)
+            self._loaded &= ~(1 << place)
+            self._received &= ~(self._all << place * n_nodes)
+            self._said &= ~(self._both << sender * n_nodes)
+            self._items[place] = 0
         self.slot = max(slot, self.slot)
-
-    def _clear(self, place: int) -> None:
-        self._items[place] = 0
-        self._loaded &= ~(1 << place)
-        self._received &= ~(self._all << place * self.n_nodes)
-
-    def _about(self, sender: int) -> int:
-        """Return all nodes at the two places of a sender."""
-        return (self._all << self.n_nodes * self.n_nodes | self._all) << sender * self.n_nodes
 
     @property
     def own_slot(self) -> int:
@@ -218,7 +213,7 @@ class PacketLog:
         """
         facts &= (heeded & self._all) * self._each
         for later in range(max(slot, self.slot - self.n_nodes) + 1, self.slot + 1):
-            facts &= ~self._about(later % self.n_nodes)
+            facts &= ~(self._both << later % self.n_nodes * self.n_nodes)
         if self._kind.relays:
             self._said |= facts
         places = self._loaded
@@ -233,8 +228,9 @@ class PacketLog:
 
     def forget(self, node: int) -> None:
         """Clear the receptions and packets of a node."""
-        self._clear(node)
-        self._clear(node + self.n_nodes)
+        self._items[node] = self._items[node + self.n_nodes] = 0
+        self._loaded &= ~(1 << node | 1 << node + self.n_nodes)
+        self._received &= ~(self._both << node * self.n_nodes)
         self.heard &= ~(1 << node)
         if node != self.me:
             self._said &= ~(self._each << node)

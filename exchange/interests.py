@@ -139,8 +139,9 @@ class Interests:
         """Add a new item that this node may send."""
         self._may_send.append(column)
         self._sendable |= 1 << column
-        if self._judge(column):
-            self._send(column, now_s)
+        entry = self._beliefs.entry(column)
+        if self._judge(column, entry):
+            self._send(column, entry, now_s)
 
     def take_status(self, block: Block) -> None:
         """Queue the newest value of a status in place of the older one; drop it if no node needs it."""
@@ -156,8 +157,7 @@ class Interests:
         """Evaluate again the items about instances of unknown class."""
         undecided, self.undecided = self.undecided, {}
         for column in undecided:
-            if self._judge(column) and self._beliefs.lacked(1 << column):
-                self._send(column, now_s)
+            self._take_up(column, now_s)
 
     def adopt(self, columns: Iterable[int], now_s: float) -> None:
         """Start sending these items, where some node lacks them."""
@@ -165,21 +165,26 @@ class Interests:
             if not self._sendable >> column & 1:
                 self._may_send.append(column)
                 self._sendable |= 1 << column
-                if self._judge(column) and self._beliefs.lacked(1 << column):
-                    self._send(column, now_s)
+                self._take_up(column, now_s)
+
+    def _take_up(self, column: int, now_s: float) -> None:
+        entry = self._beliefs.entry(column)
+        if self._judge(column, entry) and self._beliefs.lacked(1 << column):
+            self._send(column, entry, now_s)
 
     def settle(self) -> tuple[ItemUid, ...]:
         """Close items that all present interested nodes are believed to hold; return their names."""
         beliefs, is_open = self._beliefs, self._queue.open
-        settled = members(is_open & ~beliefs.lacked(is_open))
+        settled = members(is_open & ~beliefs.lacked(is_open)) if is_open else []
         for column in settled:
             self._queue.drop(column)
             self._addressed.discard(column)
-        for column in [addressed for addressed in self._addressed if beliefs.ease(addressed)]:
-            self._addressed.discard(column)
-            entry = beliefs.entry(column)
-            self._queue.revalue(column, entry.priority, self.terms_of(entry.about))
-        return tuple(sorted([beliefs.uids[column] for column in settled]))
+        for column in [*self._addressed]:
+            if beliefs.ease(column):
+                self._addressed.discard(column)
+                entry = beliefs.entry(column)
+                self._queue.revalue(column, entry.priority, self.terms_of(entry.about))
+        return tuple(sorted([beliefs.uids[column] for column in settled])) if settled else ()
 
     def renew(self, now_s: float) -> Renewal:
         """Evaluate all items again after a change of needs."""
@@ -190,11 +195,11 @@ class Interests:
         unneeded: list[Expiry] = []
         for column in self._may_send:
             entry, was_open = self._beliefs.entry(column), bool(before >> column & 1)
-            spared, is_needed = entry.spared, self._judge(column)
+            spared, is_needed = entry.spared, self._judge(column, entry)
             if is_needed and self._beliefs.lacked(1 << column):
                 if not was_open:
                     entry.is_eased = False
-                    self._send(column, now_s, bool(spared & ~entry.spared))
+                    self._send(column, entry, now_s, bool(spared & ~entry.spared))
                     continue
                 if entry.is_eased:
                     entry.priority = max(1, entry.priority // ADDRESSED_SHARE)
@@ -212,7 +217,7 @@ class Interests:
     def reopen(self, now_s: float) -> None:
         """Reopen delivered items that a peer lacks now, because it lost them or returned."""
         for column in members(self._beliefs.lacked(self._sendable & ~self._queue.open)):
-            self._send(column, now_s)
+            self._send(column, self._beliefs.entry(column), now_s)
 
     def postponed(self) -> Iterator[tuple[int, ItemUid]]:
         """Yield absent peers and the items that each will receive on its return."""
@@ -221,8 +226,7 @@ class Interests:
             for column in members(self._sendable & ~(beliefs.held[node] | beliefs.spared[node])):
                 yield node, beliefs.uids[column]
 
-    def _send(self, column: int, now_s: float, is_new_need: bool = False) -> None:
-        entry = self._beliefs.entry(column)
+    def _send(self, column: int, entry: Sendable, now_s: float, is_new_need: bool = False) -> None:
         fragment = entry.fragment
         if entry.waiting is None:
             entry.waiting = Waiting(entry.priority, fragment.time_s, now_s)
@@ -232,19 +236,20 @@ class Interests:
         terms = self.terms_of(entry.about)
         self._queue.take(column, fragment, entry.waiting, self._size_bits(fragment), terms, now_s, is_new_need)
 
-    def _judge(self, column: int) -> bool:
+    def _judge(self, column: int, entry: Sendable) -> bool:
         """Update the needs of an item; return True if another node needs it."""
-        entry = self._beliefs.entry(column)
         nodes, entry.priority = self._judged(entry)
         if not nodes and any(self._class_of(fact, entry.about) == 0 for fact in entry.about):
             self.undecided[column] = None
-        self._beliefs.spare(column, self._others & ~nodes)
+        if entry.spared != self._others & ~nodes:
+            self._beliefs.spare(column, entry, self._others & ~nodes)
         return bool(nodes)
 
     def _judged(self, entry: Sendable) -> tuple[int, int]:
         """Return the other nodes (bit mask) that are to receive an item, and its priority."""
-        nodes, of_block = self.of(entry.about)
-        priority = self.of(entry.fragment.facts)[1] or of_block
+        nodes, priority = of_block = self.of(entry.about)
+        if entry.fragment.facts is not entry.about:
+            priority = self.of(entry.fragment.facts)[1] or of_block[1]
         mine = nodes >> self._me & 1 or entry.fragment.origin == self._me
         if priority == 0 or (self._selective and not mine):
             return 0, priority

@@ -203,7 +203,7 @@ class ExchangeManager:
             slot = schedule.slot_of_arrival(now_s)
             return Reception(slot, schedule.owner(slot), fault=str(fault))
         sender, slot = head.sender, schedule.slot_named(head, now_s)
-        frame, start_s = schedule.frame_of(slot), schedule.start_s(slot)
+        frame, start_s = slot // self.n_nodes, slot * schedule.slot_s
         try:
             era = self._peers.epochs[sender] >> EPOCH_BITS
             try:
@@ -233,7 +233,7 @@ class ExchangeManager:
         heard = self._listener.listen(judged, slot, met, is_second, now_s)
         if (stating := self._listener.stating) is not None:
             self.n_faults, stating.n_refused = self.n_faults + stating.n_refused, 0
-        if (relaying := self.relaying) is not None:
+        if (relaying := self._listener.relaying) is not None:
             if judged.relays:
                 relaying.note(packet)
             if frame >= relaying.due_frame:
@@ -306,14 +306,14 @@ class ExchangeManager:
         if self._interests.undecided:
             self._interests.decide(now_s)
         codec, schedule, signals = self._codec, self._schedule, self._signals
-        frame, start_s = schedule.frame_of(slot), schedule.start_s(slot)
+        frame, start_s = slot // self.n_nodes, slot * schedule.slot_s
         noticed: tuple[tuple[int, str], ...] = ()
-        if self.parking is not None and self._peers.silences(frame):
+        if self.parking is not None:
             noticed = self.parking.look(frame, now_s)
         summary: tuple[Summary, ...] = ()
-        if (summaries := self.summaries) is not None:
+        if (summaries := self._beliefs.summaries) is not None:
             summary = summaries.telling.urgent(self._room_bits // SUMMARY_SHARE)
-        if (relaying := self.relaying) is not None and (relaying.left or self.queue.resting):
+        if (relaying := self._listener.relaying) is not None and (relaying.left or self.queue.resting):
             self.queue.rest(relaying.resting(self.queue.open, frame, now_s))
         header = codec.header
         spared_bits = header.largest_bits - header.size_bits(self._me, frame) if header.varies else 0

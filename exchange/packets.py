@@ -164,10 +164,6 @@ class Summary(NamedTuple):
     highest: int
     mask: int
 
-    def held_from(self, first: int) -> int:
-        """Return the received set as a word, bit k for the sequence ``first + k``."""
-        return ((1 << self.highest + 1) - 1 | self.mask << self.highest + 2) >> first
-
     def beyond(self, sequence: int) -> bool:
         """True if it covers an item of this number or higher."""
         return self.highest >= sequence or bool(self.mask >> max(0, sequence - self.highest - 2))

@@ -94,10 +94,14 @@ class Shares(Protocol):
     def __setitem__(self, position: int, value: float, /) -> None: ...
 
 
+def loss_of(lost: float, weight: float) -> float:
+    """Posterior loss of a link from weighted numbers of samples: lost, and all."""
+    return (lost + PRIOR_LOSS * PRIOR_WEIGHT) / (weight + PRIOR_WEIGHT)
+
+
 def reception_of(lost: float, weight: float) -> float:
-    """Estimated delivery rate of a link from weighted numbers of samples: lost, and all."""
-    p_loss = (lost + PRIOR_LOSS * PRIOR_WEIGHT) / (weight + PRIOR_WEIGHT)
-    return 1.0 - min(max(p_loss, LEAST_SHARE), 1.0 - LEAST_SHARE)
+    """Estimated delivery rate of a link, neither certain nor impossible; arguments as of ``loss_of``."""
+    return 1.0 - min(max(loss_of(lost, weight), LEAST_SHARE), 1.0 - LEAST_SHARE)
 
 
 def kept_of_lack(reception: float, share: float) -> float:

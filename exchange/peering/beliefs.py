@@ -183,9 +183,8 @@ class Beliefs:
 
     # Holders -------------------------------------------------------------------------------------
 
-    def spare(self, column: int, nodes: int) -> None:
+    def spare(self, column: int, entry: Sendable, nodes: int) -> None:
         """Set the peers (bit mask) without need of a sendable item."""
-        entry = self.entry(column)
         for node in members(entry.spared ^ nodes):
             self.spared[node] ^= 1 << column
         entry.spared = nodes
@@ -236,8 +235,8 @@ class Beliefs:
         gained: list[tuple[int, ItemUid]] = []
         for peer, held in enumerate(self.held):
             items = held & ~self.before[peer]
-            if items and peer != self.me:
-                gained += [(peer, self.uids[column]) for column in members(items)]
+            for column in members(items) if items and peer != self.me else ():
+                gained.append((peer, self.uids[column]))
         return tuple(gained)
 
     def ease(self, column: int) -> bool:

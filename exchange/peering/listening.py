@@ -90,8 +90,10 @@ class Listener:
         begun: Sequence[tuple[int, int]] = ()
         if is_second or judged.concerns >> self._me & 1:
             conflict = self._twin(packet, is_second, now_s)
-        epochs = peers.epochs
-        if packet.epoch != epochs[sender] or [life for life in judged.lives if life[1] > epochs[life[0]]]:
+        is_new_life = packet.epoch != peers.epochs[sender]
+        for origin, epoch in judged.lives:
+            is_new_life |= epoch > peers.epochs[origin]
+        if is_new_life:
             begun = self._lives_told(packet)
         for node, epoch in begun:
             self._begin(node, epoch)
@@ -102,17 +104,19 @@ class Listener:
         lacked = 0
         is_trusted = frame >= peers.trusted_from or not peers.is_doubted(sender, frame)
         if is_trusted and not taken.is_ambiguous:  # else neither acknowledged nor accepted
-            is_late, own = slot < log.slot, packet.rows[sender]
-            is_asked = log.sent_slot is not None and 0 < slot - log.sent_slot < beliefs.n_nodes
-            heeded = peers.heed(sender, own, frame, is_asked and not (is_late and log.own_slot > slot))
-            if self.relaying is not None and not is_late and peers.answers(sender, frame):
+            is_late, own, answers = slot < log.slot, packet.rows[sender], peers.answers(sender, frame)
+            is_answer = answers and log.sent_slot is not None and 0 < slot - log.sent_slot < beliefs.n_nodes
+            is_answer = is_answer and not (is_late and log.own_slot > slot)
+            heeded = peers.heed(sender, own, frame, is_answer)
+            if answers and not is_late and self.relaying is not None:
                 self.relaying.rows[sender].append(own)
             log.note(slot, taken.content)
             if taken.content:
                 beliefs.take(taken.content, sender if self._carrier_evidence else None)
             log.learn(slot, judged.facts, heeded, beliefs.held)
             if self.stating is not None:
-                taken, lacked = self._take_account(self.stating, packet, slot, is_asked, taken, now_s)
+                decoded, lacked = self.stating.hear(packet, slot, is_answer, answers, heeded, now_s)
+                taken = self._with_decoded(taken, decoded, now_s) if decoded else taken
             lacked |= self._take_summaries(packet, now_s) if packet.summary else 0
         for status in judged.statuses if self._relayed else ():
             if self._relayed >> status.origin & 1 and self._is_news(status):
@@ -147,31 +151,23 @@ class Listener:
                     self._interests.adopt(beliefs.orphans(summary[:2]), now_s)
         return lacked
 
-    def _take_account(
-        self, stating: Stating, packet: Packet, slot: int, is_asked: bool, taken: _Taken, now_s: float
-    ) -> tuple[_Taken, int]:
-        """Apply the holdings section; return all new content, and the items (set) that the sender lacks.
-
-        ``is_asked``: its acknowledgements refer to the own last packet.
-        """
-        vouched = self._peers.vouched(packet.sender, packet.frame)
-        answers = self._peers.answers(packet.sender, packet.frame)
-        decoded, lacked = stating.hear(packet, slot, is_asked and answers, answers, vouched, now_s)
-        if not decoded:
-            return taken, lacked
+    def _with_decoded(self, taken: _Taken, decoded: Sequence[Named], now_s: float) -> _Taken:
+        """Take the decoded items of a packet as well."""
         more = self._take_in(decoded, now_s)
         self._beliefs.take(more.content, None)
         items, aside = (*taken.items, *more.items), (*taken.aside, *more.aside)
-        return taken._replace(blocks=(*taken.blocks, *more.blocks), items=items, aside=aside), lacked
+        return taken._replace(blocks=(*taken.blocks, *more.blocks), items=items, aside=aside)
 
     def _told(self, packet: Packet, missed: int, now_s: float) -> tuple[tuple[int, float], ...]:
         """Return second-hand evidence of presence: nodes and earliest times of transmission (s).
 
         ``missed`` has the nodes (bit mask) whose last packets only others received.
         """
-        told = [(node, now_s - self._frame_s) for node in members(missed)]
-        passed_on = [fragment for fragment in packet.fragments if fragment.origin not in (packet.sender, self._me)]
-        return (*told, *[(fragment.origin, min(fragment.time_s, now_s)) for fragment in passed_on])
+        told = [(node, now_s - self._frame_s) for node in members(missed)] if missed else []
+        for fragment in packet.fragments:
+            if fragment.origin not in (packet.sender, self._me):
+                told.append((fragment.origin, min(fragment.time_s, now_s)))
+        return tuple(told)
 
     def _is_news(self, status: Block) -> bool:
         """True once per status newer than the known one, which other nodes may have rejected."""

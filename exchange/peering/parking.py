@@ -23,8 +23,10 @@ class Parking:
 
     def look(self, frame: int, now_s: float) -> tuple[tuple[int, str], ...]:
         """Mark peers as absent whose silence exceeds loss; return them with the event."""
-        peers = self._peers
-        parked = tuple([node for node, n in peers.silences(frame) if n > peers.longest_silence(node)])
+        peers, silent = self._peers, self._peers.silences(frame)
+        if not silent:
+            return ()
+        parked = tuple([node for node, n in silent if n > peers.longest_silence(node)])
         if not parked:
             return ()
         before = peers.away

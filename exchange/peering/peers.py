@@ -27,7 +27,7 @@ from exchange.ack import Acknowledgement
 from exchange.arithmetic import log
 from exchange.errors import PeerFault
 from exchange.packets import Met
-from exchange.planning import KEPT, PRIOR_LOSS, PRIOR_WEIGHT
+from exchange.planning import KEPT, PRIOR_LOSS, loss_of, reception_of
 
 DOUBT_FRAMES = 16
 """Frames after the last evidence of a duplicate node id before the name is trusted again."""
@@ -114,7 +114,14 @@ class LossEstimate:
         """Posterior share of lost packets, see `Link`."""
         if self.samples:
             self._count()
-        return (self._lost + PRIOR_LOSS * PRIOR_WEIGHT) / (self._weight + PRIOR_WEIGHT)
+        return loss_of(self._lost, self._weight)
+
+    @property
+    def reception(self) -> float:
+        """Delivery rate, see `reception_of`."""
+        if self.samples:
+            self._count()
+        return reception_of(self._lost, self._weight)
 
     @property
     def longest_silence(self) -> int:
@@ -159,12 +166,12 @@ class PeerStates:
         """Return present peers silent for more than ``SHORTEST_SILENCE`` frames, with that number."""
         if self._since_frame is None:
             self._since_frame = frame
-        since, latest, passed_over = self._since_frame, frame - SHORTEST_SILENCE, self.away | 1 << self._me
-        return [
-            (node, frame - (heard or since))
-            for node, heard in enumerate(self.heard_frame)
-            if (heard or since) < latest and not passed_over >> node & 1
-        ]
+        passed_over, silent = self.away | 1 << self._me, list[tuple[int, int]]()
+        for node, heard in enumerate(self.heard_frame):
+            silence = frame - (heard or self._since_frame)
+            if silence > SHORTEST_SILENCE and not passed_over >> node & 1:
+                silent.append((node, silence))
+        return silent
 
     def longest_silence(self, peer: int) -> int:
         """Frames of silence of a peer that loss explains."""
@@ -213,23 +220,24 @@ class PeerStates:
         if n_missed <= 2 * SHORTEST_SILENCE or n_missed <= 2 * incoming.longest_silence:
             incoming.samples += bytes([LOST]) * n_missed
 
-    def heed(self, sender: int, own: int, frame: int, is_asked: bool) -> int:
-        """Record the receptions ``own`` of a peer; return nodes whose acknowledgements count.
+    def heed(self, sender: int, own: int, frame: int, is_answer: bool) -> int:
+        """Record the receptions ``own`` of a peer; return the nodes (bit mask) whose acknowledgements count.
 
-        ``is_asked``: it answers for the last packet of this node.
+        They are its own, and those of nodes whose present incarnation it knows. ``is_answer``: it acknowledges the last
+        packet of this node, or its loss.
         """
         self._informed_of[sender] |= own
-        if is_asked and self.answers(sender, frame):
+        if is_answer:
             self._outgoing[sender].samples.append(HEARD if own >> self._me & 1 else LOST)
-        return self.vouched(sender, frame)
+        return 1 << sender | (self._informed_of[sender] if frame >= self.trusted_from else 0)
+
+    def reception(self, peer: int) -> float:
+        """Return the estimated delivery rate of the link to a peer."""
+        return self._outgoing[peer].reception
 
     def answers(self, sender: int, frame: int) -> bool:
         """True if a peer's packet in that frame acknowledges this vehicle's last packet."""
         return self._answering[frame % len(self._answering)][sender]
-
-    def vouched(self, sender: int, frame: int) -> int:
-        """Return nodes (bit mask) whose present incarnation a peer knows, so that its reports count."""
-        return 1 << sender | (self._informed_of[sender] if frame >= self.trusted_from else 0)
 
     # Duplicate node ids --------------------------------------------------------------------------
 

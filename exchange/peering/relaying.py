@@ -24,7 +24,7 @@ from exchange.packets import Packet
 from exchange.peering.beliefs import Beliefs
 from exchange.peering.listening import Listener
 from exchange.peering.peers import HEARD, LOST
-from exchange.planning import KEPT, PRIOR_LOSS, PRIOR_WEIGHT
+from exchange.planning import KEPT, loss_of
 
 LOOK_FRAMES = 4
 """TDMA frames between evaluations of link loss."""
@@ -63,8 +63,7 @@ class LossesAt:
     @property
     def p_reckoned(self) -> list[float]:
         """Posterior share of lost packets, by sender."""
-        weight = self._weight + PRIOR_WEIGHT
-        return [(lost + PRIOR_LOSS * PRIOR_WEIGHT) / weight for lost in self._lost]
+        return [loss_of(lost, self._weight) for lost in self._lost]
 
 
 class Relaying:

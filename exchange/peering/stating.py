@@ -19,7 +19,6 @@ from exchange.packets import Account, Fragment, HolderSet, Named, OriginStatemen
 from exchange.peering.beliefs import Beliefs, Life, item_set
 from exchange.planning import (
     IMPOSSIBLE,
-    KEPT,
     LEAST_LACK,
     MOST_PASSED,
     MOST_STATED,
@@ -74,14 +73,12 @@ class Stating:
         self._accounts, self._fragment_bits, self._codes_repairs = accounts, fragment_bits, codes_repairs
         self._priority_here = priority_here
         self._confirmed = self._told = 0  # item sets
-        self._has_spoken = False
-        self._lost, self._weight = [0.0] * self._n_nodes, [0.0] * self._n_nodes
+        self._reception = [reception_of(0.0, 0.0)] * self._n_nodes  # by peer, as its last answer leaves it
         self._lacks: dict[int, list[float]] = {}  # by column and peer
         self._learned: dict[int, tuple[int, int, int]] = {}  # by column: slots of last news and report, reports since
         self._stated: dict[tuple[int, Life], int] = {}  # by peer and incarnation: bit set of blocks held
         self._first: dict[Life, int] = {}  # number of the first block that is not settled here
         self._below: dict[Life, tuple[int, int]] = {}  # such a number, and the items of the blocks below it
-        self._heard = [-1] * self._n_nodes  # by peer, nodes received in its present incarnation
         # By sender: blocks covered by the symbols of its last packet, expected share delivered by peer.
         self._coded_last: dict[int, tuple[Sequence[Guid], Sequence[float]]] = {}
         self._decoder: Decoder[Guid] = Decoder()
@@ -165,11 +162,9 @@ class Stating:
                     new &= ~(1 << column)
         owed = [sum(map(self._priority_here, members(self._owed(one)))) / most for one in statements]
         symbol_bits = [self._symbol_bits(column) if self._codes_repairs else IMPOSSIBLE for column in columns]
-        is_lost = [peer == me or bool(self._peers.away >> peer & 1) for peer in range(n_nodes)]
+        away = self._peers.away | 1 << me
         return PacketPlan(
-            reception=[
-                0.0 if is_lost[peer] else reception_of(self._lost[peer], self._weight[peer]) for peer in range(n_nodes)
-            ],
+            reception=[0.0 if away >> peer & 1 else rate for peer, rate in enumerate(self._reception)],
             origin=[min(beliefs.uids[column].origin, n_nodes - 1) for column in columns],
             size_bits=[self._fragment_bits(entries[column].fragment) for column in columns],
             symbol_bits=symbol_bits,
@@ -289,7 +284,7 @@ class Stating:
             told |= self._items_below((one.origin, one.epoch), one.first) | self._items(*_window_of(one))
         for shown in holder_sets:
             told |= self._items((shown.origin, shown.epoch), 1 << shown.sequence)
-        self._told, self._has_spoken = told, True
+        self._told = told
         over = [(origin, self._peers.epochs[origin], number) for origin, number in coded]
         self._note_brought(self._me, members(content), over, n_symbols)
 
@@ -298,15 +293,14 @@ class Stating:
         others = [peer for peer in range(self._n_nodes) if peer not in (self._me, sender)]
         others = [peer for peer in others if not self._peers.away >> peer & 1]
         kept, shares = [1.0] * self._n_nodes, [0.0] * self._n_nodes
-        reception = [reception_of(lost, weight) for lost, weight in zip(self._lost, self._weight, strict=True)]
         for peer in others:
-            kept[peer] = kept_of_lack(reception[peer], 1.0)
+            kept[peer] = kept_of_lack(self._reception[peer], 1.0)
         for column in plain:
             lacks = self._lacks_of(column)
             lacks[:] = map(mul, lacks, kept)
         for peer in others if over else ():
             shares[peer] = share_of_symbols(n_symbols, self._lacked_of_code(over, peer))
-            kept[peer] = kept_of_lack(reception[peer], shares[peer])
+            kept[peer] = kept_of_lack(self._reception[peer], shares[peer])
         for column in self._columns_held(over):
             lacks = self._lacks_of(column)
             lacks[:] = map(mul, lacks, kept)
@@ -335,8 +329,6 @@ class Stating:
         """Discard the reports of these peers (default: all) after a restart or a duplicate node id."""
         for of_peer in [of_peer for of_peer in self._stated if not peers or of_peer[0] in peers]:
             del self._stated[of_peer]
-        for peer in peers:  # it may know an older life of others than it did
-            self._heard[peer] = 1 << peer
         self.miss(*(peers or range(self._n_nodes)))
         self._decoder = Decoder()
 
@@ -348,19 +340,17 @@ class Stating:
                 lacks[peer] = 1.0
 
     def hear(
-        self, packet: Packet, slot: int, is_asked: bool, answers: bool, vouched: int, now_s: float
+        self, packet: Packet, slot: int, is_answer: bool, answers: bool, vouched: int, now_s: float
     ) -> tuple[tuple[Named, ...], int]:
         """Apply a packet; return the decoded items, and the items (set) that its sender lacks.
 
         Args:
-            is_asked: its acknowledgements refer to the own last packet.
+            is_answer: it acknowledges the own last packet, or its loss.
             answers: it acknowledges the last packets of all nodes.
             vouched: nodes (bit mask) for which third-party acknowledgements of the sender count.
         """
         sender, account, lacked = packet.sender, packet.account, 0
-        self._heard[sender] |= packet.rows[sender]
-        vouched &= self._heard[sender]
-        if is_asked and self._has_spoken:
+        if is_answer:
             self._note_fate(sender, packet.rows[sender] >> self._me & 1)
         if answers:
             self._note_fates_of_others(sender, packet.rows[sender])
@@ -393,26 +383,23 @@ class Stating:
 
     def _note_fate(self, peer: int, received: int) -> None:
         """Update link and lack estimates by a peer's acknowledgement of the own last packet."""
-        reception = reception_of(self._lost[peer], self._weight[peer])
-        self._lost[peer] = KEPT * self._lost[peer] + (1 - received)
-        self._weight[peer] = KEPT * self._weight[peer] + 1.0
         if received:
             self._confirmed |= self._told & self._beliefs.origins[peer]
-        self._reckon_fate(peer, self._me, bool(received), reception)
+        self._reckon_fate(peer, self._me, bool(received))
+        self._reception[peer] = self._peers.reception(peer)
 
-    def _reckon_fate(self, peer: int, sender: int, is_received: bool, reception: float) -> None:
+    def _reckon_fate(self, peer: int, sender: int, is_received: bool) -> None:
         """Correct the lack estimates of a peer by its acknowledgement of a sender's last packet."""
         over, shares = self._coded_last.get(sender, ((), ()))
         of_plain = [(column, 1.0) for column in (() if is_received else members(self._beliefs.log.last(sender)))]
         for column, share in (*of_plain, *[(column, shares[peer]) for column in self._columns_held(over)]):
             lacks = self._lacks_of(column)
-            lacks[peer] = lack_after(lacks[peer], reception, share, is_received)
+            lacks[peer] = lack_after(lacks[peer], self._reception[peer], share, is_received)
 
     def _note_fates_of_others(self, peer: int, received: int) -> None:
         """Apply a peer's acknowledgements of the last packets of others received here."""
-        reception = reception_of(self._lost[peer], self._weight[peer])
         for sender in members(self._beliefs.log.heard & ~(1 << peer)):
-            self._reckon_fate(peer, sender, bool(received >> sender & 1), reception)
+            self._reckon_fate(peer, sender, bool(received >> sender & 1))
 
     def _note_heard(self, packet: Packet) -> None:
         beliefs, over = self._beliefs, self._over(packet) if packet.account.symbols else []

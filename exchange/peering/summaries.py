@@ -17,7 +17,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from exchange.packets import MASK_BITS, ItemUid, Summary
-from exchange.peering.beliefs import Beliefs, Holdings, Life, item_set
+from exchange.peering.beliefs import Beliefs, Holdings, Life
 from worldmodel.facts import MOST_ITEMS
 
 TIMES_TOLD = 2
@@ -126,7 +126,9 @@ class Summaries:
         nodes, life = 0, (uid.origin, uid.epoch)
         for peer, noted in self._noted.items():
             summary = noted.get(life)
-            if summary is not None and summary.holds(uid.sequence):
+            if summary is None or (uid.sequence > summary.highest and not summary.mask):
+                continue
+            if summary.holds(uid.sequence):
                 nodes |= 1 << peer
         return nodes
 
@@ -145,10 +147,11 @@ class Summaries:
         first = known.highest + 1 if known is not None and known.highest <= highest else 0
         beliefs, holds, lacks = self._beliefs, 0, 0
         end = min(highest + 2 + MASK_BITS, beliefs.ends.get(life, 0))  # a summary covers nothing beyond
-        held = summary.held_from(first) if first < end else 0
         for sequence, columns in beliefs.known(life, first, end) if first < end else ():
-            items = item_set(columns)
-            if held >> sequence - first & 1:
+            items = 0
+            for column in columns:
+                items |= 1 << column
+            if sequence <= highest or (summary.mask and summary.holds(sequence)):
                 holds |= items
             elif not items & ~beliefs.held[sender] and beliefs.is_whole((*life, sequence)):
                 lacks |= items

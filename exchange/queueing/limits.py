@@ -228,10 +228,10 @@ class LinesOnTerms:
             self._blackouts[key] = blackout
         return key, rank, shared
 
-    def bar(self, line: Hashable, now_s: float) -> Unsaid | None:
-        """Return ``BLACKOUT`` while a queue class is blocked; None if it may be sent."""
+    def is_barred(self, line: Hashable, now_s: float) -> bool:
+        """True while a queue class is blocked."""
         about, blackout_s = self._blackouts.get(line, ((0, 0), 0.0))
-        return Unsaid.BLACKOUT if blackout_s and now_s - self._said_s.get(about, -math.inf) < blackout_s else None
+        return bool(blackout_s) and now_s - self._said_s.get(about, -math.inf) < blackout_s
 
     def note_said(self, chosen: Sequence[Candidate], now_s: float) -> None:
         """Start the blackouts of sent entries."""

@@ -15,7 +15,6 @@ that is refused or displaced.
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Hashable
 from heapq import heapify, heappop, heappush
 from typing import Protocol
@@ -79,15 +78,9 @@ class Lines:
         """Number of candidates in all lines."""
         return sum(line.n_waiting for line in self._lines.values())
 
-    def bar(self, line: Line, now_s: float) -> Unsaid | None:
-        """Return why a line may not be sent; None if it may."""
-        if line.key == RESTING:
-            return Unsaid.RELAYED
-        return None if self.on_terms is None else self.on_terms.bar(line.key, now_s)
-
-    def choose(self, room: Room, moment: Moment) -> tuple[list[Candidate], Counter[Unsaid]]:
-        """Fill a packet; return its entries, most valuable first, and the unsent ones by reason."""
-        unsaid: Counter[Unsaid] = Counter()
+    def choose(self, room: Room, moment: Moment) -> tuple[list[Candidate], dict[Unsaid, int]]:
+        """Fill a packet; return its entries, most valuable first and removed, and the unsent ones by reason."""
+        unsaid: dict[Unsaid, int] = {}
         heads, n_waiting, n_repeated = self._heads(moment, unsaid)
         passed: dict[Hashable, list[tuple[Line, Entry]]] = {}
         n_passed = n_too_large = 0
@@ -114,8 +107,11 @@ class Lines:
                 heappush(line.entries, entry)
         if self.on_terms is not None:
             self.on_terms.note_said(chosen, moment.now_s)
+        for candidate in chosen:
+            n_repeated -= candidate.waiting.n_said > 0
+            self.remove(candidate)
         n_unsaid = n_waiting - len(chosen) - n_too_large
-        n_repeated = min(n_unsaid, n_repeated - sum([candidate.waiting.n_said > 0 for candidate in chosen]))
+        n_repeated = min(n_unsaid, n_repeated)
         counts = (
             (Unsaid.TOO_LARGE, n_too_large),
             (Unsaid.WAITING, n_repeated),
@@ -123,10 +119,10 @@ class Lines:
         )
         for reason, n in counts:
             if n:
-                unsaid[reason] += n
+                unsaid[reason] = n
         return chosen, unsaid
 
-    def _heads(self, moment: Moment, unsaid: Counter[Unsaid]) -> tuple[list[Head], int, int]:
+    def _heads(self, moment: Moment, unsaid: dict[Unsaid, int]) -> tuple[list[Head], int, int]:
         """Return heads of sendable lines, number of their candidates, number of those sent before."""
         heads: list[Head] = []
         n_waiting = n_repeated = 0
@@ -134,8 +130,10 @@ class Lines:
             if line.n_waiting == 0:
                 if line.shared is None:
                     del self._lines[line.key]
-            elif (reason := self.bar(line, moment.now_s)) is not None:
-                unsaid[reason] += line.n_waiting
+            elif line.key == RESTING:
+                unsaid[Unsaid.RELAYED] = line.n_waiting
+            elif self.on_terms is not None and self.on_terms.is_barred(line.key, moment.now_s):
+                unsaid[Unsaid.BLACKOUT] = unsaid.get(Unsaid.BLACKOUT, 0) + line.n_waiting
             else:
                 n_waiting += line.n_waiting
                 n_repeated += line.n_repeated
@@ -212,7 +210,7 @@ class Queue:
         self.expired: list[Expiry] = []
         self.open = 0
         self.resting = 0
-        self.unsaid: Counter[Unsaid] = Counter()
+        self.unsaid: dict[Unsaid, int] = {}
 
     def __len__(self) -> int:
         """Return the number of items inside."""
@@ -251,7 +249,6 @@ class Queue:
             return
         uid = fragment.uid
         candidate = Candidate(uid, fragment, column, waiting, terms, (0, *uid), size_bits)
-        waiting.resume(self._n_slots)
         self.open |= 1 << column
         self._let_in(candidate, now_s)
 
@@ -327,30 +324,25 @@ class Queue:
             self._update(now_s)
         self._n_slots += 1
         moment = Moment(now_s, self._n_slots)
-        chosen, unsaid = self._lines.choose(room, moment)
-        self._note_unsaid(unsaid, not chosen)
+        chosen, self.unsaid = self._lines.choose(room, moment)
+        n_outside = 0 if self._limits is None else self._limits.n_outside
+        if n_outside:
+            self.unsaid[Unsaid.OVERFLOW] = n_outside
+        elif not chosen and not self.unsaid:
+            self.unsaid[Unsaid.NOTHING_OPEN] = 1
         for candidate in chosen:
-            self._lines.remove(candidate)
             candidate.waiting.note_said(moment)
             if candidate.column == STATUS_COLUMN:
                 continue
             if candidate.terms.acknowledged:  # queue again with value 0
                 self._lines.place(candidate, self._n_slots)
             else:
-                self._forget(candidate)
+                self._let_go(candidate)
                 self._end(candidate)
                 self._tell(candidate, Expired.SAID_ONCE, now_s)
         if self._limits is not None:
             self._said = [candidate for candidate in chosen if candidate.column in self._items]
         return chosen
-
-    def _note_unsaid(self, reasons: Counter[Unsaid], is_empty: bool) -> None:
-        self.unsaid = reasons
-        n_outside = 0 if self._limits is None else self._limits.n_outside
-        if n_outside:
-            reasons[Unsaid.OVERFLOW] = n_outside
-        elif is_empty and not reasons:
-            reasons[Unsaid.NOTHING_OPEN] = 1
 
     def _update(self, now_s: float) -> None:
         """Move items inside, into free capacity or in place of sent ones; discard overdue entries."""
@@ -409,13 +401,10 @@ class Queue:
             limits.forget_outside(column)
 
     def _let_go(self, candidate: Candidate) -> None:
-        self._forget(candidate)
-        self._leave(candidate)
-
-    def _forget(self, candidate: Candidate) -> None:
         del self._items[candidate.column]
         if (limits := self._limits) is not None:
             limits.remove(candidate)
+        self._leave(candidate)
 
     def _leave(self, candidate: Candidate) -> None:
         if candidate.rests:
