@@ -19,8 +19,8 @@ from dataclasses import dataclass, field
 from typing import Any
 from unittest import mock
 
-from exchange.planning import END_BITS, PacketPlan
-from exchange.policies import ADAPTIVE, HOLDINGS, AckPolicy
+from exchange.policy.planning import END_BITS, PacketPlan
+from exchange.policy.policies import ADAPTIVE, HOLDINGS, AckPolicy
 from exchange.study import stating
 from exchange.study.parameters import ExchangeStudy, LoadKind, StudyLoad
 from exchange.study.stating import Statements, count_owed, gather, look_through, note_brought, note_told, state_holdings

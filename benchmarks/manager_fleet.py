@@ -4,9 +4,9 @@ from collections.abc import Callable, Sequence
 from functools import cache
 
 from exchange.errors import ConfigurationError
-from exchange.manager import OPTIONAL_PARTS, ExchangeManager, Options
+from exchange.manager.manager import OPTIONAL_PARTS, ExchangeManager, Options
 from exchange.packets import Fragment, ItemUid, Reception, Transmission
-from exchange.policies import POLICIES, AckPolicy, header_bits
+from exchange.policy.policies import POLICIES, AckPolicy, header_bits
 from exchange.schedule import TdmaSchedule
 from exchange.study import stating, trials
 from exchange.study.trial import Load, PolicyRules

@@ -19,7 +19,7 @@ from functools import cache
 from typing import Any
 from unittest import mock
 
-from exchange.ack import PacketLog
+from exchange.policy.acknowledgement import PacketLog
 from missions.runs.run import run
 from missions.runs.summary import summary
 from missions.scenarios import load

@@ -16,7 +16,7 @@ from itertools import combinations, permutations, product
 from typing import Any, NamedTuple
 
 from benchmarks.measuring import row
-from exchange.acoustics.network import network_of
+from exchange.channel.network import network_of
 from missions.runs.assembly import assemble
 from missions.runs.run import run
 from missions.runs.setup import resolved

@@ -1,7 +1,7 @@
 """Fit the site term of channel ``acoustic`` to half of a measured network and test the rest.
 
 The excess of a link of mission-2012 is the loss (dB) above the budget that explains its packet loss. The model has an
-unknown level, S of the link, N of the receiver (``exchange.acoustics.site``) and a residual of ``REST_DB``: a Gaussian
+unknown level, S of the link, N of the receiver (``exchange.channel.site``) and a residual of ``REST_DB``: a Gaussian
 process. Its two deviations maximise the restricted likelihood on a grid. The score of held-out links is the mean
 log-likelihood of packets, p log q + (1 - p) log (1 - q), for predicted loss q and measured loss p.
 """
@@ -17,12 +17,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from exchange.acoustics.acoustic import AcousticChannel
-from exchange.acoustics.link import Transmission
-from exchange.acoustics.models import Deployment
-from exchange.acoustics.modems import modems
-from exchange.acoustics.network import network_of
-from exchange.acoustics.site import SiteTable, correlation
+from exchange.channel.acoustic import AcousticChannel
+from exchange.channel.link import Transmission
+from exchange.channel.models import Deployment
+from exchange.channel.modems import modems
+from exchange.channel.network import network_of
+from exchange.channel.site import SiteTable, correlation
 
 NETWORK = "mission-2012"
 MODEM = "s2c-18-34"

@@ -1,9 +1,8 @@
 """TDMA exchange of world knowledge between vehicles over lossy acoustic links.
 
-Core modules are here: `ack` (received packets), `policies`, `packets`, `blocks`, `interests` (information needs),
-`values` (utility of queued items), `schedule`, and `manager`, which a vehicle runs. `exchange.wire` encodes packets,
-`exchange.queueing` queues items, `exchange.peering` keeps the state of peers, `exchange.acoustics` models the channel,
-`exchange.study` compares policies.
+`exchange.policy` has the rules (acknowledgements, repeats, queue, coded repairs), `exchange.wire` encodes packets,
+`exchange.manager` runs in a vehicle, `exchange.channel` models the sea, `exchange.study` compares policies and
+`exchange.drivers` connects modems. Shared by all are `packets` (messages) and `schedule`.
 
 The names below are stable. Each is loaded on first use; none needs NumPy or Numba.
 """
@@ -13,11 +12,11 @@ from typing import TYPE_CHECKING
 from exchange import lazily
 
 if TYPE_CHECKING:
-    from exchange.ack import Acknowledgement
     from exchange.errors import ConfigurationError, ExchangeError
-    from exchange.manager import ExchangeManager
+    from exchange.manager.manager import ExchangeManager
     from exchange.packets import Fragment, InfluenceSignal, ItemUid, Packet, Reception, StatusUid, Transmission
-    from exchange.policies import ACKNOWLEDGEMENTS, POLICIES, AckPolicy, header_bits, policy_named
+    from exchange.policy.acknowledgement import Acknowledgement
+    from exchange.policy.policies import ACKNOWLEDGEMENTS, POLICIES, AckPolicy, header_bits, policy_named
     from exchange.schedule import TdmaSchedule
     from exchange.wire.codec import Codec
     from exchange.wire.codes import FieldSize

@@ -231,9 +231,9 @@ class Head(NamedTuple):
 class Packet(NamedTuple):
     """Content of a packet.
 
-    Bit j of ``rows[i]``: node i received the packet of node j (see ``exchange.ack``); bits that a policy does not send
-    are zero. ``epoch`` is the sender's, ``frame`` its TDMA frame. ``summary`` has its received sets about some origins,
-    ``account`` its holdings section.
+    Bit j of ``rows[i]``: node i received the packet of node j (see ``exchange.policy.acknowledgement``); bits that a
+    policy does not send are zero. ``epoch`` is the sender's, ``frame`` its TDMA frame. ``summary`` has its received
+    sets about some origins, ``account`` its holdings section.
     """
 
     sender: int
@@ -256,7 +256,7 @@ class Judged(NamedTuple):
         relays: True if it has items or statuses of other origins.
         items: named items and statuses in order; empty if it has no item.
         heard: nodes (bit mask) with a packet acknowledged in it.
-        facts: its acknowledgements, see `exchange.ack.acknowledged`.
+        facts: its acknowledgements, see `exchange.policy.acknowledgement.acknowledged`.
         lives: origins and epochs of its items.
     """
 

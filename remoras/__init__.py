@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from remoras.version import __version__ as __version__
 
 if TYPE_CHECKING:
-    from exchange.policies import AckPolicy
+    from exchange.policy.policies import AckPolicy
     from missions.fault import Absence
     from missions.figure import Figure, Layer, Mark, Place
     from missions.meeting import JobMission, JobScenario, JobSettings, JobTruth, Meeting, MeetingTruth

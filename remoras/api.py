@@ -248,8 +248,8 @@ def network(name: str | Path) -> nx.DiGraph:
     ``name`` is a shipped network (``remoras list networks``), or a file of one. Raises LinkFileError for an unknown
     network or one with losses over range and thus no links, OutputError without networkx.
     """
-    from exchange.acoustics.models import LinkFileError
-    from exchange.acoustics.network import network_of
+    from exchange.channel.models import LinkFileError
+    from exchange.channel.network import network_of
     from missions.graphs import network_graph
 
     found = network_of(str(name))
@@ -300,7 +300,7 @@ def exchange_study(
             raise TypeError(f"{name} is {given!r}; allowed: a list, as [{given!r}]")
     import pandas as pd
 
-    from exchange.policies import PAPER_POLICIES
+    from exchange.policy.policies import PAPER_POLICIES
     from exchange.study.study import ExchangeStudy
     from exchange.study.study import run as study
 

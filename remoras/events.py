@@ -19,7 +19,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 if TYPE_CHECKING:
-    from exchange.acoustics.channel import Channel
+    from exchange.channel.channel import Channel
     from exchange.packets import Reception
     from remoras.beliefs import Beliefs, Fact
     from remoras.fleet.radio import RenewedNeeds

@@ -13,8 +13,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from exchange.acoustics import loss
 from exchange.arithmetic import log1p
+from exchange.channel import loss
 from remoras.condition import SOUND, Condition
 from remoras.database import AUVDatabase, VehicleData
 from remoras.events import Host, Observer, Priority

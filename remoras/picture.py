@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 from exchange.arithmetic import length
-from exchange.peering.peers import PeerLinks
+from exchange.manager.peers import PeerLinks
 from remoras.beliefs import NOTHING_KNOWN, Known
 from remoras.work import Computed, Point, Work
 

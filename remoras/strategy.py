@@ -22,7 +22,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from exchange.peering.peers import PeerLinks
+from exchange.manager.peers import PeerLinks
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment
 from remoras.organisation.authority import Authority

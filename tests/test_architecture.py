@@ -23,26 +23,26 @@ ROOMS: dict[str, set[str]] = {
     "worldmodel.ontology": {"worldmodel.ontology"},
     "worldmodel": {"worldmodel", "worldmodel.ontology"},
     "worldmodel.rdf": {"worldmodel.rdf", "worldmodel", "worldmodel.ontology"},
-    "exchange.acoustics": {"exchange.acoustics"},
-    "exchange": {"exchange", "exchange.wire", "exchange.queueing", "exchange.peering", "worldmodel"},
-    "exchange.wire": {"exchange.wire", "exchange", "worldmodel"},
-    "exchange.queueing": {"exchange.queueing", "exchange", "worldmodel"},
-    "exchange.peering": {"exchange.peering", "exchange", "worldmodel"},
+    "exchange.channel": {"exchange.channel"},
+    "exchange": {"exchange", "worldmodel"},
+    "exchange.policy": {"exchange.policy", "exchange", "worldmodel"},
+    "exchange.wire": {"exchange.wire", "exchange.policy", "exchange", "worldmodel"},
+    "exchange.manager": {"exchange.manager", "exchange.wire", "exchange.policy", "exchange", "worldmodel"},
     "exchange.drivers": {"exchange.drivers", "exchange"},
-    "exchange.study": {"exchange.study", "exchange"},
-    "remoras": {"remoras", "exchange", "worldmodel"},
+    "exchange.study": {"exchange.study", "exchange.policy", "exchange"},
+    "remoras": {"remoras", "exchange", "exchange.manager", "exchange.policy", "worldmodel"},
     "remoras.social": {"remoras.social", "remoras", "exchange", "worldmodel"},
     "remoras.executive": {"remoras.executive", "remoras"},
     "remoras.functional": {"remoras.functional", "remoras"},
     "remoras.strategies": {"remoras.strategies", "remoras", "worldmodel"},
     "missions": {"missions", "worldmodel"},
     "missions.scenarios": {
-        "missions.scenarios", "missions", "remoras", "remoras.strategies", "exchange", "exchange.acoustics",
-        "worldmodel",
+        "missions.scenarios", "missions", "remoras", "remoras.strategies", "exchange", "exchange.policy",
+        "exchange.channel", "worldmodel",
     },
     "missions.features": {
         "missions.features", "missions", "missions.scenarios", "remoras", "remoras.social", "remoras.functional",
-        "exchange", "exchange.peering", "exchange.queueing", "exchange.acoustics", "worldmodel",
+        "exchange", "exchange.manager", "exchange.policy", "exchange.channel", "worldmodel",
     },
     "missions.faults": {"missions.faults", "missions", "missions.scenarios", "remoras", "worldmodel"},
     "missions.meeting": {"missions.meeting", "missions.scenarios", "missions", "remoras"},
@@ -55,11 +55,12 @@ ROOMS: dict[str, set[str]] = {
     },
     "missions.runs": {
         "missions.runs", "missions.scenarios", "missions", "remoras", "remoras.social", "remoras.executive",
-        "remoras.functional", "exchange", "exchange.acoustics", "worldmodel", "worldmodel.rdf",
+        "remoras.functional", "exchange", "exchange.manager", "exchange.policy", "exchange.channel", "worldmodel",
+        "worldmodel.rdf",
     },
     "missions.nodes": {
         "missions.nodes", "missions.runs", "missions.scenarios", "missions", "remoras", "remoras.functional",
-        "exchange", "exchange.drivers", "exchange.acoustics", "worldmodel",
+        "exchange", "exchange.drivers", "exchange.channel", "worldmodel",
     },
     "missions.sweeps": {
         "missions.sweeps", "missions.runs", "missions.scenarios", "missions", "remoras", "remoras.strategies",
@@ -67,7 +68,7 @@ ROOMS: dict[str, set[str]] = {
     },
     "missions.benchmark": {
         "missions.benchmark", "missions.sweeps", "missions.runs", "missions.scenarios", "missions", "remoras",
-        "remoras.strategies", "exchange.acoustics", "worldmodel",
+        "remoras.strategies", "exchange.channel", "worldmodel",
     },
     "missions.verification": {"missions.verification"},
     "missions.comparison": {"missions.comparison", "missions.sweeps", "missions", "worldmodel"},
@@ -81,20 +82,17 @@ ROOMS: dict[str, set[str]] = {
 DOORS: dict[str, set[str]] = {
     "worldmodel.ontology": {"worldmodel.errors"},
     "exchange.wire": {"worldmodel.ontology.fields"},
-    "exchange.study": {"exchange.acoustics.loss"},
-    "remoras": {
-        "exchange.acoustics.loss", "exchange.peering.offsets", "exchange.peering.peers", "exchange.queueing.queue",
-        "exchange.queueing.limits", "exchange.wire.definitions",
-    },
-    "remoras.social": {"exchange.peering.peers"},
+    "exchange.study": {"exchange.channel.loss"},
+    "remoras": {"exchange.channel.loss", "exchange.wire.definitions"},
+    "remoras.social": {"exchange.manager.peers"},
     "missions": {"worldmodel.ontology.tbox", "remoras.table"},
-    "missions.arrows": {"exchange.acoustics.loss", "exchange.acoustics.link"},
+    "missions.arrows": {"exchange.channel.loss", "exchange.channel.link"},
     **{
-        f"missions.{mission}": {"exchange.acoustics.loss"}
+        f"missions.{mission}": {"exchange.channel.loss"}
         for mission in ("mapping", "trident", "pandora", "fieldwork", "minehunting")
     },
-    "missions.scenarios": {"remoras.executive.satisfaction", "exchange.queueing.limits", "exchange.wire.sealing"},
-    "missions.runs": {"exchange.queueing.limits", "exchange.wire.codec"},
+    "missions.scenarios": {"remoras.executive.satisfaction", "exchange.wire.sealing"},
+    "missions.runs": {"exchange.wire.codec"},
     "missions.nodes": {"exchange.wire.codec", "exchange.wire.definitions", "exchange.wire.sealing"},
     "visualisation": {"missions.runs.results", "missions.sweeps.folder", "missions.comparison"},
     "visualisation.runs": {"missions.runs.results"},
@@ -118,8 +116,8 @@ FACE = "remoras", "remoras.api", "remoras.stepped"
 ROOFS = ("remoras.cli", "remoras.testing")
 ENTRY = "remoras.__main__"
 TOGETHER = {
-    ("exchange.peering.beliefs", "exchange.peering.summaries"),
-    ("exchange.peering.listening", "exchange.peering.relaying"),
+    ("exchange.manager.beliefs", "exchange.manager.summaries"),
+    ("exchange.manager.receiver", "exchange.manager.relaying"),
     tuple(f"missions.scenarios.{name}" for name in ("channel", "communication", "faults", "knowledge", "scenario")),
 }
 WORDS_OF = {
@@ -237,7 +235,7 @@ def broken_rules(found: Import) -> Iterator[str]:
     if target in FACE and module not in FACE:
         yield "nobody imports the face: name the module that is meant"
     room, other = room_of(module), room_of(target)
-    if module in HULL and (other in LAYERS or within(target, "exchange.acoustics")):
+    if module in HULL and (other in LAYERS or within(target, "exchange.channel")):
         if other not in LAYERS and module not in ("remoras.fleet.fleet", "remoras.fleet.traffic"):
             yield "in remoras only the fleet knows the sea"
     elif other not in ROOMS[room] and not any(within(target, door) for door in DOORS.get(room, ())):
@@ -426,13 +424,6 @@ def assigned(source: str) -> set[str]:
             for t in (n.targets if isinstance(n, ast.Assign) else [n.target]) if isinstance(t, ast.Name)}  # fmt: skip
 
 
-def test_of_the_exchange_only_manager_and_interests_know_its_rooms() -> None:
-    folders = {"exchange.wire", "exchange.queueing", "exchange.peering"}
-    kernels = [module for module in SOURCES if room_of(module) == "exchange" and module not in PACKAGES]
-    found = [one for module in kernels for one in imports(SOURCES[module], module) if room_of(one.target) in folders]
-    assert {one.module for one in found} == {"exchange.interests", "exchange.manager"}
-
-
 def test_every_package_says_what_is_promised_to_stay() -> None:
     assert [package for package in sorted(PACKAGES) if "__all__" not in assigned(SOURCES[package])] == []
 
@@ -441,7 +432,7 @@ def test_every_package_says_what_is_promised_to_stay() -> None:
     ("module", "line"),
     [
         ("worldmodel.world_model", "from exchange.packets import Packet"),
-        ("exchange.acoustics.channel", "from worldmodel import TBox"),
+        ("exchange.channel.channel", "from worldmodel import TBox"),
         ("remoras.executive.layer", "from ..functional import layer"),
         ("missions.runs.run", "from remoras.cli import main"),
         ("visualisation.runs.roles", "from missions.runs.run import Run"),

@@ -1,5 +1,5 @@
-from exchange.ack import Acknowledgement
-from exchange.policies import AckPolicy
+from exchange.policy.acknowledgement import Acknowledgement
+from exchange.policy.policies import AckPolicy
 
 
 def every_other_frame(n_nodes, frame, sender, row, column):

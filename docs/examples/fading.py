@@ -2,7 +2,7 @@ from dataclasses import dataclass
 
 from pydantic import Field
 
-from exchange.acoustics.models import ChannelModel
+from exchange.channel.models import ChannelModel
 
 
 @dataclass(frozen=True)

@@ -22,9 +22,9 @@ from typing import Any
 
 import numpy as np
 
-from exchange import planning, policies
-from exchange.ack import Acknowledgement
 from exchange.errors import ConfigurationError
+from exchange.policy import planning, policies
+from exchange.policy.acknowledgement import Acknowledgement
 from exchange.study import stating, trial, trials
 from exchange.study.trial import Floats, Ints, Load, PolicyRules
 from exchange.study.trials import Header, Layouts, layouts_of

@@ -4,9 +4,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 
-from exchange.ack import Acknowledgement
 from exchange.errors import ConfigurationError
-from exchange.policies import ACK, PAPER_POLICIES, POLICIES, AckPolicy, checked_policy, header_bits, policy_named
+from exchange.policy.acknowledgement import Acknowledgement
+from exchange.policy.policies import ACK, PAPER_POLICIES, POLICIES, AckPolicy, checked_policy, header_bits, policy_named
 
 MAX_NODES = 64
 """Largest fleet of a study."""

@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exchange.ack import Acknowledgement
-from exchange.policies import AckPolicy
+from exchange.policy.acknowledgement import Acknowledgement
+from exchange.policy.policies import AckPolicy
 from exchange.study import trial
 from exchange.study.compiler import SlotLoop
 from exchange.study.estimates import Moments, moments

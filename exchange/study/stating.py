@@ -1,9 +1,9 @@
 """Slot loop for policies that report received sets; extends `exchange.study.trials`, lane 0.
 
-Reports about an origin follow `exchange.planning`: all items below a number are held, by all nodes as the sender
-believes; a mask covers the next ones. An item is a column with a number given by its origin. `exchange.planning` plans
-packets as in a vehicle. Symbols are over the field of `exchange.coding`; only their coefficients are simulated, which
-determine what a node can decode.
+Reports about an origin follow `exchange.policy.planning`: all items below a number are held, by all nodes as the sender
+believes; a mask covers the next ones. An item is a column with a number given by its origin. The same module plans
+packets as in a vehicle. Symbols are over the field of `exchange.policy.coding`; only their coefficients are simulated,
+which determine what a node can decode.
 
 Plain Python that `exchange.study.compiler` compiles.
 """
@@ -13,8 +13,8 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from exchange.coding import LOGS, MOST_ROWS, POWERS, coefficient, inverse, symbol_key
-from exchange.planning import (
+from exchange.policy.coding import LOGS, MOST_ROWS, POWERS, coefficient, inverse, symbol_key
+from exchange.policy.planning import (
     COUNT_BITS,
     END_BITS,
     IMPOSSIBLE,
@@ -470,7 +470,7 @@ def believe_statements(load: Load, fleet: Fleet, statements: Statements, node: i
 
 
 def add_symbol(load: Load, fleet: Fleet, statements: Statements, node: int) -> None:
-    """Add the symbol in `vector`, as `exchange.coding.Decoder.add`, coefficients only."""
+    """Add the symbol in `vector`, as `exchange.policy.coding.Decoder.add`, coefficients only."""
     rows, pivots, vector = statements.rows[node], statements.pivots[node], statements.vector
     n_rows = int(statements.n_rows[node])
     for row in range(n_rows):
@@ -529,7 +529,7 @@ def take_solved(load: Load, fleet: Fleet, statements: Statements, node: int) -> 
 
 
 def drop_known(load: Load, fleet: Fleet, statements: Statements, node: int) -> None:
-    """Eliminate known items from undecoded symbols, as `exchange.coding.Decoder.learn`."""
+    """Eliminate known items from undecoded symbols, as `exchange.policy.coding.Decoder.learn`."""
     n_known = 0
     for column in range(n_columns_of(load)):
         n_known += int(statements.waiting[node, column] and has_item(fleet, node, column))

@@ -14,8 +14,8 @@ import numpy as np
 
 from exchange.arithmetic import exp
 from exchange.errors import ConfigurationError
-from exchange.planning import names_bits
-from exchange.policies import ACKNOWLEDGEMENTS, POLICIES, AckPolicy, header_bits
+from exchange.policy.planning import names_bits
+from exchange.policy.policies import ACKNOWLEDGEMENTS, POLICIES, AckPolicy, header_bits
 from exchange.study import estimates, trial
 from exchange.study.estimates import TrialMean
 from exchange.study.parameters import BOUND, ExchangeStudy, LoadKind, StudyLoad, workload_named

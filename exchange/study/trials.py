@@ -1,9 +1,9 @@
 """Bit-sliced slot loop of the policy study: 64 trials per word, one per lane.
 
 Method of Biham, "A fast new DES implementation in software", 1997. Bit t of a word is the state in the trial of lane t.
-Headers follow the policy's own rule (`exchange.ack.Acknowledgement.header`), which combines words; around it are loops
-over slots, nodes and items. All lanes are in the same slot of a TDMA frame. A trial that ends frees its lane for the
-next one at the end of the frame.
+Headers follow the policy's own rule (`exchange.policy.acknowledgement`), which combines words; around it are loops over
+slots, nodes and items. All lanes are in the same slot of a TDMA frame. A trial that ends frees its lane for the next
+one at the end of the frame.
 
 Receptions are drawn trial by trial, in words of a few slots, and cached for the next policy. The words of all lanes are
 transposed before use: from slots and nodes of a trial to trials of a slot and node.
@@ -18,8 +18,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from exchange.ack import Acknowledgement, layout, members
-from exchange.acoustics.loss import link_draw, slot_key, trial_key
+from exchange.channel.loss import link_draw, slot_key, trial_key
+from exchange.policy.acknowledgement import Acknowledgement, layout, members
 from exchange.study.trial import (
     DELIVERED,
     FALSE_BELIEFS,
@@ -295,7 +295,7 @@ def acknowledge(header: Header, layouts: Layouts, fleet: Fleet, at: int, owner: 
     """Open a slot at all nodes and compose its owner's header.
 
     Acknowledgements of a packet are shared: they count for each node that received it, until the next slot of the
-    sender that they refer to (`exchange.ack.PacketLog`). ``at`` is the slot modulo the period of layouts, ``place`` its
+    sender that they refer to (`PacketLog` of a vehicle). ``at`` is the slot modulo the period of layouts, ``place`` its
     ring place.
     """
     n_nodes = len(fleet.known)
@@ -348,7 +348,7 @@ def choose(weights: Ints, loaded: Ints, lane: int, room: int) -> None:
     """Keep the candidates of greatest weight that fit one lane's packet; of equals the first.
 
     The weight of a candidate grows by its need priority, here 1, in each own slot and restarts at 0 when it is sent
-    (Maurelli et al., section 6). `exchange.queueing.queue` implements the same rule incrementally.
+    (Maurelli et al., section 6). `exchange.policy.queue` implements the same rule incrementally.
 
     Args:
         weights: by column, of the sender.

@@ -1,14 +1,14 @@
 """Codec of the holdings section of a packet, and of blocks as input to coded repairs.
 
-Layout in `exchange.planning`. The encoding of a fragment depends on its packet; a symbol therefore covers blocks in a
-packet-independent form: time, facts, a 1 bit, zeros to a byte.
+Layout in `exchange.policy.planning`. The encoding of a fragment depends on its packet; a symbol therefore covers blocks
+in a packet-independent form: time, facts, a 1 bit, zeros to a byte.
 """
 
 from __future__ import annotations
 
 from exchange.errors import PeerFault
 from exchange.packets import Account, HolderSet, OriginStatement
-from exchange.planning import COUNT_BITS, LENGTH_BITS, SIZE_BITS
+from exchange.policy.planning import COUNT_BITS, LENGTH_BITS, SIZE_BITS
 from exchange.wire import codes
 from exchange.wire.codes import Bits, Reader
 from exchange.wire.fragmentcodec import EPOCH_BITS, FragmentCodec

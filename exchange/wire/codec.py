@@ -6,7 +6,7 @@ Layout, most significant bit first (sizes in bits; ``w(n) = ceil(log2 n)``)::
               | zeros to a byte [| tag 32] [| checksum 8, 16 or 32], see `exchange.wire.sealing`; with a tag all behind
               the head is encrypted
     head      definition hash 8 | sender w(nodes) | epoch mod 4 2 | frame mod 4 2 [| zeros to a byte, for encryption]
-    account   holdings, if the policy reports them: `exchange.planning`
+    account   holdings, if the policy reports them: `exchange.policy.planning`
     section   0 age, fact, sequence: an own fragment that is a whole block of a single fact
               100 age, part, facts, sequence: any other own fragment
               101 origin w(origins), epoch 2 or more, age, part, facts, sequence: a relayed fragment
@@ -38,7 +38,6 @@ from functools import lru_cache
 from itertools import product
 from typing import NamedTuple
 
-from exchange.ack import Acknowledgement, acknowledged
 from exchange.errors import ConfigurationError, DefinitionFault, PeerFault
 from exchange.packets import (
     MASK_BITS,
@@ -53,7 +52,8 @@ from exchange.packets import (
     Summary,
     name_of_item,
 )
-from exchange.policies import AckPolicy, bits_beside
+from exchange.policy.acknowledgement import Acknowledgement, acknowledged
+from exchange.policy.policies import AckPolicy, bits_beside
 from exchange.wire import codes
 from exchange.wire.accounts import AccountCodec
 from exchange.wire.codes import Bits, FieldSize, Reader, width

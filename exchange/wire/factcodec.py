@@ -6,18 +6,18 @@ all ones, are escaped and exact (`exchange.wire.codes`). A text is its length in
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from functools import lru_cache, partial
 from typing import Any
 
 from exchange.errors import ConfigurationError, PeerFault
-from exchange.wire import uncertainties
 from exchange.wire.codes import (
     LARGEST,
     AttributeNames,
     Bits,
     FieldSize,
     Reader,
+    Take,
     name_fields,
     read_beyond,
     value_lines,
@@ -85,7 +85,7 @@ class FactCodec:
             FieldSize("fact", "subject", self.subject_bits, f"one of {self.n_instances} instances"),
             *name_fields(self.names),
             *value_lines(self._attributes, self._value_bits, self._n_values),
-            *uncertainties.uncertainty_lines(self._attributes),
+            *_uncertainty_lines(self._attributes),
             FieldSize("fact", "another follows", 1, "of all but own single facts"),
         ]
 
@@ -116,7 +116,7 @@ class FactCodec:
         bits = (subject << self.names.sizes[uid] | self.names.names[uid]) << value_size | value_bits
         size_bits = self.subject_bits + self.names.sizes[uid] + value_size
         if uid in self._uncertain:
-            more, more_bits = uncertainties.uncertainty_bits(self._uncertain[uid], sigma)
+            more, more_bits = _uncertainty_bits(self._uncertain[uid], sigma)
             return bits << more_bits | more, size_bits + more_bits
         if sigma is not None:
             raise ConfigurationError(f"{self._attributes[uid].name}: its values carry no uncertainty, not {sigma}")
@@ -160,7 +160,7 @@ class FactCodec:
             raise PeerFault(f"instance {subject} is not one of {self.n_instances}")
         value = self._readers[uid](reader)
         if uid in self._uncertain:
-            return PropertyValue(subject, uid, value, uncertainties.read(self._uncertain[uid], take))
+            return PropertyValue(subject, uid, value, _read_uncertainty(self._uncertain[uid], take))
         return tuple.__new__(PropertyValue, (subject, uid, value, None))
 
     def _reader_of(self, attribute: Attribute) -> Callable[[Reader], Value]:
@@ -256,3 +256,33 @@ def _read_number(field: Field, reader: Reader) -> float:
     if not 0 <= steps < field.n_values:
         reader.is_beyond = True
     return field.grid.value_at(steps)
+
+
+def _uncertainty_bits(attribute: Attribute, uncertainty: float | None) -> Bits:
+    """Encode an uncertainty; None for absent."""
+    grid = attribute.uncertainty
+    if grid is None or uncertainty is None:
+        return 0, 1
+    return 1 << grid.size_bits | attribute.encode_uncertainty(uncertainty), 1 + grid.size_bits
+
+
+def _read_uncertainty(attribute: Attribute, take: Take) -> float | None:
+    """Decode an uncertainty, None if absent; raise PeerFault if invalid."""
+    grid = attribute.uncertainty
+    if grid is None or not take(1):
+        return None
+    try:
+        return grid.decode(take(grid.size_bits))
+    except ValueError as error:
+        raise PeerFault(f"uncertainty of {attribute.name}: {error}") from None
+
+
+def _uncertainty_lines(attributes: Iterable[Attribute]) -> list[FieldSize]:
+    """List the uncertainty fields."""
+    return [
+        FieldSize(
+            "fact", f"uncertainty of {attribute.name}", 1 + attribute.uncertainty.size_bits, "1 where it carries none"
+        )
+        for attribute in attributes
+        if attribute.uncertainty is not None
+    ]

@@ -25,8 +25,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from exchange.acoustics.link import Transmission
 from exchange.arithmetic import distance
+from exchange.channel.link import Transmission
 from missions.arrows.detectors import ANOMALY, unidentified
 from missions.arrows.scenario import ArrowsScenario
 from missions.arrows.seafloor import Array

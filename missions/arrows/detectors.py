@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections import Counter
 from typing import ClassVar
 
-from exchange.acoustics import loss
 from exchange.arithmetic import distance
+from exchange.channel import loss
 from missions.arrows.scenario import DETECTORS, NOTHING
 from missions.arrows.seafloor import (
     MOST_LOOKS,

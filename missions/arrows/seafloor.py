@@ -19,7 +19,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from exchange.acoustics import loss
+from exchange.channel import loss
 from missions.arrows.scenario import DETECTORS, ArrowsScenario, DetectorTable, KindTable
 from remoras.work import Point
 

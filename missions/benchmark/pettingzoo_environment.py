@@ -23,7 +23,7 @@ from greenlet import getcurrent, greenlet
 from gymnasium import spaces
 from pettingzoo import ParallelEnv
 
-from exchange.acoustics.loss import EPISODES, uniform
+from exchange.channel.loss import EPISODES, uniform
 from missions.benchmark.running import Bounds
 from missions.benchmark.suite import suite_named
 from missions.errors import OutputError

@@ -21,8 +21,8 @@ from typing import Any, NamedTuple
 import tomli_w
 from pydantic import Field, ValidationError
 
-from exchange.acoustics.loss import STATES
-from exchange.acoustics.network import shipped as shipped_networks
+from exchange.channel.loss import STATES
+from exchange.channel.network import shipped as shipped_networks
 from missions.disk import write_synced
 from missions.document import Document
 from missions.errors import ConfigurationError, ConfigurationFault, OutputError

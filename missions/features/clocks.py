@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 
 from pydantic import Field
 
-from exchange.acoustics import loss
 from exchange.arithmetic import distance, length
-from exchange.peering.offsets import Offsets
+from exchange.channel import loss
+from exchange.manager.peers import Offsets
 from missions.feature import Feature, Joining
 from remoras.events import Host, Observer
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Row, Table

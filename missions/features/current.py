@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 
 from pydantic import Field, field_validator
 
-from exchange.acoustics import loss
 from exchange.arithmetic import length
+from exchange.channel import loss
 from missions.errors import ConfigurationFault
 from missions.feature import Feature, Joining
 from missions.files import shown

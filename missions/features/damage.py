@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 
 from pydantic import Field
 
-from exchange.acoustics import loss
-from exchange.acoustics.channel import Arrival, Channel
+from exchange.channel import loss
+from exchange.channel.channel import Arrival, Channel
 from missions.errors import ConfigurationFault
 from missions.feature import Feature, Joining
 from remoras.events import Observer

@@ -26,8 +26,8 @@ from typing import TYPE_CHECKING
 
 from pydantic import Field
 
-from exchange.acoustics import loss
 from exchange.arithmetic import TAU, distance, length
+from exchange.channel import loss
 from missions.errors import ConfigurationFault, one_of
 from missions.feature import Feature, Joining
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric

@@ -1,4 +1,4 @@
-"""Switch ``communication.parking = false``: no suspension (``exchange.peering.parking``)."""
+"""Switch ``communication.parking = false``: no suspension (``exchange.manager.receiver``)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Switch ``communication.relaying = false``: no relaying (``exchange.peering.relaying``)."""
+"""Switch ``communication.relaying = false``: no relaying (``exchange.manager.relaying``)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Switch ``communication.summaries = false``: see ``exchange.peering.summaries``."""
+"""Switch ``communication.summaries = false``: see ``exchange.manager.summaries``."""
 
 from __future__ import annotations
 

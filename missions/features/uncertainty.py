@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from pydantic import Field
 
-from exchange.acoustics import loss
+from exchange.channel import loss
 from missions.feature import Feature, Joining
 from remoras.events import Observer
 from remoras.table import Section

@@ -14,8 +14,8 @@ from typing import ClassVar
 
 from pydantic import Field
 
-from exchange.acoustics import loss
 from exchange.arithmetic import distance, sincos
+from exchange.channel import loss
 from missions.fieldwork.helping import NEWS_FRAMES, Help, HelpAwaited
 from missions.fieldwork.sites import SiteSurvey
 from missions.meeting.staying import DONE_BY, THERE_M, AnyonesJob, Stay

@@ -13,7 +13,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from exchange.acoustics import loss
+from exchange.channel import loss
 from missions.mapping.scenario import FindsTable, MappingRole, MappingScenario
 from missions.mapping.sensors import Cell, Seabed, SeabedFeature, SeaObject, Stays, mapping_speed_mps, swath_m
 from missions.meeting.job_mission import with_needs

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from copy import deepcopy
 from typing import Any
 
-from exchange.acoustics.loss import GROUNDS, uniform
+from exchange.channel.loss import GROUNDS, uniform
 
 MAPPERS = (3, 4)
 """Mapping vehicles; with the surface vehicle, the size of the smallest measured networks."""

@@ -18,8 +18,8 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from exchange.acoustics import loss
 from exchange.arithmetic import distance
+from exchange.channel import loss
 from missions.mapping.survey import contains
 from remoras.database import VehicleData
 from remoras.recorder import TIME, VEHICLE, Column, Table

@@ -15,8 +15,8 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from exchange.acoustics import loss
 from exchange.arithmetic import TAU, distance, sincos
+from exchange.channel import loss
 from missions.meeting.staying import AnyonesJob, Stay
 from remoras.behaviours import DONE, IDLE, Behaviour, Perception, Reference, distance_m
 from remoras.beliefs import Known

@@ -12,8 +12,8 @@ from typing import ClassVar
 
 from pydantic import Field
 
-from exchange.acoustics import loss
 from exchange.arithmetic import distance
+from exchange.channel import loss
 from missions.errors import ConfigurationFault
 from missions.figure import Declared, Place
 from missions.meeting.job_mission import (

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from exchange.acoustics import loss
+from exchange.channel import loss
 from exchange.drivers import Driver, Pace, TimedPacket
 from exchange.errors import PeerFault
 from missions.nodes.alone import LoneVehicle

@@ -14,8 +14,8 @@ from typing import ClassVar
 
 from pydantic import Field
 
-from exchange.acoustics import loss
 from exchange.arithmetic import distance
+from exchange.channel import loss
 from remoras.database import VehicleData
 from remoras.recorder import TIME, VEHICLE, Column, Table
 from remoras.sensor import Fact, Observation, Pose, Sensor, SensorSettings, normal_error

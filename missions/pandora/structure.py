@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
-from exchange.acoustics import loss
 from exchange.arithmetic import TAU, distance, length, sincos
+from exchange.channel import loss
 from missions.pandora.scenario import ANY_VALVE, KINDS, PandoraScenario, UpsetTable, ValveTable, job_of
 from missions.pandora.sensors import ArmSettings, CameraSettings, Structure, TruePart, WrenchSettings
 from remoras.beliefs import Key, Known

@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
-from exchange.acoustics.channel import BroadcastChannel, Channel
-from exchange.manager import ExchangeManager, Options
+from exchange.channel.channel import BroadcastChannel, Channel
+from exchange.manager.manager import ExchangeManager, Options
 from exchange.wire.codec import renewed
 from missions.feature import Joining
 from missions.runs.setup import Setup, recorder_of_mission, sensors_of, world_model

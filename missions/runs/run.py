@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from exchange.acoustics.channel import Channel
+from exchange.channel.channel import Channel
 from missions.files import OURS, is_reference, texts
 from missions.runs.assembly import assemble
 from missions.runs.setup import Setup, resolved
@@ -23,7 +23,7 @@ from remoras.truth import reachable_fraction
 class Root(int):
     """Seed that records its use.
 
-    All draws go through ``exchange.acoustics.loss``, which adds 1 to the seed before scrambling it; so no draw goes
+    All draws go through ``exchange.channel.loss``, which adds 1 to the seed before scrambling it; so no draw goes
     unrecorded.
 
     >>> seed = Root(7)

@@ -6,9 +6,9 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from exchange.acoustics.models import Deployment
-from exchange.acoustics.modems import Modem
-from exchange.policies import AckPolicy
+from exchange.channel.models import Deployment
+from exchange.channel.modems import Modem
+from exchange.policy.policies import AckPolicy
 from exchange.schedule import TdmaSchedule
 from exchange.wire.codec import Codec, Framing, Widths
 from missions.errors import ConfigurationError, ConfigurationFault

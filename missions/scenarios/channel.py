@@ -1,6 +1,6 @@
 """The table ``[channel]``: loss model, its settings, and blackouts.
 
-Each model declares its settings: see ``exchange.acoustics.models``.
+Each model declares its settings: see ``exchange.channel.models``.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, Field, SerializationInfo, ValidationError, model_serializer
 
-from exchange.acoustics.acoustic import AcousticChannel
-from exchange.acoustics.channel import Blackout
-from exchange.acoustics.link import LinkModel, Transmission
-from exchange.acoustics.models import (
+from exchange.channel.acoustic import AcousticChannel
+from exchange.channel.channel import Blackout
+from exchange.channel.link import LinkModel, Transmission
+from exchange.channel.models import (
     ChannelModel,
     Deployment,
     GilbertElliottChannel,
@@ -29,9 +29,9 @@ from exchange.acoustics.models import (
     SettingFault,
     hash_of,
 )
-from exchange.acoustics.network import NetworkChannel, file_in
-from exchange.acoustics.shipped import CHANNELS
-from exchange.acoustics.trace import TraceChannel
+from exchange.channel.network import NetworkChannel, file_in
+from exchange.channel.shipped import CHANNELS
+from exchange.channel.trace import TraceChannel
 from missions.document import Document, fault_of
 from missions.errors import ConfigurationError, ConfigurationFault, one_of
 from missions.files import is_number, text_of
@@ -198,7 +198,7 @@ def model_named(name: str) -> type[ChannelModel]:
     found = named_object(name)
     if not (isinstance(found, type) and issubclass(found, ChannelModel)):
         what = f"class {found.__name__}" if isinstance(found, type) else f"object of {type(found).__name__}"
-        raise PluginError(f"a subclass of exchange.acoustics.models.ChannelModel is needed, not the {what}")
+        raise PluginError(f"a subclass of exchange.channel.models.ChannelModel is needed, not the {what}")
     lacking = [part for part in COMPULSORY if getattr(found, part) is getattr(ChannelModel, part)]
     if lacking or not found.title:
         raise PluginError(f"a channel model: lacks {', '.join([*lacking, *([] if found.title else ['title'])])}")

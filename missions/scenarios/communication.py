@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 
-from exchange.acoustics.modems import LEAST_BYTES, MEASURED, Modem, Profile, modems
+from exchange.channel.modems import LEAST_BYTES, MEASURED, Modem, Profile, modems
 from exchange.errors import ExchangeError
-from exchange.policies import POLICIES, AckPolicy, checked_policy, header_bits
-from exchange.queueing.limits import Deadline, Goby
-from exchange.values import ADDITIVE, Age, ValueRule
+from exchange.policy.limits import Deadline, Goby
+from exchange.policy.policies import POLICIES, AckPolicy, checked_policy, header_bits
+from exchange.policy.values import ADDITIVE, Age, ValueRule
 from exchange.wire.sealing import Seal, key_in
 from missions.document import Document
 from missions.errors import ConfigurationFault, one_of

@@ -22,8 +22,8 @@ from typing import Any, NamedTuple
 
 from pydantic import ValidationError
 
-from exchange.acoustics.modems import Modem
 from exchange.arithmetic import distance
+from exchange.channel.modems import Modem
 from missions.errors import ConfigurationFault, one_of
 from missions.files import shown
 from missions.scenarios.communication import MODEMS, Communication, modem_in

@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Final, Literal
 
 from pydantic import ConfigDict, Field, field_validator
 
-from exchange.acoustics.models import Deployment
+from exchange.channel.models import Deployment
 from missions.errors import ConfigurationFault
 from missions.scenarios.channel import ChannelTable
 from missions.scenarios.communication import Communication, ModemTable, modem_named

@@ -26,8 +26,8 @@ from typing import Literal
 
 from pydantic import Field
 
-from exchange.acoustics import loss
 from exchange.arithmetic import distance, exp
+from exchange.channel import loss
 from missions.trident.scenario import ActivityTable, Response, TridentScenario
 from missions.trident.site import Lying, Site, Tile
 from remoras.beliefs import Key

@@ -11,8 +11,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from exchange.acoustics import loss
 from exchange.arithmetic import distance
+from exchange.channel import loss
 from remoras.work import Point
 
 Tile = tuple[int, int]

@@ -55,7 +55,7 @@ def _said_by(module: str, name: str) -> Names:
 _scenarios = _said_by("missions.files", "shipped")
 _studies = _said_by("missions.files", "shipped_studies")
 _strategies = _said_by("remoras.strategies", "strategies")
-_networks = _said_by("exchange.acoustics.network", "shipped")
+_networks = _said_by("exchange.channel.network", "shipped")
 
 
 def _keys(ctx: typer.Context) -> Iterable[str]:
@@ -117,9 +117,9 @@ study = _offering(_studies, TOML)
 scenario_or_study = _offering(lambda ctx: [*_scenarios(ctx), *_studies(ctx)], TOML)
 strategy = _offering(_strategies, (".py",))
 strategy_name = _offering(_strategies)
-policy = _offering(_said_by("exchange.policies", "POLICIES"))
-channel = _offering(_said_by("exchange.acoustics.shipped", "CHANNELS"))
-modem = _offering(_said_by("exchange.acoustics.modems", "modems"))
+policy = _offering(_said_by("exchange.policy.policies", "POLICIES"))
+channel = _offering(_said_by("exchange.channel.shipped", "CHANNELS"))
+modem = _offering(_said_by("exchange.channel.modems", "modems"))
 network = _offering(_networks, (".toml", ".csv"))
 sea = _offering(lambda ctx: [*_networks(ctx), *_scenarios(ctx)], (".toml", ".csv"))
 setting = _offering(lambda ctx: [f"{key}=" for key in _keys(ctx)])

@@ -30,8 +30,8 @@ from remoras.cli.runs import Seed, Settings
 from remoras.process import Progress
 
 if TYPE_CHECKING:
-    from exchange.acoustics.network import Network
-    from exchange.policies import AckPolicy
+    from exchange.channel.network import Network
+    from exchange.policy.policies import AckPolicy
     from exchange.study.study import ExchangeStudy, StudyRow
     from missions.scenarios.scenario import Scenario
     from visualisation.reach import DrawnPackets, ModemReach
@@ -64,7 +64,7 @@ def loss_rates(text: str) -> tuple[float, ...]:
 
 def named(policies: Iterable[str]) -> list[str | AckPolicy]:
     """Resolve external policies and expand ``all`` to the six of the paper; shipped names stay."""
-    from exchange.policies import PAPER_POLICIES
+    from exchange.policy.policies import PAPER_POLICIES
     from missions.scenarios.communication import policy_of
 
     names = [name for part in policies for name in (PAPER_POLICIES if part == "all" else (part,))]
@@ -283,8 +283,8 @@ def sea(
 
 def _is_network(name: str) -> bool:
     """True if a name or file is a network; other files count as scenarios."""
-    from exchange.acoustics.network import file_in
-    from exchange.acoustics.network import shipped as networks
+    from exchange.channel.network import file_in
+    from exchange.channel.network import shipped as networks
     from missions.files import has_table, shipped
 
     if not (file := file_in(name)):
@@ -340,7 +340,7 @@ def _refuse_other_channels(settings: Sequence[str]) -> None:
 
 def _reach(scenario: Scenario, ranges_m: Sequence[float]) -> ModemReach:
     """Delivery over range of the scenario's modem, with water between the depths of its fleet."""
-    from exchange.acoustics.acoustic import AcousticChannel
+    from exchange.channel.acoustic import AcousticChannel
     from visualisation.reach import ModemReach, Point
 
     channel, deployment = scenario.channel.settings(), scenario.deployment
@@ -361,8 +361,8 @@ def _reach(scenario: Scenario, ranges_m: Sequence[float]) -> ModemReach:
 
 
 def _drawn(scenario: Scenario, ranges_m: Sequence[float], n_packets: int, seed: int) -> tuple[DrawnPackets, ...]:
-    from exchange.acoustics.acoustic import AcousticChannel
-    from exchange.acoustics.channel import n_arrived
+    from exchange.channel.acoustic import AcousticChannel
+    from exchange.channel.channel import n_arrived
     from visualisation.reach import DrawnPackets
 
     channel, deployment = scenario.channel.settings(), scenario.deployment
@@ -427,8 +427,8 @@ def _print(reaches: Sequence[ModemReach]) -> None:
 
 
 def _describe_network(name: str, out: Path | None, file_format: Format, as_json: bool) -> None:
-    from exchange.acoustics.models import LinkFileError
-    from exchange.acoustics.network import network_of
+    from exchange.channel.models import LinkFileError
+    from exchange.channel.network import network_of
 
     try:
         network = network_of(name)

@@ -11,10 +11,10 @@ from typing import Annotated, Any
 
 import typer
 
-from exchange.acoustics.modems import MEASURED, Modem, modems
-from exchange.acoustics.network import shipped as shipped_networks
-from exchange.acoustics.shipped import CHANNELS
-from exchange.policies import POLICIES
+from exchange.channel.modems import MEASURED, Modem, modems
+from exchange.channel.network import shipped as shipped_networks
+from exchange.channel.shipped import CHANNELS
+from exchange.policy.policies import POLICIES
 from missions.errors import LONGEST_VALUE, cut
 from missions.files import shipped_abouts, shipped_studies
 from remoras.cli import completion

@@ -119,7 +119,7 @@ def _print_example(kind: str, name: str) -> None:
 
 def _scenario(name: str, given: Mapping[str, str | None]) -> str:
     """Scenario text from options and defaults; prompts on a terminal without options."""
-    from exchange.acoustics.modems import modems
+    from exchange.channel.modems import modems
     from missions.mapping.beginning import questions_of, scenario_text
 
     ranges_m = {modem.name: modem.range_m for modem in modems().values()}

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from mesa import Agent, Model
 
-from exchange.acoustics.channel import Arrival
+from exchange.channel.channel import Arrival
 from remoras.beliefs import Beliefs, Fact
 from remoras.events import Clock, Event, Host, Observer, Priority, listening
 from remoras.fleet.traffic import Medium, Traffic

@@ -18,7 +18,7 @@ from types import MappingProxyType
 from typing import NamedTuple, Protocol
 
 from exchange.arithmetic import distance, length
-from exchange.manager import ExchangeManager
+from exchange.manager.manager import ExchangeManager
 from exchange.packets import Fragment, InfluenceSignal, ItemUid, Met, Reception, Transmission, name_of
 from remoras.beliefs import Beliefs, Fact
 from remoras.fleet.run_log import Contacts, note_acknowledged, note_expired, note_slot

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from exchange.manager import ExchangeManager
+from exchange.manager.manager import ExchangeManager
 from exchange.packets import Met, Reception, Transmission
 from remoras.activities import Objective, WeighedSet
 from remoras.htn import Execution, Task
@@ -19,8 +19,8 @@ from remoras.work import Computed
 
 if TYPE_CHECKING:
     from exchange.packets import ItemUid
-    from exchange.queueing.limits import Expiry
-    from exchange.queueing.queue import Queue
+    from exchange.policy.limits import Expiry
+    from exchange.policy.queue import Queue
     from worldmodel import WorldModel
 
 

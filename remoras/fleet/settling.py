@@ -16,7 +16,7 @@ from remoras.fleet.vehicle import Vehicle
 from remoras.recorder import SETTLING, Recorder
 
 if TYPE_CHECKING:
-    from exchange.acoustics.channel import Arrival
+    from exchange.channel.channel import Arrival
 
 
 class Settled(NamedTuple):

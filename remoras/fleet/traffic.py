@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
-from exchange.acoustics.channel import Arrival, Channel, Collisions, Hearing
-from exchange.acoustics.modems import Modem
+from exchange.channel.channel import Arrival, Channel, Collisions, Hearing
+from exchange.channel.modems import Modem
 from exchange.packets import Transmission
 from exchange.schedule import GRACE_S, TdmaSchedule
 from remoras.events import Clock, Event, Priority, ShownTime

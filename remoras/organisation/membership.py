@@ -28,7 +28,7 @@ from collections.abc import Collection, Iterable, Mapping
 from typing import NamedTuple
 
 from exchange.arithmetic import distance
-from exchange.peering.peers import Link, LossEstimate
+from exchange.manager.peers import Link, LossEstimate
 from remoras.organisation import Organisation
 from remoras.work import Outlook, Point, Work
 

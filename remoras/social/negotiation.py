@@ -25,7 +25,7 @@ from remoras.work import Job, Outlook, Point, Work
 from worldmodel import Block, Change, TBox
 
 if TYPE_CHECKING:
-    from exchange.peering.peers import PeerLinks
+    from exchange.manager.peers import PeerLinks
     from remoras.organisation.leadership import Age
 
 LEG = 1.5

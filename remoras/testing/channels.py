@@ -12,10 +12,10 @@ from functools import partial
 from random import Random
 from typing import NamedTuple
 
-from exchange.acoustics import loss
-from exchange.acoustics.link import LinkModel, Transmission
-from exchange.acoustics.models import ChannelModel, Deployment
-from exchange.acoustics.modems import modems
+from exchange.channel import loss
+from exchange.channel.link import LinkModel, Transmission
+from exchange.channel.models import ChannelModel, Deployment
+from exchange.channel.modems import modems
 from exchange.drivers import Driver, Pace
 
 Model = type[ChannelModel] | ChannelModel

@@ -13,12 +13,12 @@ from random import Random
 
 import numpy as np
 
-from exchange.ack import PacketLog, acknowledged, members
-from exchange.policies import AckPolicy, header_bits, policy_fault, policy_named
+from exchange.policy.acknowledgement import PacketLog, acknowledged, members
+from exchange.policy.policies import AckPolicy, header_bits, policy_fault, policy_named
+from exchange.policy.values import Moment, QueuePlace, ValueRule, Waiting
 from exchange.study.compiler import as_python, slot_loops
 from exchange.study.parts import REMEMBERED_WORDS, TrialPlan, play
 from exchange.study.trial import Load
-from exchange.values import Moment, QueuePlace, ValueRule, Waiting
 from exchange.wire.codec import Codec
 from remoras.plugins import named_object
 from worldmodel import Terms, core_ontology_paths, read_tbox

@@ -8,7 +8,7 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from exchange.acoustics.channel import Arrival
+from exchange.channel.channel import Arrival
 from missions.mapping import MappingMission
 from missions.mapping.jobs import SurveyJob
 from missions.mapping.sensors import SwathSettings

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from invoked import MAIN, remoras
 
-from exchange.acoustics.shipped import CHANNELS
+from exchange.channel.shipped import CHANNELS
 from missions.files import shipped, shipped_studies
 from remoras.cli.app import GROUPS, HOMES
 from remoras.strategies import strategies

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 from invoked import remoras
 
-from exchange.acoustics.modems import modems
-from exchange.acoustics.network import network_of, shipped
+from exchange.channel.modems import modems
+from exchange.channel.network import network_of, shipped
 
 
 def points(*arguments: object) -> list[dict[str, float]]:

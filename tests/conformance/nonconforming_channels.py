@@ -6,8 +6,8 @@ from typing import Any
 
 from pydantic import Field
 
-from exchange.acoustics.link import Bernoulli, LinkModel, Transmission
-from exchange.acoustics.models import BernoulliChannel, ChannelModel, Deployment
+from exchange.channel.link import Bernoulli, LinkModel, Transmission
+from exchange.channel.models import BernoulliChannel, ChannelModel, Deployment
 
 
 @dataclass(frozen=True)

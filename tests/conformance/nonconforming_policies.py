@@ -1,7 +1,7 @@
 """Policies that break one rule each, and one from outside that keeps to all: they prove that the checks can fail."""
 
-from exchange.ack import Acknowledgement
-from exchange.policies import ACK, M_ACK, MPS_ACK, AckPolicy
+from exchange.policy.acknowledgement import Acknowledgement
+from exchange.policy.policies import ACK, M_ACK, MPS_ACK, AckPolicy
 
 STATE = {"n_called": 0}
 

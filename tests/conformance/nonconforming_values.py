@@ -2,7 +2,7 @@
 
 import math
 
-from exchange.values import Moment, QueuePlace, Waiting
+from exchange.policy.values import Moment, QueuePlace, Waiting
 
 
 class Nameless:

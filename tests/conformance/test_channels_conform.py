@@ -6,10 +6,10 @@ from pathlib import Path
 import nonconforming_channels as broken
 import pytest
 
-from exchange.acoustics.acoustic import AcousticChannel
-from exchange.acoustics.models import BernoulliChannel, GilbertElliottChannel, MatrixChannel
-from exchange.acoustics.shipped import CHANNELS
-from exchange.acoustics.trace import TraceChannel
+from exchange.channel.acoustic import AcousticChannel
+from exchange.channel.models import BernoulliChannel, GilbertElliottChannel, MatrixChannel
+from exchange.channel.shipped import CHANNELS
+from exchange.channel.trace import TraceChannel
 from missions.scenarios.channel import model_named
 from remoras.errors import PluginError
 from remoras.testing import channels as conformance

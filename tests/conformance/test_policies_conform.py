@@ -7,7 +7,7 @@ import nonconforming_policies as broken
 import pytest
 
 from exchange.errors import ConfigurationError
-from exchange.policies import POLICIES, AckPolicy
+from exchange.policy.policies import POLICIES, AckPolicy
 from remoras.testing import policies as conformance
 
 CONFORMING = {**POLICIES, "from outside": broken.SPARSE}

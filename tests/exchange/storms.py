@@ -17,10 +17,10 @@ from stress.reference_record import Aired, Flaw, Life, Witness
 
 from benchmarks import manager_fleet
 from benchmarks.manager_fleet import AREA_DONE, MAPPED_CELL, POSITION, SLOT_S, TBOX, bay
-from exchange.acoustics import loss
-from exchange.manager import ExchangeManager, Options
+from exchange.channel import loss
+from exchange.manager.manager import ExchangeManager, Options
 from exchange.packets import ItemUid, Reception
-from exchange.policies import POLICIES
+from exchange.policy.policies import POLICIES
 from exchange.schedule import TdmaSchedule
 from exchange.wire.codec import Codec, Framing
 from worldmodel import TYPE_UID, Keeping, Stated, WorldModel, merge, tidy

@@ -5,9 +5,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmarks.manager_fleet import MAPPED_CELL, N_BLOCKS, ManagerFleet, codec_of, needs
-from exchange.coding import symbol, symbol_key
 from exchange.packets import Account, HolderSet, OriginStatement
-from exchange.planning import MOST_STATED, MOST_SYMBOL_BYTES, MOST_SYMBOLS, holder_set_bits, statement_bits
+from exchange.policy.coding import symbol, symbol_key
+from exchange.policy.planning import MOST_STATED, MOST_SYMBOL_BYTES, MOST_SYMBOLS, holder_set_bits, statement_bits
 from exchange.wire.accounts import AccountCodec
 from worldmodel import Block, PropertyValue
 

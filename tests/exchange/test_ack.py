@@ -9,7 +9,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from exchange.policies import ACK, MPS_ACK, PAPER_POLICIES, AckPolicy
+from exchange.policy.policies import ACK, MPS_ACK, PAPER_POLICIES, AckPolicy
 from remoras.testing.policies import Nodes
 
 Items = frozenset[int]
@@ -175,6 +175,6 @@ def test_without_row_clearing_the_paper_believes_what_is_false(name: str) -> Non
 
 def test_the_module_loads_neither_numba_nor_numpy() -> None:
     """A vehicle never waits for a compiler."""
-    code = "import sys, exchange, exchange.manager; print({'numba', 'numpy'} & set(sys.modules))"
+    code = "import sys, exchange, exchange.manager.manager; print({'numba', 'numpy'} & set(sys.modules))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "set()"

@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from exchange.acoustics.acoustic import AcousticChannel
-from exchange.acoustics.channel import BroadcastChannel
-from exchange.acoustics.link import Perfect, Transmission
-from exchange.acoustics.models import Deployment
-from exchange.acoustics.modems import modems
+from exchange.channel.acoustic import AcousticChannel
+from exchange.channel.channel import BroadcastChannel
+from exchange.channel.link import Perfect, Transmission
+from exchange.channel.models import Deployment
+from exchange.channel.modems import modems
 from exchange.schedule import TdmaSchedule
 
 NANO = modems()["nanomodem-v3"]

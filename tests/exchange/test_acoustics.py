@@ -12,7 +12,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from exchange.acoustics.error_rates import (
+from exchange.channel.error_rates import (
     Fading,
     Modulation,
     block_loss,
@@ -25,7 +25,7 @@ from exchange.acoustics.error_rates import (
     packet_loss,
     steady,
 )
-from exchange.acoustics.link_budget import (
+from exchange.channel.link_budget import (
     Budget,
     francois_garrison_db_per_km,
     noise_db_per_hz,

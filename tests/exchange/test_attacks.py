@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from storms import AREA, DOUBLED, HEARD, LOST, Fate, Storm, chances, creates, damaged, late, maps, replayed, storm_of
 
 from benchmarks.manager_fleet import AREA_DONE, POSITION
-from exchange.policies import POLICIES
+from exchange.policy.policies import POLICIES
 from worldmodel import TYPE_UID
 
 EVERY_POLICY = pytest.mark.parametrize("policy", sorted(POLICIES))

@@ -28,10 +28,10 @@ from benchmarks.manager_fleet import (
     instances,
     needs,
 )
-from exchange.coding import symbol, symbol_key
 from exchange.errors import PeerFault
 from exchange.packets import Account, Fragment, HolderSet, InfluenceSignal, ItemUid, OriginStatement, Packet, Summary
-from exchange.policies import POLICIES
+from exchange.policy.coding import symbol, symbol_key
+from exchange.policy.policies import POLICIES
 from exchange.wire.codec import Codec, Framing
 from worldmodel import STATUS, PropertyValue
 

@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.manager_fleet import BATTERY, MAPPED_CELL, POSITION, bay, cells, codec_of
-from exchange.blocks import MAX_FRAGMENTS, Assembly, fragments_of
 from exchange.errors import ConfigurationError
+from exchange.manager.fragmentation import MAX_FRAGMENTS, Assembly, fragments_of
 from exchange.packets import Fragment
 from worldmodel import EPOCHS, Block, PropertyValue
 

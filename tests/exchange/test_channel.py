@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from exchange.acoustics.channel import Blackout, BroadcastChannel
-from exchange.acoustics.link import Bernoulli, Perfect
-from exchange.acoustics.loss import uniform
-from exchange.acoustics.modems import modems
+from exchange.channel.channel import Blackout, BroadcastChannel
+from exchange.channel.link import Bernoulli, Perfect
+from exchange.channel.loss import uniform
+from exchange.channel.modems import modems
 
 MODEM = modems()["nanomodem-v3"]
 SQUARE_M = [(0.0, 0.0), (300.0, 400.0), (-900.0, 0.0), (0.0, 1500.0)]

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from benchmarks.manager_fleet import DURATION_S, N_BLOCKS, TBOX, attribute, cells, codec_of, instances
 from exchange.errors import ConfigurationError, DefinitionFault, PeerFault
 from exchange.packets import Fragment, InfluenceSignal, Packet, Summary
-from exchange.policies import ACK, POLICIES, AckPolicy
+from exchange.policy.policies import ACK, POLICIES, AckPolicy
 from exchange.wire.codec import GRAMMAR, Codec, Widths
 from missions.runs.setup import resolved
 from missions.scenarios.loading import load

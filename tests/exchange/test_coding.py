@@ -3,7 +3,18 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from exchange.coding import MOST_ROWS, NONZERO, Decoder, added, coefficient, inverse, scaled, symbol, symbol_key, times
+from exchange.policy.coding import (
+    MOST_ROWS,
+    NONZERO,
+    Decoder,
+    added,
+    coefficient,
+    inverse,
+    scaled,
+    symbol,
+    symbol_key,
+    times,
+)
 
 NUMBERS = st.integers(0, 255)
 

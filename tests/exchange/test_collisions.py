@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from exchange.acoustics.channel import Arrival, Collisions
-from exchange.acoustics.loss import uniform
+from exchange.channel.channel import Arrival, Collisions
+from exchange.channel.loss import uniform
 
 LENGTH_S = 1.0
 

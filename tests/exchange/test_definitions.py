@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from benchmarks.manager_fleet import DURATION_S, N_BLOCKS, TBOX, ManagerFleet, cells, instances
 from exchange.errors import PeerFault
 from exchange.packets import Fragment, Reception
-from exchange.policies import POLICIES
+from exchange.policy.policies import POLICIES
 from exchange.wire.codec import Codec
 from exchange.wire.definitions import ComparedDefinitions
 

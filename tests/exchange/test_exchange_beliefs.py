@@ -3,9 +3,9 @@
 import pytest
 
 from benchmarks.manager_fleet import cells
+from exchange.manager.beliefs import Beliefs, Sendable, item_set
 from exchange.packets import Fragment, Named, name_of_item
-from exchange.peering.beliefs import Beliefs, Sendable, item_set
-from exchange.policies import ACK
+from exchange.policy.policies import ACK
 
 
 def item(origin: int, sequence: int, part: int = 0, count: int = 1, epoch: int = 0) -> Named:

@@ -5,7 +5,7 @@ import random
 import pytest
 
 from benchmarks.manager_fleet import MAPPED_CELL, ManagerFleet, bay
-from exchange.policies import POLICIES
+from exchange.policy.policies import POLICIES
 from worldmodel import PLAIN, PropertyValue, Terms, Wanted, merge
 
 

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from exchange.acoustics import loss
-from exchange.acoustics.link import GilbertElliott, LinkModel, Matrix, Transmission
+from exchange.channel import loss
+from exchange.channel.link import GilbertElliott, LinkModel, Matrix, Transmission
 
 P_GB, P_BG, PER_GOOD, PER_BAD = 0.1, 0.3, 0.05, 0.8
 """A link that is bad for 0.1 / (0.1 + 0.3) = 1/4 of the time and loses 3/4 * 0.05 + 1/4 * 0.8 = 0.2375."""

@@ -6,9 +6,9 @@ import random
 import pytest
 
 from benchmarks.manager_fleet import ManagerFleet
-from exchange.peering.parking import PARKED
-from exchange.peering.peers import HEARD, KEPT, LOST, SHORTEST_SILENCE, UNLIKELY, LossEstimate
-from exchange.peering.relaying import LossesAt
+from exchange.manager.peers import HEARD, KEPT, LOST, SHORTEST_SILENCE, UNLIKELY, LossEstimate
+from exchange.manager.receiver import PARKED
+from exchange.manager.relaying import LossesAt
 
 N_EFFECTIVE = (1.0 + KEPT) / (1.0 - KEPT)
 """Samples of equal weight that tell as much as very many whose weights fall by ``KEPT``: 127."""

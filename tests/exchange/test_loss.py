@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from exchange.acoustics import loss
-from exchange.acoustics.loss import uniform
+from exchange.channel import loss
+from exchange.channel.loss import uniform
 
 N = 50_000
 
@@ -81,7 +81,7 @@ def test_each_bit_of_input_turns_half_of_the_output() -> None:
 
 def test_compiled_and_interpreted_draws_are_the_same() -> None:
     numba = pytest.importorskip("numba")
-    from exchange.policies import ACK
+    from exchange.policy.policies import ACK
     from exchange.study.compiler import make_compilable
 
     make_compilable(ACK)

@@ -19,7 +19,7 @@ from benchmarks.manager_fleet import (
 )
 from exchange.errors import ConfigurationError
 from exchange.packets import InfluenceSignal, ItemUid
-from exchange.policies import POLICIES, STATING
+from exchange.policy.policies import POLICIES, STATING
 from worldmodel import PropertyValue
 
 

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from exchange.acoustics.acoustic import AcousticChannel, MeasuredLinks, per_at
-from exchange.acoustics.models import Deployment
-from exchange.acoustics.modems import Modem, modems
+from exchange.channel.acoustic import AcousticChannel, MeasuredLinks, per_at
+from exchange.channel.models import Deployment
+from exchange.channel.modems import Modem, modems
 
 PUBLISHED = dict(zip(range(-3, 7), (0.997, 0.952, 0.804, 0.553, 0.245, 0.089, 0.020, 0.010, 0.003, 0.001), strict=True))
 """Of the nanomodem V3 in multipath, by SNR in dB: Sherlock et al., Electronics 11(9):1446 (2022)."""

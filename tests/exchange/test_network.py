@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from exchange.acoustics.link import Transmission
-from exchange.acoustics.models import Deployment
-from exchange.acoustics.modems import modems
-from exchange.acoustics.network import NetworkChannel, OverRange, network_of, shipped
+from exchange.channel.link import Transmission
+from exchange.channel.models import Deployment
+from exchange.channel.modems import modems
+from exchange.channel.network import NetworkChannel, OverRange, network_of, shipped
 
 MODEM = modems()["nanomodem-v3"]
 SINGAPORE = "mission-2012"

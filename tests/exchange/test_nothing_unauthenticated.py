@@ -9,9 +9,9 @@ from test_introductions import SCHEDULE, Process, mission
 from test_sealing import KEY
 
 from benchmarks.manager_fleet import DURATION_S, N_BLOCKS, TBOX, ManagerFleet, cells, instances, needs
-from exchange.manager import ExchangeManager
+from exchange.manager.manager import ExchangeManager
 from exchange.packets import Fragment
-from exchange.policies import POLICIES
+from exchange.policy.policies import POLICIES
 from exchange.wire.codec import Codec, Framing
 from exchange.wire.fragmentcodec import EPOCH_BITS
 

@@ -11,7 +11,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from benchmarks.manager_fleet import assert_study_is_managers
-from exchange.policies import POLICIES, STATING, AckPolicy
+from exchange.policy.policies import POLICIES, STATING, AckPolicy
 
 MAX_SLOTS = 40
 STATING_KIND = nonconforming_policies.SPARSE.acknowledgement._replace(name="stating", states=True)

@@ -3,8 +3,8 @@
 import pytest
 
 from exchange.errors import PeerFault
-from exchange.peering.peers import Met, PeerStates
-from exchange.policies import ACK
+from exchange.manager.peers import Met, PeerStates
+from exchange.policy.policies import ACK
 
 
 def test_an_older_epoch_counts_only_when_it_is_heard_twice_in_a_row() -> None:

@@ -1,7 +1,7 @@
 import pytest
 
 from exchange.errors import ConfigurationError
-from exchange.policies import ACKNOWLEDGEMENTS, POLICIES, AckPolicy, policy_fault, policy_named
+from exchange.policy.policies import ACKNOWLEDGEMENTS, POLICIES, AckPolicy, policy_fault, policy_named
 
 
 @pytest.mark.parametrize("name", POLICIES)

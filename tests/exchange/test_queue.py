@@ -5,9 +5,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from exchange.packets import Fragment
-from exchange.queueing.limits import Expired, Unsaid
-from exchange.queueing.queue import Queue
-from exchange.values import Waiting
+from exchange.policy.limits import Expired, Unsaid
+from exchange.policy.queue import Queue
+from exchange.policy.values import Waiting
 from missions.scenarios.communication import VALUE_RULES
 from worldmodel import STATUS, PropertyValue, Terms
 

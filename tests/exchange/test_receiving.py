@@ -11,9 +11,9 @@ from benchmarks.manager_fleet import (
     instances,
     needs,
 )
-from exchange.manager import ExchangeManager
+from exchange.manager.manager import ExchangeManager
 from exchange.packets import Fragment
-from exchange.policies import POLICIES
+from exchange.policy.policies import POLICIES
 from exchange.wire.codec import Codec, Widths
 from worldmodel import Fault, FaultCode, Keeping, PropertyValue, WorldModel, merge
 

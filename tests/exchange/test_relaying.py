@@ -116,7 +116,7 @@ def told() -> tuple[ManagerFleet, dict[str, bool], ItemUid]:
 @pytest.fixture
 def never_aged(monkeypatch: pytest.MonkeyPatch) -> None:
     """What rests is not woken by its age."""
-    monkeypatch.setattr("exchange.peering.relaying.AGED", math.inf)
+    monkeypatch.setattr("exchange.manager.relaying.AGED", math.inf)
 
 
 Told = tuple[ManagerFleet, dict[str, bool], ItemUid]

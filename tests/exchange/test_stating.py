@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exchange import planning
-from exchange.policies import PAPER_POLICIES, STATING, AckPolicy
+from exchange.policy import planning
+from exchange.policy.policies import PAPER_POLICIES, STATING, AckPolicy
 from exchange.study.study import ExchangeStudy, LoadKind, StudyLoad, StudyRow, run
 
 

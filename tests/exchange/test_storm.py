@@ -12,7 +12,7 @@ from storms import DOUBLED, HEARD, LOST, Fate, Storm, creates, damaged, late, ma
 from stress.reference_record import Life
 
 from benchmarks.manager_fleet import POSITION
-from exchange.policies import POLICIES
+from exchange.policy.policies import POLICIES
 
 
 def storm_of_any(

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from exchange.ack import Acknowledgement
-from exchange.acoustics.loss import link_draw, link_uniform, slot_key, trial_key, uniform
+from exchange.channel.loss import link_draw, link_uniform, slot_key, trial_key, uniform
 from exchange.errors import ConfigurationError
-from exchange.policies import ACK, M_ACK, MPS_ACK, PAPER_POLICIES, POLICIES, STATING, AckPolicy
+from exchange.policy.acknowledgement import Acknowledgement
+from exchange.policy.policies import ACK, M_ACK, MPS_ACK, PAPER_POLICIES, POLICIES, STATING, AckPolicy
 from exchange.study import compiler, trial, trials
 from exchange.study.parameters import BOUND
 from exchange.study.parts import REMEMBERED_WORDS, TrialBatch, TrialPlan, play

@@ -1,8 +1,8 @@
 """Summaries: what is told of holdings, and how often."""
 
+from exchange.manager.beliefs import Holdings
+from exchange.manager.summaries import TIMES_TOLD, Telling
 from exchange.packets import Summary
-from exchange.peering.beliefs import Holdings
-from exchange.peering.summaries import TIMES_TOLD, Telling
 
 LIFE = (2, 0)
 

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from exchange.errors import ConfigurationError
 from exchange.packets import Fragment
-from exchange.policies import POLICIES
+from exchange.policy.policies import POLICIES
 from exchange.wire.codec import Codec
 from tests.worldmodel.test_texts import MOST_BYTES, TBOX
 from worldmodel import PropertyValue

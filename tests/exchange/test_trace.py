@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from exchange.acoustics.link import Transmission
-from exchange.acoustics.models import Deployment, LinkFileError
-from exchange.acoustics.modems import modems
-from exchange.acoustics.trace import LossSeries, TraceChannel, trace_of
+from exchange.channel.link import Transmission
+from exchange.channel.models import Deployment, LinkFileError
+from exchange.channel.modems import modems
+from exchange.channel.trace import LossSeries, TraceChannel, trace_of
 
 POND = Deployment({"Boat": 1, "Diver": 0}, (5.0, 0.0), modems()["nanomodem-v3"], 1000.0, 40.0)
 OUTCOMES = """\

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from sampling import sampled
 
+from exchange.manager.receiver import Listener
 from exchange.packets import Judged, Reception
-from exchange.peering.listening import Listener
 from missions.mapping.metrics import duplicate_fraction
 from missions.runs.run import Run, run
 from missions.scenarios import load, shipped

@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 from pydantic import Field
 
-from exchange.acoustics.link import Bernoulli, LinkModel, Transmission
-from exchange.acoustics.models import BernoulliChannel, ChannelModel, Deployment, SettingFault, VehicleName
+from exchange.channel.link import Bernoulli, LinkModel, Transmission
+from exchange.channel.models import BernoulliChannel, ChannelModel, Deployment, SettingFault, VehicleName
 
 
 class Muddy(NamedTuple):

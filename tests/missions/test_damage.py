@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from recorded import flown
 
-from exchange.acoustics.channel import Arrival
+from exchange.channel.channel import Arrival
 from missions.features.damage import DamagingChannel
 from missions.runs.summary import summary
 from missions.scenarios import load

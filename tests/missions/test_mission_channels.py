@@ -10,8 +10,8 @@ import outside_channels
 import pytest
 from small_mission import CHANNEL, SMALL, faults_of, line_of, pond, run_varied, with_channel
 
-from exchange.acoustics.link import GilbertElliott, Transmission
-from exchange.acoustics.shipped import CHANNELS
+from exchange.channel.link import GilbertElliott, Transmission
+from exchange.channel.shipped import CHANNELS
 from missions.errors import ConfigurationError
 from missions.runs.assembly import channel_of
 from missions.runs.run import Run

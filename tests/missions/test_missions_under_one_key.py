@@ -6,7 +6,7 @@ import pytest
 from cryptography.hazmat.primitives.ciphers import aead
 from diving import together
 
-from exchange.acoustics.channel import Arrival
+from exchange.channel.channel import Arrival
 from exchange.errors import PeerFault
 from missions.errors import ConfigurationError
 from missions.nodes import LoneVehicle, NodePlan, alone, read_log

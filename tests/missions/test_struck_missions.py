@@ -7,7 +7,7 @@ from functools import cache
 
 import pytest
 
-from exchange.acoustics.channel import Arrival, Channel
+from exchange.channel.channel import Arrival, Channel
 from missions.runs.assembly import assemble, channel_of
 from missions.runs.run import Run, run
 from missions.runs.setup import resolved

@@ -52,9 +52,13 @@ def folder(made: Path, tmp_path: Path) -> Path:
 
 def test_every_source_that_makes_runs_has_a_digest() -> None:
     found = code.program()
-    assert {"remoras/motion.py", "missions/mapping/rendezvous.toml", "exchange/manager.py", "numpy", "mesa"} <= set(
-        found
-    )
+    assert {
+        "remoras/motion.py",
+        "missions/mapping/rendezvous.toml",
+        "exchange/manager/manager.py",
+        "numpy",
+        "mesa",
+    } <= set(found)
     assert not any(name.startswith(("remoras/cli", "visualisation", "tests")) for name in found)
 
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from small_mission import Raw, named, pond, run_varied
 
-from exchange.acoustics.modems import modems
-from exchange.policies import POLICIES
+from exchange.channel.modems import modems
+from exchange.policy.policies import POLICIES
 from missions.runs.run import Run
 from missions.runs.run import run as run_scenario
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from team import KINDS_OF_JOBS, Team, never
 
-from exchange.peering.peers import Link, PeerLinks
+from exchange.manager.peers import Link, PeerLinks
 from remoras.strategies.reorganising import REORGANISING, Reorganiser, Reorganising, news_age_s
 from remoras.strategy import Heard, Move, Situation
 from remoras.work import Work

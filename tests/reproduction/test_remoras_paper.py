@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import pytest
 from sampling import sampled
 
-from exchange.acoustics.channel import Arrival, Channel
+from exchange.channel.channel import Arrival, Channel
 from exchange.packets import Packet
 from exchange.schedule import TdmaSchedule
 from exchange.wire.codec import Codec

@@ -3,7 +3,7 @@
 import pytest
 from sampling import sampled
 
-from exchange.acoustics.channel import Arrival, Channel
+from exchange.channel.channel import Arrival, Channel
 from exchange.packets import Fragment
 from missions.runs.assembly import channel_of
 from missions.runs.run import Run, run

@@ -13,11 +13,11 @@ from stress.invariants import Heard, Scene
 from stress.reference_record import Aired, Life
 from stress.schedules import LINKS, OTHERS, PACKETS, Schedule, StressFault, befalls
 
-from exchange.acoustics import loss
-from exchange.acoustics.channel import Arrival, Channel
+from exchange.channel import loss
+from exchange.channel.channel import Arrival, Channel
 from exchange.errors import ExchangeError
 from exchange.packets import Fragment, Packet, Transmission
-from exchange.policies import POLICIES
+from exchange.policy.policies import POLICIES
 from exchange.schedule import TdmaSchedule
 from exchange.wire.codec import Codec, Framing
 from exchange.wire.definitions import Introductions

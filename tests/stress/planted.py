@@ -11,10 +11,9 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from exchange import manager
-from exchange.peering import listening
-from exchange.peering.beliefs import Beliefs
-from exchange.peering.parking import Parking
+from exchange.manager import manager, receiver
+from exchange.manager.beliefs import Beliefs
+from exchange.manager.receiver import Parking
 from exchange.wire.definitions import N_AT_ONCE, ComparedDefinitions, Introductions
 from exchange.wire.sealing import Checksum
 from missions.meeting.meeting import Meeting
@@ -106,7 +105,7 @@ def take_the_future(patch: Patch) -> None:
 
 
 def drop_other_content(patch: Patch) -> None:
-    patch.setattr(listening, "_contradiction", lambda *rest: None)
+    patch.setattr(receiver, "_contradiction", lambda *rest: None)
 
 
 def check_no_checksum(patch: Patch) -> None:

@@ -21,7 +21,7 @@ from enum import StrEnum
 from itertools import chain
 from typing import NamedTuple
 
-from exchange.manager import ExchangeManager
+from exchange.manager.manager import ExchangeManager
 from exchange.packets import Fragment, ItemUid
 from worldmodel import Block, PropertyValue, WorldModel
 from worldmodel.facts import Guid

@@ -15,10 +15,10 @@ from typing import Any, NamedTuple
 import tomli_w
 from hypothesis import strategies as st
 
-from exchange.acoustics import loss
-from exchange.acoustics.modems import modems
-from exchange.acoustics.network import shipped
-from exchange.policies import PAPER_POLICIES, POLICIES
+from exchange.channel import loss
+from exchange.channel.modems import modems
+from exchange.channel.network import shipped
+from exchange.policy.policies import PAPER_POLICIES, POLICIES
 from missions.errors import ConfigurationError
 from missions.files import toml_value
 from missions.runs.run import run

@@ -15,7 +15,7 @@ from stress.fault_injection import FaultyChannel, Wrapping, forged_statement, fo
 from stress.invariants import END, EVENT, TICK, Heard, Invariant, Scene
 from stress.schedules import DAMAGE, DECLARED, FOR_GOOD, Schedule, StressFault, loaded
 
-from exchange.acoustics.channel import Channel
+from exchange.channel.channel import Channel
 from missions.errors import ConfigurationError
 from missions.runs.assembly import assemble, channel_of
 from missions.runs.run import Root, result_of, run, settled_of

@@ -11,7 +11,7 @@ from rdflib.namespace import DCTERMS, SKOS
 from rdflib.term import Node
 
 import remoras
-from exchange.acoustics import modems
+from exchange.channel import modems
 from worldmodel import ValueKind, core_ontology_paths, read_tbox
 from worldmodel.ontology import ONTOLOGY_FOLDER
 from worldmodel.ontology.annotations import QUDT_UNITS, RM, symbol_of

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from sampling import sampled
 
-from exchange.acoustics.channel import Arrival, Channel
+from exchange.channel.channel import Arrival, Channel
 from missions.errors import OutputError
 from missions.runs.assembly import assemble, channel_of
 from missions.runs.knowledge import knowledge, query, write_knowledge

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from recorded import flown, with_energy
 from small_mission import SMALL
 
-from exchange.acoustics.modems import modems
+from exchange.channel.modems import modems
 from missions.files import shipped
 from missions.metric import NOT_APPLICABLE
 from missions.runs import metrics

@@ -9,7 +9,7 @@ import pytest
 from faulty_missions import SounderSettings
 from small_mission import SMALL, faults_of, line_of, pond
 
-from exchange.acoustics.modems import modems
+from exchange.channel.modems import modems
 from missions.document import Document
 from missions.errors import ConfigurationError
 from missions.files import shipped
@@ -56,7 +56,7 @@ def test_a_table_of_the_scenario_is_the_modem_of_all_parts_that_ask() -> None:
 @pytest.mark.parametrize("key", ["payload_bytes", "rate_bps", "range_m"])
 def test_a_shipped_profile_can_be_written_as_a_table(name: str, key: str) -> None:
     """The very keys of the shipped file, so that one of its profiles can be copied and changed."""
-    path = Path(__file__).parents[3] / "exchange/acoustics/modems.toml"
+    path = Path(__file__).parents[3] / "exchange/channel/modems.toml"
     profile = tomllib.loads(path.read_text(encoding="utf-8"))[name]
     table = ModemTable.model_validate_json(json.dumps(profile), strict=True)
     assert modem_named(name, {name: table}) == modems()[name]

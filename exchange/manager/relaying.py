@@ -19,12 +19,12 @@ from __future__ import annotations
 
 from array import array
 
-from exchange.ack import members
+from exchange.manager.beliefs import Beliefs
+from exchange.manager.peers import HEARD, LOST
+from exchange.manager.receiver import Listener
 from exchange.packets import Packet
-from exchange.peering.beliefs import Beliefs
-from exchange.peering.listening import Listener
-from exchange.peering.peers import HEARD, LOST
-from exchange.planning import KEPT, loss_of
+from exchange.policy.acknowledgement import members
+from exchange.policy.planning import KEPT, loss_of
 
 LOOK_FRAMES = 4
 """TDMA frames between evaluations of link loss."""

@@ -24,10 +24,10 @@ from typing import NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from exchange.acoustics import loss
-from exchange.acoustics.link import Transmission
-from exchange.acoustics.link_budget import BudgetLinks, Links
 from exchange.arithmetic import PI, exp, normal_quantile, sincos
+from exchange.channel import loss
+from exchange.channel.link import Transmission
+from exchange.channel.link_budget import BudgetLinks, Links
 
 WAVES = 24
 """Number of plane waves of a site."""

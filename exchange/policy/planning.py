@@ -6,7 +6,7 @@ of symbols; symbols possibly received reduce the number lacked. A statement save
 node lacks; its gain grows with the unreported acknowledgements and the loss of acknowledgement bits. The plan fills the
 packet by expected gain. Symbols replace items if they gain more, up to the number of use.
 
-Plain loops, compiled by the policy study and interpreted by vehicles, as those of `exchange.ack`.
+Plain loops, compiled by the policy study and interpreted by vehicles, as those of `exchange.policy.acknowledgement`.
 
 Layout of the holdings section behind the acknowledgement vector; a bit precedes each entry, another ends each list::
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol
 
-from exchange.acoustics import loss
+from exchange.channel import loss
 
 
 class Transmission(NamedTuple):
@@ -26,7 +26,7 @@ class Transmission(NamedTuple):
 class LinkModel(Protocol):
     """Links of one run.
 
-    ``exchange.acoustics.channel.BroadcastChannel`` queries each packet and receiver in range once and compares the
+    ``exchange.channel.channel.BroadcastChannel`` queries each packet and receiver in range once and compares the
     answer with its own uniform number. The answer depends on the arguments only, not on earlier queries.
     """
 

@@ -20,9 +20,14 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from itertools import chain
 from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
 
-from exchange.blocks import fragments_of
 from exchange.errors import ConfigurationError, DefinitionFault, PeerFault, SlotConflict
-from exchange.interests import Interests, Renewal
+from exchange.manager.beliefs import Beliefs, Sendable
+from exchange.manager.fragmentation import fragments_of
+from exchange.manager.interests import Interests, Renewal
+from exchange.manager.peers import PeerLinks
+from exchange.manager.receiver import Listener, Parking
+from exchange.manager.relaying import Relaying
+from exchange.manager.summaries import Summaries
 from exchange.packets import (
     Fragment,
     Head,
@@ -35,16 +40,10 @@ from exchange.packets import (
     Transmission,
     name_of_item,
 )
-from exchange.peering.beliefs import Beliefs, Sendable
-from exchange.peering.listening import Listener
-from exchange.peering.parking import Parking
-from exchange.peering.peers import PeerLinks
-from exchange.peering.relaying import Relaying
-from exchange.peering.summaries import Summaries
-from exchange.policies import AckPolicy
-from exchange.queueing.queue import Queue
+from exchange.policy.policies import AckPolicy
+from exchange.policy.queue import Queue
+from exchange.policy.values import ADDITIVE, STATUS_COLUMN, ValueRule
 from exchange.schedule import TdmaSchedule
-from exchange.values import ADDITIVE, STATUS_COLUMN, ValueRule
 from exchange.wire.codec import Codec, behind, refuse_longer_texts
 from exchange.wire.definitions import ComparedDefinitions, ProvenDefinitions
 from exchange.wire.fragmentcodec import EPOCH_BITS
@@ -52,7 +51,7 @@ from worldmodel import STATUS, Change, Needs, PropertyValue, Stated, WorldModel
 from worldmodel.facts import Guid
 
 if TYPE_CHECKING:
-    from exchange.peering.stating import Stating
+    from exchange.manager.holdings import Stating
 
 OptionalPart = Literal["parking", "relaying", "summaries"]
 OPTIONAL_PARTS: tuple[OptionalPart, ...] = get_args(OptionalPart)
@@ -142,7 +141,7 @@ class ExchangeManager:
         if not policy.repeat:
             self._listener.relaying = Relaying(beliefs, self._listener)
         if codec.accounts is not None:
-            from exchange.peering.stating import Stating
+            from exchange.manager.holdings import Stating
 
             sizes = codec.accounts, codec.fragment_bits
             self._listener.stating = Stating(beliefs, *sizes, self._interests.priority_here, kind.codes)

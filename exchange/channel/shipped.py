@@ -1,15 +1,15 @@
 """Shipped channel models, by their names in scenarios."""
 
-from exchange.acoustics.acoustic import AcousticChannel
-from exchange.acoustics.models import (
+from exchange.channel.acoustic import AcousticChannel
+from exchange.channel.models import (
     BernoulliChannel,
     ChannelModel,
     GilbertElliottChannel,
     MatrixChannel,
     PerfectChannel,
 )
-from exchange.acoustics.network import NetworkChannel
-from exchange.acoustics.trace import TraceChannel
+from exchange.channel.network import NetworkChannel
+from exchange.channel.trace import TraceChannel
 
 CHANNELS: dict[str, type[ChannelModel]] = {
     "perfect": PerfectChannel,

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 from types import FunctionType
 
-from exchange.ack import Acknowledgement, bits_carried
 from exchange.errors import ConfigurationError
-from exchange.planning import COUNT_BITS, END_BITS
+from exchange.policy.acknowledgement import Acknowledgement, bits_carried
+from exchange.policy.planning import COUNT_BITS, END_BITS
 from worldmodel import suggestion
 
 PARTS = ("carries", "header")
@@ -71,7 +71,7 @@ ACKNOWLEDGEMENTS = (ACK, M_ACK, MPS_ACK)
 HOLDINGS = Acknowledgement(
     "holdings", "acknowledgements and statements of holdings", own_row, own_receptions, states=True
 )
-"""Vector with due statements of the sender's received set, see `exchange.planning`."""
+"""Vector with due statements of the sender's received set, see `exchange.policy.planning`."""
 
 ADAPTIVE = HOLDINGS._replace(
     name="adaptive", title="statements of holdings, repairs coded over what they state", codes=True

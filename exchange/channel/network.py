@@ -43,9 +43,9 @@ from typing import Annotated, Any
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
-from exchange.acoustics import loss
-from exchange.acoustics.link import LinkModel, Matrix, Transmission
-from exchange.acoustics.models import (
+from exchange.channel import loss
+from exchange.channel.link import LinkModel, Matrix, Transmission
+from exchange.channel.models import (
     ChannelModel,
     Deployment,
     LinkFileError,
@@ -54,7 +54,7 @@ from exchange.acoustics.models import (
     number_in,
     same_hash,
 )
-from exchange.acoustics.modems import Probability
+from exchange.channel.modems import Probability
 
 KINDS = "a TOML or CSV file"
 COLUMNS = ("sender", "receiver", "per")

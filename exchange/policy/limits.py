@@ -16,7 +16,7 @@ from heapq import heappop, heappush
 from typing import NamedTuple
 
 from exchange.packets import ItemUid, StatusUid
-from exchange.values import LACKED_AFTER, MOST_SAID, Candidate, Moment, QueuePlace, Waiting
+from exchange.policy.values import LACKED_AFTER, MOST_SAID, Candidate, Moment, QueuePlace, Waiting
 from worldmodel import Terms
 
 

@@ -1,7 +1,7 @@
 """Interface of channel models, the simple models, and checks of link files.
 
 A model is a class with its settings, the keys of ``[channel]``. It creates the ``LinkModel`` of a run, which
-``exchange.acoustics.channel`` queries for each packet and receiver, and estimates the mean loss. A scenario names a
+``exchange.channel.channel`` queries for each packet and receiver, and estimates the mean loss. A scenario names a
 shipped model, or another as ``package.module:Class``. ``acoustic``, ``trace`` and ``network`` have their own files.
 """
 
@@ -16,8 +16,8 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from exchange.acoustics.link import Bernoulli, GilbertElliott, LinkModel, Matrix, Perfect
-from exchange.acoustics.modems import Modem, Probability
+from exchange.channel.link import Bernoulli, GilbertElliott, LinkModel, Matrix, Perfect
+from exchange.channel.modems import Modem, Probability
 
 
 class LinkFileError(ValueError):
@@ -121,8 +121,8 @@ class ChannelModel(BaseModel):
     ...
     ...     def p_loss(self, packet, receiver, range_m):
     ...         return min(1.0, range_m / self.reach_m)
-    >>> from exchange.acoustics.link import Transmission
-    >>> from exchange.acoustics.modems import modems
+    >>> from exchange.channel.link import Transmission
+    >>> from exchange.channel.modems import modems
     >>> pond = Deployment({"AUV00": 0, "AUV01": 1}, (0.0, 20.0), modems()["nanomodem-v3"], 1000.0, 3600.0)
     >>> links = Fading(reach_m=2000.0).link_model(pond, seed=1)
     >>> links.p_loss(Transmission(slot=0, sender=0, start_s=0.0, size_bits=512), 1, 500.0)
@@ -143,7 +143,7 @@ class ChannelModel(BaseModel):
     def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
         """Return the links of one run; called once before its start.
 
-        A random model draws from ``exchange.acoustics.loss`` by seed, slot, sender and receiver, so that answers do not
+        A random model draws from ``exchange.channel.loss`` by seed, slot, sender and receiver, so that answers do not
         depend on earlier queries.
         """
         raise NotImplementedError(f"{type(self).__name__} makes no links: define link_model(deployment, seed)")

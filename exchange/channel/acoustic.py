@@ -16,9 +16,10 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from exchange.acoustics.error_rates import Fading, Modulation, block_loss, delivered_share, packet_loss
-from exchange.acoustics.link import LinkModel
-from exchange.acoustics.link_budget import (
+from exchange.arithmetic import power_of_10
+from exchange.channel.error_rates import Fading, Modulation, block_loss, delivered_share, packet_loss
+from exchange.channel.link import LinkModel
+from exchange.channel.link_budget import (
     Budget,
     BudgetLinks,
     Links,
@@ -28,10 +29,9 @@ from exchange.acoustics.link_budget import (
     source_level_db,
     thorp_db_per_km,
 )
-from exchange.acoustics.models import ChannelModel, Deployment, SettingFault
-from exchange.acoustics.modems import Modem
-from exchange.acoustics.site import Site, SiteLinks, SiteMean, SiteTable
-from exchange.arithmetic import power_of_10
+from exchange.channel.models import ChannelModel, Deployment, SettingFault
+from exchange.channel.modems import Modem
+from exchange.channel.site import Site, SiteLinks, SiteMean, SiteTable
 
 Curve = Sequence[tuple[float, float]]
 """In-band signal-to-noise ratio (dB, rising) and packet error rate of a whole frame."""

@@ -1,8 +1,9 @@
 """Items known to one vehicle, and per item the nodes believed to hold it.
 
 An item is a *column*, an index that is never reused; packets name it by `ItemUid`. A set of items is an integer with
-bit c for column c. Acknowledgements add items to those that a node is believed to hold (`exchange.ack.PacketLog`); a
-restarted peer or a duplicate node id removes them. `Holdings` has the whole blocks of this vehicle.
+bit c for column c. Acknowledgements add items to those that a node is believed to hold (see
+`exchange.policy.acknowledgement.PacketLog`); a restarted peer or a duplicate node id removes them. `Holdings` has the
+whole blocks of this vehicle.
 """
 
 from __future__ import annotations
@@ -11,16 +12,16 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from exchange.ack import Acknowledgement, PacketLog, members
-from exchange.blocks import joined_block
+from exchange.manager.fragmentation import joined_block
+from exchange.manager.peers import PeerStates
 from exchange.packets import Fragment, ItemUid, Named
-from exchange.peering.peers import PeerStates
-from exchange.values import Waiting
+from exchange.policy.acknowledgement import Acknowledgement, PacketLog, members
+from exchange.policy.values import Waiting
 from worldmodel import Block, PropertyValue
 from worldmodel.facts import Guid
 
 if TYPE_CHECKING:
-    from exchange.peering.summaries import Summaries
+    from exchange.manager.summaries import Summaries
 
 _new = tuple.__new__  # makes a named tuple of a tuple, in half the time
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Protocol, Self
 
-from exchange.acoustics.link import Transmission
 from exchange.arithmetic import exp, log, log10, power_of_10
+from exchange.channel.link import Transmission
 
 
 def sound_speed_mps(temperature_c: float, salinity_psu: float, depth_m: float) -> float:

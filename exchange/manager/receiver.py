@@ -6,17 +6,17 @@ import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from exchange.ack import members
-from exchange.blocks import Assembly, fragments_of, joined_block
-from exchange.interests import Interests
+from exchange.manager.beliefs import Beliefs, Sendable
+from exchange.manager.fragmentation import Assembly, fragments_of, joined_block
+from exchange.manager.interests import Interests
 from exchange.packets import Fragment, ItemUid, Judged, Met, Named, Packet, Reception, name_of_item
-from exchange.peering.beliefs import Beliefs, Sendable
+from exchange.policy.acknowledgement import members
 from worldmodel import STATUS, Block, WorldModel
 from worldmodel.facts import MOST_ITEMS
 
 if TYPE_CHECKING:
-    from exchange.peering.relaying import Relaying
-    from exchange.peering.stating import Stating
+    from exchange.manager.holdings import Stating
+    from exchange.manager.relaying import Relaying
 
 
 def _contradiction(fragment: Fragment, beliefs: Beliefs, assembly: Assembly) -> Block | None:
@@ -304,3 +304,39 @@ class Listener:
     def settle(self) -> tuple[ItemUid, ...]:
         """Close items that all present nodes that need them are believed to hold."""
         return self._interests.settle()
+
+
+PARKED = "parked"
+"""Event of a peer that becomes absent."""
+
+
+class Parking:
+    """Suspension for absent peers: items do not wait for a peer whose silence exceeds loss.
+
+    The peer resynchronises at its next packet. If no peer is received, this vehicle is deaf or far away: it suspends
+    none, and treats the next peer as returning.
+    """
+
+    def __init__(self, beliefs: Beliefs, listener: Listener) -> None:
+        self._all = (1 << beliefs.n_nodes) - 1 & ~(1 << beliefs.me)
+        self._peers = beliefs.peers
+        self._listener = listener
+
+    def look(self, frame: int, now_s: float) -> tuple[tuple[int, str], ...]:
+        """Mark peers as absent whose silence exceeds loss; return them with the event."""
+        peers, silent = self._peers, self._peers.silences(frame)
+        if not silent:
+            return ()
+        parked = tuple([node for node, n in silent if n > peers.longest_silence(node)])
+        if not parked:
+            return ()
+        before = peers.away
+        peers.away |= sum([1 << node for node in parked])
+        is_alone = self._all and peers.away == self._all
+        if is_alone:
+            peers.away, peers.is_alone = 0, True
+            peers.heard_frame[:] = [frame] * len(peers.heard_frame)
+        peers.awaited = self._all if peers.is_alone else peers.away
+        if peers.away != before:
+            self._listener.reopen(now_s) if is_alone else self._listener.settle()
+        return () if is_alone else tuple([(node, PARKED) for node in parked])

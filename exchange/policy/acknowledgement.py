@@ -34,12 +34,12 @@ class Acknowledgement(NamedTuple):
         relays: nodes store what headers report about others; otherwise `said` is empty.
         infers: `header` uses `held`; otherwise it is empty.
         period_frames: TDMA frames until the header layout repeats.
-        states: packets also report received sets, which determine the repeats; see `exchange.planning`.
-        codes: repairs are coded symbols, see `exchange.coding`.
+        states: packets also report received sets, which determine the repeats; see `exchange.policy.planning`.
+        codes: repairs are coded symbols, see `exchange.policy.coding`.
 
     A user's kind that reports own receptions in every second frame only:
 
-    >>> from exchange.policies import ACK, AckPolicy, header_bits
+    >>> from exchange.policy.policies import ACK, AckPolicy, header_bits
     >>> def every_other_frame(n_nodes, frame, sender, row, column):
     ...     return frame == 0 and row == sender
     >>> title = "acknowledgements in every second frame"

@@ -26,8 +26,8 @@ from typing import Any
 
 from pydantic import Field
 
-from exchange.acoustics.link import LinkModel, Transmission
-from exchange.acoustics.models import (
+from exchange.channel.link import LinkModel, Transmission
+from exchange.channel.models import (
     ChannelModel,
     Deployment,
     LinkFileError,

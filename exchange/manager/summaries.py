@@ -16,8 +16,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
+from exchange.manager.beliefs import Beliefs, Holdings, Life
 from exchange.packets import MASK_BITS, ItemUid, Summary
-from exchange.peering.beliefs import Beliefs, Holdings, Life
 from worldmodel.facts import MOST_ITEMS
 
 TIMES_TOLD = 2

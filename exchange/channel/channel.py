@@ -12,10 +12,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol
 
-from exchange.acoustics import loss
-from exchange.acoustics.link import LinkModel, Transmission
-from exchange.acoustics.modems import Modem
 from exchange.arithmetic import length
+from exchange.channel import loss
+from exchange.channel.link import LinkModel, Transmission
+from exchange.channel.modems import Modem
 
 
 class Arrival(NamedTuple):

@@ -1,8 +1,8 @@
 """Holdings reports of one vehicle: its own, those of peers, and coded repairs.
 
-The rules are in `exchange.planning`; `exchange.study.stating` applies them to all nodes at once. Here items have names,
-and reports cover whole blocks by their origin's numbers. Reports of peers are stored by number, so that they also apply
-to items received later.
+The rules are in `exchange.policy.planning`; `exchange.study.stating` applies them to all nodes at once. Here items have
+names, and reports cover whole blocks by their origin's numbers. Reports of peers are stored by number, so that they
+also apply to items received later.
 """
 
 from __future__ import annotations
@@ -12,12 +12,12 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from operator import mul
 from typing import Protocol
 
-from exchange.ack import members
-from exchange.coding import Decoder, added, coefficient, scaled, symbol, symbol_key
 from exchange.errors import PeerFault
+from exchange.manager.beliefs import Beliefs, Life, item_set
 from exchange.packets import Account, Fragment, HolderSet, Named, OriginStatement, Packet, name_of_item
-from exchange.peering.beliefs import Beliefs, Life, item_set
-from exchange.planning import (
+from exchange.policy.acknowledgement import members
+from exchange.policy.coding import Decoder, added, coefficient, scaled, symbol, symbol_key
+from exchange.policy.planning import (
     IMPOSSIBLE,
     LEAST_LACK,
     MOST_PASSED,

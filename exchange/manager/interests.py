@@ -13,12 +13,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
-from exchange.ack import members
+from exchange.manager.beliefs import ADDRESSED_SHARE, Beliefs, Sendable
 from exchange.packets import Fragment, ItemUid
-from exchange.peering.beliefs import ADDRESSED_SHARE, Beliefs, Sendable
-from exchange.queueing.limits import Expired, Expiry
-from exchange.queueing.queue import Queue
-from exchange.values import Waiting
+from exchange.policy.acknowledgement import members
+from exchange.policy.limits import Expired, Expiry
+from exchange.policy.queue import Queue
+from exchange.policy.values import Waiting
 from worldmodel import PLAIN, Block, Needs, PropertyValue, Stated, Terms, ValueKind, WorldModel
 from worldmodel.needs import Wanted
 

@@ -1,3 +1,0 @@
-"""State of peers: received sets, incarnations, links, relaying."""
-
-__all__: list[str] = []

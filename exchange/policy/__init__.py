@@ -1,0 +1,3 @@
+"""Rules of the exchange, pure: acknowledgements, repeats, packet plans, coded repairs, queue and values."""
+
+__all__: list[str] = []

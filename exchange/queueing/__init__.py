@@ -1,3 +1,0 @@
-"""Transmission queue: queue classes, selection, limits."""
-
-__all__: list[str] = []
