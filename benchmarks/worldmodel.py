@@ -25,7 +25,6 @@ from worldmodel import Block, Instance, PropertyValue, TBox, WorldModel, core_on
 from worldmodel.ontology import ontology_path
 from worldmodel.ontology.compiler import SIT
 from worldmodel.rdf.terms import RUN, instance_iri
-from worldmodel.rdf.view import as_graph
 
 FIRST = 5
 """Uid of the first station; the vehicles come before."""
@@ -280,49 +279,8 @@ def digests(bench: Bench) -> list[dict[str, Any]]:
     return [row("digest, 100000", large_s * 5e3, "us", "1000", small_s * 5e3, large_s / small_s, "<= 1.2")]
 
 
-def queries(origin: Node, since_s: float) -> dict[str, str]:
-    """SPARQL by name."""
-    prefixes = f"PREFIX ex: <{EX}> PREFIX sit: <{SIT}> PREFIX run: <{RUN}> "
-    prefixes += "PREFIX rdfs: <http://www.w3.org/2000/01/rdf-schema#> "
-    bodies = {
-        "latest": f"SELECT ?t ?v {{ <{instance_iri(FIRST + 7)}> sit:hasPropertyValue ?f . "
-        "?f sit:ofAttribute ex:level3 ; sit:dataValue ?v ; sit:timestamp ?t } ORDER BY DESC(?t) LIMIT 1",
-        "by class": "SELECT ?i (MAX(?t) AS ?last) { ?i a ex:Leaf3 ; sit:hasPropertyValue ?f . "
-        "?f sit:ofAttribute ex:level3 ; sit:timestamp ?t } GROUP BY ?i",
-        "by origin since": f"SELECT ?f ?v {{ ?f sit:origin <{origin}> ; sit:timestamp ?t ; sit:dataValue ?v "
-        f"FILTER(?t >= {since_s}) }}",
-        "current": "SELECT ?i ?v { ?i ex:level3 ?v }",
-        "subClassOf*": "SELECT ?i (MAX(?t) AS ?last) { ?i a/rdfs:subClassOf* ex:Branch1 ; sit:hasPropertyValue ?f . "
-        "?f sit:ofAttribute ex:level3 ; sit:timestamp ?t } GROUP BY ?i",
-    }
-    return {name: prefixes + body for name, body in bodies.items()}
-
-
-def sparql(bench: Bench) -> list[dict[str, Any]]:
-    """The same questions to the RDF view of a world model, and to a copy of all its triples in a Memory store."""
-    size = 10_000
-    view = as_graph(bench.merged(bench.blocks(bench.heard[:size])))
-    copy = Graph()
-    for triple in view:
-        copy.add(triple)
-    origin = min(copy.objects(None, SIT.origin, unique=True))  # type: ignore[type-var]
-    rows = []
-    for name, text in queries(origin, size * STEP_S * 0.9).items():
-        asked = [_asking(graph, text) for graph in (view, copy)]
-        answers = [sorted(map(str, ask())) for ask in asked]
-        if not answers[0] or answers[0] != answers[1]:
-            raise AssertionError(f"SPARQL {name}: {len(answers[0])} rows by the view, {len(answers[1])} by the copy")
-        view_s, copy_s = best_of(*asked, repeats=20)
-        rows.append(row(f"SPARQL {name}", view_s * 1e3, "ms", "Memory", copy_s * 1e3, view_s / copy_s, "<= 1.5"))
-    return rows
-
-
-def _asking(graph: Graph, text: str) -> Callable[[], list[Any]]:
-    return lambda: list(graph.query(text))
-
-
 def rows() -> list[dict[str, Any]]:
     """Benchmark rows."""
     bench = Bench()
-    parts = (recording, latest, memory, merging, sparql, digests)
+    parts = (recording, latest, memory, merging, digests)
     return [found for part in parts for found in part(bench)]

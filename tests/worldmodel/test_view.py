@@ -1,6 +1,5 @@
 import re
 from dataclasses import replace
-from itertools import product
 
 import pytest
 from hypothesis import given
@@ -35,11 +34,11 @@ from worldmodel.ontology.compiler import SIT
 from worldmodel.ontology.fields import Field
 from worldmodel.rdf.sparql import query
 from worldmodel.rdf.terms import RUN, instance_iri, term_of
-from worldmodel.rdf.view import as_dataset, as_graph
+from worldmodel.rdf.triples import as_dataset, as_graph
 
 
 def facts_of(model: WorldModel) -> set[tuple[Node, Node, Node]]:
-    """The triples of a view that are not from the ontology files."""
+    """The triples of a graph that are not from the ontology files."""
     return set(as_graph(model)) - set(graph_of(model.tbox))
 
 
@@ -98,20 +97,6 @@ def test_every_point_is_of_the_declared_datatype(value: float, step: str) -> Non
     assert re.fullmatch(str(declared), str(written)), written
 
 
-def test_the_view_follows_the_model_and_cannot_be_written() -> None:
-    model = fleet_model()
-    graph = as_graph(model)
-    assert list(graph.objects(instance_iri(AUV_0), RM.batteryFraction)) == []
-    model.record([(AUV_0, BATTERY, 0.5)], 1.0)
-    assert list(graph.objects(instance_iri(AUV_0), RM.batteryFraction)) == [Literal("0.5", datatype=XSD.double)]
-    ban(model, [0])
-    assert list(graph.objects(instance_iri(AUV_0), RM.batteryFraction)) == []
-    with pytest.raises(TypeError, match=r"call WorldModel\.record or merge"):
-        graph.add((instance_iri(0), RDF.type, RM.AUV))
-    with pytest.raises(TypeError, match="nothing that is known is removed"):
-        graph.remove((None, None, None))
-
-
 def test_a_query_gives_columns_and_plain_rows() -> None:
     model = fleet_model(owner=2)
     model.record([(BAY, AREA_DONE, ASV_0), (ECHO, LOCATION, (3.5, 4.0)), (AUV_0, BATTERY, 0.5)], 12.3)
@@ -161,12 +146,6 @@ def test_conclusions_stand_beside_what_was_told() -> None:
         assert set(known.subjects(RDF.type, platform)) == {instance_iri(0), instance_iri(1)}
         assert set(known.objects(instance_iri(0), part)) == {instance_iri(N_VEHICLES)}
         assert set(known.subjects(part, instance_iri(N_VEHICLES + 1))) == {instance_iri(1)}
-        everything = set(known.triples((None, None, None)))
-        for triple in everything - set(graph_of(tbox)):
-            for which in product((True, False), repeat=3):
-                pattern = tuple(term if bound else None for term, bound in zip(triple, which, strict=True))
-                found = {t for t in everything if all(a in (None, b) for a, b in zip(pattern, t, strict=True))}
-                assert set(known.triples(pattern)) == found, pattern
     assert model.inference.links(0, has) == (N_VEHICLES,)
     banned_from = tbox.attribute_named("bannedFrom").uid
     merge(model, [Block(2, 0, 2.0, (PropertyValue(0, banned_from, 0.0),))])

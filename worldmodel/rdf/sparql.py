@@ -1,6 +1,6 @@
 """SPARQL over world models, with a time limit.
 
-rdflib evaluates queries on the world model without copying it. An alarm signal interrupts Python code, regular
+rdflib evaluates queries on a graph of the knowledge. An alarm signal interrupts Python code, regular
 expressions included. On Windows and outside the main thread there is none: ``give_up``, which may end the process, is
 called shortly after the limit.
 """
@@ -27,7 +27,7 @@ from worldmodel.errors import QueryError, suggestion
 from worldmodel.ontology import graph_of
 from worldmodel.ontology.tbox import TBox
 from worldmodel.rdf.terms import instance_uid
-from worldmodel.rdf.view import as_dataset, as_graph
+from worldmodel.rdf.triples import as_dataset, as_graph
 from worldmodel.rdf.writing import prefixes_of
 from worldmodel.store import Store
 from worldmodel.world_model import Knowledge
@@ -64,12 +64,12 @@ def query(
     Raises QueryError for any other text, or for a variable ``?vehicle`` with several models.
     """
     if not isinstance(known, Mapping):
-        return _answer(_knowledge(known), sparql, most_rows)
+        return _answer(known, sparql, most_rows)
     columns: tuple[str, ...] = ()
     rows: list[tuple[QueryValue, ...]] = []
     for vehicle, knowledge in known.items():
         left = None if most_rows is None else most_rows - len(rows)
-        columns, answer = _answer(_knowledge(knowledge), sparql, left)
+        columns, answer = _answer(knowledge, sparql, left)
         if "vehicle" in columns:
             raise QueryError(
                 "the variable ?vehicle is taken: the column 'vehicle' says whose world model a row is from; "
@@ -79,17 +79,12 @@ def query(
     return ("vehicle", *columns), rows
 
 
-def _knowledge(known: Store | Knowledge) -> Knowledge:
-    return known if isinstance(known, Knowledge) else Knowledge(known)
-
-
 def _answer(
-    known: Knowledge, sparql: str, most_rows: int | None
+    known: Store | Knowledge, sparql: str, most_rows: int | None
 ) -> tuple[tuple[str, ...], list[tuple[QueryValue, ...]]]:
-    tbox = known.model.tbox
-    prepared = _prepared(tbox, sparql)
-    columns, rows = _rows(known, prepared, sparql, most_rows)
-    shown = _Shown(known.model)
+    model = known.model if isinstance(known, Knowledge) else known
+    columns, rows = _rows(known, _prepared(model.tbox, sparql), sparql, most_rows)
+    shown = _Shown(model)
     return columns, [tuple(shown.value(row.get(name)) for name in columns) for row in rows]
 
 
@@ -130,9 +125,10 @@ def _fault(error: Exception, prefixes: Mapping[str, str]) -> QueryError:
     )
 
 
-def _rows(known: Knowledge, prepared: Query, sparql: str, most_rows: int | None) -> tuple[tuple[str, ...], list[Row]]:
+def _rows(
+    known: Store | Knowledge, prepared: Query, sparql: str, most_rows: int | None
+) -> tuple[tuple[str, ...], list[Row]]:
     try:
-        # rdflib's data set is slower than its graph
         result = evalQuery(as_dataset(known) if _GRAPH.search(sparql) else as_graph(known), prepared, {})
         if result["type_"] == "ASK":
             return ("answer",), [{"answer": Literal(bool(result["askAnswer"]))}]
@@ -142,7 +138,7 @@ def _rows(known: Knowledge, prepared: Query, sparql: str, most_rows: int | None)
         # without solutions rdflib returns one empty group; SPARQL 1.1 has none (section 11.2)
         return columns, [] if rows == [{}] and _GROUP_BY.search(sparql) else rows
     except Exception as error:  # rdflib's evaluator raises many kinds of errors
-        raise _fault(error, prefixes_of(known.model.tbox)) from error
+        raise _fault(error, dict(prepared.prologue.namespace_manager.namespaces())) from error
 
 
 class _Shown:

@@ -1,9 +1,25 @@
-"""World model as triples: current state, conclusions, estimates, receptions.
+"""Knowledge of a vehicle as triples and rdflib graphs.
 
-Of the inferred classes of an instance, only the most specific appear. The graph ``run:conclusions`` holds inferred
-triples that no origin asserted; the default graph holds asserted and inferred ones.
+Each fact is a sit:PropertyValue of the situation-awareness TBox:
 
-Estimates are in the named graph ``run:fused`` only, in the form of facts, one per property with uncertain values::
+    run:instance-7 sit:hasPropertyValue run:fact-2-15-0 .
+    run:fact-2-15-0 a sit:PropertyValue ; sit:ofAttribute rm:location ; sit:dataValue "POINT (3.5 4.0)" ;
+        sit:timestamp 12.3e0 ; sit:origin run:instance-2 .
+
+2-15-0 is origin, sequence and position in the block; 2.e1-15-0 is of epoch 1, 2-p1-0 of the first private block. A
+status is run:status-2-7-4-12.3: origin, uids of subject and attribute, time. An origin is the common instance of its
+number. A link has sit:linkValue in place of sit:dataValue; for sit:type its object is a class. Literals have the
+datatype of the ontology; a point is a string, which rm:Point restricts. Attributes are not written as sit:Attribute,
+which follows from the range of sit:ofAttribute, since tools warn about properties that are also individuals.
+
+Beside this history is the current state, one triple per property: run:instance-7 rm:location "POINT (3.5 4.0)". Types
+appear without time, as rdf:type, asserted and inferred; so do inferred links. Of the inferred classes of an instance,
+only the most specific appear. A common instance has its name as rdfs:label. Excluded origins are left out.
+
+The default graph is the union of asserted and inferred triples. Named graphs are run:conclusions with the inferred ones
+that no origin asserted, the facts of each origin under its IRI (``GRAPH ?by { ... }``), and run:fused with estimates,
+which neither ?by nor the default graph includes. Estimates have the form of facts, one per property with uncertain
+values::
 
     run:instance-7 sit:hasPropertyValue run:estimate-7-15 .
     run:estimate-7-15 a sit:PropertyValue ; sit:ofAttribute rm:location ; sit:dataValue "POINT (3.52 4.01)" ;
@@ -15,212 +31,217 @@ time is that of the newest observation, the origins are those that count. ``worl
 drift of the ontology.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Generator, Iterable, Iterator
+from functools import cached_property
+from itertools import chain
+from typing import Any
 
-from rdflib import RDF, RDFS, XSD, Literal, URIRef
+from rdflib import RDF, RDFS, XSD, Dataset, Graph, Literal, URIRef
+from rdflib.graph import DATASET_DEFAULT_GRAPH_ID
 from rdflib.term import Node
 
 from worldmodel.facts import Observation
 from worldmodel.fusion import Estimate, fused
+from worldmodel.ontology import graph_of
 from worldmodel.ontology.compiler import SIT
 from worldmodel.ontology.tbox import MEASURED, TYPE_UID, ValueKind
-from worldmodel.rdf.terms import RUN, RdfTerms, block_name, fact_iri, is_fact, reception_iri
+from worldmodel.rdf.terms import RUN, attribute_iri, block_name, fact_iri, instance_iri, term_of
 from worldmodel.store import Store
-from worldmodel.world_model import Knowledge, Reception
+from worldmodel.world_model import Knowledge
 
-CONCLUSIONS = RUN.conclusions
-"""Name of the graph of inferred triples."""
-_TYPE = RDF.type
+Triple = tuple[Node, Node, Node]
+CONCLUSIONS, FUSED = RUN.conclusions, RUN.fused
+"""Names of the graphs of inferred triples and of estimates."""
 
 
-class Inferences:
-    """Conclusions of one world model as RDF terms."""
+class Triples:
+    """Triples of the knowledge of one vehicle, at the time of the call."""
 
-    def __init__(self, model: Store, terms: RdfTerms) -> None:
-        self._model = model
-        self._terms = terms
-        self.linked = model.inference.linked_attributes()
-        """Attributes that may have links beyond the latest value."""
+    def __init__(self, known: Store | Knowledge) -> None:
+        self._known = known if isinstance(known, Knowledge) else Knowledge(known)
+        self.model = model = self._known.model
+        self._attributes = tuple(map(attribute_iri, model.tbox.attributes))
+        self._classes = tuple(URIRef(class_.iri) for class_ in model.tbox.classes)
+        self._linked = model.inference.linked_attributes()
 
-    def classes(self, uid: int) -> list[int]:
-        """Return the most specific inferred classes of an instance."""
-        mask, tbox = self._model.inference.concluded_classes(uid), self._model.tbox
-        if not mask:
-            return []
-        each = [c.uid for c in tbox.classes if mask >> c.uid & 1]
-        return [c for c in each if not any(d != c and tbox.is_a(d, c) for d in each)]
+    @cached_property
+    def facts(self) -> list[Observation]:
+        """All facts that count, by attribute."""
+        uids = list(self.model.instance_uids())
+        attributes = range(len(self._attributes))
+        return [each for attribute in attributes for uid in uids for each in self.model.history(uid, attribute)]
 
-    def states(self, uid: int, attribute: int, concluded: bool = True) -> tuple[Node, ...]:
-        """Return the current objects: latest value, common links, inferred ones if ``concluded``."""
-        if attribute in self.linked:
-            inference = self._model.inference
-            known = inference.links(uid, attribute) if concluded else inference.told_links(uid, attribute)
-            return tuple(map(self._terms.instance, known))
-        value = self._model.value(uid, attribute)
-        return () if value is None else (self._terms.value(attribute, value),)
+    def all(self, concluded: bool = True) -> Iterator[Triple]:
+        """Yield all triples by subject; without ``concluded`` only instances, state and receptions."""
+        for uid in self.model.instance_uids():
+            yield from self.state(uid, concluded)
+            for attribute in range(len(self._attributes)) if concluded else ():
+                for observation in self.model.history(uid, attribute):
+                    yield (instance_iri(uid), SIT.hasPropertyValue, fact_iri(observation))
+        yield from self.receptions()
+        for observation in self.facts if concluded else ():
+            yield from self.of_fact(observation)
 
-    def triples(self) -> Iterator[tuple[Node, Node, Node]]:
+    def items(self) -> Iterator[Triple]:
+        """Yield the facts of all items, with types and names of their subjects."""
+        told = [observation for observation in self.facts if observation.block.is_item]
+        yield from self._told(told)
+        for uid in sorted({observation.fact.subject for observation in told}):
+            yield from self._labels(uid)
+            for class_uid in self._types(uid, items_only=True):
+                yield (instance_iri(uid), RDF.type, self._classes[class_uid])
+
+    def said_by(self, origin: int) -> Iterator[Triple]:
+        """Yield the facts of an origin and the links to them."""
+        yield from self._told(observation for observation in self.facts if observation.origin == origin)
+
+    def _told(self, observations: Iterable[Observation]) -> Iterator[Triple]:
+        for observation in observations:
+            yield (instance_iri(observation.fact.subject), SIT.hasPropertyValue, fact_iri(observation))
+            yield from self.of_fact(observation)
+
+    def of_fact(self, observation: Observation) -> Iterator[Triple]:
+        """Yield the triples of one fact."""
+        iri, fact = fact_iri(observation), observation.fact
+        attribute = self.model.tbox.attributes[fact.attribute]
+        yield (iri, RDF.type, SIT.PropertyValue)
+        yield (iri, SIT.ofAttribute, self._attributes[fact.attribute])
+        is_link = attribute.kind in (ValueKind.LINK, ValueKind.TYPE)
+        yield (iri, SIT.linkValue if is_link else SIT.dataValue, term_of(self.model.tbox, attribute, fact.value))
+        if fact.uncertainty is not None:
+            yield (iri, _how_sure(attribute.kind), _number(fact.uncertainty))
+        yield (iri, SIT.timestamp, _number(observation.time_s))
+        yield (iri, SIT.origin, instance_iri(observation.origin))
+
+    # Instances -----------------------------------------------------------------------------------
+
+    def state(self, uid: int, concluded: bool = True) -> Iterator[Triple]:
+        """Yield types, name and current values of an instance; only asserted ones without ``concluded``."""
+        model, iri = self.model, instance_iri(uid)
+        for class_uid in sorted({*self._types(uid), *(self._concluded_classes(uid) if concluded else ())}):
+            yield (iri, RDF.type, self._classes[class_uid])
+        yield from self._labels(uid)
+        for attribute in model.tbox.attributes:
+            if attribute.uid in self._linked:
+                links = model.inference.links if concluded else model.inference.told_links
+                for target in links(uid, attribute.uid):
+                    yield (iri, self._attributes[attribute.uid], instance_iri(target))
+            elif attribute.uid != TYPE_UID and (value := model.value(uid, attribute.uid)) is not None:
+                yield (iri, self._attributes[attribute.uid], term_of(model.tbox, attribute, value))
+
+    def conclusions(self) -> Iterator[Triple]:
         """Yield the inferred triples that are not asserted."""
-        inference, terms = self._model.inference, self._terms
-        for uid in self._model.instance_uids():
-            iri = terms.instance(uid)
-            for class_uid in self.classes(uid):
-                yield (iri, _TYPE, terms.classes[class_uid])
-            for attribute in sorted(self.linked):
+        inference = self.model.inference
+        for uid in self.model.instance_uids():
+            for class_uid in self._concluded_classes(uid):
+                yield (instance_iri(uid), RDF.type, self._classes[class_uid])
+            for attribute in sorted(self._linked):
                 told = inference.told_links(uid, attribute)
                 for target in inference.links(uid, attribute):
                     if target not in told:
-                        yield (iri, terms.attributes[attribute], terms.instance(target))
+                        yield (instance_iri(uid), self._attributes[attribute], instance_iri(target))
 
+    def _labels(self, uid: int) -> Iterator[Triple]:
+        for instance in self.model.common_instances[uid : uid + 1]:
+            yield (instance_iri(uid), RDFS.label, Literal(instance.name))
 
-TYPE, LABEL = RDF.type, RDFS.label
+    def _types(self, uid: int, items_only: bool = False) -> list[int]:
+        """Return the asserted classes of an instance."""
+        told = self.model.history(uid, TYPE_UID)
+        classes = {one.fact.target for one in told if one.block.is_item or not items_only}
+        return sorted({*classes, *(common.class_uid for common in self.model.common_instances[uid : uid + 1])})
 
+    def _concluded_classes(self, uid: int) -> list[int]:
+        """Return the most specific inferred classes of an instance."""
+        mask, tbox = self.model.inference.concluded_classes(uid), self.model.tbox
+        each = [c.uid for c in tbox.classes if mask >> c.uid & 1]
+        return [c for c in each if not any(d != c and tbox.is_a(d, c) for d in each)]
 
-class States:
-    """Types, names and current values of instances."""
+    # Receptions and estimates --------------------------------------------------------------------
 
-    def __init__(self, model: Store, terms: RdfTerms, conclusions: Inferences) -> None:
-        self._model = model
-        self._terms = terms
-        self._conclusions = conclusions
-        self._uids: dict[Node, int] = {iri: uid for uid, iri in enumerate(terms.attributes) if uid != TYPE_UID}
-        self._labels = tuple(Literal(instance.name) for instance in model.common_instances)
+    def receptions(self) -> Iterator[Triple]:
+        """Yield the receptions of the vehicle, one per block, with the received facts that count."""
+        counting = {fact_iri(observation) for observation in self.facts} if self._known.receptions else frozenset()
+        owner = self.model.owner
+        for name, reception in {block_name(each.block): each for each in self._known.receptions}.items():
+            iri = RUN[f"reception-{owner}-{name}"]
+            yield (iri, RDF.type, SIT.Reception)
+            yield (iri, SIT.receivedBy, instance_iri(owner))
+            if reception.sender is not None:
+                yield (iri, SIT.receivedFrom, instance_iri(reception.sender))
+            yield (iri, SIT.receivedAt, _number(reception.time_s))
+            for position in range(len(reception.block.facts)):
+                fact = fact_iri(Observation(reception.block, position))
+                if fact in counting:
+                    yield (iri, SIT.received, fact)
 
-    def triples(
-        self, uid: int, subject: Node, predicate: Node | None, target: Node | None, concluded: bool = True
-    ) -> Iterator[tuple[Node, Node, Node]]:
-        """Yield the matching triples of one instance; without ``concluded`` asserted ones only."""
-        if predicate is None or predicate == TYPE:
-            for term in self.types(uid, concluded=concluded):
-                if target is None or target == term:
-                    yield (subject, TYPE, term)
-        if predicate is None or predicate == LABEL:
-            for label in self._labels[uid : uid + 1]:
-                if target is None or target == label:
-                    yield (subject, LABEL, label)
-        for iri in self._uids if predicate is None else (predicate,) if predicate in self._uids else ():
-            for state in self._conclusions.states(uid, self._uids[iri], concluded):
-                if target is None or target == state:
-                    yield (subject, iri, state)
-
-    def types(self, uid: int, items_only: bool = False, concluded: bool = False) -> Iterator[URIRef]:
-        """Yield the asserted classes of an instance, and inferred ones if ``concluded``."""
-        model = self._model
-        classes = {
-            observation.fact.target
-            for observation in model.history(uid, TYPE_UID)
-            if not items_only or observation.block.is_item
-        }
-        if uid < len(model.common_instances):
-            classes.add(model.common_instances[uid].class_uid)
-        if concluded:
-            classes.update(self._conclusions.classes(uid))
-        for class_uid in sorted(classes):
-            yield self._terms.classes[class_uid]
-
-
-FUSED = RUN.fused
-"""Name of the graph of estimates."""
-Triple = tuple[Node, Node, Node]
-
-
-class Estimates:
-    """Fused estimates of one world model, cached until it changes."""
-
-    def __init__(self, model: Store, terms: RdfTerms) -> None:
-        self._model, self._terms = model, terms
-        self._version = -1
-        self._triples: list[Triple] = []
-
-    def triples(self) -> list[Triple]:
-        """Return the triples of all estimates."""
-        if self._version != self._model.version:
-            self._triples = list(self._all())
-            self._version = self._model.version
-        return self._triples
-
-    def _all(self) -> Iterator[Triple]:
-        for uid in self._model.instance_uids():
-            for attribute in self._model.tbox.attributes:
-                observations = self._model.history(uid, attribute.uid)
+    def estimates(self) -> Iterator[Triple]:
+        """Yield the fused estimates of all properties with uncertain values."""
+        for uid in self.model.instance_uids():
+            for attribute in self.model.tbox.attributes:
+                observations = self.model.history(uid, attribute.uid)
                 estimate = fused(attribute, observations) if observations else None
                 if estimate is not None and estimate.uncertainty is not None:
-                    yield from self._of(uid, attribute.uid, estimate)
+                    yield from self._estimate(uid, attribute.uid, estimate)
 
-    def _of(self, uid: int, attribute: int, estimate: Estimate) -> Iterator[Triple]:
+    def _estimate(self, uid: int, uid_of_attribute: int, estimate: Estimate) -> Iterator[Triple]:
         """Yield the triples of an estimate, per hypothesis if there are several."""
-        terms, kind = self._terms, self._model.tbox.attributes[attribute].kind
-        is_link = kind in (ValueKind.LINK, ValueKind.TYPE)
-        how_sure = SIT.standardUncertainty if kind in MEASURED else SIT.probability
+        attribute = self.model.tbox.attributes[uid_of_attribute]
+        is_link = attribute.kind in (ValueKind.LINK, ValueKind.TYPE)
         for number, (value, sure) in enumerate(estimate.probabilities or ((estimate.value, estimate.uncertainty),)):
-            iri = RUN[f"estimate-{uid}-{attribute}{f'-{number}' if number else ''}"]
-            if kind is ValueKind.POINT:
+            iri = RUN[f"estimate-{uid}-{attribute.uid}{f'-{number}' if number else ''}"]
+            if attribute.kind is ValueKind.POINT:
                 term: Node = Literal("POINT ({} {})".format(*value))  # type: ignore[misc]
-            elif kind is ValueKind.NUMBER:
-                term = Literal(value, datatype=XSD.double)
+            elif attribute.kind is ValueKind.NUMBER:
+                term = _number(value)
             else:
-                term = terms.value(attribute, value)
-            yield (terms.instance(uid), SIT.hasPropertyValue, iri)
+                term = term_of(self.model.tbox, attribute, value)
+            yield (instance_iri(uid), SIT.hasPropertyValue, iri)
             yield (iri, RDF.type, SIT.PropertyValue)
-            yield (iri, SIT.ofAttribute, terms.attributes[attribute])
+            yield (iri, SIT.ofAttribute, self._attributes[attribute.uid])
             yield (iri, SIT.linkValue if is_link else SIT.dataValue, term)
-            yield (iri, how_sure, terms.number(sure or 0.0))
-            yield (iri, SIT.timestamp, terms.number(estimate.time_s))
+            yield (iri, _how_sure(attribute.kind), _number(sure or 0.0))
+            yield (iri, SIT.timestamp, _number(estimate.time_s))
             for origin in estimate.origins:
-                yield (iri, SIT.origin, terms.instance(origin))
+                yield (iri, SIT.origin, instance_iri(origin))
 
 
-RECEPTION, RECEIVED = SIT.Reception, SIT.received
+def _how_sure(kind: ValueKind) -> URIRef:
+    return SIT.standardUncertainty if kind in MEASURED else SIT.probability
 
 
-class Receptions:
-    """Receptions of one vehicle, by IRI and by block; ``is_seen`` checks the IRI of a fact."""
+def _number(number: Any) -> Literal:
+    return Literal(number, datatype=XSD.double)
 
-    def __init__(self, known: Knowledge, terms: RdfTerms, is_seen: Callable[[Node], bool]) -> None:
-        owner = terms.instance(known.model.owner)
-        self._is_seen = is_seen
-        self._owner = known.model.owner
-        self._of_block: Mapping[str, Reception] = {
-            block_name(reception.block): reception for reception in known.receptions
-        }
-        self._by_iri: Mapping[Node, Reception] = {
-            reception_iri(self._owner, reception.block): reception for reception in self._of_block.values()
-        }
-        self._parts: Mapping[Node, Callable[[Reception], Node | None]] = {
-            RDF.type: lambda reception: RECEPTION,
-            SIT.receivedBy: lambda reception: owner,
-            SIT.receivedFrom: lambda reception: None if reception.sender is None else terms.instance(reception.sender),
-            SIT.receivedAt: lambda reception: terms.number(reception.time_s),
-        }
-        self.predicates = frozenset({*self._parts, RECEIVED} - {RDF.type})
-        """Predicates used by receptions only."""
 
-    def get(self, iri: Node) -> Reception | None:
-        """Return the reception with an IRI; None if there is none."""
-        return self._by_iri.get(iri)
+class NamedGraphs(Dataset):
+    """Data set whose named graphs are listed without the estimates."""
 
-    def triples(
-        self, subject: Node, reception: Reception, predicate: Node | None, target: Node | None
-    ) -> Iterator[tuple[Node, Node, Node]]:
-        """Yield the matching triples of one reception."""
-        for name, of in self._parts.items():
-            if predicate is None or predicate == name:
-                term = of(reception)
-                if term is not None and target in (None, term):
-                    yield (subject, name, term)
-        if predicate is None or predicate == RECEIVED:
-            for position in range(len(reception.block.facts)):
-                iri = fact_iri(Observation(reception.block, position))
-                if target in (None, iri) and self._is_seen(iri):
-                    yield (subject, RECEIVED, iri)
+    def graphs(self, triple: Any = None) -> Generator[Graph, None, None]:
+        """Yield the graphs with ``triple``, or all."""
+        yield from (graph for graph in super().graphs(triple) if graph.identifier != FUSED)
 
-    def of_fact(self, fact: Node, observation: Observation | None) -> Iterable[tuple[Node, Node, Node]]:
-        """Return the triple from the reception of a fact to the fact."""
-        reception = None if observation is None else self._of_block.get(block_name(observation.block))
-        return () if reception is None else ((reception_iri(self._owner, reception.block), RECEIVED, fact),)
+    contexts = graphs
 
-    def all_triples(self, predicate: Node | None, target: Node | None) -> Iterator[tuple[Node, Node, Node]]:
-        """Yield the matching triples of all receptions; none if ``target`` is a fact."""
-        if target is None or not is_fact(target):
-            for iri, reception in self._by_iri.items():
-                yield from self.triples(iri, reception, predicate, target)
+
+def as_graph(known: Store | Knowledge) -> Graph:
+    """Return TBox and knowledge of a vehicle as a new graph."""
+    graph = Graph() + graph_of((triples := Triples(known)).model.tbox)
+    for triple in triples.all():
+        graph.add(triple)
+    return graph
+
+
+def as_dataset(known: Store | Knowledge) -> Dataset:
+    """Return ``as_graph`` with named graphs: conclusions, estimates and the facts of each origin."""
+    triples, data = Triples(known), NamedGraphs()
+    whole = chain(graph_of(triples.model.tbox), triples.all())
+    parts: dict[URIRef, Iterable[Triple]] = {
+        DATASET_DEFAULT_GRAPH_ID: whole,
+        CONCLUSIONS: triples.conclusions(),
+        FUSED: triples.estimates(),
+    }
+    parts |= {instance_iri(origin): triples.said_by(origin) for origin in range(triples.model.n_origins)}
+    for name, part in parts.items():
+        data.addN((*triple, data.graph(name)) for triple in part)
+    return data

@@ -1,4 +1,4 @@
-"""World models as RDF text: N-Triples, Turtle, TriG and JSON-LD, written from the index.
+"""World models as RDF text: N-Triples, Turtle, TriG and JSON-LD.
 
 The ontology is not written; a header imports it. In formats with named graphs, the default graph of a single vehicle
 holds instances, types, names, current state and receptions, and ``run:conclusions`` the inferred triples. Other formats
@@ -22,9 +22,8 @@ from worldmodel.ontology import graph_of
 from worldmodel.ontology.annotations import RM
 from worldmodel.ontology.compiler import SIT
 from worldmodel.ontology.tbox import TBox
-from worldmodel.rdf.patterns import Abox, Triple
 from worldmodel.rdf.terms import RUN, instance_iri
-from worldmodel.rdf.triples import CONCLUSIONS
+from worldmodel.rdf.triples import CONCLUSIONS, Triple, Triples
 from worldmodel.store import Store
 from worldmodel.world_model import Knowledge
 
@@ -73,7 +72,7 @@ def written(known: Mapping[str, Knowledge], form: RdfFormat, header: bool = True
 def canonical_items(known: Iterable[Store]) -> str:
     """Return the canonical graph of the items of world models, as sorted N-Triples."""
     names = _Names({})
-    return "".join(sorted({line for model in known for line in _lines(item_triples(Abox(Knowledge(model))), names)}))
+    return "".join(sorted({line for model in known for line in _lines(Triples(model).items(), names)}))
 
 
 @lru_cache(maxsize=8)
@@ -103,58 +102,23 @@ def knowledge_iri(node: int) -> URIRef:
 
 
 def _graphs(known: Mapping[str, Knowledge]) -> Iterator[Graph]:
-    if len(known) > 1:
-        for knowledge in known.values():
-            yield Graph(knowledge_iri(knowledge.model.owner), all_triples(Abox(knowledge)))
+    told = list(map(Triples, known.values()))
+    if len(told) > 1:
+        for triples in told:
+            yield Graph(knowledge_iri(triples.model.owner), triples.all())
         return
-    for knowledge in known.values():
-        abox = Abox(knowledge)
-        yield Graph(None, all_triples(abox, concluded=False))
-        for origin in range(knowledge.model.n_origins):
-            yield Graph(instance_iri(origin), abox.triples_of(origin, (None, None, None)))
-        yield Graph(CONCLUSIONS, abox.conclusions.triples())
+    yield Graph(None, told[0].all(concluded=False))
+    for origin in range(told[0].model.n_origins):
+        yield Graph(instance_iri(origin), told[0].said_by(origin))
+    yield Graph(CONCLUSIONS, told[0].conclusions())
 
 
 def _union(known: Mapping[str, Knowledge]) -> Iterator[Graph]:
-    if len(known) == 1:
-        for knowledge in known.values():
-            yield Graph(None, all_triples(Abox(knowledge)))
-        return
     merged: dict[Node, dict[Triple, None]] = {}
     for knowledge in known.values():
-        for triple in all_triples(Abox(knowledge)):
+        for triple in Triples(knowledge).all():
             merged.setdefault(triple[0], {})[triple] = None
     yield Graph(None, (triple for triples in merged.values() for triple in triples))
-
-
-def all_triples(abox: Abox, concluded: bool = True) -> Iterator[Triple]:
-    """Yield all triples by subject; without ``concluded`` only instances, state and receptions."""
-    for uid in abox.model.instance_uids():
-        iri = abox.terms.instance(uid)
-        yield from abox.states.triples(uid, iri, None, None, concluded=concluded)
-        if concluded:
-            for observation in abox.of_subject(uid):
-                yield (iri, SIT.hasPropertyValue, abox.iri(observation))
-    yield from abox.receptions.all_triples(None, None)
-    if concluded:
-        for observation in abox.all_facts():
-            yield from abox.of_one(abox.iri(observation), observation, None, None)
-
-
-def item_triples(abox: Abox) -> Iterator[Triple]:
-    """Yield the facts of all items, with types and names of their subjects."""
-    told: set[int] = set()
-    for observation in abox.all_facts():
-        if observation.block.is_item:
-            iri = abox.iri(observation)
-            told.add(observation.fact.subject)
-            yield (abox.terms.instance(observation.fact.subject), SIT.hasPropertyValue, iri)
-            yield from abox.of_one(iri, observation, None, None)
-    for uid in sorted(told):
-        iri = abox.terms.instance(uid)
-        yield from abox.states.triples(uid, iri, RDFS.label, None)
-        for term in abox.states.types(uid, items_only=True):
-            yield (iri, RDF.type, term)
 
 
 # Text --------------------------------------------------------------------------------------------
@@ -209,7 +173,7 @@ def _sentences(triples: Iterable[Triple], names: _Names) -> Iterator[str]:
     before: Node | None = None
     for subject, predicate, target in triples:
         verb = "a" if predicate == RDF.type else names[predicate]
-        if subject is before:
+        if subject == before:
             yield f" ;\n    {verb} {names[target]}"
         else:
             yield f"{'' if before is None else ' .'}\n{names[subject]} {verb} {names[target]}"
