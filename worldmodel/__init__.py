@@ -37,7 +37,7 @@ from worldmodel.ontology import (
 )
 from worldmodel.ontology.fields import Field, Value
 from worldmodel.ontology.tbox import TYPE_UID, Attribute, OntologyClass, Source, TBox, ValueKind, reaching
-from worldmodel.queries import History, Subscription
+from worldmodel.subscriptions import Subscription
 from worldmodel.world_model import Knowledge, Reception, Stated, WorldModel, prune, tidy
 
 __all__ = [
@@ -54,7 +54,6 @@ __all__ = [
     "Fault",
     "FaultCode",
     "Field",
-    "History",
     "InformationNeed",
     "Instance",
     "Keeping",

@@ -30,10 +30,11 @@ class CheckResult:
 
 
 _SOUND = CheckResult()
+_UIDS = (ValueKind.TYPE, ValueKind.LINK)
 
 
-def check_form(store: Store, block: Block) -> tuple[Fault, ...]:
-    """Return the faults in the form of a block."""
+def check_form(store: Store, block: Block, judged: bool = False) -> tuple[Fault, ...]:
+    """Return the faults in the form of a block; ``judged`` values are in range and on their grid."""
     faults: list[tuple[FaultCode, str]] = []
     if not 0 <= block.origin < store.n_origins:
         faults.append((FaultCode.UNKNOWN_ORIGIN, f"origin {block.origin} is outside 0..{store.n_origins - 1}"))
@@ -43,7 +44,7 @@ def check_form(store: Store, block: Block) -> tuple[Fault, ...]:
         faults.append((FaultCode.BAD_SEQUENCE, f"sequence {block.sequence} is outside 0..{MOST_ITEMS - 1}"))
     elif block.sequence < STATUS and block.origin != store.owner:
         faults.append((FaultCode.BAD_SEQUENCE, f"block {block.sequence} is private to origin {block.origin}"))
-    elif block.is_status and not store.tables.latest_only.issuperset(fact.attribute for fact in block.facts):
+    elif block.is_status and not store.latest_only.issuperset(fact.attribute for fact in block.facts):
         detail = "a status has facts of attributes with rm:latestOnly alone"
         faults.append((FaultCode.BAD_SEQUENCE, detail))
     if not math.isfinite(block.time_s) or block.time_s < 0:
@@ -61,7 +62,8 @@ def check_form(store: Store, block: Block) -> tuple[Fault, ...]:
         if not 0 <= fact.subject < store.n_uids:
             detail = f"subject {fact.subject} is outside 0..{store.n_uids - 1}"
             faults.append((FaultCode.UNKNOWN_INSTANCE, detail))
-        _check_value(store, attributes[fact.attribute], fact, faults)
+        if not judged or attributes[fact.attribute].kind in _UIDS:
+            _check_value(store, attributes[fact.attribute], fact, faults)
     return _faults(block, faults) if faults else ()
 
 
@@ -158,7 +160,7 @@ class _Fit:
         if mask >> class_uid & 1:
             return
         created = self._created_as(uid)
-        if created is None or self.store.tables.have_common_subclass(created, class_uid):
+        if created is None or self.store.tbox.have_common_subclass(created, class_uid):
             self.missing[uid] = None
             return
         classes = self.store.tbox.classes

@@ -10,9 +10,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 from worldmodel.arrivals import WAITING_BLOCKS, WAITING_S, Arrivals
+from worldmodel.bans import deciding
 from worldmodel.errors import FactError, unknown_name
 from worldmodel.facts import STATUS, Block, Guid, Instance, PropertyValue
-from worldmodel.index import Index, compiled_attributes
+from worldmodel.index import Index
 from worldmodel.ontology.fields import Grid
 from worldmodel.ontology.tbox import TYPE_UID, Attribute, TBox, ValueKind
 
@@ -22,10 +23,8 @@ CLOCK_TOLERANCE_S = 1.0
 
 def prunable(tbox: TBox) -> tuple[Attribute, ...]:
     """Return the attributes whose old values may be dropped: all but ``type`` and exclusions."""
-    deciding = compiled_attributes(tbox).deciding
-    return tuple(
-        attribute for attribute in tbox.attributes if attribute.uid != TYPE_UID and attribute.uid not in deciding
-    )
+    kept = deciding(tbox)
+    return tuple(attribute for attribute in tbox.attributes if attribute.uid != TYPE_UID and attribute.uid not in kept)
 
 
 class PruneRule(NamedTuple):
@@ -131,18 +130,22 @@ class BlockLog:
         self.mask = (self.mask << len(behind) | (1 << len(behind)) - 1) << 1 if behind or self.mask else 0
 
 
-class Individuals:
-    """Common instances with uids 0, 1, ..., followed by one uid range per origin."""
+class StoredItems:
+    """Items and private blocks by origin, epoch and sequence, and the instances that they create.
+
+    Common instances have the uids 0, 1, ..., followed by one uid range per origin.
+    """
 
     def __init__(
         self,
         tbox: TBox,
         instances: Sequence[Instance],
+        time_resolution_s: float,
         n_origins: int,
         run_time_instances_per_origin: int,
         keeping: Keeping,
     ) -> None:
-        """Create the common instances; see ``Store`` for the arguments."""
+        """Create empty logs; see ``Store`` for the arguments."""
         _refuse_bad_instances(tbox, instances)
         if run_time_instances_per_origin < 0:
             raise FactError(f"run_time_instances_per_origin is {run_time_instances_per_origin}; allowed: 0 or more")
@@ -155,12 +158,21 @@ class Individuals:
         self.run_time_instances_per_origin = run_time_instances_per_origin
         self.common_instances = tuple(instances)
         self.n_uids = len(instances) + n_origins * run_time_instances_per_origin
-        self.tables = compiled_attributes(tbox)
-        """Compiled attribute checks."""
+        self.latest_only = frozenset(attribute.uid for attribute in tbox.attributes if attribute.latest_only)
         self.index = Index(tbox, instances)
         links = frozenset(a.uid for a in tbox.attributes if a.kind is ValueKind.LINK)
         self.arrivals = Arrivals(links, keeping.waiting_s, keeping.waiting_blocks)
         self._instance_named = {instance.name: instance for instance in instances}
+        try:
+            self.clock_grid = Grid(0.0, time_resolution_s)
+        except ValueError as error:
+            raise FactError(f"time_resolution_s: {error}") from None
+        self.time_resolution_s = time_resolution_s
+        self.logs: dict[tuple[int, int], BlockLog] = {}
+        """Items, by (origin, epoch)."""
+        self._private: dict[tuple[int, int], BlockLog] = {}  # private blocks, numbered upwards here
+        self.content_of_pruned = 0
+        """Sum of the content digests of pruned items."""
 
     def instance(self, uid: int) -> Instance | None:
         """Return a common or announced instance, even if an excluded origin announced it."""
@@ -208,50 +220,6 @@ class Individuals:
             return self.tbox.ancestor_mask(self.common_instances[uid].class_uid)
         created = self.arrivals.created_as(uid)
         return self.tbox.ancestor_mask(created) if has_creator and created is not None else 0
-
-
-def _refuse_bad_instances(tbox: TBox, instances: Sequence[Instance]) -> None:
-    faults = []
-    for expected, instance in enumerate(instances):
-        if instance.uid != expected:
-            faults.append(f"instance {instance.name!r} has uid {instance.uid}; allowed here: {expected}")
-        if not 0 <= instance.class_uid < len(tbox.classes):
-            faults.append(
-                f"instance {instance.name!r} is of class {instance.class_uid}; allowed: 0..{len(tbox.classes) - 1}"
-            )
-    names = [instance.name for instance in instances]
-    for name in sorted({name for name in names if names.count(name) > 1}):
-        faults.append(f"{names.count(name)} instances are named {name!r}; allowed: one")
-    if faults:
-        raise FactError("\n".join(faults))
-
-
-class StoredItems(Individuals):
-    """Items and private blocks, by origin, epoch and sequence."""
-
-    def __init__(
-        self,
-        tbox: TBox,
-        instances: Sequence[Instance],
-        time_resolution_s: float,
-        n_origins: int,
-        run_time_instances_per_origin: int,
-        keeping: Keeping,
-    ) -> None:
-        """Create empty logs; see ``Store`` for the arguments."""
-        super().__init__(tbox, instances, n_origins, run_time_instances_per_origin, keeping)
-        try:
-            self.clock_grid = Grid(0.0, time_resolution_s)
-        except ValueError as error:
-            raise FactError(f"time_resolution_s: {error}") from None
-        self.time_resolution_s = time_resolution_s
-        self.time_ratio = self.clock_grid.ratio
-        """Time step as (numerator, denominator), for the fast paths."""
-        self.logs: dict[tuple[int, int], BlockLog] = {}
-        """Items, by (origin, epoch)."""
-        self._private: dict[tuple[int, int], BlockLog] = {}  # private blocks, numbered upwards here
-        self.content_of_pruned = 0
-        """Sum of the content digests of pruned items."""
 
     def block(self, guid: Guid) -> Block | None:
         """Return an item or private block if it is accepted and stored."""
@@ -329,3 +297,19 @@ class StoredItems(Individuals):
         log, sequence = self._place(block.guid)
         if log is not None:
             log.forget(sequence)
+
+
+def _refuse_bad_instances(tbox: TBox, instances: Sequence[Instance]) -> None:
+    faults = []
+    for expected, instance in enumerate(instances):
+        if instance.uid != expected:
+            faults.append(f"instance {instance.name!r} has uid {instance.uid}; allowed here: {expected}")
+        if not 0 <= instance.class_uid < len(tbox.classes):
+            faults.append(
+                f"instance {instance.name!r} is of class {instance.class_uid}; allowed: 0..{len(tbox.classes) - 1}"
+            )
+    names = [instance.name for instance in instances]
+    for name in sorted({name for name in names if names.count(name) > 1}):
+        faults.append(f"{names.count(name)} instances are named {name!r}; allowed: one")
+    if faults:
+        raise FactError("\n".join(faults))

@@ -29,7 +29,7 @@ from collections.abc import Iterable
 
 from worldmodel.arrivals import NOTHING
 from worldmodel.checks import check_fit, check_form
-from worldmodel.facts import EPOCHS, MOST_ITEMS, STATUS, Block, Change, Fault, FaultCode, Guid, Merged
+from worldmodel.facts import Block, Change, Fault, FaultCode, Guid, Merged
 from worldmodel.ontology.tbox import TYPE_UID
 from worldmodel.store import Store
 
@@ -119,10 +119,6 @@ class Revision:
         self._loose[guid] = (block, since_s)
 
 
-_NEVER_S = math.inf
-_new = tuple.__new__  # builds a named tuple in half the time of its constructor
-
-
 def merge(store: Store, blocks: Iterable[Block], now_s: float | None = None, judged: bool = False) -> Merged:
     """Merge local or received blocks in any order; skip known ones.
 
@@ -137,51 +133,12 @@ def merge(store: Store, blocks: Iterable[Block], now_s: float | None = None, jud
     unreported, arrivals.unreported = arrivals.unreported, NOTHING
     changes, faults = [*unreported.changes], [*unreported.faults]
     arrivals.now_s = now_s
-    latest_s = math.inf if now_s is None else now_s
+    latest_s = math.inf if now_s is None else store.latest_time_s(now_s)
     for block in blocks:
-        if block.time_s > latest_s and now_s is not None:
-            latest_s = store.latest_time_s(now_s)
-        if _is_sound(store, block, judged) and block.time_s <= latest_s:
-            if block.sequence == STATUS:
-                version, change = store.version, store.place_status(block)
-                if store.version != version:
-                    changes.append(change)
-                continue
-            added = store.append(block)
-            if added is not None:
-                changes.append(added)
-                continue
-        went_in, refused = _look_closer(store, block, latest_s)
+        went_in, refused = _taken(store, block, latest_s, judged)
         changes += went_in
         faults += refused
-    return _new(Merged, (tuple(changes), tuple(faults)))
-
-
-def _is_sound(store: Store, block: Block, judged: bool) -> bool:
-    """Check a peer's item or status on the fast path; False if only the full checks can decide."""
-    origin, sequence, time_s, facts, epoch = block
-    if not (0 <= origin < store.n_origins and STATUS <= sequence < MOST_ITEMS and 0 <= epoch < EPOCHS and facts):
-        return False
-    if origin == store.owner or not 0 <= time_s < _NEVER_S:
-        return False
-    numerator, denominator = store.time_ratio
-    if round(time_s / store.time_resolution_s) * numerator / denominator != time_s:
-        return False
-    tables, mask_of = store.tables, store.index.masks.get
-    for subject, attribute, value, uncertainty in facts:
-        row = tables.unpacked.get(attribute)
-        if row is None or uncertainty is not None or (sequence == STATUS and attribute not in tables.latest_only):
-            return False
-        quantise, domain, range_class = row
-        if not judged:
-            stored = quantise(value)
-            if stored is None or stored != value:
-                return False
-        if not mask_of(subject, 0) >> domain & 1:
-            return False
-        if range_class >= 0 and not mask_of(value, 0) >> range_class & 1:  # type: ignore[arg-type]  # a link
-            return False
-    return True
+    return Merged(tuple(changes), tuple(faults))
 
 
 def expire(store: Store, now_s: float) -> tuple[Fault, ...]:
@@ -222,14 +179,14 @@ def enter(store: Store, block: Block, known: Block | None = None) -> Merged:
     return Merged(changes, (conflict, *faults))
 
 
-def _look_closer(store: Store, block: Block, latest_s: float) -> Merged:
-    """Add a block that failed the fast path: known, invalid, private or not yet fitting."""
+def _taken(store: Store, block: Block, latest_s: float, judged: bool) -> Merged:
+    """Check and add a block, unless it is known."""
     known = None
     if not block.is_status:
         known = store.arrived(block.guid)
         if known == block if known is not None else store.has_arrived(block.guid):
             return NOTHING
-    if bad_form := check_form(store, block):
+    if bad_form := check_form(store, block, judged):
         return Merged((), bad_form)
     if block.time_s > latest_s:
         detail = f"time {block.time_s} s is later than {latest_s:g} s, its arrival and the clock tolerance"

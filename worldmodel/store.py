@@ -10,29 +10,23 @@ The common instances of a scenario have the uids 0, 1, ... An origin creates fur
 range and announces them by a value of the attribute ``type``. Only the checks and ``merge`` add blocks.
 """
 
-from collections.abc import Sequence
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from worldmodel.errors import FactError
-from worldmodel.facts import (
-    EPOCHS,
-    STATUS,
-    Block,
-    Change,
-    Instance,
-    Observation,
-    PropertyValue,
-)
-from worldmodel.holdings import BlockLog, Keeping
-from worldmodel.index import EMPTY, Entry, observation_of, sort_key
-from worldmodel.ontology.tbox import TYPE_UID, TBox
-from worldmodel.queries import Answers
+from worldmodel.facts import EPOCHS, STATUS, Block, Change, Instance, Lacking, Observation, PropertyValue
+from worldmodel.holdings import BlockLog, Keeping, StoredItems
+from worldmodel.index import EMPTY, sort_key
+from worldmodel.inference import Inference
+from worldmodel.ontology.fields import Value
+from worldmodel.ontology.tbox import TYPE_UID, TBox, ValueKind
+from worldmodel.subscriptions import Subscription, Subscriptions
 
 USUAL = Keeping()
 _NONE = (None,)
-_new = tuple.__new__  # builds a named tuple in half the time of its constructor
 
 
-class Store(Answers):
+class Store(StoredItems):
     """Indexed blocks of one vehicle; ``version`` grows whenever an answer may change."""
 
     def __init__(
@@ -74,59 +68,118 @@ class Store(Answers):
         self.epoch = epoch
         self.clock_tolerance_s = clock_tolerance_s
         self.version = 0
+        self.subscriptions = Subscriptions(tbox, self.class_mask)
+        """Updates for subscribers."""
+        self._members: dict[int, tuple[Instance, ...]] = {}
+        self._members_of = (0, 0)  # versions of types and conclusions of this cache
+        self.common_facts = tuple(keeping.common_facts)
+        self._common_values = {
+            (f.subject, f.attribute): f.value
+            for f in keeping.common_facts
+            if tbox.attributes[f.attribute].kind is not ValueKind.LINK
+        }
+        self.inference = Inference(tbox, self, instances, self.index.touched, keeping.common_facts)
+        """Conclusions from the visible facts."""
+        self.index.heeded = self.inference.heeded
         self.next_sequence = 0
         """Sequence of the owner's next item."""
-        self.own_log = self.logs[owner, epoch] = BlockLog()
-        """Items recorded by the owner in this epoch."""
+        self.logs[owner, epoch] = BlockLog()
         self.next_private = STATUS - 1
         """Sequence of the owner's next private block."""
         self.own_instances: set[int] = set()
         """Known uids already allocated in the owner's range."""
+
+    def latest(self, subject: int, attribute: int, at_s: float | None = None) -> Observation | None:
+        """Return the newest observation of a property by ``at_s`` (s); of statuses the newest only."""
+        entries = self.index.slots.get(attribute, EMPTY).get(subject)
+        if entries is None or at_s is None:
+            return entries[-1] if entries else None
+        position = bisect_right(entries, at_s, key=_time_s)
+        return entries[position - 1] if position else None
+
+    def history(
+        self, subject: int, attribute: int, since_s: float | None = None, until_s: float | None = None
+    ) -> tuple[Observation, ...]:
+        """Return the observations of a property, oldest first; of statuses only the newest per origin.
+
+        ``since_s`` and ``until_s`` (s) are inclusive; None for no limit.
+        """
+        entries = self.index.slots.get(attribute, EMPTY).get(subject, [])
+        first = 0 if since_s is None else bisect_left(entries, since_s, key=_time_s)
+        end = len(entries) if until_s is None else bisect_right(entries, until_s, key=_time_s)
+        return tuple(entries[first:end])
+
+    def since(self, origin: int, time_s: float) -> Iterator[Block]:
+        """Yield an origin's items observed at ``time_s`` (s) or later, by epoch and sequence."""
+        for key in sorted(key for key in self.logs if key[0] == origin):
+            for block in self.logs[key]:
+                if block.time_s >= time_s and self.is_seen(block):
+                    yield block
+
+    def is_seen(self, block: Block) -> bool:
+        """True unless the origin of the block is excluded at its time."""
+        return not self.index.trust.hides(block.origin, block.time_s)
+
+    @property
+    def banned(self) -> Mapping[int, float]:
+        """Start (s) of the exclusion of each excluded origin; replaced on each change."""
+        return self.index.trust.from_s
+
+    def news(self, subscription: Subscription) -> tuple[Observation, ...]:
+        """Return new observations in order of arrival; raises FactError for a foreign subscription."""
+        news = self.subscriptions.fetch(subscription)
+        return (
+            tuple([observation for observation in news if self.is_seen(observation.block)])
+            if self.index.trust.from_s
+            else news
+        )
+
+    def value(self, subject: int, attribute: int, default: Value | None = None) -> Value | None:
+        """Return the latest value of a property, else the common initial value, else ``default``."""
+        entries = self.index.slots.get(attribute, EMPTY).get(subject)
+        return entries[-1].value if entries else self._common_values.get((subject, attribute), default)
+
+    def common_values(self, subject: int, attribute: int) -> tuple[Value, ...]:
+        """Return the common initial value of a property, if any, without inferred links."""
+        value = self._common_values.get((subject, attribute))
+        return () if value is None else (value,)
+
+    def statuses(self) -> Iterator[Block]:
+        """Yield the newest status per property and origin, each as a block of one fact."""
+        for slot in sorted(self.index.statuses):
+            yield self.index.statuses[slot]
+
+    def lacking(self, now_s: float) -> tuple[Lacking, ...]:
+        """Return the missing instances of pending blocks, by uid, with ages at ``now_s`` (s)."""
+        return self.arrivals.lacking(now_s, self.owner_of)
+
+    def instances_of(self, class_uid: int) -> tuple[Instance, ...]:
+        """Return the asserted and inferred instances of a class, by uid."""
+        self.inference.settle()
+        holds_for = self.index.version_of_types, self.inference.version
+        if self._members_of != holds_for:
+            self._members_of, self._members = holds_for, {}
+        members = self._members.get(class_uid)
+        if members is None:
+            known = (self.instance(uid) for uid in sorted(self.instance_uids()))
+            classes = self.inference.classes
+            members = tuple(i for i in known if i is not None and classes(i.uid) >> class_uid & 1)
+            self._members[class_uid] = members
+        return members
+
+    def told_classes(self, uid: int) -> int:
+        """Return the classes of the asserted types of an instance, bit c for class c."""
+        common = self.common_instances[uid : uid + 1]
+        mask = self.tbox.ancestor_mask(common[0].class_uid) if common else 0
+        for observation in self.history(uid, TYPE_UID):
+            mask |= self.tbox.ancestor_mask(observation.fact.target)
+        return mask
 
     # For checks and merging ----------------------------------------------------------------------
 
     def latest_time_s(self, now_s: float) -> float:
         """Return the latest acceptable observation time of a block that arrives at ``now_s`` (s)."""
         return max(now_s + self.clock_tolerance_s, self.quantise_time(now_s))
-
-    def append(self, block: Block) -> Change | None:
-        """Index a checked item without type facts; return None if it has arrived before."""
-        origin, sequence, time_s, facts, epoch = block
-        log = self.logs.get((origin, epoch))
-        if log is None:
-            log = self.logs[origin, epoch] = BlockLog()
-        if sequence == len(log.blocks) and not log.ahead:
-            log.blocks.append(block)
-        elif log.has(sequence):
-            return None
-        else:
-            log.put(sequence, block)
-        fact = facts[0]
-        attribute = fact[1]
-        if len(facts) == 1 and attribute in self.tables.unlinked:
-            return self.index_plain(block, fact[0], attribute, time_s)
-        self.version += 1
-        return self._indexed(block)
-
-    def index_plain(self, block: Block, subject: int, attribute: int, time_s: float) -> Change:
-        """Index a logged item with one fact that affects no class, link or exclusion."""
-        self.version += 1
-        index = self.index
-        if index.trust.from_s:
-            return self._indexed(block)
-        of_attribute = index.slots.get(attribute)
-        if of_attribute is None:
-            of_attribute = index.slots[attribute] = {}
-        entries = of_attribute.get(subject)
-        if entries is None:
-            of_attribute[subject] = [block]
-        elif entries[-1].time_s < time_s:
-            entries.append(block)
-        else:
-            return self._indexed(block)
-        if attribute in self.subscriptions.watching:
-            self.subscriptions.note(_new(Observation, (block, 0)))
-        return _new(Change, (block, block[3]))
 
     def insert(self, block: Block) -> Change:
         """Index a new, checked item or private block. Callers use ``merge`` instead."""
@@ -135,18 +188,22 @@ class Store(Answers):
         return self._indexed(block)
 
     def _indexed(self, block: Block) -> Change:
-        facts = block.facts
-        entries: list[Entry]
-        entries = [block] if len(facts) == 1 else [Observation(block, position) for position in range(len(facts))]
-        for fact, entry in zip(facts, entries, strict=True):
-            self.index.enter(fact, entry)
-            if fact.attribute in self.subscriptions.watching:
-                self.subscriptions.note(observation_of(entry))
-        if self.index.turned:
-            return Change(block, self._turned())
-        slots, pairs = self.index.slots, zip(facts, entries, strict=True)
-        return Change(
-            block, tuple([f for f, entry in pairs if slots.get(f.attribute, EMPTY).get(f.subject, _NONE)[-1] is entry])
+        entries = [Observation(block, position) for position in range(len(block.facts))]
+        for entry in entries:
+            self.index.enter(entry)
+            self._note(entry)
+        return Change(block, self._turned() if self.index.turned else self._latest_of(entries))
+
+    def _note(self, entry: Observation) -> None:
+        if entry.fact.attribute in self.subscriptions.watching:
+            self.subscriptions.note(entry)
+
+    def _latest_of(self, entries: Iterable[Observation]) -> tuple[PropertyValue, ...]:
+        slots = self.index.slots
+        return tuple(
+            entry.fact
+            for entry in entries
+            if slots.get(entry.fact.attribute, EMPTY).get(entry.fact.subject, _NONE)[-1] is entry
         )
 
     def _turned(self) -> tuple[PropertyValue, ...]:
@@ -157,30 +214,22 @@ class Store(Answers):
 
     def place_status(self, block: Block) -> Change:
         """Replace older statuses of the origin by a checked status."""
-        facts, watching, slots = block.facts, self.subscriptions.watching, self.index.slots
-        if len(facts) == 1 and facts[0].attribute not in watching and self.index.succeed(block):
-            self.version += 1
-            is_latest = slots[facts[0].attribute][facts[0].subject][-1] is block
-            return _new(Change, (block, facts if is_latest else ()))
         placed = self.index.place(block)
         self.version += bool(placed)
-        for fact, placed_block in placed if watching else ():
-            if fact.attribute in watching:
-                self.subscriptions.note(Observation(placed_block, 0))
-        return Change(
-            block, tuple([f for f, its in placed if slots.get(f.attribute, EMPTY).get(f.subject, _NONE)[-1] is its])
-        )
+        for entry in placed:
+            self._note(entry)
+        return Change(block, self._latest_of(placed))
 
     def facts_of(self, subject: int, attribute: int) -> list[Observation]:
         """Return all observations of a property, excluded origins included."""
-        return [observation_of(entry) for entry in sorted(self.index.all_of((subject, attribute)), key=sort_key)]
+        return sorted(self.index.all_of((subject, attribute)), key=sort_key)
 
     def take_out(self, block: Block) -> None:
         """Remove an item or private block from all indexes; it still counts as arrived."""
         self.hold(block.guid)
         self.version += 1
-        for position, fact in enumerate(block.facts):
-            self.index.leave(fact, block if len(block.facts) == 1 else Observation(block, position))
+        for position in range(len(block.facts)):
+            self.index.leave(Observation(block, position))
 
     def prune(self, block: Block) -> None:
         """Drop the content of an item, for ``worldmodel.world_model.prune``, which checks the rules."""
@@ -209,3 +258,7 @@ class Store(Answers):
         for fact in block.facts:
             if fact.attribute == TYPE_UID and self.owner_of(fact.subject) == self.owner:
                 self.own_instances.add(fact.subject)
+
+
+def _time_s(observation: Observation) -> float:
+    return observation.block.time_s

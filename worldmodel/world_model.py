@@ -14,15 +14,12 @@ from typing import NamedTuple
 
 from worldmodel.checks import CheckResult, check_fit, check_form
 from worldmodel.errors import FactError
-from worldmodel.facts import EPOCHS, MOST_ITEMS, STATUS, Block, Change, Fault, Guid, Merged, PropertyValue
+from worldmodel.facts import EPOCHS, STATUS, Block, Change, Fault, Guid, Merged, Observation, PropertyValue
 from worldmodel.holdings import PruneRule
-from worldmodel.index import EMPTY, Entry, block_of
+from worldmodel.index import EMPTY
 from worldmodel.merge import enter, expire, merge
 from worldmodel.ontology.fields import Value
 from worldmodel.store import Store
-
-_NEVER_S = math.inf
-_new = tuple.__new__  # builds a named tuple in half the time of its constructor
 
 Stated = tuple[int, int, Value] | tuple[int, int, Value, float | None]
 """Subject, attribute uid, value; optionally the uncertainty of the value."""
@@ -48,41 +45,11 @@ class WorldModel(Store):
         Returns the block as stored, with those of its facts that are now the latest. If the checks refuse a fact or an
         instance is unknown, raises FactError and records nothing.
         """
-        if type(facts) is not tuple:
-            facts = tuple(facts)
-        sequence = self.next_sequence
-        if len(facts) == 1 and len(facts[0]) == 3 and not private and 0 <= now_s < _NEVER_S and sequence < MOST_ITEMS:
-            subject, attribute, value = facts[0]
-            plain = self.tables.plain.get(attribute)
-            if plain is not None and self.index.masks.get(subject, 0) >> plain[1] & 1:
-                stored = plain[0](value)
-                if stored is not None:  # fast path: one valid fact, no type, link or status
-                    numerator, denominator = self.time_ratio
-                    time_s = round(now_s / self.time_resolution_s) * numerator / denominator
-                    stored_facts = (_new(PropertyValue, (subject, attribute, stored, None)),)
-                    block = _new(Block, (self.owner, sequence, time_s, stored_facts, self.epoch))
-                    self.next_sequence = sequence + 1
-                    if sequence == len(own := self.own_log.blocks):
-                        own.append(block)
-                    else:
-                        self.own_log.put(sequence, block)
-                    return self.index_plain(block, subject, attribute, time_s)
-            status = self.tables.statuses.get(attribute)
-            if status is not None and self.index.masks.get(subject, 0) >> status[1] & 1:
-                stored = status[0](value)
-                if stored is not None:
-                    numerator, denominator = self.time_ratio
-                    time_s = round(now_s / self.time_resolution_s) * numerator / denominator
-                    stored_facts = (_new(PropertyValue, (subject, attribute, stored, None)),)
-                    return self.place_status(_new(Block, (self.owner, STATUS, time_s, stored_facts, self.epoch)))
-        return self._record_closely(facts, now_s, private)
-
-    def _record_closely(self, facts: tuple[Stated, ...], now_s: float, private: bool) -> Change:
         if not math.isfinite(now_s) or now_s < 0:
             raise FactError(f"now_s is {now_s}; allowed: seconds since the mission began")
         stored = self._quantised(facts)
         block = Block(self.owner, self._sequence(stored, private), self.quantise_time(now_s), stored, self.epoch)
-        result = CheckResult(check_form(self, block))
+        result = CheckResult(check_form(self, block, judged=True))
         if not result.faults:
             result = check_fit(self, block)
         if result.faults:
@@ -105,7 +72,7 @@ class WorldModel(Store):
     def _sequence(self, facts: tuple[PropertyValue, ...], private: bool) -> int:
         if private:
             return self.next_private
-        is_status = facts and self.tables.latest_only.issuperset(fact.attribute for fact in facts)
+        is_status = facts and self.latest_only.issuperset(fact.attribute for fact in facts)
         return STATUS if is_status else self.next_sequence
 
     def _quantised(self, facts: Iterable[Stated]) -> tuple[PropertyValue, ...]:
@@ -183,22 +150,21 @@ def _drop(store: Store, limits: Iterable[tuple[int, int, float]]) -> int:
         for uid in store.instance_uids():
             if store.class_mask(uid) >> class_uid & 1:
                 for entry in _outdated(store.index.slots.get(attribute, EMPTY).get(uid, []), before_s):
-                    block = block_of(entry)
-                    blocks[block.guid] = block
-                    may_go.setdefault(block.guid, set()).add(0 if isinstance(entry, Block) else entry.position)
+                    blocks[entry.block.guid] = entry.block
+                    may_go.setdefault(entry.block.guid, set()).add(entry.position)
     gone = [block for guid, block in blocks.items() if len(may_go[guid]) == len(block.facts)]
     for block in gone:
         store.prune(block)
     return len(gone)
 
 
-def _outdated(entries: list[Entry], before_s: float) -> Iterator[Entry]:
+def _outdated(entries: list[Observation], before_s: float) -> Iterator[Observation]:
     """Yield facts of items older than ``before_s`` that are not the newest of their origin."""
-    if not entries or block_of(entries[0]).time_s >= before_s:
+    if not entries or entries[0].time_s >= before_s:
         return
     newest: set[int] = set()
     for entry in reversed(entries):
-        block = block_of(entry)
+        block = entry.block
         if not block.is_item:
             continue
         if block.origin in newest and block.time_s < before_s:

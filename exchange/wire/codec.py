@@ -62,7 +62,6 @@ from exchange.wire.fragmentcodec import EPOCH_BITS, Before, FragmentCodec, Life,
 from exchange.wire.sealing import DAMAGED, UNOPENED, Checksum, Seal, nonce_of
 from worldmodel import EPOCHS, STATUS, Block, PropertyValue, TBox
 from worldmodel.facts import MOST_ITEMS
-from worldmodel.index import compiled_attributes
 
 GRAMMAR = 2
 """Version of the layout; increase it with every change, since the hash covers widths only."""
@@ -289,7 +288,6 @@ class Codec:
         self.overhead_bits = self.head_bits + self.header.largest_bits + END_BITS[1] + guard_bits
         """Bits of a packet without sections, with the largest acknowledgement header."""
         self._hash = zlib.crc32(repr(shape).encode()).to_bytes(HASH_BYTES, "big")
-        self._rows = compiled_attributes(tbox).rows
         self.head = lru_cache(maxsize=32)(self._head)
         """``head(data) -> Head``, epoch and frame modulo 4; raises PeerFault if invalid."""
         self.judged = lru_cache(maxsize=32)(self._judged)
@@ -471,9 +469,8 @@ class Codec:
         """Describe the first fact whose value no vehicle can record; None if all are valid."""
         for fragment in fragments:
             for fact in fragment.facts:
-                row = self._rows.get(fact.attribute)
-                if row is not None and ((stored := row.quantise(fact.value)) is None or stored != fact.value):
-                    return f"{self._facts.attribute(fact.attribute).name} is {fact.value}, out of its range"
+                if not (attribute := self._facts.attribute(fact.attribute)).stores(fact.value):
+                    return f"{attribute.name} is {fact.value}, out of its range"
         return None
 
     def _decode(self, data: bytes, frame: int = 0, slot_start_s: float = 0.0, era: int = 0) -> Packet:

@@ -206,8 +206,11 @@ def _other_values(value: Any, draw: int) -> list[Any]:
 
 def _may_record(model: WorldModel, fact: PropertyValue) -> bool:
     """True if the value of a fact is of the kind of its attribute and in range."""
-    row = model.tables.rows.get(fact.attribute)
-    return row is None or row.quantise(fact.value) is not None
+    try:
+        model.tbox.attributes[fact.attribute].quantise(fact.value)
+    except (TypeError, ValueError):
+        return False
+    return True
 
 
 # Forged statements --------------------------------------------------------------------------------

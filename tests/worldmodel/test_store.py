@@ -8,11 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from small_fleet import BANNED_FROM, N_ORIGINS, TBOX, any_blocks, ban, check, fleet_model, picture, sound_blocks
 
-from worldmodel import Block, PropertyValue, WorldModel, expire, merge
+from worldmodel import Block, WorldModel, expire, merge
 from worldmodel.checks import CheckResult
-from worldmodel.index import compiled_attributes
-
-ROWS = compiled_attributes(TBOX).rows
 
 
 def merged(*batches: list[Block]) -> WorldModel:
@@ -61,14 +58,6 @@ def test_every_block_is_in_or_waits_or_is_refused_as_the_checks_say(blocks: list
     }
     assert said == {b.guid for b in everything(model)} == {b.guid for b in blocks}
     assert all(model.has_arrived(guid) for guid in said)
-
-    def is_right(fact: PropertyValue) -> bool:
-        return fact.attribute not in ROWS or ROWS[fact.attribute].quantise(fact.value) == fact.value is not None
-
-    right = [of for of in blocks if all(map(is_right, of.facts))]
-    judged = fleet_model()
-    merge(judged, right, judged=True)  # all but values is looked at
-    assert picture(judged) == picture(merged(right))
 
 
 @settings(max_examples=60, deadline=None)

@@ -118,6 +118,13 @@ class Attribute:
         """Return the value as stored and sent; raises as ``encode``."""
         return self.decode(self.encode(value))
 
+    def stores(self, value: Value) -> bool:
+        """True for a value of the right kind, in range and on its grid."""
+        try:
+            return self.quantise(value) == value
+        except (TypeError, ValueError):
+            return False
+
     def encode_uncertainty(self, uncertainty: float) -> int:
         """Return the integer of an uncertainty; 0 and certainty are not representable.
 
@@ -250,6 +257,10 @@ class TBox:
     def subclasses(self, c: int) -> tuple[int, ...]:
         """Return the uids of ``c`` and all its subclasses."""
         return self._descendants[c]
+
+    def have_common_subclass(self, c: int, d: int) -> bool:
+        """True if a class is below, or equal to, both."""
+        return not set(self._descendants[c]).isdisjoint(self._descendants[d])
 
     def are_disjoint(self, c: int, d: int) -> bool:
         """True if the classes cannot share an instance."""
