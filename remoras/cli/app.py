@@ -30,7 +30,7 @@ from remoras.process import SAID, Terminated
 GROUPS = {
     "Run": {"list": "files", "explain": "files", "validate": "files", "run": "runs", "doctor": "files"},
     "See": {
-        "plot": "results", "replay": "results", "live": "runs", "export": "exports", "query": "results",
+        "plot": "results", "replay": "results", "live": "runs", "export": "results", "query": "results",
         "verify": "results",
     },
     "Compare": {
@@ -311,32 +311,6 @@ def show(value: Any, as_json: bool, lines: Iterable[str]) -> None:
         show_json(value)
     else:
         print("\n".join(lines))
-
-
-def on_terminal() -> bool:
-    """True if standard output is a terminal."""
-    return sys.stdout.isatty()
-
-
-def show_table(
-    columns: Sequence[str], rows: Iterable[Sequence[str]], title: str = "", numbers: Sequence[str] = ()
-) -> None:
-    """Print a table in the width of the terminal.
-
-    ``numbers`` are right-aligned columns; all-empty ``columns`` omit the heading.
-    """
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
-
-    look = box.SIMPLE_HEAD if any(columns) else None
-    table = Table(title=title or None, title_justify="left", box=look, show_header=any(columns), pad_edge=False)
-    for column in columns:
-        table.add_column(column, justify="right" if column in numbers else "left", overflow="fold")
-    for row in rows:
-        table.add_row(*map(Text, row))
-    Console().print(table)
 
 
 def aligned(rows: Sequence[Sequence[str]], right: Container[int] = ()) -> list[str]:

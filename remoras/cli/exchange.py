@@ -22,9 +22,7 @@ from remoras.cli.app import (
     check_known,
     command,
     fail,
-    on_terminal,
     show_json,
-    show_table,
 )
 from remoras.cli.runs import Seed, Settings
 from remoras.process import Progress
@@ -188,25 +186,8 @@ def _write(files: Sequence[tuple[str, bytes]], out: Path) -> None:
         raise OutputError(f"--out {out}: cannot be written: {error.strerror}") from None
 
 
-def _mean(estimate: Any) -> str:
-    if estimate is None or estimate.ci95_high is None:
-        return "-" if estimate is None else f"{estimate.mean:.2f}"
-    return f"{estimate.mean:.2f} ± {estimate.ci95_high - estimate.mean:.2f}"
-
-
 def _print_study(rows: Sequence[StudyRow]) -> None:
     """Print mean slots and half-width of the 95 % interval per policy and loss rate."""
-    if on_terminal():
-        columns = ("per", "policy", "delivered", "source acked", "senders acked", "censored")
-        table = [
-            (
-                f"{row.per:g}", row.policy, *map(_mean, (row.delivered_slots, row.source_acked_slots,
-                row.senders_acked_slots)), str(row.censored_senders),
-            )
-            for row in rows
-        ]  # fmt: skip
-        show_table(columns, table, "TDMA slots, mean and half-width of the 95 % interval", (columns[0], *columns[2:]))
-        return
 
     def shown(estimate: Any) -> str:
         if estimate is None:
@@ -419,9 +400,6 @@ def _print(reaches: Sequence[ModemReach]) -> None:
         for reach in reaches for n, p in enumerate(reach.points)
     ]  # fmt: skip
     columns = (*COLUMNS, *(DRAWN_COLUMNS if any(reach.drawn for reach in reaches) else ()))
-    if on_terminal():
-        show_table(columns, rows, "full packets that arrive whole, and frame by frame", columns[1:])
-        return
     for row in [columns, *rows]:
         print(f"{row[0]:<16}", *(f"{value:>10}" for value in row[1:]))
 

@@ -18,7 +18,7 @@ from exchange.policy.policies import POLICIES
 from missions.errors import LONGEST_VALUE, cut
 from missions.files import shipped_abouts, shipped_studies
 from remoras.cli import completion
-from remoras.cli.app import Format, Json, check_known, command, fail, on_terminal, show, show_json, show_table
+from remoras.cli.app import Format, Json, check_known, command, fail, show, show_json
 from remoras.strategies import bounds, factors_of, parameters, strategies
 
 KINDS = ("scenarios", "strategies", "policies", "channels", "modems", "networks", "studies")
@@ -53,10 +53,6 @@ def list_(
             for name, entries in found.items()
         }
         show_json(rows[kind] if kind else rows)
-        return
-    if on_terminal() and kind not in DETAILS:
-        for name, entries in found.items():
-            show_table((name, "what it is"), entries.items(), NOTES.get(name, ""))
         return
     for name, entries in found.items():
         print(f"{name}:")
@@ -235,9 +231,6 @@ def explain(
     if as_json:
         show_json([{"key": name, "type": kind, "meaning": meaning} for name, (kind, meaning) in found.items()])
         return
-    if on_terminal():
-        show_table(("key", "value", "meaning"), [(name, kind, meaning) for name, (kind, meaning) in found.items()])
-        return
     for name, (kind, meaning) in found.items():
         print(f"{name}  ({kind})\n    {meaning}")
 
@@ -282,8 +275,6 @@ def _explain_ontology(scenario: str, as_json: bool) -> None:
     terms = terms_of(resolved(load(scenario)).tbox)
     if as_json:
         show_json([term._asdict() for term in terms])
-    elif on_terminal():
-        show_table(("term", "is a", "meaning"), [(term.name, term.kind, term.meaning) for term in terms])
     else:
         for term in terms:
             print(f"{term.name}  ({term.kind})\n    {term.meaning}")

@@ -18,7 +18,7 @@ import typer
 
 from missions.errors import LONGEST_VALUE, cut
 from remoras.cli import completion
-from remoras.cli.app import as_typed, check_known, command, fail, on_terminal
+from remoras.cli.app import as_typed, check_known, command, fail
 
 if TYPE_CHECKING:
     from missions.mapping.beginning import Inquiry
@@ -123,7 +123,7 @@ def _scenario(name: str, given: Mapping[str, str | None]) -> str:
     from missions.mapping.beginning import questions_of, scenario_text
 
     ranges_m = {modem.name: modem.range_m for modem in modems().values()}
-    asks = on_terminal() and sys.stdin.isatty() and not any(value is not None for value in given.values())
+    asks = sys.stdout.isatty() and sys.stdin.isatty() and not any(value is not None for value in given.values())
     answers: dict[str, Any] = {}
     for question in questions_of(ranges_m):
         text = given[question.name]

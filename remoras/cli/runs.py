@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from remoras.cli import completion
-from remoras.cli.app import FAILED, Json, as_typed, command, fail, on_terminal, show_json, show_table
+from remoras.cli.app import FAILED, Json, as_typed, command, fail, show_json
 from remoras.process import Progress
 
 if TYPE_CHECKING:
@@ -145,15 +145,6 @@ def _warn_of_conflicts(report: dict[str, Any], separation_m: float) -> None:
 
 
 def _print_summary(report: dict[str, Any]) -> None:
-    if on_terminal():
-        figures = [(key, _figure(value)) for key, value in report.items() if key != "milestones" and value != ""]
-        show_table(("figure", "value"), figures)
-        milestones = [
-            (f"{milestone['time_s']:.1f} s", milestone["name"], milestone["vehicle"] or milestone["group"])
-            for milestone in report["milestones"]
-        ]
-        show_table(("time", "milestone", "who"), milestones, numbers=("time",))
-        return
     for key, value in report.items():
         if key != "milestones" and value != "":
             print(
@@ -165,12 +156,6 @@ def _print_summary(report: dict[str, Any]) -> None:
     for milestone in report["milestones"]:
         who = milestone["vehicle"] or milestone["group"]
         print(f"  {milestone['time_s']:>9.1f} s  {milestone['name']} {who}".rstrip())
-
-
-def _figure(value: Any) -> str:
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return "-" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 @command("live", "remoras live mapping-rendezvous --per 0.6")

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from remoras.cli import completion
-from remoras.cli.app import FAILED, N_JOBS, Jobs, Json, aligned, as_typed, command, fail, on_terminal, show, show_table
+from remoras.cli.app import FAILED, N_JOBS, Jobs, Json, aligned, as_typed, command, fail, show
 from remoras.process import Progress
 
 if TYPE_CHECKING:
@@ -204,10 +204,7 @@ def compare(
         return
     found = compared(results, names, baseline)
     _written(found, out)
-    if as_json or not on_terminal():
-        show([asdict(row) for row in found], as_json, [] if as_json else list(_comparison_lines(found)))
-    else:
-        _show_comparison(found)
+    show([asdict(row) for row in found], as_json, [] if as_json else _comparison_lines(found))
 
 
 def _written(rows: Sequence[Comparison] | Sequence[MainEffect], out: Path | None) -> None:
@@ -300,14 +297,6 @@ def _table(rows: Sequence[Comparison]) -> tuple[list[str], list[list[str]]]:
     found = [_entries(row) for row in rows]
     used = [head for head in found[0] if head in ALWAYS or any(entries[head] not in ("", "-") for entries in found)]
     return used, [[entries[head] for head in used] for entries in found]
-
-
-def _show_comparison(rows: Sequence[Comparison]) -> None:
-    for metric, same in itertools.groupby(rows, key=lambda row: row.metric):
-        own = list(same)
-        show_table(*_table(own), metric, NUMBERS)
-        for note in _notes(own):
-            print(f"  {note}")
 
 
 def _comparison_lines(rows: Sequence[Comparison]) -> Sequence[str]:

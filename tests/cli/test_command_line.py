@@ -337,7 +337,7 @@ def test_an_export_is_written_into_the_folder_and_counted(results: Path, tmp_pat
 
 
 def test_the_formats_are_those_of_the_package() -> None:
-    from remoras.cli.exports import ExportFormat
+    from remoras.cli.results import ExportFormat
     from visualisation.exports import FORMATS
     from worldmodel.rdf.writing import RdfFormat
 
