@@ -16,10 +16,10 @@ from missions.graphs import GroupNode
 from visualisation import run_records, style, words
 from visualisation.page import DrawnPage
 from visualisation.run_records import Span
-from visualisation.runs import boxes, captions
-from visualisation.runs.boxes import HEAD, BoxChart, ink
+from visualisation.runs import captions
 from visualisation.runs.declared import Kit
 from visualisation.runs.roles import shares
+from visualisation.runs.roster import HEAD, MARGIN_IN, Roster, ink
 from visualisation.runs.sheet import BESIDE_IN, WIDE_IN, Name, Sheet, room_in, sheet
 from visualisation.runs.views import (
     CREATED,
@@ -35,7 +35,7 @@ from visualisation.runs.views import (
 
 NAMES_IN, NARROW_NAMES_IN = 1.6, 1.05
 HEAD_IN, GAP_IN, TITLE_IN = 0.14, 0.05, 0.2
-"""Heights: line of a group, gap between groups, title above the boxes."""
+"""Heights: line of a group, gap between groups, title above the roster."""
 COUNT_IN = 0.2
 """Height of a row that counts holders."""
 LABELLED_IN = 0.09
@@ -64,7 +64,7 @@ class DetailLevel(NamedTuple):
     Attributes:
         lane_in, crowded_in: height of a bar, with up to ``FEW`` holders of the role and with more.
         most_lanes: roles with more holders are drawn as a count.
-        most_chips: maximum number of names in a role of a box.
+        most_chips: maximum number of names in a role of the roster.
         has_key: whether milestones are also listed below the figure.
     """
 
@@ -101,10 +101,10 @@ class RoleRow(NamedTuple):
 def picture(
     results: RunResults, at_s: float | None = None, viewer: str = "", width_in: float = style.PAGE_IN
 ) -> DrawnPage:
-    """Draw boxes of the groups at a time, and below them all role holders over the mission.
+    """Draw a roster of the groups at a time, and below it all role holders over the mission.
 
     Args:
-        at_s: time of the boxes; None for the last time with the most role assignments.
+        at_s: time of the roster; None for the last time with the most role assignments.
         viewer: name of a vehicle; empty for the roles that each vehicle assumes for itself.
 
     Raises:
@@ -142,20 +142,20 @@ class _Drawing:
         self.view, self.at_s, self.groups = view._replace(groups=list(groups)), at_s, groups
         self.looks = Kit(results).looks
         self.end_s = run_records.end_s(results)
-        self.chart = BoxChart(self.view, at_s, self.looks, width_in, detail.most_chips)
+        self.roster = Roster(self.view, at_s, self.looks, width_in, detail.most_chips)
         self.width_in, self.detail = width_in, detail
         self.names_in = NAMES_IN if width_in >= WIDE_IN else NARROW_NAMES_IN
         self.rows = {group.name: list(_rows(self.view, group, detail)) for group in groups}
         self.bodies_in = [HEAD_IN + GAP_IN + sum(row.height_in for row in self.rows[group.name]) for group in groups]
-        self.above_in = TITLE_IN + self.chart.height_in
+        self.above_in = TITLE_IN + self.roster.height_in
 
     @property
     def height_in(self) -> float:
-        """Height of boxes and rows."""
+        """Height of roster and rows."""
         return self.above_in + sum(self.bodies_in)
 
     def drawn(self, results: RunResults) -> Figure:
-        """Draw boxes and bars."""
+        """Draw roster and bars."""
         legend = _legend(self.view, self.rows)
         body_in = sum(self.bodies_in) or 0.3
         names = (
@@ -173,7 +173,7 @@ class _Drawing:
                 self._row(row, at_in)
         self.page.axes.axvline(self.at_s, color=style.BLACK, linewidth=1.2, zorder=4)
         figure = self.page.finished()
-        self._draw_boxes()
+        self._draw_roster()
         return figure
 
     def _bands(self) -> Iterator[tuple[GroupNode, float, float]]:
@@ -197,7 +197,7 @@ class _Drawing:
                 names.append(Name(BESIDE_IN + 0.08 - self.names_in, at_in + row.height_in / 2, label))
         return names
 
-    def _draw_boxes(self) -> None:
+    def _draw_roster(self) -> None:
         axes = self.page.above
         assert axes is not None
         room = axes.get_position()
@@ -205,9 +205,9 @@ class _Drawing:
         axes.set(xlim=(0.0, self.width_in), ylim=(self.above_in, 0.0))
         whose = f"as {self.view.viewer} sees it" if self.view.viewer else "as every vehicle sees itself"
         title = f"Organisation at {words.time(self.at_s)}, {whose}"
-        title = style.fitted(title, self.width_in - 2 * boxes.MARGIN_IN, style.TEXT_PT)
-        axes.text(boxes.MARGIN_IN, TITLE_IN / 2, title, fontsize=style.TEXT_PT, va="center_baseline")
-        self.chart.draw(axes, TITLE_IN)
+        title = style.fitted(title, self.width_in - 2 * MARGIN_IN, style.TEXT_PT)
+        axes.text(MARGIN_IN, TITLE_IN / 2, title, fontsize=style.TEXT_PT, va="center_baseline")
+        self.roster.draw(axes, TITLE_IN)
 
     def _exists(self, group: GroupNode, middle_in: float) -> None:
         """Draw a line over the lifetime of a group formed at run time."""
@@ -323,10 +323,10 @@ def _caption(results: RunResults, drawing: _Drawing, left_out: int) -> str:
         results,
         f"Organisation {whose}: above at {words.time(drawing.at_s)}, below over mission time, where a thick line is "
         "that time.",
-        "A box is a group, its lines are its roles with the number of holders that they demand; a star: who plays the "
-        "role leads the group. A line from box to box: the upper group supervises the lower.",
-        f"Reserves hold no role: {words.listed([chip.text for chip in drawing.chart.reserves])}."
-        if drawing.chart.reserves else "",
+        "Roles have the number of holders that they demand; a star: who plays the role leads the group. A group is "
+        "indented below the one that supervises it.",
+        f"Reserves hold no role: {words.listed([chip.text for chip in drawing.roster.reserves])}."
+        if drawing.roster.reserves else "",
         "Hatched: fewer holders in the mission than the role demands." if is_vacant else "",
         f"{left_out} groups are left out." if left_out else "",
         _refused(view),
