@@ -20,7 +20,6 @@ from missions.verification.record import (
     Record,
     Role,
     Spell,
-    kind_of,
 )
 
 KEEP_OWN_JOBS = (
@@ -41,9 +40,9 @@ def _check_sequences(record: Record, report: CheckReport) -> None:
     declared = record.declared_roles
     has: set[tuple[str, Role]] = set()
     drives: set[tuple[str, Role]] = set()
-    restarts = sorted((spell.until_s, spell.vehicle) for spell in record.spells if kind_of(spell.kind).begins_anew)
-    rows = list(record["roles"].rows("time_s", "vehicle", "group", "role", "event"))
-    absences = sorted(record["membership"].rows("time_s", "vehicle", "peer", "event"))
+    restarts = sorted((spell.until_s, spell.vehicle) for spell in record.spells if spell.kind == "restarts")
+    rows = list(record.rows("roles", "time_s vehicle group role event"))
+    absences = sorted(record.rows("membership", "time_s vehicle peer event"))
     absent: defaultdict[str, set[str]] = defaultdict(set)
     for time_s, vehicle, group, role, event in rows:
         report.look("roles")
@@ -76,10 +75,10 @@ def _check_sequences(record: Record, report: CheckReport) -> None:
 
 
 def _check_views(record: Record, report: CheckReport) -> None:
-    names = ("time_s", "vehicle", "group", "role", "event")
-    views = record["organisation"].rows(*names, "peer")
-    own = (row[:5] for row in views if row[1] == row[5] and row[4] in ("assigned", "left"))
-    noted = (row for row in record["roles"].rows(*names) if row[4] in ("assigned", "left"))
+    changes, columns = ("assigned", "left"), "time_s vehicle group role event"
+    views = record.rows("organisation", f"{columns} peer")
+    own = (row[:5] for row in views if row[1] == row[5] and row[4] in changes)
+    noted = (row for row in record.rows("roles", columns) if row[4] in changes)
     report.alike("views", "roles", noted, "its own view in organisation", own)
 
 
@@ -102,11 +101,10 @@ class Views:
 def views_with_durations(record: Record, end_s: float) -> Iterator[tuple[float, Views]]:
     """Yield the duration (s) and state of the views between changes."""
     changes: list[tuple[float, int, Any]] = []
-    for time_s, vehicle, kind, _ in record["faults"].rows("time_s", "vehicle", "kind", "detail"):
+    for time_s, vehicle, kind, _ in record.rows("faults", "time_s vehicle kind detail"):
         if kind in AWAY:
             changes.append((time_s, 0, vehicle))
-    names = ("time_s", "vehicle", "peer", "group", "role", "event")
-    for time_s, *row in record["organisation"].rows(*names):
+    for time_s, *row in record.rows("organisation", "time_s vehicle peer group role event"):
         if row[4] in ("assigned", "left"):
             changes.append((time_s, 1, row))
     changes.sort(key=lambda change: change[:2])
@@ -220,7 +218,7 @@ def _check_faults(record: Record, report: CheckReport) -> None:
             report.add("faults", "faults", one.from_s, one.vehicle, stated, "none: it is not declared")
         else:
             drawn.remove(fault)
-    for time_s, vehicle, kind, detail in record["faults"].rows("time_s", "vehicle", "kind", "detail"):
+    for time_s, vehicle, kind, detail in record.rows("faults", "time_s vehicle kind detail"):
         if detail == "over" and kind in kinds:
             report.look("faults")
             if not any((spell.vehicle, spell.kind, spell.until_s) == (vehicle, kind, time_s) for spell in begun):
@@ -234,7 +232,7 @@ def _is_told(fault: dict[str, Any]) -> bool:
 
 
 def _span_s(fault: dict[str, Any]) -> tuple[float, float]:
-    if kind_of(fault["kind"]).is_late:
+    if fault["kind"] == "joins":
         return 0.0, float(fault["at_s"])
     return float(fault["at_s"]), float(fault.get("until_s", math.inf))
 
@@ -282,7 +280,7 @@ def _reasons_against(record: Record, stone: dict[str, Any]) -> Iterator[str]:
         case "gathered":
             yield from _against_gathering(record, stone["group"], time_s)
         case "mapping_stopped":
-            decided_s = [at_s for of, at_s in record["decisions"].rows("vehicle", "time_s") if of == vehicle]
+            decided_s = [at_s for of, at_s in record.rows("decisions", "vehicle time_s") if of == vehicle]
             since_s = time_s - record.tick_s  # a decision between two ticks may appear at the next
             until_s = time_s + record.without_decision_s  # without its goal it decides again
             has_decided = any(since_s - ROUNDED_S <= at_s <= until_s + ROUNDED_S for at_s in decided_s)
@@ -290,17 +288,17 @@ def _reasons_against(record: Record, stone: dict[str, Any]) -> Iterator[str]:
             if not has_decided and not is_over:
                 yield "none: it decided nothing then"
         case "mapping_done":
-            said = list(record["items"].rows("origin", "recorded_s", "attribute"))
+            said = list(record.rows("items", "origin recorded_s attribute"))
             is_said = any(of == vehicle and attribute in ("areaDone", "jobDone") for of, _, attribute in said)
             done = [(of, at_s) for of, at_s, attribute in said if attribute == "areaDone"]
             is_known = any(of == vehicle and at_s <= time_s + ROUNDED_S for of, at_s in done)
             if is_said and done and not is_known:
                 yield "none: it recorded no area as done by then"
         case "job_done":
-            if "jobs" in record.tables and not _has_row(record["jobs"].rows("vehicle", "time_s"), vehicle, time_s):
+            if "jobs" in record.tables and not _has_row(record.rows("jobs", "vehicle time_s"), vehicle, time_s):
                 yield "none: the table of jobs has no such row"
         case "found":
-            if not _has_row(record["coverage"].rows("vehicle", "time_s"), vehicle, time_s):
+            if not _has_row(record.rows("coverage", "vehicle time_s"), vehicle, time_s):
                 yield "none: it covered no cell then"
 
 

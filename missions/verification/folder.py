@@ -23,65 +23,11 @@ from missions.verification.record import TIME_STEP_S, CheckReport, NoResults, Re
 from missions.verification.relations import check_relations
 from missions.verification.summary import check_figures
 
-COLUMNS = {
-    "trajectories": "x_m=.. y_m=.. heading_rad=.. speed_mps=0.. energy_j=0.. depth_m=0..",
-    "roles": "group role event=assigned|active|inactive|left",
-    "organisation": "peer=vehicle? group role event=assigned|left|given|refused|formed|dissolved issuer=vehicle? "
-    "act=assign|release|objective|mission|succeed|create|dissolve objective argument outcome",
-    "membership": "peer=vehicle event=absent|present",
-    "activities": "type=organisational|planning|navigation|guidance|control|productive|communication|survival name "
-    "role motivation=..",
-    "decisions": "group role objective argument activities stimulus=0..1 own=.. external=0.. source=vehicle? slot=0.. "
-    "chosen best_mean=0..",
-    "satisfaction": "group role value=-128..127",
-    "packets": "slot=0.. sender=vehicle size_bits=1.. items=0.. acks=0.. receivers lost_by end_s=0.. arrivals_s "
-    "item_uids status_uids signal_roles signal_addressed signal_values collided_at",
-    "items": "uid origin=vehicle recorded_s=0.. subject attribute value kind=told|status|kept uncertainty",
-    "knowledge": "item origin=vehicle event=observed|received|set+aside|acknowledged",
-    "plans": "group role objective argument node=0.. parent=-1.. task method "
-    "status=waiting|running|done|failed|dropped expected_time_s=0.. expected_energy_j=0..",
-    "refused": "sender slot reason",
-    "peers": "peer=vehicle event=parked|heard+again|begins+anew|slot+conflict",
-    "links": "peer=vehicle direction=incoming|outgoing p_loss=0..1 n=1..",
-    "faults": "kind detail",
-    "deliveries": "item event=acknowledged|expired|postponed "
-    "reason=|time+to+live|overflow|superseded|not+needed|said+once latency_s=-0.1..",
-    "unsaid": "slot=0.. reason=nothing+open|blackout|too+large+for+the+room+left|waiting+for+acknowledgement|"
-    "lower+value|overflow|left+to+a+relay candidates=1..",
-    "settling": "item origin=vehicle event=observed|received|set+aside|acknowledged",
-    "coverage": "cell_x cell_y",
-    "goal": "goal_fraction=0..1",
-    "jobs": "job",
-    "clocks": "offset_s peers estimates_s",
-    "silenced": "group part",
-    "escorting": "line=name event", "lifts": "lift event", "energy": "boring=name event energy_j=0..",
-    "strips": "contact view strip=0..", "classifications": "contact kind truth",
-    "looks": "part=name point=0..", "turns": "part=name state", "serviced": "part=name", "met": "part=name kind",
-    "charted": "column row", "choreography": "vehicle=vehicle? state says subject value to violation",
-    "attempts": "module does object pose_error_m=0.. succeeded",
-    "identified": "anomaly identity p=0..1 kind x_m y_m", "maps": "told_bits=0.. missing_bits=0..",
-    "fleet_maps": "told_bits=0.. apart_bits=0..", "contacts": "detector cell kind x_m=.. y_m=..",
-    "images": "shown kind x_m=.. y_m=..",
-}  # fmt: skip
-"""Columns besides time and vehicle, with allowed words, range or kind of names."""
+DECLARED = tomllib.loads((Path(__file__).parent / "tables.toml.txt").read_text(encoding="utf-8"))
+"""Tables with their columns, values and units, and what makes a run have them."""
+OF_EVERY_RUN, MISSIONS = DECLARED["every_run"], DECLARED["missions"]
+COLUMNS = OF_EVERY_RUN | DECLARED["others"]
 WITHOUT_VEHICLE = ("packets", "items", "goal", "fleet_maps")
-MISSIONS = {
-    "mapping:Mapping": "coverage goal", "trident:Trident": "jobs charted choreography attempts",
-    "arrows:Arrows": "jobs identified maps fleet_maps",
-    "pandora:Pandora": "jobs looks turns serviced met",
-    "minehunting:Minehunting": "jobs strips classifications", "escort:Escort": "jobs escorting", "ferry:Ferry": "jobs",
-    "recovery:Recovery": "jobs lifts", "resupply:Resupply": "jobs energy",
-}  # fmt: skip
-"""Tables of a mission, by its class."""
-OF_SENSORS = {"arrows:Arrows": {"acoustic": "contacts", "magnetic": "contacts", "optical": "images"}}
-"""Tables of sensors, by mission and sensor type."""
-FEATURES = {
-    "settling": ("scenario", "settle_s"), "clocks": ("communication", "clocks"), "silenced": ("watch", "cpu_s"),
-}  # fmt: skip
-"""Tables that a key of the scenario adds."""
-OF_EVERY_RUN = tuple(COLUMNS)[: tuple(COLUMNS).index("settling")]
-UNITS = {"_s": "s", "_m": "m", "_rad": "rad", "_mps": "m/s", "_j": "J", "_bits": "bit"}
-"""Unit of a column, by name suffix."""
 REPEATING = ("decisions", "activities", "organisation", "faults", "refused", "roles", "items", "clocks")
 """Tables that may repeat a row."""
 NOT_DERIVED = dict.fromkeys(
@@ -100,10 +46,10 @@ def columns_of(name: str) -> dict[str, str]:
 def check_tables(record: Record, report: CheckReport) -> bool:
     """Check presence, columns and units of tables; False if further checks are impossible."""
     mission = str(record.of("scenario").get("mission", "")).removeprefix("missions.").removesuffix("Mission")
-    due = {*OF_EVERY_RUN, *MISSIONS.get(mission, "").split()}
+    due = {*OF_EVERY_RUN, *MISSIONS.get(mission, ())}
     carried = {sensor.get("type") for data in record.vehicles.values() for sensor in data.get("sensor", [])}
-    due |= {name for kind, name in OF_SENSORS.get(mission, {}).items() if kind in carried}
-    due |= {name for name, (section, key) in FEATURES.items() if key in record.of(section)}
+    due |= {name for kind, name in DECLARED["sensors"].get(mission, {}).items() if kind in carried}
+    due |= {name for name, (section, key) in DECLARED["features"].items() if key in record.of(section)}
     if mission not in MISSIONS:
         report.skip("tables of the mission", "it is none of those that come with the program")
     is_whole = True
@@ -116,7 +62,7 @@ def check_tables(record: Record, report: CheckReport) -> bool:
             report.add("columns", name, None, "", stated, "a run of this scenario has it")
     for name, table in record.tables.items():
         for column in table.arrow.schema:
-            unit = next((unit for end, unit in UNITS.items() if column.name.endswith(end)), None)
+            unit = next((unit for end, unit in DECLARED["units"].items() if column.name.endswith(end)), None)
             given = (column.metadata or {}).get(b"unit", b"").decode()
             report.look("units")
             if unit is not None and given != unit and column.name != "key":
@@ -313,18 +259,13 @@ def _check_table(path: Path, lines: dict[str, dict[str, Any]], report: CheckRepo
     report.key = ""
 
 
-def _table(path: Path, report: CheckReport, read: Callable[[Path], pa.Table] = pq.read_table) -> pa.Table | None:
+def _table(path: Path, report: CheckReport) -> pa.Table | None:
     try:
-        return read(path)
+        with pq.ParquetFile(path) as file:  # pq.read_table adds columns derived from folder names
+            return file.read()
     except (OSError, ValueError, pa.ArrowException) as error:
         report.add("readable", path.stem, None, "", f"cannot be read: {str(error).splitlines()[0]}", "a table")
         return None
-
-
-def _read_alone(path: Path) -> pa.Table:
-    """Return the table of a file, without columns derived from folder names."""
-    with pq.ParquetFile(path) as file:
-        return file.read()
 
 
 def scenario_of(study: dict[str, Any], line: dict[str, Any]) -> dict[str, Any] | None:
@@ -335,9 +276,8 @@ def scenario_of(study: dict[str, Any], line: dict[str, Any]) -> dict[str, Any] |
     if base is None or any(path.startswith(MAKING) for path in settings):
         return None
     made: dict[str, Any] = _without_none(base)
-    for path, value in settings.items():
-        if path == "channel.name":
-            made["channel"] = {"name": value}
+    if "channel.name" in settings:
+        made["channel"] = {"name": settings["channel.name"]}
     for path, value in settings.items():
         at: Any = made
         *above, last = path.split(".")
@@ -371,7 +311,7 @@ def verify(folder: Path) -> CheckReport:
     tables: dict[str, TableColumns] = {}
     own = summary.get("run_id")
     for path in sorted(folder.glob("*.parquet")):
-        if (table := _table(path, report, _read_alone)) is not None:
+        if (table := _table(path, report)) is not None:
             tables[path.stem] = TableColumns(table)
             _check_id(report, path.stem, (table.schema.metadata or {}).get(b"run_id", b"").decode(), own)
     _check_id(report, "manifest", manifest.get("run_id"), own)

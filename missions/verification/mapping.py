@@ -21,10 +21,8 @@ from missions.verification.record import (
     Array,
     CheckReport,
     Record,
-    Spell,
     Track,
-    dead_sensors,
-    kind_of,
+    lasting,
 )
 
 SENSING = {"Mapping", "Inspecting"}
@@ -84,7 +82,7 @@ def sensor_was_on(record: Record, name: str, times_s: Array) -> tuple[Array, Arr
             perhaps[time_s] = perhaps.get(time_s, False) | is_on
             surely[time_s] = surely.get(time_s, True) & is_on
     for spell in record.spells:
-        if spell.vehicle == name and kind_of(spell.kind).begins_anew:
+        if spell.vehicle == name and spell.kind == "restarts":
             perhaps[spell.from_s] = surely[spell.from_s] = False
     when = np.array(sorted(perhaps))
     certain = np.array([False, *(surely[index] for index in when)])
@@ -94,20 +92,11 @@ def sensor_was_on(record: Record, name: str, times_s: Array) -> tuple[Array, Arr
     return np.array([False, *(perhaps[index] for index in when)])[at], n_off[until + 1] == n_off[at]
 
 
-def sensor_was_dead(spells: Iterable[Spell], name: str, sensor: str, times_s: Array) -> Array:
-    """Return for each time if a fault had disabled a sensor."""
-    found = np.zeros(len(times_s), dtype=bool)
-    for spell in spells:
-        if spell.vehicle == name and sensor in dead_sensors(spell.kind, spell.detail):
-            found |= (times_s >= spell.from_s) & (times_s < spell.until_s)
-    return found
-
-
 def check_ground(record: Record, report: CheckReport) -> None:
     """Check covered cells against tracks in both directions, and the goal against both."""
     cells = cells_of(record)
     stated: dict[str, dict[tuple[int, int], float]] = {name: {} for name in record.vehicles}
-    for time_s, vehicle, x, y in record["coverage"].rows("time_s", "vehicle", "cell_x", "cell_y"):
+    for time_s, vehicle, x, y in record.rows("coverage", "time_s vehicle cell_x cell_y"):
         report.look("coverage")
         if (x, y) not in cells:
             report.add("coverage", "coverage", time_s, vehicle, f"cell ({x}, {y})", "none: it lies in no area")
@@ -136,7 +125,8 @@ def _check_vehicle(
     surely: dict[tuple[int, int], float] = {}
     perhaps: dict[tuple[int, int], list[float]] = {}
     for swath in mapping_swaths(record.vehicles[name]):
-        on = awake & ~sensor_was_dead(record.spells, name, swath.name, time_s)
+        dead = [spell for spell in record.spells if spell.vehicle == name and swath.name in spell.dead_sensors]
+        on = awake & ~lasting(dead, time_s)
         most_mps = swath.limit_mps * (1.0 + record.spread)
         slow = ground_mps <= most_mps * 1.000001 + error_mps
         is_slow = ground_mps < swath.limit_mps * (1.0 - record.spread) * 1.000001 - error_mps / 2.0
@@ -218,7 +208,7 @@ def _check_goal(record: Record, cells: dict[tuple[int, int], str], report: Check
         report.skip("goal", "the version that wrote this judged over the vehicles that were left")
         return
     first: dict[tuple[int, int], float] = {}
-    for time_s, x, y in record["coverage"].rows("time_s", "cell_x", "cell_y"):
+    for time_s, x, y in record.rows("coverage", "time_s cell_x cell_y"):
         first.setdefault((x, y), time_s)
     inspected_s = [stone["time_s"] for stone in record.summary["milestones"] if stone["name"] == "inspected"]
     goal = float(record.of("mission")["goal"])

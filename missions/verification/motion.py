@@ -24,7 +24,7 @@ from missions.verification.record import (
     CheckReport,
     Record,
     Track,
-    lost_w,
+    lasting,
 )
 
 PLACE_M = 1.5 * PLACE_STEP_M
@@ -229,8 +229,8 @@ def _check_energy(record: Record, name: str, data: dict[str, Any], track: Track,
     runs = ~record.during(name, AWAY, time_s[1:])
     drained_w = np.zeros(len(dt_s))
     for spell in record.spells:
-        if spell.vehicle == name and (power_w := lost_w(spell.kind, spell.detail)):
-            drained_w += power_w * ((time_s[1:] >= spell.from_s) & (time_s[1:] < spell.until_s))
+        if spell.vehicle == name and spell.lost_w:
+            drained_w += spell.lost_w * lasting([spell], time_s[1:])
     due_j = runs * dt_s * (data["hotel_w"] + listening + drained_w + data["drag_w_per_mps3"] * speed**3) + sent_j[1:]
     step_j = dt_s * data["drag_w_per_mps3"] * 3.0 * speed**2 * 0.6 * SPEED_STEP_MPS
     step_j += dt_s * 1e-5 * drained_w  # a detail has six digits
@@ -289,7 +289,7 @@ def least_distances_m(record: Record) -> dict[tuple[str, str], tuple[float, floa
 def _check_conflicts(record: Record, report: CheckReport) -> None:
     separation_m = float(record.of("guidance").get("separation_m", 5.0))
     noted: set[frozenset[str]] = set()
-    for time_s, vehicle, kind, detail in record["faults"].rows("time_s", "vehicle", "kind", "detail"):
+    for time_s, vehicle, kind, detail in record.rows("faults", "time_s vehicle kind detail"):
         if kind != "conflict":
             continue
         noted.add(frozenset((vehicle, detail)))

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from missions.verification.record import CLOSE_S, NOT_HEARING, PLACE_STEP_M, CheckReport, Record, forgets, kind_of
+from missions.verification.record import CLOSE_S, NOT_HEARING, PLACE_STEP_M, CheckReport, Record
 
 
 def check_packets(record: Record, report: CheckReport) -> None:
@@ -93,14 +93,14 @@ def _check_sizes(record: Record, report: CheckReport) -> None:
 
 def _check_fates(record: Record, report: CheckReport) -> None:
     """Check that each present vehicle received, lost or collided, and no other one did."""
-    table, speed_mps = record["packets"], sound_mps(record)
+    speed_mps = sound_mps(record)
     hidden = record.of("channel")["name"] == "acoustic"
     if speed_mps is None:
         report.skip("times of arrival", "the channel has a speed of sound of its own")
     is_bounded = not hidden and ":" not in record.of("channel")["name"]
     reach_m = float(record.of("communication")["range_m"]) if is_bounded else math.inf
-    names = ("time_s", "sender", "receivers", "lost_by", "collided_at", "end_s", "arrivals_s")
-    for time_s, sender, receivers, lost_by, collided_at, end_s, arrivals_s in table.rows(*names):
+    columns = "time_s sender receivers lost_by collided_at end_s arrivals_s"
+    for time_s, sender, receivers, lost_by, collided_at, end_s, arrivals_s in record.rows("packets", columns):
         report.look("receivers")
         told = [*receivers, *lost_by, *collided_at]
         before, after = (
@@ -125,7 +125,7 @@ def _check_fates(record: Record, report: CheckReport) -> None:
 def _why_not_heard(record: Record, sender: str, name: str, time_s: float, arrival_s: float) -> str:
     """Return the reason why a vehicle cannot have received a packet; empty if it can."""
     for spell in record.spells:
-        if spell.vehicle == sender and kind_of(spell.kind).is_mute and spell.from_s <= time_s < spell.until_s:
+        if spell.vehicle == sender and spell.kind == "mute" and spell.from_s <= time_s < spell.until_s:
             return f"{sender} is mute"
         is_out = spell.vehicle == name and spell.kind in NOT_HEARING
         if is_out and spell.from_s <= arrival_s and time_s < spell.until_s:
@@ -157,15 +157,13 @@ def _check_arrival(
     report.look("arrivals")
     data: dict[str, Any] = record.vehicles
     deeper_m = 0.0 if reach_m < math.inf else data[sender]["depth_m"] - data[name]["depth_m"]
-    nearest: tuple[float, float] | None = None
     last = min(len(a.time_s), len(b.time_s)) - 1
+    # At a tick, rounding hides the order.
     either_side = {int((time_s + shift_s) / record.tick_s) for shift_s in (-CLOSE_S / 2.0, CLOSE_S / 2.0)}
-    for at in (max(0, min(tick, last)) for tick in either_side):  # at a tick, rounding hides the order
-        level_m = math.hypot(a.x_m.item(at) - b.x_m.item(at), a.y_m.item(at) - b.y_m.item(at))
-        apart_m = math.hypot(level_m, deeper_m)
-        off_s = abs(arrival_s - end_s - apart_m / speed_mps)
-        nearest = min(nearest or (off_s, apart_m), (off_s, apart_m))
-    off_s, apart_m = nearest or (0.0, 0.0)
+    near = [max(0, min(tick, last)) for tick in either_side]
+    apart = [math.hypot(*(of.item(at) - to.item(at) for of, to in ((a.x_m, b.x_m), (a.y_m, b.y_m)))) for at in near]
+    ways_m = [math.hypot(level_m, deeper_m) for level_m in apart]
+    off_s, apart_m = min((abs(arrival_s - end_s - way_m / speed_mps), way_m) for way_m in ways_m)
     if apart_m > reach_m + PLACE_STEP_M * 2.0:
         follows = f"it was not: it is {apart_m:.1f} m off"
         report.add("arrivals", "packets", time_s, sender, f"received by {name}", follows)
@@ -222,8 +220,7 @@ def _check_items(record: Record, report: CheckReport) -> dict[str, tuple[float, 
 def _heard(record: Record, column: str = "item_uids") -> Heard:
     """Return the sorted reception times of each named item, by (vehicle, name)."""
     found: Heard = defaultdict(list)
-    names = ("receivers", "arrivals_s", column)
-    for receivers, arrivals_s, uids in record["packets"].rows(*names):
+    for receivers, arrivals_s, uids in record.rows("packets", f"receivers arrivals_s {column}"):
         for vehicle, arrival_s in zip(receivers, arrivals_s, strict=False):
             for uid in uids:
                 found[vehicle, uid].append(arrival_s)
@@ -244,15 +241,13 @@ def _check_events(
     for time_s, vehicle, uid, origin, event in table.rows("time_s", "vehicle", "item", "origin", "event"):
         report.look("knowledge")
         known, key = recorded.get(uid), (vehicle, uid)
-
-        def wrong(follows: str, stated: str = f"{event} {uid}", at: tuple[float, str] = (time_s, vehicle)) -> None:
-            report.add("knowledge", "knowledge", *at, stated, follows)
-
+        wrong = partial(report.add, "knowledge", "knowledge", time_s, vehicle, f"{event} {uid}")
         if known is None:
             wrong("none: nobody recorded it")
             continue
         if origin != known[1]:
-            wrong(f"origin {known[1]}, as it was recorded", f"{uid} of origin {origin}")
+            follows = f"origin {known[1]}, as it was recorded"
+            report.add("knowledge", "knowledge", time_s, vehicle, f"{uid} of origin {origin}", follows)
         if event == "observed":
             if vehicle != known[1] or abs(time_s - known[0]) > CLOSE_S:
                 wrong(f"observed by {known[1]} at {known[0]:.4f} s")
@@ -296,11 +291,10 @@ def _brought(record: Record, heard: Heard, is_coded: bool) -> Heard:
 def _let_go(record: Record, vehicle: str, uid: str, held: dict[tuple[str, str], float], now_s: float) -> bool:
     """True if a vehicle lost its memory or discarded blocks since it held an item."""
     for spell in record.spells:
-        if spell.vehicle == vehicle:
-            is_blank = forgets(spell.kind, spell.detail)
-            at_s = spell.until_s if is_blank else spell.from_s
-            if (is_blank or spell.kind == "lacking" or "block" in spell.kind) and held[vehicle, uid] <= at_s <= now_s:
-                return True
+        lets_go = spell.forgets or spell.kind == "lacking" or "block" in spell.kind
+        at_s = spell.until_s if spell.forgets else spell.from_s
+        if spell.vehicle == vehicle and lets_go and held[vehicle, uid] <= at_s <= now_s:
+            return True
     return False
 
 
@@ -367,9 +361,9 @@ def _check_that_all_is_received(
 ) -> None:
     """Check that first receptions are recorded, unless refused or part of an incomplete block."""
     refused: dict[str, list[float]] = defaultdict(list)
-    for time_s, vehicle in record["refused"].rows("time_s", "vehicle"):
+    for time_s, vehicle in record.rows("refused", "time_s vehicle"):
         refused[vehicle].append(time_s)
-    set_aside = {vehicle for vehicle, kind in record["faults"].rows("vehicle", "kind") if "block" in kind}
+    set_aside = {vehicle for vehicle, kind in record.rows("faults", "vehicle kind") if "block" in kind}
     parts = {uid.rpartition(".")[0] for uid in _parts(record)}
     end_s = record.end_s
     for (vehicle, uid), times_s in heard.items():
@@ -378,9 +372,8 @@ def _check_that_all_is_received(
         if (vehicle, uid) in held and held[vehicle, uid] <= at_s + CLOSE_S:
             continue
         is_excused = at_s > end_s - CLOSE_S or vehicle in set_aside or uid in parts or uid.rpartition(".")[0] in parts
-        is_excused |= bool(
-            record.during(vehicle, ("energy",), [at_s]).any()
-        )  # its battery ran out during the propagation
+        # its battery may have run out during the propagation
+        is_excused |= bool(record.during(vehicle, ("energy",), at_s))
         if is_excused or any(abs(time_s - at_s) <= CLOSE_S for time_s in refused[vehicle]):
             continue
         report.add("received", "knowledge", at_s, vehicle, f"no row of {uid} received", "one: a packet with it arrived")

@@ -19,74 +19,14 @@ ENERGY = "energy"
 """Kind of the row of a vehicle with an empty battery; it is never declared."""
 
 
-@dataclass(frozen=True, slots=True)
-class RecordedKind:
-    """Effect of a kind of fault while it lasts.
-
-    Attributes:
-        is_away: vehicle out of operation.
-        is_lost: until the end of the mission.
-        is_late: not yet arrived.
-        begins_anew: restarts at the end.
-        is_mute: does not transmit.
-        is_deaf: does not receive.
-        kills: the detail begins with the disabled sensors.
-        drains: the detail begins with the lost battery power.
-    """
-
-    is_away: bool = False
-    is_lost: bool = False
-    is_late: bool = False
-    begins_anew: bool = False
-    is_mute: bool = False
-    is_deaf: bool = False
-    kills: bool = False
-    drains: bool = False
-
-    @property
-    def is_out(self) -> bool:
-        """True if the vehicle cannot receive or be received."""
-        return self.is_away or self.is_mute or self.is_deaf
-
-
-KINDS = {
-    "lost": RecordedKind(is_away=True, is_lost=True),
-    "mute": RecordedKind(is_mute=True),
-    "deaf": RecordedKind(is_deaf=True),
-    "slow": RecordedKind(),
-    "sensor": RecordedKind(kills=True),
-    "biased": RecordedKind(),
-    "restarts": RecordedKind(is_away=True, begins_anew=True),
-    "joins": RecordedKind(is_away=True, is_late=True),
-    "drains": RecordedKind(drains=True),
-}
-NOTHING = RecordedKind()
-AWAY = (*(name for name, kind in KINDS.items() if kind.is_away), ENERGY)
-"""Kinds of rows during which a vehicle is out of operation."""
-FLOATING = (*(name for name, kind in KINDS.items() if kind.is_away and not kind.is_late), ENERGY)
+KINDS = frozenset({"lost", "mute", "deaf", "slow", "sensor", "biased", "restarts", "joins", "drains"})
+"""Kinds of faults that come with the program."""
+FLOATING = ("lost", "restarts", ENERGY)
 """Kinds of rows during which a vehicle floats."""
-OUT_OF_CONTACT = (*(name for name, kind in KINDS.items() if kind.is_out), ENERGY)
-NOT_HEARING = tuple(name for name, kind in KINDS.items() if kind.is_away or kind.is_deaf)
-
-
-def kind_of(name: str) -> RecordedKind:
-    """Return the effect of a kind; none for undeclared and external kinds."""
-    return KINDS.get(name, NOTHING)
-
-
-def forgets(kind: str, detail: str) -> bool:
-    """True if a vehicle has lost its memory after a fault."""
-    return kind_of(kind).begins_anew and "kept" not in detail
-
-
-def lost_w(kind: str, detail: str) -> float:
-    """Return the lost battery power (W): "50 W, until 72.2 s"."""
-    return float(detail.split(maxsplit=1)[0]) if kind_of(kind).drains else 0.0
-
-
-def dead_sensors(kind: str, detail: str) -> list[str]:
-    """Return the disabled sensors: "sonar, mapping, for good"."""
-    return detail.rpartition(", ")[0].split(", ") if kind_of(kind).kills else []
+AWAY = (*FLOATING, "joins")
+"""Kinds of rows during which a vehicle is out of operation."""
+OUT_OF_CONTACT = (*AWAY, "mute", "deaf")
+NOT_HEARING = ("lost", "restarts", "joins", "deaf")
 
 
 Row = tuple[Any, ...]
@@ -255,6 +195,30 @@ class Spell:
     until_s: float
     detail: str
 
+    @property
+    def forgets(self) -> bool:
+        """True if the vehicle has lost its memory at the end."""
+        return self.kind == "restarts" and "kept" not in self.detail
+
+    @property
+    def lost_w(self) -> float:
+        """Lost battery power (W): "50 W, until 72.2 s"."""
+        return float(self.detail.split(maxsplit=1)[0]) if self.kind == "drains" else 0.0
+
+    @property
+    def dead_sensors(self) -> list[str]:
+        """Disabled sensors: "sonar, mapping, for good"."""
+        return self.detail.rpartition(", ")[0].split(", ") if self.kind == "sensor" else []
+
+
+def lasting(spells: Iterable[Spell], times_s: Any) -> Array:
+    """Return for each time if one of these faults lasts."""
+    times_s = np.asarray(times_s, dtype=float)
+    found = np.zeros(times_s.shape, dtype=bool)
+    for spell in spells:
+        found |= (times_s >= spell.from_s) & (times_s < spell.until_s)
+    return found
+
 
 class WeighedRow(NamedTuple):
     """Row of the table of decisions: a candidate set of activities."""
@@ -326,12 +290,12 @@ class Record:
     @cached_property
     def anew(self) -> set[str]:
         """Restarted vehicles."""
-        return {spell.vehicle for spell in self.spells if kind_of(spell.kind).begins_anew}
+        return {spell.vehicle for spell in self.spells if spell.kind == "restarts"}
 
     @cached_property
     def newcomers(self) -> set[str]:
         """Restarted and late vehicles."""
-        return self.anew | {spell.vehicle for spell in self.spells if kind_of(spell.kind).is_late}
+        return self.anew | {spell.vehicle for spell in self.spells if spell.kind == "joins"}
 
     @cached_property
     def names(self) -> set[str]:
@@ -373,8 +337,8 @@ class Record:
     @cached_property
     def given_s(self) -> dict[tuple[str, ...], float]:
         """First assignment time of objectives, by (viewer, group, role, objective, argument)."""
-        names = ("vehicle", "group", "role", "objective", "argument", "time_s", "event")
-        rows = [row for row in self["organisation"].rows(*names) if row[6] == "given"]
+        columns = "vehicle group role objective argument time_s event"
+        rows = [row for row in self.rows("organisation", columns) if row[6] == "given"]
         return {row[:5]: row[5] for row in reversed(rows)}
 
     def roles_at(self, vehicle: str, at_s: float, event: str = "assigned") -> frozenset[Role]:
@@ -387,8 +351,8 @@ class Record:
     def _role_changes(self) -> dict[tuple[str, str], tuple[list[float], list[frozenset[Role]]]]:
         """Return the change times and resulting roles, by vehicle and starting event."""
         ends = {"left": "assigned", "inactive": "active"}
-        rows = list(self["roles"].rows("time_s", "vehicle", "group", "role", "event"))
-        anew = [(spell.until_s, spell.vehicle) for spell in self.spells if kind_of(spell.kind).begins_anew]
+        rows = list(self.rows("roles", "time_s vehicle group role event"))
+        anew = [(spell.until_s, spell.vehicle) for spell in self.spells if spell.kind == "restarts"]
         rows += [(at_s - CLOSE_S, vehicle, "", "", event) for at_s, vehicle in anew for event in ("left", "inactive")]
         found: dict[tuple[str, str], tuple[list[float], list[frozenset[Role]]]] = defaultdict(lambda: ([], []))
         for time_s, vehicle, group, role, event in sorted(rows, key=lambda row: row[0]):
@@ -411,7 +375,7 @@ class Record:
     @cached_property
     def packet_of_slot(self) -> dict[int, tuple[str, dict[str, float]]]:
         """Sender and reception times of the packet in each slot."""
-        rows = self["packets"].rows("slot", "sender", "receivers", "arrivals_s")
+        rows = self.rows("packets", "slot sender receivers arrivals_s")
         return {slot: (sender, dict(zip(names, times_s, strict=False))) for slot, sender, names, times_s in rows}
 
     @cached_property
@@ -455,7 +419,7 @@ class Record:
     @cached_property
     def spells(self) -> list[Spell]:
         """Faults in the table; the end is infinite if not recorded."""
-        rows = list(self["faults"].rows("time_s", "vehicle", "kind", "detail"))
+        rows = list(self.rows("faults", "time_s vehicle kind detail"))
         ends = [(time_s, vehicle, kind) for time_s, vehicle, kind, detail in rows if detail == "over"]
         found = []
         for time_s, vehicle, kind, detail in rows:
@@ -463,32 +427,23 @@ class Record:
                 continue
             said = re.search(r"until (\S+) s", detail)
             until_s = math.inf if said is None else float(said[1])
-            near = [
-                end for end in ends if end[1:] == (vehicle, kind) and abs(end[0] - until_s) <= 1e-3 + 1e-5 * until_s
-            ]
-            found.append(Spell(vehicle, kind, time_s, near[0][0] if near else math.inf, detail))
+            error_s = 1e-3 + 1e-5 * until_s
+            ended_s = (end[0] for end in ends if end[1:] == (vehicle, kind) and abs(end[0] - until_s) <= error_s)
+            found.append(Spell(vehicle, kind, time_s, next(ended_s, math.inf), detail))
         return found
 
     def during(self, vehicle: str, kinds: tuple[str, ...], times_s: Any) -> Array:
         """Return for each time if a fault of these kinds affects a vehicle."""
-        times_s = np.asarray(times_s, dtype=float)
-        found = np.zeros(times_s.shape, dtype=bool)
-        for spell in self.spells:
-            if spell.vehicle == vehicle and spell.kind in kinds:
-                found |= (times_s >= spell.from_s) & (times_s < spell.until_s)
-        return found
+        return lasting((spell for spell in self.spells if spell.vehicle == vehicle and spell.kind in kinds), times_s)
 
     def is_away(self, vehicle: str, at_s: float) -> bool:
         """True if a vehicle is lost, off, late or without energy at a time."""
-        return any(
-            spell.vehicle == vehicle and spell.kind in AWAY and spell.from_s <= at_s < spell.until_s
-            for spell in self.spells
-        )
+        return bool(self.during(vehicle, AWAY, at_s))
 
     @cached_property
     def strange(self) -> dict[str, float]:
         """Time (s) of the first fault of an external kind, by vehicle."""
-        declared = {str(fault.get("kind")) for fault in self.scenario.get("fault", [])} - set(KINDS)
+        declared = {str(fault.get("kind")) for fault in self.scenario.get("fault", [])} - KINDS
         found: dict[str, float] = {}
         for spell in self.spells:
             if spell.kind in declared:
@@ -510,9 +465,8 @@ class Record:
     @cached_property
     def has_exact_clocks(self) -> bool:
         """True unless a vehicle has its own clock."""
-        return "clocks" not in self.of("communication") and not any(
-            "clock" in vehicle for vehicle in self.vehicles.values()
-        )
+        has_own = any("clock" in vehicle for vehicle in self.vehicles.values())
+        return not has_own and "clocks" not in self.of("communication")
 
     @cached_property
     def all_need_all(self) -> bool:

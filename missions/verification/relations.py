@@ -67,9 +67,8 @@ def _check_satisfaction(record: Record, report: CheckReport) -> None:
     due = [row for row in due if row in told or (is_due and row[1] not in record.newcomers)]
     acting = {vehicle for vehicle, event in record.rows("membership", "vehicle event") if event == "absent"}
     known = set(due)
-    stated = [
-        row for row in stated if row in known or row[1] not in acting
-    ]  # a vehicle acting for others has their roles too
+    # A vehicle acting for others has their roles too.
+    stated = [row for row in stated if row in known or row[1] not in acting]
     report.alike("satisfaction", "satisfaction", stated, "its roles and packets", due)
     for time_s, sender, *signals in record.rows("packets", "time_s sender signal_roles signal_addressed signal_values"):
         report.look("signals", len(signals[0]))
@@ -104,10 +103,7 @@ def _check_choices(record: Record, report: CheckReport) -> None:
         chosen[time_s, vehicle].append([(one, row.role, row.motivation) for row in taken for one in row.activities])
     for (time_s, vehicle), activities in performed.items():
         when = time_s, vehicle
-        several = [
-            *chosen[when],
-            [one for of in chosen[when] for one in of],
-        ]  # one of several simultaneous decisions, or all
+        several = [*chosen[when], [one for of in chosen[when] for one in of]]  # one of simultaneous decisions, or all
         if len(chosen[when]) > 2:
             continue  # no table has the performed ones
         if vehicle in record.anew and not roles[when]:
@@ -168,9 +164,8 @@ def check_weights(
         age_s = max(0.0, row.time_s - heard_s.get(row.vehicle, row.time_s))
         moves = memory_s > 0.0 and weight * math.exp(-age_s / memory_s) > SIX_DIGITS  # smaller values are written as 0
         if sender != row.source or (bool(sender) is not (row.external > 0.0) and moves) or not is_heard:
-            wrong(
-                f"external {row.external:g} by {row.source!r} in slot {row.slot}", "a signal that it has heard, or none"
-            )
+            stated = f"external {row.external:g} by {row.source!r} in slot {row.slot}"
+            wrong(stated, "a signal that it has heard, or none")
         if row.external > weight + SIX_DIGITS:
             wrong(f"external {row.external:g}", f"at most {weight:g}")
         is_least = row.chosen and row.best_mean is not None and row.best_mean < mean - SIX_DIGITS
@@ -317,9 +312,8 @@ def _check_facts(record: Record, report: CheckReport) -> None:
             places[cell] = area, numbers[area]
             numbers[area] += 1
         facts = record.rows("items", "recorded_s origin subject value attribute")
-        mapped = (
-            (*row[:3], int(float(row[3]))) for row in facts if row[4] == "mappedCell" and row[1] not in record.anew
-        )
+        told = (row[:4] for row in facts if row[4] == "mappedCell" and row[1] not in record.anew)
+        mapped = ((*about, int(float(number))) for *about, number in told)
         covered = record.rows("coverage", "time_s vehicle cell_x cell_y")
         due = ((*row[:2], *places.get(row[2:], ())) for row in covered if row[1] not in record.anew)
         report.alike("mapped", "items", mapped, "coverage", due)
@@ -345,10 +339,9 @@ def _check_reports(record: Record, report: CheckReport) -> None:
         report.look("reports", 2)
         is_slot = (at_s, origin) in sent or record.of("strategy")["name"] == "oracle"
         of = names.setdefault(f"{origin} {found[2]}", attribute)
+        wrong = partial(report.add, "reports", "items", at_s, origin)
         if not is_slot or abs(float(found[1]) - time_s) > RESOLUTION_S or (subject, attribute) != (origin, of):
-            report.add(
-                "reports", "items", at_s, origin, f"{subject} {attribute} as {uid}", f"{of} in a slot of {origin}"
-            )
+            wrong(f"{subject} {attribute} as {uid}", f"{of} in a slot of {origin}")
         track = record.tracks[origin]
         at = min(int(at_s / record.tick_s + 1e-9), len(track.time_s) - 1)
         near = {at, max(0, at - (at_s - track.time_s[at] < CLOSE_S))}  # at a tick, either row may precede it
@@ -356,16 +349,13 @@ def _check_reports(record: Record, report: CheckReport) -> None:
         left = 1.0 - track.energy_j[at] / record.vehicles[origin]["energy_j"]
         if attribute == "batteryFraction":
             off = abs(float(value) - max(0.0, left)) / GRID_SHARE
+        elif record.drifts and POINT.fullmatch(value):
+            off = 0.0
         elif point := POINT.fullmatch(value):
-            off = (
-                0.0
-                if record.drifts
-                else min(
-                    math.hypot(float(point[1]) - track.x_m[n], float(point[2]) - track.y_m[n]) / GRID_M for n in near
-                )
-            )
+            x, y = float(point[1]), float(point[2])
+            off = min(math.hypot(x - track.x_m[n], y - track.y_m[n]) for n in near) / GRID_M
         if off > 1.0:
-            report.add("reports", "items", at_s, origin, f"{attribute} {value}", f"({x_m:g}, {y_m:g}), {left:.3f} left")
+            wrong(f"{attribute} {value}", f"({x_m:g}, {y_m:g}), {left:.3f} left")
 
 
 def _check_requests(record: Record, report: CheckReport) -> None:
@@ -431,17 +421,15 @@ def _is_unsaid(record: Record, vehicles: set[str], group: str, role: str) -> boo
     name = record.of("strategy")["name"]
     is_claimed = name in KEEP_OWN_JOBS or ":" in name or name == "contract-net"
     formed = {one["name"] for one in record.scenario["group"] if one.get("formed_by")}
-    return (
-        group in formed or bool(vehicles & record.newcomers) or (is_claimed and (group, role) in record.roles_with_jobs)
-    )
+    is_own = is_claimed and (group, role) in record.roles_with_jobs
+    return is_own or group in formed or bool(vehicles & record.newcomers)
 
 
 def _requests(record: Record) -> dict[Row, list[float]]:
     """Return the receipt times of requests, by (vehicle, issuer, act, ..., argument)."""
     asked, held = defaultdict[str, list[Row]](list), dict[tuple[str, str], float]()
-    for uid, issuer, at_s, subject, attribute, value in record.rows(
-        "items", "uid origin recorded_s subject attribute value"
-    ):
+    columns = "uid origin recorded_s subject attribute value"
+    for uid, issuer, at_s, subject, attribute, value in record.rows("items", columns):
         if attribute in ("playsRole", "leftRole"):
             act = "assign" if attribute == "playsRole" else "release"
             asked[uid].append((issuer, act, *value.split(".", 1), subject, "", ""))
@@ -473,10 +461,9 @@ def _check_plans(record: Record, report: CheckReport) -> None:
     """Check that plans are stable trees, rows are changes, and states agree with subtasks."""
     plans: defaultdict[Row, dict[int, Row]] = defaultdict(dict)
     changed_s: dict[Row, float] = {}
-    columns = (
-        "time_s vehicle group role objective argument node parent task method status expected_time_s expected_energy_j"
-    )
-    for time_s, vehicle, *about, node, parent, task, method, status, lasts_s, takes_j in record.rows("plans", columns):
+    columns = "time_s vehicle group role objective argument node parent task method status expected_time_s"
+    rows = record.rows("plans", f"{columns} expected_energy_j")
+    for time_s, vehicle, *about, node, parent, task, method, status, lasts_s, takes_j in rows:
         report.look("plans")
         if vehicle in record.anew:
             continue  # it plans again after a restart
@@ -491,9 +478,7 @@ def _check_plans(record: Record, report: CheckReport) -> None:
             wrong(f"task {len(plan)} of {about} next, below an earlier one")
         elif before is not None and (before[:2] != row[:2] or before == row):
             wrong(f"another row of {before[1]} below {before[0]}")
-        elif (
-            before is not None and None is not before[4] != lasts_s and (lasts_s or status not in ("failed", "dropped"))
-        ):
+        elif before and None is not before[4] != lasts_s and (lasts_s or status not in ("failed", "dropped")):
             wrong(f"{before[4]} s and {before[5]} J, as before")
         if (lasts_s is None) is not (takes_j is None) or (method and lasts_s is not None):
             wrong("both figures, of an elementary task, or none")

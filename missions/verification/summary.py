@@ -12,7 +12,7 @@ import numpy as np
 from missions.verification.ending import organisation_figures
 from missions.verification.mapping import cells_of
 from missions.verification.motion import PLACE_M, floats, least_distances_m, listening_w, sending_j, way_through_water
-from missions.verification.record import CLOSE_S, CheckReport, Record, Track, kind_of
+from missions.verification.record import CLOSE_S, CheckReport, Record, Track
 
 LATENCY_S = 2e-3
 """Tolerance (s) of two times rounded to 1/4096 s and a mean rounded to 0.1 ms."""
@@ -126,7 +126,7 @@ def _of_packets(record: Record, report: CheckReport) -> dict[str, tuple[Any, flo
 
 
 def _of_knowledge(record: Record, report: CheckReport) -> dict[str, tuple[Any, float]]:
-    rows = list(record["knowledge"].rows("time_s", "vehicle", "item", "event"))
+    rows = list(record.rows("knowledge", "time_s vehicle item event"))
     observed = {item: time_s for time_s, _, item, event in rows if event == "observed"}
     received = [(time_s, item) for time_s, _, item, event in rows if event == "received"]
     waits_s = [time_s - observed[item] for time_s, item in received if item in observed]
@@ -138,7 +138,7 @@ def _of_knowledge(record: Record, report: CheckReport) -> dict[str, tuple[Any, f
         "n_refused_acts": (sum(event == "refused" for event in record["organisation"]["event"]), 0),
     }
     if "deliveries" in record.tables:
-        lost = record["deliveries"].rows("event", "reason")
+        lost = record.rows("deliveries", "event reason")
         n_expired = sum(event == "expired" and reason in ("time to live", "overflow") for event, reason in lost)
         found["n_expired"] = n_expired, 0
     n_lacking: Counter[str] = Counter()
@@ -176,8 +176,8 @@ def _of_work(record: Record, report: CheckReport) -> dict[str, tuple[Any, float]
     idle_s = []
     for name in able:
         own = [spell for spell in record.spells if spell.vehicle == name]
-        lost = [spell.from_s for spell in own if kind_of(spell.kind).is_lost]
-        away = [spell.until_s for spell in own if kind_of(spell.kind).is_late]
+        lost = [spell.from_s for spell in own if spell.kind == "lost"]
+        away = [spell.until_s for spell in own if spell.kind == "joins"]
         until_s = min([end_s, *lost])
         idle_s.append(max(0.0, until_s - (away[0] if away else 0.0) - _working_s(record, name, work, until_s)))
     within = 1e-3 + CLOSE_S * math.sqrt(len(record["roles"]) + 1.0)
@@ -187,7 +187,7 @@ def _of_work(record: Record, report: CheckReport) -> dict[str, tuple[Any, float]
 def _working_s(record: Record, name: str, work: set[tuple[str, str]], until_s: float) -> float:
     serving: set[tuple[str, str]] = set()
     spells_s, since_s = [], 0.0
-    for time_s, vehicle, group, role, event in record["roles"].rows("time_s", "vehicle", "group", "role", "event"):
+    for time_s, vehicle, group, role, event in record.rows("roles", "time_s vehicle group role event"):
         if vehicle != name or (group, role) not in work or event not in ("active", "inactive") or time_s > until_s:
             continue
         before = bool(serving)
@@ -202,7 +202,7 @@ def _working_s(record: Record, name: str, work: set[tuple[str, str]], until_s: f
 def _of_mapping(record: Record, report: CheckReport) -> dict[str, tuple[Any, float]]:
     cells = cells_of(record)
     first: dict[tuple[int, int], tuple[float, str]] = {}
-    rows = list(record["coverage"].rows("time_s", "vehicle", "cell_x", "cell_y"))
+    rows = list(record.rows("coverage", "time_s vehicle cell_x cell_y"))
     for time_s, vehicle, x, y in rows:
         first.setdefault((x, y), (time_s, vehicle))
     found: dict[str, tuple[Any, float]] = {
@@ -210,12 +210,12 @@ def _of_mapping(record: Record, report: CheckReport) -> dict[str, tuple[Any, flo
         "duplicate_fraction": (1.0 - len(first) / len(rows) if rows else 0.0, 1e-9),
     }
     for share in (50, 80, 95, 100):
-        reached = record["goal"].rows("time_s", "goal_fraction")
+        reached = record.rows("goal", "time_s goal_fraction")
         when = next((time_s for time_s, fraction in reached if fraction >= share / 100.0 - 1e-9), None)
         found[f"time_to_{share}_s"] = when, 1e-3
     areas = {area["name"] for area in record.scenario["area"]}
     exploring = {key for key, role in record.declared_roles.items() if role.get("job") in areas}
-    held = record["roles"].rows("vehicle", "group", "role")
+    held = record.rows("roles", "vehicle group role")
     holders = {vehicle for vehicle, group, role in held if (group, role) in exploring}
     n_first = Counter(vehicle for _, vehicle in first.values())
     least = min(n_first[holder] for holder in holders) / len(first) if holders and first else None

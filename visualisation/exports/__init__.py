@@ -1,5 +1,147 @@
-"""Runs in the formats of other tools; importing this loads none of their libraries."""
+"""Export formats by name, and atomic export of a run.
 
-from visualisation.exports.formats import FORMATS, Exported, export, export_path
+Libraries load on use. Output is written under a draft name, then renamed.
+"""
 
-__all__ = ["FORMATS", "Exported", "export", "export_path"]
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+from missions.disk import drafted
+from missions.figure import Place
+from visualisation.exports.voyage import Voyage
+from visualisation.output import ExportError
+
+if TYPE_CHECKING:
+    from missions.runs.results import MemoryResults, Results
+
+Counts = Mapping[str, int]
+"""Number of messages, rows or features by topic, table or kind."""
+
+
+class Writer(Protocol):
+    """Function ``write`` of each format module."""
+
+    def __call__(self, voyage: Voyage, target: Path) -> Counts:
+        """Write a run to ``target``, a file or folder that does not exist yet; return the counts.
+
+        Raises:
+            ExportError: the format cannot represent the run.
+            OSError: output failed.
+        """
+
+
+class FormatOfExport(NamedTuple):
+    """Format of an export.
+
+    Args:
+        ending: file suffix; empty for a folder.
+        libraries: additional packages.
+        needs_datum: True if it supports only latitude and longitude.
+    """
+
+    ending: str
+    libraries: tuple[str, ...] = ()
+    needs_datum: bool = False
+
+
+FORMATS: Mapping[str, FormatOfExport] = {
+    "mcap": FormatOfExport(".mcap", ("mcap", "rosbags")),
+    "geojson": FormatOfExport(".geojson", needs_datum=True),
+    "netcdf": FormatOfExport(".nc", ("netCDF4",), needs_datum=True),
+    "csv": FormatOfExport(""),
+}
+"""All formats, each with a module of its name."""
+STEM = "run"
+"""Default output name without suffix."""
+
+
+class Exported(NamedTuple):
+    """File or folder written, and its counts."""
+
+    path: Path
+    counts: Counts
+
+
+def export(
+    results: Results | MemoryResults, format: str, out: Path, force: bool = False, places: Sequence[Place] = ()
+) -> Exported:
+    """Write a run in another format.
+
+    Args:
+        out: file, or folder for a format with several files.
+        force: replace an earlier export.
+        places: declared by the mission.
+
+    Raises:
+        ExportError: unknown format, missing library or datum, or ``out`` exists or is not writable.
+        OutputError: damaged table.
+    """
+    chosen = of_name(format)
+    voyage = Voyage(results, tuple(places))
+    _check_libraries(format, chosen)
+    if chosen.needs_datum and voyage.datum is None:
+        raise ExportError(
+            f"{format}: has latitudes and longitudes only, and the scenario of this run does not say where its x = 0, "
+            "y = 0 is; run it again with world.origin_deg, such as --set world.origin_deg=[43.35,3.75], "
+            "or take mcap or csv, which have metres"
+        )
+    _check_place(out, format, force)
+    write: Writer = import_module(f"visualisation.exports.{format}").write
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        with drafted(out) as draft:
+            return Exported(out, write(voyage, draft))
+    except OSError as error:
+        raise ExportError(f"{out}: cannot be written: {error.strerror or error}") from None
+
+
+def of_name(format: str) -> FormatOfExport:
+    """Return the format of a name, or raise ExportError."""
+    if format not in FORMATS:
+        near = get_close_matches(format, FORMATS, n=1, cutoff=0.0)
+        raise ExportError(f"unknown format {format!r}; known: {', '.join(FORMATS)}; nearest: {near[0]!r}")
+    return FORMATS[format]
+
+
+def export_path(folder: Path, format: str) -> Path:
+    """Return the default output path, within the folder of the run.
+
+    >>> export_path(Path("r"), "mcap").as_posix(), export_path(Path("r"), "csv").as_posix()
+    ('r/run.mcap', 'r/run-csv')
+    """
+    ending = of_name(format).ending
+    return folder / (f"{STEM}{ending}" if ending else f"{STEM}-{format}")
+
+
+def _check_libraries(name: str, chosen: FormatOfExport) -> None:
+    missing = [library for library in chosen.libraries if find_spec(library) is None]
+    if missing:
+        raise ExportError(
+            f"{name}: needs {' and '.join(missing)}, which {'is' if len(missing) == 1 else 'are'} not installed; "
+            f"install with: python -m pip install {' '.join(missing)}"
+        )
+
+
+def _check_place(out: Path, format: str, force: bool) -> None:
+    if not out.exists():
+        return
+    ending = FORMATS[format].ending
+    if ending and out.is_dir():
+        raise ExportError(f"{out}: is a folder; name a file, such as {out / (STEM + ending)}")
+    if not ending and not out.is_dir():
+        raise ExportError(f"{out}: is a file; name a folder")
+    if out.is_dir():
+        inside = list(out.iterdir())
+        strange = [path.name for path in inside if path.suffix != f".{format}"]
+        if strange:
+            raise ExportError(f"{out}: holds other files, such as {strange[0]}; name another folder")
+        if not inside:
+            return
+    if not force:
+        raise ExportError(f"{out}: exists; name another with --out or add --force")
