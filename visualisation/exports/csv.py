@@ -9,14 +9,14 @@ import csv
 from pathlib import Path
 from typing import Any
 
-from visualisation.exports.formats import Counts
+from visualisation.exports import Counts
 from visualisation.exports.voyage import Voyage
 
 BETWEEN = ";"
 
 
 def write(voyage: Voyage, target: Path) -> Counts:
-    """Create a folder with ``<table>.csv`` for every table; see ``formats.Writer``."""
+    """Create a folder with ``<table>.csv`` for every table; see ``Writer``."""
     target.mkdir()
     counts = {}
     for name in voyage.results.tables:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from visualisation.exports.formats import Counts
+from visualisation.exports import Counts
 from visualisation.exports.voyage import Datum, Voyage, VoyageTrack
 
 TRACK, PLACE, MILESTONE = "track", "place", "milestone"
@@ -20,7 +20,7 @@ TRACK, PLACE, MILESTONE = "track", "place", "milestone"
 
 
 def write(voyage: Voyage, target: Path) -> Counts:
-    """Write one feature collection; see ``formats.Writer``."""
+    """Write one feature collection; see ``Writer``."""
     assert voyage.datum is not None  # checked by the caller
     features = [*_tracks(voyage, voyage.datum), *_places(voyage, voyage.datum), *_milestones(voyage, voyage.datum)]
     about = {name: text for name, text in voyage.about.items() if name != "scenario_toml"}

@@ -25,92 +25,31 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from heapq import merge
+from operator import itemgetter
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from mcap.writer import CompressionType, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from visualisation import style
-from visualisation.exports.formats import Counts
-from visualisation.exports.voyage import SentPacket, Voyage, VoyageTrack
+from visualisation.exports import Counts
+from visualisation.exports.voyage import Voyage, VoyageTrack
 from visualisation.run_records import Floats
+
+if TYPE_CHECKING:
+    from missions.runs.reader import RunReader
 
 MAP = "map"
 PACKAGE = "foxglove_msgs/msg/"
 METADATA = "remoras"
 STRING = "std_msgs/msg/String"
 PACKET = "remoras_msgs/msg/Packet"
-PACKET_DEFINITION = """builtin_interfaces/Time start
-builtin_interfaces/Time end
-uint32 slot
-string sender
-uint32 size_bits
-uint32 items
-uint32 acks
-string[] receivers
-string[] lost_by
-"""
-DEFINITIONS = {
-    "Color": "float64 r\nfloat64 g\nfloat64 b\nfloat64 a",
-    "KeyValuePair": "string key\nstring value",
-    "FrameTransform": (
-        "builtin_interfaces/Time timestamp\nstring parent_frame_id\nstring child_frame_id\n"
-        "geometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation"
-    ),
-    "FrameTransforms": "foxglove_msgs/FrameTransform[] transforms",
-    "PoseInFrame": "builtin_interfaces/Time timestamp\nstring frame_id\ngeometry_msgs/Pose pose",
-    "LocationFix": (
-        "uint8 UNKNOWN=0\nuint8 APPROXIMATED=1\nuint8 DIAGONAL_KNOWN=2\nuint8 KNOWN=3\n"
-        "builtin_interfaces/Time timestamp\nstring frame_id\nfloat64 latitude\nfloat64 longitude\nfloat64 altitude\n"
-        "float64[9] position_covariance\nuint8 position_covariance_type"
-    ),
-    "Log": (
-        "builtin_interfaces/Time timestamp\nuint8 UNKNOWN=0\nuint8 DEBUG=1\nuint8 INFO=2\nuint8 WARNING=3\n"
-        "uint8 ERROR=4\nuint8 FATAL=5\nuint8 level\nstring message\nstring name\nstring file\nuint32 line"
-    ),
-    "ArrowPrimitive": (
-        "geometry_msgs/Pose pose\nfloat64 shaft_length\nfloat64 shaft_diameter\nfloat64 head_length\n"
-        "float64 head_diameter\nfoxglove_msgs/Color color"
-    ),
-    "CubePrimitive": "geometry_msgs/Pose pose\ngeometry_msgs/Vector3 size\nfoxglove_msgs/Color color",
-    "SpherePrimitive": "geometry_msgs/Pose pose\ngeometry_msgs/Vector3 size\nfoxglove_msgs/Color color",
-    "CylinderPrimitive": (
-        "geometry_msgs/Pose pose\ngeometry_msgs/Vector3 size\nfloat64 bottom_scale\nfloat64 top_scale\n"
-        "foxglove_msgs/Color color"
-    ),
-    "LinePrimitive": (
-        "uint8 LINE_STRIP=0\nuint8 LINE_LOOP=1\nuint8 LINE_LIST=2\nuint8 type\ngeometry_msgs/Pose pose\n"
-        "float64 thickness\nbool scale_invariant\ngeometry_msgs/Point[] points\nfoxglove_msgs/Color color\n"
-        "foxglove_msgs/Color[] colors\nuint32[] indices"
-    ),
-    "TriangleListPrimitive": (
-        "geometry_msgs/Pose pose\ngeometry_msgs/Point[] points\nfoxglove_msgs/Color color\n"
-        "foxglove_msgs/Color[] colors\nuint32[] indices"
-    ),
-    "TextPrimitive": (
-        "geometry_msgs/Pose pose\nbool billboard\nfloat64 font_size\nbool scale_invariant\n"
-        "foxglove_msgs/Color color\nstring text"
-    ),
-    "ModelPrimitive": (
-        "geometry_msgs/Pose pose\ngeometry_msgs/Vector3 scale\nfoxglove_msgs/Color color\nbool override_color\n"
-        "string url\nstring media_type\nuint8[] data"
-    ),
-    "SceneEntityDeletion": (
-        "uint8 MATCHING_ID=0\nuint8 ALL=1\nbuiltin_interfaces/Time timestamp\nuint8 type\nstring id"
-    ),
-    "SceneEntity": (
-        "builtin_interfaces/Time timestamp\nstring frame_id\nstring id\nbuiltin_interfaces/Duration lifetime\n"
-        "bool frame_locked\nfoxglove_msgs/KeyValuePair[] metadata\nfoxglove_msgs/ArrowPrimitive[] arrows\n"
-        "foxglove_msgs/CubePrimitive[] cubes\nfoxglove_msgs/SpherePrimitive[] spheres\n"
-        "foxglove_msgs/CylinderPrimitive[] cylinders\nfoxglove_msgs/LinePrimitive[] lines\n"
-        "foxglove_msgs/TriangleListPrimitive[] triangles\nfoxglove_msgs/TextPrimitive[] texts\n"
-        "foxglove_msgs/ModelPrimitive[] models"
-    ),
-    "SceneUpdate": "foxglove_msgs/SceneEntityDeletion[] deletions\nfoxglove_msgs/SceneEntity[] entities",
-}
-"""Definitions of ``foxglove_msgs``, embedded in the file; Foxglove requires these names."""
+PACKET_FIELDS = ("slot", "sender", "size_bits", "items", "acks", "receivers", "lost_by")
+"""Columns of a packet in its message, behind the times."""
+TYPES = "messages.msg"
+"""Definitions of the packet and of ``foxglove_msgs``, embedded in the output; Foxglove requires these names."""
 
 INFO, WARNING = 2, 3
 LOOP, PAIRS = 1, 2
@@ -148,7 +87,7 @@ class Sent(NamedTuple):
 
 
 def write(voyage: Voyage, target: Path) -> Counts:
-    """Write one file; see ``formats.Writer``."""
+    """Write one file; see ``Writer``."""
     messages = _Messages(voyage)
     counts: Counter[str] = Counter()
     channels: dict[str, int] = {}
@@ -204,12 +143,10 @@ class _Messages:
         self._voyage = voyage
         self._names = topic_names(voyage.vehicles)
         self.store = get_typestore(Stores.ROS2_JAZZY)
-        types: dict[str, Any] = {}
-        for name, text in {PACKET: PACKET_DEFINITION, **{f"{PACKAGE}{n}": t for n, t in DEFINITIONS.items()}}.items():
-            types.update(get_types_from_msg(text, name))
+        types = get_types_from_msg((Path(__file__).parent / TYPES).read_text(encoding="utf-8"), PACKET)
         self.store.register(types)
         known = self.store.types
-        self._of = {name: known[f"{PACKAGE}{name}"] for name in DEFINITIONS}
+        self._of = {name.removeprefix(PACKAGE): known[name] for name in types}
         self._string, self._packet = known[STRING], known[PACKET]
         self._time, self._duration = known["builtin_interfaces/msg/Time"], known["builtin_interfaces/msg/Duration"]
         self._point, self._vector = known["geometry_msgs/msg/Point"], known["geometry_msgs/msg/Vector3"]
@@ -245,31 +182,28 @@ class _Messages:
         for state in self._voyage.states:
             topic = f"/{self._names[state.vehicle]}/role"
             found.append(Sent(nanoseconds(state.time_s), topic, STRING, self._string(data=state.text)))
-        for packet in self._voyage.packets:
-            start_ns = nanoseconds(packet.time_s)
-            message = self._packet(
-                self._stamp(start_ns), self._stamp(nanoseconds(packet.end_s)), packet.slot, packet.sender,
-                packet.size_bits, packet.items, packet.acks, list(packet.receivers), list(packet.lost_by),
-            )  # fmt: skip
+        for packet in self._voyage.results.rows("packets"):
+            start_ns, end_ns = nanoseconds(packet["time_s"]), nanoseconds(packet["end_s"])
+            content = [packet[name] for name in PACKET_FIELDS]
+            message = self._packet(self._stamp(start_ns), self._stamp(end_ns), *content)
             found.append(Sent(start_ns, "/packets", PACKET, message))
-        for entry in self._voyage.log:
-            time_ns, level = nanoseconds(entry.time_s), WARNING if entry.is_warning else INFO
-            about = entry.about or "fleet"
-            found.append(self._sent(time_ns, "/log", "Log", self._stamp(time_ns), level, entry.text, about, "", 0))
+        for time_s, level, about, text in sorted(_log(self._voyage.results), key=itemgetter(0)):
+            time_ns = nanoseconds(time_s)
+            found.append(self._sent(time_ns, "/log", "Log", self._stamp(time_ns), level, text, about or "fleet", "", 0))
         return iter(sorted(found, key=lambda sent: sent.time_ns))
 
     def scenes(self) -> Iterator[Sent]:
         yield self._sent(0, "/scene", "SceneUpdate", [], [*self._places(), *self._vehicles()])
         tracks = self._voyage.tracks
-        packets = [packet for packet in self._voyage.packets if packet.sender in tracks]
-        times_s = [packet.time_s for packet in packets]
+        packets = [packet for packet in self._voyage.results.rows("packets") if packet["sender"] in tracks]
+        times_s = [packet["time_s"] for packet in packets]
         points = {
             vehicle: [(x_m, y_m, 0.0 - depth_m) for x_m, y_m, depth_m in track.at(times_s)]
             for vehicle, track in tracks.items()
         }
         for number, packet in enumerate(packets):
             where = {vehicle: along[number] for vehicle, along in points.items()}
-            yield self._sent(nanoseconds(packet.time_s), "/scene", "SceneUpdate", [], self._links(where, packet))
+            yield self._sent(nanoseconds(packet["time_s"]), "/scene", "SceneUpdate", [], self._links(where, packet))
 
     def _places(self) -> Iterator[Any]:
         for place in self._voyage.places:
@@ -291,13 +225,13 @@ class _Messages:
                 yield self._entity(0, name, f"{name} hull", colour, "box", [(0.0, 0.0, 0.0)])
                 yield self._entity(0, name, name, colour, "text", [(0.0, 0.0, LABEL_UP_M)], vehicle)
 
-    def _links(self, where: Mapping[str, PointM], packet: SentPacket) -> list[Any]:
+    def _links(self, where: Mapping[str, PointM], packet: Mapping[str, Any]) -> list[Any]:
         """Lines from sender to receivers, and half-way to vehicles that lost the packet."""
-        start, name = where[packet.sender], self._names[packet.sender]
-        ends = [where[receiver] for receiver in packet.receivers if receiver in where]
-        broken = [where[one] for one in packet.lost_by if one in where]
+        start, name = where[packet["sender"]], self._names[packet["sender"]]
+        ends = [where[receiver] for receiver in packet["receivers"] if receiver in where]
+        broken = [where[one] for one in packet["lost_by"] if one in where]
         halves = [((start[0] + x) / 2.0, (start[1] + y) / 2.0, (start[2] + z) / 2.0) for x, y, z in broken]
-        time_ns = nanoseconds(packet.time_s)
+        time_ns = nanoseconds(packet["time_s"])
         return [
             self._entity(
                 time_ns, MAP, f"{name} {what}", colour, "pairs", [at for end in to for at in (start, end)], "", LINK_S
@@ -344,3 +278,18 @@ def _poses(track: VoyageTrack) -> list[Pose]:
     turns: Floats = track.heading_rad / 2.0
     columns = (track.x_m, track.y_m, 0.0 - track.depth_m, np.sin(turns), np.cos(turns))
     return [Pose(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]
+
+
+def _log(results: RunReader) -> Iterator[tuple[float, int, str, str]]:
+    """Yield time (s), level, subject and text of milestones, role changes, faults and missed peers."""
+    for milestone in results.summary["milestones"]:
+        about = milestone["vehicle"] or milestone["group"]
+        yield float(milestone["time_s"]), INFO, about, milestone["name"].replace("_", " ")
+    for row in results.rows("roles"):
+        if row["event"] in ("assigned", "left"):
+            verb = "takes" if row["event"] == "assigned" else "leaves"
+            yield row["time_s"], INFO, row["vehicle"], f"{verb} {row['role']} of {row['group']}"
+    for row in results.rows("faults"):
+        yield row["time_s"], WARNING, row["vehicle"], f"{row['kind']}: {row['detail']}"
+    for row in results.rows("membership"):
+        yield row["time_s"], WARNING, row["vehicle"], f"takes {row['peer']} for {row['event']}"

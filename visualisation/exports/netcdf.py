@@ -12,7 +12,7 @@ from typing import Any
 import netCDF4
 import numpy as np
 
-from visualisation.exports.formats import Counts
+from visualisation.exports import Counts
 from visualisation.exports.voyage import WAITING, Datum, Voyage
 from visualisation.run_records import Floats
 
@@ -22,7 +22,7 @@ COORDINATES = "time latitude longitude depth"
 
 
 def write(voyage: Voyage, target: Path) -> Counts:
-    """Write one file; see ``formats.Writer``."""
+    """Write one file; see ``Writer``."""
     assert voyage.datum is not None  # checked by the caller
     names = list(voyage.tracks)
     sizes = [voyage.tracks[name].time_s.size for name in names]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -98,29 +98,6 @@ class RoleState(NamedTuple):
         return OUT if self.is_out else ", ".join(self.roles) or WAITING
 
 
-class SentPacket(NamedTuple):
-    """Packet and its outcome."""
-
-    slot: int
-    time_s: float
-    end_s: float
-    sender: str
-    size_bits: int
-    items: int
-    acks: int
-    receivers: tuple[str, ...]
-    lost_by: tuple[str, ...]
-
-
-class Entry(NamedTuple):
-    """Log entry."""
-
-    time_s: float
-    is_warning: bool
-    about: str
-    text: str
-
-
 @dataclass(frozen=True)
 class Voyage:
     """One run, with the places declared by its mission."""
@@ -197,39 +174,3 @@ class Voyage:
                     last = max(before, key=lambda state: state.time_s)
                     found[end_s, vehicle] = RoleState(end_s, vehicle, last.roles, last.is_out)
         return sorted(found.values(), key=lambda state: state.time_s)
-
-    @property
-    def packets(self) -> list[SentPacket]:
-        """All packets in slot order."""
-        return [
-            SentPacket(
-                int(row["slot"]), row["time_s"], row["end_s"], row["sender"],
-                int(row["size_bits"]), int(row["items"]), int(row["acks"]),
-                tuple(row["receivers"]), tuple(row["lost_by"]),
-            )
-            for row in self.results.rows("packets")
-        ]  # fmt: skip
-
-    @property
-    def log(self) -> list[Entry]:
-        """Milestones, role changes, faults and missed peers, in time order."""
-        return sorted([*self._milestones(), *self._events()], key=lambda entry: entry.time_s)
-
-    def _milestones(self) -> Iterator[Entry]:
-        for milestone in self.results.summary["milestones"]:
-            yield Entry(
-                float(milestone["time_s"]),
-                False,
-                milestone["vehicle"] or milestone["group"],
-                milestone["name"].replace("_", " "),
-            )
-
-    def _events(self) -> Iterator[Entry]:
-        for row in self.results.rows("roles"):
-            if row["event"] in ("assigned", "left"):
-                verb = "takes" if row["event"] == "assigned" else "leaves"
-                yield Entry(row["time_s"], False, row["vehicle"], f"{verb} {row['role']} of {row['group']}")
-        for row in self.results.rows("faults"):
-            yield Entry(row["time_s"], True, row["vehicle"], f"{row['kind']}: {row['detail']}")
-        for row in self.results.rows("membership"):
-            yield Entry(row["time_s"], True, row["vehicle"], f"takes {row['peer']} for {row['event']}")

@@ -133,7 +133,7 @@ def run_data(
     ]  # fmt: skip
     about["events"] = [name for name in EVENTS if results.has(name)]
     for name in about["events"]:
-        of_run.add_events(columns, names, results.table(name), name, EVENTS[name])
+        of_run.add_events(columns, names, results.table(name), name)
     about["groups"] = [
         {"name": node.name, "above": node.above, "is_founded": node.is_founded, "roles": node.roles}
         for node in group_nodes(scenario)

@@ -89,35 +89,19 @@ TEXT_FORM, WHOLE_FORM, POINT_FORM, DECIMAL_FORM = range(4)
 """Form of a fact value: text index, integer, two coordinates, millionths."""
 MILLION = 1_000_000
 
-Kinds = Mapping[str, str]
-EVENTS: Mapping[str, Kinds] = {
-    "roles": {"time_s": "time", "vehicle": "vehicle", "group": "text", "role": "text", "event": "text"},
-    "organisation": {
-        "time_s": "time", "vehicle": "vehicle", "peer": "vehicle", "group": "text", "role": "text", "event": "text",
-        "issuer": "vehicle", "act": "text", "objective": "text", "argument": "text", "outcome": "text",
-    },
-    "membership": {"time_s": "time", "vehicle": "vehicle", "peer": "vehicle", "event": "text"},
-    "activities": {"time_s": "time", "vehicle": "vehicle", "type": "text", "name": "text", "role": "text"},
-    "decisions": {
-        "time_s": "time", "vehicle": "vehicle", "group": "text", "role": "text", "objective": "text",
-        "argument": "text", "activities": "texts", "stimulus": "share", "own": "share", "external": "share",
-        "source": "vehicle", "slot": "whole", "chosen": "whole", "best_mean": "mean",
-    },
-    "plans": {
-        "time_s": "time", "vehicle": "vehicle", "group": "text", "role": "text", "objective": "text",
-        "argument": "text", "node": "whole", "parent": "whole", "task": "text", "method": "text", "status": "text",
-        "expected_time_s": "span",
-    },
-    "faults": {"time_s": "time", "vehicle": "vehicle", "kind": "text", "detail": "text"},
-    "refused": {
-        "time_s": "time", "vehicle": "vehicle", "sender": "vehicle", "slot": "whole", "reason": "text",
-    },
-    "links": {
-        "time_s": "time", "vehicle": "vehicle", "peer": "vehicle", "direction": "text", "p_loss": "rate", "n": "whole",
-    },
-    "peers": {"time_s": "time", "vehicle": "vehicle", "peer": "vehicle", "event": "text"},
+EVENTS = (
+    "roles", "organisation", "membership", "activities", "decisions", "plans", "faults", "refused", "links", "peers",
+)  # fmt: skip
+"""Event tables."""
+KIND = {
+    "time_s": "time", "stimulus": "share", "own": "share", "external": "share", "best_mean": "mean",
+    "expected_time_s": "span", "p_loss": "rate", "activities": "texts",
+    **dict.fromkeys(("vehicle", "peer", "issuer", "source", "sender"), "vehicle"),
+    **dict.fromkeys(("slot", "chosen", "node", "parent", "n"), "whole"),
 }  # fmt: skip
-"""Event tables with kinds of columns; a ``mean``, ``span`` or ``rate`` may be missing."""
+"""Kind of a column of events, else ``text``; a ``mean``, ``span`` or ``rate`` may be missing."""
+UNSHOWN = ("motivation", "expected_energy_j")
+"""Columns of events that the page does not show."""
 MISSING = -1000.0
 """Placeholder of a missing number, below all values."""
 ORDER = {"time": 1}
@@ -160,10 +144,10 @@ def numbered(column: Any, number_of: Callable[[str], int]) -> Ints:
     return np.array([numbers[text] for text in texts], dtype=np.int64)
 
 
-def add_events(columns: Columns, names: Names, table: Any, called: str, kinds: Kinds) -> None:
-    """Add an event table as ``called.column``, one column per kind."""
-    for column, kind in kinds.items():
-        values = table[column]
+def add_events(columns: Columns, names: Names, table: Any, called: str) -> None:
+    """Add the shown columns of an event table as ``called.column``."""
+    for column in (name for name in table.column_names if name not in UNSHOWN):
+        values, kind = table[column], KIND.get(column, "text")
         if kind == "vehicle":
             numbers: Any = numbered(values, names.vehicle)
         elif kind == "text":

@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple, TypeVar
 
 from missions.comparison.rows import Comparison, Rank
-from missions.metric import MetricRecord
+from missions.metric import Metric
 from visualisation import style, words
 from visualisation.output import SWEEP_KINDS, DrawingError
 
@@ -47,7 +47,7 @@ class Measure:
         signed: whether values may be negative, as differences are.
     """
 
-    metric: MetricRecord
+    metric: Metric
     unit: str
     scale: float
     share: bool
@@ -83,7 +83,7 @@ class Measure:
         return low * self.scale, high * self.scale
 
 
-def measure(metric: MetricRecord, rows: Sequence[Comparison]) -> Measure:
+def measure(metric: Metric, rows: Sequence[Comparison]) -> Measure:
     """Return the metric on an axis scaled for these rows."""
     means = [row.mean for row in rows]
     largest = max(map(abs, means), default=0.0)
@@ -112,23 +112,23 @@ def of_differences(own: Measure, rows: Sequence[Comparison]) -> tuple[Measure, l
     return replace(own, metric=metric, share=False, signed=True), found
 
 
-def figure_kind(metric: MetricRecord) -> str:
+def figure_kind(metric: Metric) -> str:
     """Return the figure kind of a metric: its label with hyphens.
 
     >>> from missions.metric import Better
-    >>> figure_kind(MetricRecord("n_dives", "", Better.LOWER, "Dives per vehicle"))
+    >>> figure_kind(Metric("n_dives", "", Better.LOWER, "Dives per vehicle", len))
     'dives-per-vehicle'
     """
     return re.sub(r"[^a-z0-9]+", "-", metric.label.lower()).strip("-")
 
 
-def by_kind(metrics: Sequence[MetricRecord]) -> Mapping[str, MetricRecord]:
+def by_kind(metrics: Sequence[Metric]) -> Mapping[str, Metric]:
     """Return metrics by figure kind.
 
     Raises:
         DrawingError: two metrics share a kind, or one has that of another figure.
     """
-    found: dict[str, MetricRecord] = {}
+    found: dict[str, Metric] = {}
     for metric in metrics:
         kind = figure_kind(metric)
         if kind in SWEEP_KINDS or kind in found:

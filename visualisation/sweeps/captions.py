@@ -8,7 +8,7 @@ from missions.comparison.effects import MainEffect
 from missions.comparison.ranking import are_too_few
 from missions.comparison.rows import Comparison, Rank
 from missions.comparison.treatments import SIGNIFICANT
-from missions.metric import Better, MetricRecord
+from missions.metric import Better, Metric
 from missions.statistics import FEW, INTERVALS_OF_DIFFERENCES, INTERVALS_OF_MEANS
 from missions.sweeps.folder import SweepResults
 from visualisation import words
@@ -104,7 +104,7 @@ def trade_off_caption(
     )
 
 
-def ranking(arrangement: Arrangement, by: MetricRecord, rows: Sequence[Rank]) -> str:
+def ranking(arrangement: Arrangement, by: Metric, rows: Sequence[Rank]) -> str:
     """Return the caption of the ranking."""
     best = "highest" if by.better is Better.HIGHER else "lowest"
     return words.joined(
@@ -180,7 +180,7 @@ def _counts(arrangement: Arrangement, rows: Sequence[Comparison | Rank]) -> str:
     return "; ".join(n)
 
 
-def effects_caption(rows: Sequence[MainEffect], metric: MetricRecord) -> str:
+def effects_caption(rows: Sequence[MainEffect], metric: Metric) -> str:
     """Return the caption of the main effects on one metric."""
     main = [row for row in rows if row.is_main]
     mixed = [f"{row.term} with {row.aliases}" for row in main if row.aliases]

@@ -18,7 +18,7 @@ from missions.comparison.baseline import compare
 from missions.comparison.effects import MainEffect, effects_of
 from missions.comparison.ranking import ranks as ranked_by_metric
 from missions.comparison.rows import Comparison, Rank, write_csv
-from missions.metric import Better, MetricRecord
+from missions.metric import Better, Metric
 from missions.sweeps.folder import SweepResults
 from visualisation.output import (
     FACTORIAL_KINDS,
@@ -70,9 +70,9 @@ class Numbers:
         effects: of the factors on ``ranked_by``; empty unless requested.
     """
 
-    kinds: Mapping[str, MetricRecord]
+    kinds: Mapping[str, Metric]
     overview: tuple[str, ...]
-    ranked_by: MetricRecord
+    ranked_by: Metric
     measures: Mapping[str, Measure]
     rows: Mapping[str, Sequence[Comparison]]
     ranks: Sequence[Rank]
@@ -207,7 +207,7 @@ def _prepared(
     return numbers, [kind for kind in asked if kind not in missing], notes
 
 
-def _telling(results: SweepResults, charts: Mapping[str, MetricRecord]) -> list[str]:
+def _telling(results: SweepResults, charts: Mapping[str, Metric]) -> list[str]:
     """Return the default kinds of the study, most informative first."""
     design = results.file.study
     strategies, policies = len(design.strategies or ()) > 1, len(design.policies or ()) > 1
@@ -218,7 +218,7 @@ def _telling(results: SweepResults, charts: Mapping[str, MetricRecord]) -> list[
     return list(dict.fromkeys([*general, *compared]))
 
 
-def _asked(kinds: Sequence[str], charts: Mapping[str, MetricRecord]) -> list[str]:
+def _asked(kinds: Sequence[str], charts: Mapping[str, Metric]) -> list[str]:
     """Return the kinds to draw without duplicates; a metric's field stands for its chart."""
     usual = (*charts, *SWEEP_KINDS)
     known = (*usual, *FACTORIAL_KINDS)
@@ -233,7 +233,7 @@ def _asked(kinds: Sequence[str], charts: Mapping[str, MetricRecord]) -> list[str
     return list(dict.fromkeys(found)) or list(usual)
 
 
-def _drawn_by(kind: str, charts: Mapping[str, MetricRecord], overview: tuple[str, ...], ranked: str) -> tuple[str, ...]:
+def _drawn_by(kind: str, charts: Mapping[str, Metric], overview: tuple[str, ...], ranked: str) -> tuple[str, ...]:
     of_kind = {"overview": overview, "trade-off": TRADE_OFF, "differences": (ranked,), "ranking": (), "effects": ()}
     return of_kind[kind] if kind in of_kind else (charts[kind].name,)
 
@@ -241,7 +241,7 @@ def _drawn_by(kind: str, charts: Mapping[str, MetricRecord], overview: tuple[str
 def _numbers(
     results: SweepResults,
     asked: Sequence[str],
-    charts: Mapping[str, MetricRecord],
+    charts: Mapping[str, Metric],
     ranked: str,
     progress: Callable[[float, float], None],
 ) -> Numbers:

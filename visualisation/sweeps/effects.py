@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from missions.comparison.effects import ALL, MainEffect
-from missions.metric import MetricRecord
+from missions.metric import Metric
 from visualisation import page, style, words
 
 ROW_IN, LABEL_IN = 0.34, 1.8
@@ -39,7 +39,7 @@ def titles(conditions: Sequence[str]) -> list[str]:
     ]
 
 
-def effects_figure(rows: Sequence[MainEffect], metric: MetricRecord, width_in: float | None = None) -> Figure:
+def effects_figure(rows: Sequence[MainEffect], metric: Metric, width_in: float | None = None) -> Figure:
     """Draw main effects on one metric, the first factor on top.
 
     Args:

@@ -86,7 +86,7 @@ def test_a_folder_with_other_files_is_never_replaced(run: Results, tmp_path: Pat
 
 
 def test_a_library_that_is_missing_is_named(run: Results, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("visualisation.exports.formats.find_spec", lambda name: None)
+    monkeypatch.setattr("visualisation.exports.find_spec", lambda name: None)
     with pytest.raises(ExportError, match=r"needs mcap and rosbags, which .* install mcap rosbags"):
         export(run, "mcap", tmp_path / "out")
     assert export(run, "csv", tmp_path / "csv").counts["trajectories"] > 0
