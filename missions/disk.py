@@ -11,6 +11,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+if sys.platform != "win32":
+    import fcntl
+
 
 def synced(*paths: Path) -> None:
     """Flush files, or the entries of folders, to disk."""
@@ -62,6 +65,20 @@ def write_synced(path: Path, text: str) -> None:
     """Write a file atomically and durably."""
     with drafted(path, lasts=True) as draft:
         draft.write_text(text, encoding="utf-8")
+
+
+def lock(path: Path, flags: int = os.O_RDONLY) -> int | None:
+    """Open and lock a file or folder until its handle is closed or the process exits; None if held elsewhere."""
+    handle = os.open(path, flags, 0o644)
+    if sys.platform != "win32":
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            os.close(handle)
+            return None
+        except OSError:  # file system without locks
+            pass
+    return handle
 
 
 DIGESTS = "digests.json"

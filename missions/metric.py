@@ -176,42 +176,28 @@ class Metric:
     note: str = ""
     censored: bool = False
 
-
-@dataclass(frozen=True)
-class MetricRecord:
-    """Stored declaration of a ``Metric``, without its function."""
-
-    name: str
-    unit: str
-    better: Better
-    label: str
-    headline: bool = False
-    note: str = ""
-    censored: bool = False
-
-    @classmethod
-    def of(cls, metric: Metric) -> MetricRecord:
-        """Create the record of a metric."""
-        return cls(**{name: getattr(metric, name) for name in cls.__dataclass_fields__})
-
     def written(self) -> dict[str, Any]:
-        """Return the declaration for JSON."""
-        return {**vars(self), "better": self.better.value}
+        """Return the declaration, without its function, for JSON."""
+        return {name: value for name, value in vars(self).items() if name != "of"} | {"better": self.better.value}
 
     @classmethod
-    def read(cls, entry: Mapping[str, Any]) -> MetricRecord:
+    def read(cls, entry: Mapping[str, Any]) -> Metric:
         """Read a declaration from JSON; raise OutputError if incomplete or without valid direction."""
         try:
             better = Better(entry["better"])
             name, unit, label = (str(entry[key]) for key in ("name", "unit", "label"))
             headline, censored = bool(entry.get("headline")), bool(entry.get("censored"))
-            return cls(name, unit, better, label, headline, str(entry.get("note", "")), censored)
+            return cls(name, unit, better, label, _not_stored, headline, str(entry.get("note", "")), censored)
         except (KeyError, TypeError, ValueError):
             allowed = ", ".join(better.value for better in Better)
             raise OutputError(
                 f"not the declaration of a metric: {json.dumps(entry)}; "
                 f"it needs name, unit, label, and better: {allowed}"
             ) from None
+
+
+def _not_stored(run: MeasuredRun) -> None:
+    raise NotImplementedError("a stored declaration has no function")
 
 
 WHOLE = "it"

@@ -29,7 +29,7 @@ from missions.comparison.treatments import (
     paired_with,
     treatments_of,
 )
-from missions.metric import Metric, MetricRecord
+from missions.metric import Metric
 from missions.statistics import (
     Estimated,
     NoInterval,
@@ -75,7 +75,7 @@ def compare(
 
 def _rows(
     treatments: Mapping[Treatment, Outcomes],
-    declared: Mapping[str, MetricRecord],
+    declared: Mapping[str, Metric],
     name: str,
     baseline: str,
     by_strategy: bool,
@@ -105,7 +105,7 @@ def _rows(
 
 def _row(
     treatment: Treatment,
-    metric: MetricRecord,
+    metric: Metric,
     baseline: str,
     sample: Measured,
     runs: Outcomes,

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 from missions.comparison.treatments import Measured, Treatment, check_name, measured, treatments_of
 from missions.errors import OutputError
-from missions.metric import MetricRecord
+from missions.metric import Metric
 from missions.statistics import NoInterval, difference_interval
 from missions.sweeps.factorial import HIGH, FactorialDesign, Term
 from missions.sweeps.folder import SweepResults
@@ -90,7 +90,7 @@ def effects_of(results: SweepResults, metrics: Sequence[str] = ()) -> list[MainE
     return rows
 
 
-def _responses(results: SweepResults, design: FactorialDesign, metric: MetricRecord) -> dict[str, Response]:
+def _responses(results: SweepResults, design: FactorialDesign, metric: Metric) -> dict[str, Response]:
     """Values of a metric by condition, and their mean over several conditions."""
     levels = results.file.factors
     place = {

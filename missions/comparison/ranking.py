@@ -32,7 +32,7 @@ from missions.comparison.treatments import (
     values_of,
 )
 from missions.errors import OutputError
-from missions.metric import Better, MetricRecord
+from missions.metric import Better, Metric
 from missions.statistics import FEW, Array, least_p, step_down_p
 from missions.sweeps.folder import SweepResults
 
@@ -127,7 +127,7 @@ def ranks(results: SweepResults, metric: str) -> list[Rank]:
 
 
 def columns_of(
-    treatments: Mapping[Treatment, Outcomes], metric: MetricRecord, success: MetricRecord
+    treatments: Mapping[Treatment, Outcomes], metric: Metric, success: Metric
 ) -> list[dict[Treatment, Contender]]:
     """Group treatments with values of the metric by their conditions."""
     columns: dict[Treatment, dict[Treatment, Contender]] = defaultdict(dict)

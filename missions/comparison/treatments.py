@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from missions.errors import OutputError
-from missions.metric import MetricRecord
+from missions.metric import Metric
 from missions.statistics import (
     Estimated,
     NoInterval,
@@ -212,7 +212,7 @@ def _number(text: str) -> float:
         return 0.0
 
 
-def values_of(runs: Outcomes, metric: MetricRecord) -> dict[int, float]:
+def values_of(runs: Outcomes, metric: Metric) -> dict[int, float]:
     """Values of a metric by repeat.
 
     Failed runs have not completed. Censored runs count with their duration, which is the same for all, so the mean is
@@ -253,7 +253,7 @@ class Measured:
         return replace(self, values=dict.fromkeys(repeats, value), reached=reached)
 
 
-def measured(runs: Outcomes, metric: MetricRecord) -> Measured:
+def measured(runs: Outcomes, metric: Metric) -> Measured:
     """Values of a metric, see ``values_of``, with censoring."""
     values = values_of(runs, metric)
     constant = any(run.constant for run in runs.values())
@@ -264,11 +264,11 @@ def measured(runs: Outcomes, metric: MetricRecord) -> Measured:
     return Measured(values, reached, horizon, constant)
 
 
-def _has_reached(run: RunOutcome, metric: MetricRecord) -> bool:
+def _has_reached(run: RunOutcome, metric: Metric) -> bool:
     return run.completed if metric.name == MISSION_TIME else run.summary.get(metric.name) is not None
 
 
-def n_reached(runs: Outcomes, metric: MetricRecord) -> int | None:
+def n_reached(runs: Outcomes, metric: Metric) -> int | None:
     """Number of runs with the event of a censored metric; None for other metrics."""
     if not metric.censored:
         return None

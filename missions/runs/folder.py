@@ -17,10 +17,8 @@ from collections.abc import Callable, Iterator, Set
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from missions.disk import lock
 from missions.errors import OutputError
-
-if sys.platform != "win32":
-    import fcntl
 
 SUMMARY, MANIFEST, REPLAY = "summary.json", "manifest.json", "replay.html"
 FIGURES = (".png", ".svg", ".pdf", ".csv")
@@ -108,14 +106,9 @@ def _held(draft: Path, folder: Path) -> Iterator[None]:
     if sys.platform == "win32":
         yield
         return
-    held = os.open(draft, os.O_RDONLY)
+    if (held := lock(draft)) is None:
+        raise OutputError(f"--out {folder}: another run is writing this folder")
     try:
-        try:
-            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise OutputError(f"--out {folder}: another run is writing this folder") from None
-        except OSError:  # file system without locks
-            pass
         yield
     finally:
         os.close(held)

@@ -255,7 +255,8 @@ def _drive(
             given_out = {task.key for chunk in busy.values() for task in chunk}
             queue.waiting.extend(plan.due(folder.summaries, given_out))
         if progress is not None:
-            progress(len(folder.lines), len(folder.lines) + plan.schedule.n_missing(folder.summaries))
+            n_missing = sum(1 for _ in plan.schedule.missing(folder.summaries))
+            progress(len(folder.lines), len(folder.lines) + n_missing)
 
 
 def _is_death(error: Exception) -> bool:

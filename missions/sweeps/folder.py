@@ -1,54 +1,71 @@
 """Folder of a sweep: reading, and writing while it runs.
 
-``study.json`` records the study; another one is rejected unless it extends it. ``ledger.jsonl`` has a line per finished
-run. Everything else is derived: ``runs.parquet`` (a row per run, sorted by key), ``tables/`` (of sampled runs) and
-``parts/`` (during the sweep). Table libraries load on first use, so that ``remoras sweep --status`` is fast.
+``study.json`` records the study: version, tables, scenarios, digests of configurations and code. A sweep resumes only
+if every configuration is still there, with the same content and code; the study may have more. Declared metrics and
+labels allow analysis without importing the mission. ``ledger.jsonl`` has a line per finished run. Everything else is
+derived: ``runs.parquet`` (a row per run, by key), ``tables/`` (of sampled runs), ``parts/`` (during the sweep).
+Table libraries load on first use, so that ``remoras sweep --status`` is fast.
 """
 
 from __future__ import annotations
 
 import errno
+import hashlib
 import json
+import os
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cache, cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from missions.disk import drafted, not_as_noted, write_synced
-from missions.errors import DiskFullError, OutputError, StudyChangedError
-from missions.files import is_named, toml_value
-from missions.metric import TAKEN, Better, Metric, MetricRecord
+from missions.disk import drafted, lock, not_as_noted, write_synced
+from missions.errors import DiskFullError, MissionsError, OutputError, StudyChangedError
+from missions.files import is_named, shown, toml_value
+from missions.metric import NOT_APPLICABLE, TAKEN, Better, Metric
+from missions.sweeps.code import fingerprint, short
 from missions.sweeps.ledger import (
     DONE,
     FAILED,
     LEDGER,
     MACHINE_COLUMNS,
     FinishedRun,
-    FolderLock,
     Line,
     RunLedger,
     read_ledger,
 )
-from missions.sweeps.plan import Demand, RunSchedule
-from missions.sweeps.record import ASSUMED, DECLARATIONS, IDENTITY, LABELS, OWN, differences, read_label, record_of
+from missions.sweeps.plan import ConfigurationLabel, RunSchedule, run_content
 
 if TYPE_CHECKING:
+    import pyarrow as pa
+
+    from missions.scenarios import Scenario
     from missions.sweeps.factorial import FactorialDesign
     from missions.sweeps.plan import SweepPlan
     from missions.sweeps.study_file import StudyFile
 
 MOST_TABLE_BYTES = 500_000_000
 """Limit (bytes) on a study's tables, unless it sets the repeats to keep."""
-STUDY, STUDY_TEXT, RUNS, PARTS, TABLES = "study.json", "study.toml", "runs.parquet", "parts", "tables"
+STUDY, STUDY_TEXT, RUNS, PARTS, TABLES, LOCK = "study.json", "study.toml", "runs.parquet", "parts", "tables", "lock"
 DAMAGED = "lost or changed since it was written; run the same sweep with the same --out again: it makes it anew"
 MOST_DIFFERENCES = 20
 """Most differences between studies listed in a message."""
 CODE_CHANGED = (
     "the code that makes the runs has changed: go on all the same with --accept-code, which marks its runs; or "
 )
+DECLARATIONS, LABELS, IDENTITY, OWN, ASSUMED = "metrics", "labels", "id", "own_metrics", "assumed"
+"""Keys of the record that may differ when a sweep resumes."""
+UNCOMPARED = (DECLARATIONS, LABELS, IDENTITY, OWN, ASSUMED, "digests")
+FIXED = ("version", "study.study.name", "study.study.seed", "study.study.keep_tables")
+"""Keys that must not differ when a sweep resumes."""
+REPEATS = "study.study.repeats"
+OWN_METRICS = ".scenario.metrics"
+"""Suffix of the key of metrics named by a scenario."""
+LACK_IT = "; runs that were made lack it: `remoras compare DIR --metric FILE.py:METRIC` reads the tables that were kept"
+REPORTED = ("study.study.metrics", "study.study.baseline", "study.stopping")
+"""Keys that change metrics or number of runs, but no run."""
 
 
 @dataclass(frozen=True)
@@ -107,10 +124,10 @@ class SweepResults:
         tables.
         """
         own = self._record.get(OWN, ())
-        known = {name: self.metrics[name] for name in own if name in self.metrics}
+        known = {name: self.metrics[name].written() for name in own if name in self.metrics}
         new: dict[str, Metric] = {}
         for reference, metric in metrics.items():
-            if MetricRecord.of(metric) == known.get(metric.name) or metric in (*self.measured.values(), *new.values()):
+            if metric.written() == known.get(metric.name) or metric in (*self.measured.values(), *new.values()):
                 continue
             if metric.name in (*self.metrics, *TAKEN, *(own.name for own in new.values())):
                 allowed = "there is another field of that name; give the metric another one"
@@ -140,10 +157,9 @@ class SweepResults:
         """Study with the keys of its runs; raises OutputError for another version's record."""
         record = self._record
         try:
-            demand, labels = Demand.read(record["study"]), tuple(map(read_label, record.get(LABELS, ())))
-            rule = demand.stopping
+            labels, rule = tuple(map(read_label, record.get(LABELS, ()))), self.file.stopping
             restricted = rule is not None and bool(labels) and self._is_censored(rule.metric)
-            return RunSchedule(record["version"], demand, tuple(record["digests"]), labels, restricted)
+            return RunSchedule(record["version"], self.file, tuple(record["digests"]), labels, restricted)
         except (ValueError, TypeError, KeyError, AttributeError):
             raise self._unreadable() from None
 
@@ -173,15 +189,15 @@ class SweepResults:
         return any(entry["name"] == metric and entry.get("censored") for entry in self._record.get(DECLARATIONS, ()))
 
     @cached_property  # asked for each name
-    def metrics(self) -> dict[str, MetricRecord]:
+    def metrics(self) -> dict[str, Metric]:
         """Metrics that can be compared, by field; raises OutputError for damaged declarations."""
         if DECLARATIONS not in self._record:
             raise self._unreadable()
         try:
-            declared = [MetricRecord.read(entry) for entry in self._record[DECLARATIONS]]
+            declared = [Metric.read(entry) for entry in self._record[DECLARATIONS]]
         except OutputError as error:
             raise OutputError(f"{self.folder / STUDY}: {error}") from None
-        return {metric.name: metric for metric in [*declared, *map(MetricRecord.of, self.measured.values())]}
+        return {metric.name: metric for metric in (*declared, *self.measured.values())}
 
     @property
     def compared(self) -> tuple[str, ...]:
@@ -223,9 +239,7 @@ class SweepResults:
         with suppress(OutputError):  # unknown settings; the runs remain
             lines = self.schedule.labelled(lines)
         if self.measured:
-            from missions.sweeps.measuring import with_values
-
-            return with_values(lines, self.measured, self.schedule, self.kept_tables, self.arrow_table)
+            return _with_values(lines, self.measured, self.schedule, self.kept_tables, self.arrow_table)
         return lines
 
     def runs(self) -> Any:
@@ -266,7 +280,8 @@ class SweepResults:
     def status(self) -> SweepStatus:
         """Return the progress of the sweep."""
         lines = self.lines.values()
-        remaining = self.schedule.n_missing({key: line["summary"] for key, line in self.lines.items()})
+        summaries = {key: line["summary"] for key, line in self.lines.items()}
+        remaining = sum(1 for _ in self.schedule.missing(summaries))
         failed = sum(line["status"] == FAILED for line in lines)
         censored = sum(line["status"] == DONE and not line["summary"]["completed"] for line in lines)
         with_tables = sum(bool(line["tables"]) for line in lines)
@@ -302,7 +317,10 @@ class SweepFolder:
             raise OutputError(f"--out {folder}: holds the results of a single run; name another folder")
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            self._lock = FolderLock(folder)
+            held = lock(folder / LOCK, os.O_RDWR | os.O_CREAT)
+            if held is None:
+                raise OutputError(f"--out {folder}: another sweep is writing this folder")
+            self._lock = held
             try:
                 record[IDENTITY] = self._make_sure_of_study(record, force_new, accept_code)
                 write_synced(folder / STUDY_TEXT, plan.study.text)
@@ -312,7 +330,7 @@ class SweepFolder:
                 kept = (path for name in (PARTS, TABLES) for path in (folder / name).glob("[!.]*"))
                 self._table_bytes = sum(path.stat().st_size for path in kept)
             except BaseException:
-                self._lock.release()
+                os.close(held)
                 raise
         except OSError as error:
             full = error.errno in (errno.ENOSPC, errno.EDQUOT)
@@ -411,7 +429,7 @@ class SweepFolder:
     def close(self) -> None:
         """Close the ledger and release the lock."""
         self._ledger.close()
-        self._lock.release()
+        os.close(self._lock)
 
 
 def _set_aside(folder: Path) -> None:
@@ -459,3 +477,153 @@ def _array(values: list[Any]) -> Any:
     except (pa.ArrowInvalid, pa.ArrowTypeError):
         return pa.array([None if value is None else toml_value(value) for value in values])
     return array.cast(pa.float64()) if pa.types.is_null(array.type) else array
+
+
+def _with_values(
+    lines: Mapping[str, Line],
+    metrics: Mapping[str, Metric],
+    schedule: RunSchedule,
+    tables: Collection[str],
+    whole: Callable[[str], pa.Table],
+) -> dict[str, Line]:
+    """Return ledger lines with values of further metrics in the summaries, where tables exist.
+
+    ``schedule`` maps runs to configurations; ``whole`` returns a kept table of all runs. Raises PluginError if a metric
+    fails.
+    """
+    from missions.runs.reader import KeptRun, value_of
+
+    numbers = schedule.numbers(lines)
+    read = cache(whole)  # one table for all runs
+    changed = dict(lines)
+    for key, line in lines.items():
+        if line["status"] == DONE and line["tables"]:
+            run = KeptRun(
+                line["summary"], tables, partial(_own_rows, read, key), _scenario(schedule, key, numbers.get(key))
+            )
+            values = {metric.name: value_of(metric, run, f"{of}, run {key}") for of, metric in metrics.items()}
+            kept = {name: value for name, value in values.items() if value is not NOT_APPLICABLE}
+            changed[key] = {**line, "summary": {**line["summary"], **kept}}
+    return changed
+
+
+def _own_rows(whole: Callable[[str], pa.Table], key: str, name: str) -> pa.Table:
+    import pyarrow.compute as pc
+
+    table = whole(name)
+    return table.filter(pc.equal(table["key"], key))
+
+
+def _scenario(schedule: RunSchedule, key: str, number: int | None) -> Callable[[], Scenario]:
+    """Return a loader of a run's scenario, called only if a metric needs it."""
+
+    def scenario_of() -> Scenario:
+        from missions.scenarios import load
+
+        if number is None:
+            raise OutputError(f"run {key}: the folder does not record its scenario")
+        label = schedule.labels[number]
+        settings = [("study", f"{name}={toml_value(value)}") for name, value in label.settings]
+        try:
+            scenario = load(label.source, settings)
+        except MissionsError as error:
+            raise OutputError(f"run {key}: its scenario {label.source} cannot be loaded: {error}") from None
+        if hashlib.sha256(run_content(scenario).encode()).hexdigest() != schedule.digests[number]:
+            raise OutputError(f"run {key}: its scenario {label.source} is another one now; rows of tables can be read")
+        return scenario
+
+    return scenario_of
+
+
+def record_of(plan: SweepPlan) -> dict[str, Any]:
+    """Return the record of a study as JSON values."""
+    study = plan.study
+    scenarios = {
+        configuration.source: configuration.scenario.model_dump(mode="json")
+        for configuration in reversed(study.configurations)
+    }
+    assumed = [configuration.scenario.channel.assumed() for configuration in study.configurations]
+    record = {
+        "version": plan.schedule.version,
+        "study": study.file.model_dump(mode="json"),
+        "scenario": scenarios,
+        "code": fingerprint(configuration.scenario.model_dump(mode="json") for configuration in study.configurations),
+        DECLARATIONS: [metric.written() for metric in study.metrics.values()],
+        OWN: list(study.own_metrics),
+        "digests": plan.schedule.digests,
+        LABELS: [vars(label) for label in plan.schedule.labels],
+        **({ASSUMED: assumed} if any(assumed) else {}),
+    }
+    loaded: dict[str, Any] = json.loads(json.dumps(record))
+    return {IDENTITY: short({name: json.dumps(value) for name, value in loaded.items()}), **loaded}
+
+
+def read_label(entry: Mapping[str, Any]) -> ConfigurationLabel:
+    """Return a configuration label from JSON; raise TypeError or ValueError if malformed."""
+    label = ConfigurationLabel(**entry)
+    return replace(label, settings=tuple((str(key), value) for key, value in label.settings))
+
+
+def differences(path: Path, record: Mapping[str, Any], accept_code: bool = False) -> Iterator[str]:
+    """Yield a line per key that makes the runs of a stored record incompatible with another.
+
+    Runs are compatible if the other record has every configuration with the same content, seed and version, and asks
+    for no fewer repeats. ``accept_code`` ignores changed code.
+    """
+    try:
+        before = json.loads(path.read_text(encoding="utf-8"))
+        if not isinstance(before, dict):
+            raise TypeError("no table")
+        old, new = dict(_leaves(_compared(before))), dict(_leaves(_compared(record)))
+        lost = set(before["digests"]) - set(record["digests"])
+    except (ValueError, TypeError, KeyError):
+        yield f"{path.name} cannot be read"
+        return
+    changed = [key for key in [*old, *(key for key in new if key not in old)] if old.get(key) != new.get(key)]
+    changed = [key for key in changed if not (accept_code and key.startswith("code."))]
+    breaking = [key for key in changed if not _is_growth(key, old.get(key), new.get(key), bool(lost))]
+    for key in breaking:
+        was, now = (shown(side[key]) if key in side else "absent" for side in (old, new))
+        remedy = LACK_IT if key.endswith(OWN_METRICS) else ""
+        yield f"{key.removeprefix('study.')}: was {was}, now {now}{remedy}"
+    if lost and not breaking:
+        yield f"{len(lost)} of {len(before['digests'])} configurations are gone"
+
+
+def _compared(record: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the compared part of a record."""
+    compared = {key: value for key, value in record.items() if key not in UNCOMPARED}
+    if record["study"].get("stopping"):  # the rule sets the number of repeats
+        design = {key: value for key, value in record["study"]["study"].items() if key != "repeats"}
+        compared["study"] = {**record["study"], "study": design}
+    return compared
+
+
+def _is_growth(key: str, old: Any, new: Any, lost: bool) -> bool:
+    """True if a difference cannot invalidate runs; ``lost``: configurations are missing."""
+    if key in FIXED or (key.startswith("code.") and old is not None):
+        return False
+    if key.endswith(OWN_METRICS):
+        return set(new or ()) <= set(old or ())
+    if key == REPEATS:
+        return old is None or new is None or new >= old
+    if key.startswith(REPORTED) or not lost:
+        return True
+    return isinstance(old, list) and isinstance(new, list) and all(value in new for value in old)
+
+
+def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield dotted keys and values of nested tables; lists of tables use entry names.
+
+    >>> list(_leaves({"a": [{"name": "x", "b": [1, 2]}]}))
+    [('a.x.name', 'x'), ('a.x.b', [1, 2])]
+    """
+    if isinstance(value, dict):
+        for key, entry in value.items():
+            yield from _leaves(entry, f"{path}.{key}".removeprefix("."))
+    elif isinstance(value, list) and any(isinstance(entry, dict) for entry in value):
+        for number, entry in enumerate(value, 1):
+            name = entry.get("name", number) if isinstance(entry, dict) else number
+            yield from _leaves(entry, f"{path}.{name}")
+    else:
+        yield path, value

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 import os
-import sys
 import zlib
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
@@ -20,10 +19,7 @@ from typing import Any
 from missions.disk import synced
 from missions.errors import OutputError
 
-if sys.platform != "win32":
-    import fcntl
-
-LEDGER, LOCK = "ledger.jsonl", "lock"
+LEDGER = "ledger.jsonl"
 DONE, FAILED = "done", "failed"
 """Outcome of a run: a summary, or an error."""
 MACHINE_COLUMNS = ("wall_s", "cpu_s", "host", "worker", "finished_at")
@@ -99,24 +95,6 @@ class RunLedger:
 
     def close(self) -> None:
         """Close the file."""
-        os.close(self._file)
-
-
-class FolderLock:
-    """Lock of a folder, released at process exit; raises OutputError if held elsewhere."""
-
-    def __init__(self, folder: Path) -> None:
-        self._file = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT, 0o644)
-        if sys.platform == "win32":
-            return
-        try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            os.close(self._file)
-            raise OutputError(f"--out {folder}: another sweep is writing this folder") from None
-
-    def release(self) -> None:
-        """Release the lock."""
         os.close(self._file)
 
 

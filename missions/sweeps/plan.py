@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from missions.scenarios import Scenario
     from missions.sweeps.ledger import Line
     from missions.sweeps.study import Configuration, Study
-    from missions.sweeps.study_file import StudyFile
+    from missions.sweeps.study_file import StoppingRule, StudyFile
 
 UNFORESEEN = "unforeseen"
 """Column of the table of runs with the name of the unforeseen case."""
@@ -97,46 +97,6 @@ class ConfigurationLabel:
 
 
 @dataclass(frozen=True)
-class StoppingLimits:
-    """Limits of the stopping rule; see ``StoppingRule`` of study files."""
-
-    metric: str
-    minimum: int
-    maximum: int
-    half_width: float | None = None
-    half_width_share: float | None = None
-
-    def is_met(self, half_width: float, mean: float) -> bool:
-        """True if the half-width of the mean's interval is within a limit."""
-        limits = [] if self.half_width is None else [self.half_width]
-        limits += [] if self.half_width_share is None else [self.half_width_share * abs(mean)]
-        return any(half_width <= limit for limit in limits)
-
-
-@dataclass(frozen=True)
-class Demand:
-    """Repeats or stopping rule that a study sets for every configuration."""
-
-    seed: int
-    repeats: int
-    stopping: StoppingLimits | None = None
-
-    @classmethod
-    def of(cls, file: StudyFile) -> Demand:
-        """Return the demand of a study file."""
-        return cls.read(file.model_dump(mode="json"))
-
-    @classmethod
-    def read(cls, tables: Mapping[str, Any]) -> Demand:
-        """Return the demand in a study's recorded tables; raise KeyError or TypeError if damaged."""
-        design, rule = tables["study"], tables.get("stopping")
-        numbers = [design["seed"], design["repeats"], *((rule["minimum"], rule["maximum"]) if rule else ())]
-        if not all(isinstance(number, int) for number in numbers):
-            raise TypeError(f"expected whole numbers, not {numbers}")
-        return cls(design["seed"], design["repeats"], StoppingLimits(**rule) if rule else None)
-
-
-@dataclass(frozen=True)
 class RunSchedule:
     """Keys of the runs of a study, sufficient for its progress without scenarios.
 
@@ -145,7 +105,7 @@ class RunSchedule:
     """
 
     version: str
-    demand: Demand
+    file: StudyFile
     digests: tuple[str, ...]
     labels: tuple[ConfigurationLabel, ...] = ()
     restricted: bool = False
@@ -153,7 +113,7 @@ class RunSchedule:
     def key(self, number: int, repeat: int) -> str:
         """Return the key of a repeat of a configuration."""
         if (key := self._keys.get((number, repeat))) is None:
-            seed = seed_of(self.demand.seed, repeat)
+            seed = seed_of(self.file.study.seed, repeat)
             key = hashlib.sha256(f"{self.version} {self.digests[number]} {seed}".encode()).hexdigest()[:20]
             self._keys[number, repeat] = key
         return key
@@ -188,9 +148,9 @@ class RunSchedule:
 
     def _demanded(self, number: int, summaries: Summaries) -> int:
         """Return the repeats that the study demands."""
-        rule = self.demand.stopping
+        rule = self.file.stopping
         if rule is None:
-            return self.demand.repeats
+            return self.file.study.repeats
         values: list[float | None] = []
         for repeat in range(rule.maximum):
             summary = summaries.get(self.key(number, repeat))
@@ -200,24 +160,29 @@ class RunSchedule:
             values.append(self.labels[number].duration_s if value is None and self.restricted else value)
         return repeats_needed(rule, values)
 
-    def n_missing(self, summaries: Summaries) -> int:
-        """Count the runs needed and not finished."""
-        return sum(
-            self.key(number, repeat) not in summaries
-            for number in range(len(self.digests))
-            for repeat in range(self.repeats(number, summaries))
-        )
+    def missing(self, summaries: Summaries, busy: Collection[str] = ()) -> Iterator[tuple[int, int]]:
+        """Yield configuration and repeat of the runs needed, not finished and not ``busy``, first repeats first."""
+        needed = [self.repeats(number, summaries) for number in range(len(self.digests))]
+        for repeat in range(max(needed, default=0)):
+            for number, repeats in enumerate(needed):
+                if repeat < repeats:
+                    key = self.key(number, repeat)
+                    if key not in summaries and key not in busy:
+                        yield number, repeat
+
+    def numbers(self, lines: Mapping[str, Line]) -> dict[str, int]:
+        """Return the configurations of runs by key, where the folder describes them."""
+        n_repeats = 1 + max((line["repeat"] for line in lines.values()), default=-1)
+        known = {self.key(number, repeat): number for number in range(len(self.labels)) for repeat in range(n_repeats)}
+        return {key: known[key] for key in lines if key in known}
 
     def labelled(self, lines: Mapping[str, Line]) -> dict[str, Line]:
         """Return ledger lines with the study's current settings of their configurations.
 
         A study that has grown may set keys that it left to the scenario before; the runs are the same.
         """
-        n_repeats = 1 + max((line["repeat"] for line in lines.values()), default=-1)
-        label_of = {
-            self.key(number, repeat): label for number, label in enumerate(self.labels) for repeat in range(n_repeats)
-        }
-        return {key: label_of[key].on(line) if key in label_of else line for key, line in lines.items()}
+        numbers = self.numbers(lines)
+        return {key: self.labels[numbers[key]].on(line) if key in numbers else line for key, line in lines.items()}
 
 
 @dataclass(frozen=True)
@@ -234,7 +199,7 @@ class SweepPlan:
             for configuration in self.study.configurations
         )
         labels = map(ConfigurationLabel.of, self.study.configurations)
-        return RunSchedule(version(), Demand.of(self.study.file), tuple(digests), tuple(labels), self._is_restricted)
+        return RunSchedule(version(), self.study.file, tuple(digests), tuple(labels), self._is_restricted)
 
     @property
     def _is_restricted(self) -> bool:
@@ -258,23 +223,13 @@ class SweepPlan:
 
     def due(self, summaries: Summaries, busy: Collection[str] = ()) -> Iterator[RunTask]:
         """Yield missing runs known to be needed, except ``busy`` ones; the first repeat decides."""
-        for number, repeat in self._missing(summaries, busy):
+        for number, repeat in self.schedule.missing(summaries, busy):
             if self.schedule.is_known(number, repeat, summaries):
                 yield self.task(number, repeat)
 
     def missing(self, summaries: Summaries) -> Iterator[RunTask]:
         """Yield runs needed and not finished, first repeats first."""
-        return (self.task(number, repeat) for number, repeat in self._missing(summaries, ()))
-
-    def _missing(self, summaries: Summaries, busy: Collection[str]) -> Iterator[tuple[int, int]]:
-        schedule = self.schedule
-        needed = [schedule.repeats(number, summaries) for number in range(len(schedule.digests))]
-        for repeat in range(max(needed, default=0)):
-            for number, repeats in enumerate(needed):
-                if repeat < repeats:
-                    key = schedule.key(number, repeat)
-                    if key not in summaries and key not in busy:
-                        yield number, repeat
+        return (self.task(number, repeat) for number, repeat in self.schedule.missing(summaries))
 
 
 def outcome(summary: Mapping[str, Any], but: Collection[str] = ()) -> dict[str, Any]:
@@ -282,7 +237,7 @@ def outcome(summary: Mapping[str, Any], but: Collection[str] = ()) -> dict[str, 
     return {name: value for name, value in summary.items() if name not in OF_THE_SEED and name not in but}
 
 
-def repeats_needed(rule: StoppingLimits, values: Sequence[float | None]) -> int:
+def repeats_needed(rule: StoppingRule, values: Sequence[float | None]) -> int:
     """Return the repeats that a stopping rule demands, given the first repeats' values in order.
 
     It is evaluated at the minimum and after every further half of it. A missing value (None, such as a failed run)

@@ -45,20 +45,6 @@ from worldmodel import suggestion
 OPTION = "--strategy"
 
 
-def with_strategies(listed: Sequence[str], added: Iterable[str]) -> tuple[tuple[str, ...], list[ConfigurationFault]]:
-    """Append strategies, as for ``load_study``, to a list; return it and the faults."""
-    strategies, faults = list(listed), []
-    for strategy in added:
-        try:
-            name = importable(strategy)
-            strategy_named(name)
-        except PluginError as error:
-            faults.append(ConfigurationFault(OPTION, f'"{strategy}"', str(error)))
-        else:
-            strategies += [] if name in strategies else [name]
-    return tuple(strategies), faults
-
-
 Settings = tuple[StudySetting, ...]
 FAULT = "fault"
 """Scenario key of the faults of a run."""
@@ -267,8 +253,20 @@ def _with_strategies(file: StudyFile, added: Sequence[str], folder: Path) -> tup
     if file.study.strategies is None:
         sources = (_source(name, folder, shipped()) for name in file.study.scenario)
         listed = dict.fromkeys(load(source).strategy.name for source in sources if source is not None)
-    names, faults = with_strategies(tuple(listed), added)
-    return file.model_copy(update={"study": file.study.model_copy(update={"strategies": names})}), faults
+    strategies, faults = list(listed), []
+    for strategy in added:
+        try:
+            name = importable(strategy)
+            strategy_named(name)
+        except PluginError as error:
+            faults.append(ConfigurationFault(OPTION, f'"{strategy}"', str(error)))
+        else:
+            strategies += [] if name in strategies else [name]
+    return _designed(file, strategies=tuple(strategies)), faults
+
+
+def _designed(file: StudyFile, **changes: Any) -> StudyFile:
+    return file.model_copy(update={"study": file.study.model_copy(update=changes)})
 
 
 def _with_own_metrics(file: StudyFile, folder: Path) -> tuple[StudyFile, tuple[str, ...], list[ConfigurationFault]]:
@@ -289,11 +287,7 @@ def _with_own_metrics(file: StudyFile, folder: Path) -> tuple[StudyFile, tuple[s
             own[reference] = None
     if not own:
         return file, (), faults
-    return (
-        file.model_copy(update={"study": file.study.model_copy(update={"metrics": tuple(names)})}),
-        tuple(own),
-        faults,
-    )
+    return _designed(file, metrics=tuple(names)), tuple(own), faults
 
 
 def _resolved(
@@ -407,4 +401,4 @@ def _with_metrics(file: StudyFile, metrics: Mapping[str, Metric]) -> StudyFile:
     if file.study.metrics is not None:
         return file
     headline = tuple(name for name, metric in metrics.items() if metric.headline)
-    return file.model_copy(update={"study": file.study.model_copy(update={"metrics": headline})})
+    return _designed(file, metrics=headline)

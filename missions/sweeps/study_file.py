@@ -202,6 +202,11 @@ class StoppingRule(Section):
     minimum: int = Field(10, ge=2, strict=True, description="minimum repeats")
     maximum: int = Field(ge=2, le=1_000_000, strict=True, description="maximum repeats; replaces study.repeats")
 
+    def is_met(self, half_width: float, mean: float) -> bool:
+        """True if the half-width of the mean's interval is within a limit."""
+        of_mean = None if self.half_width_share is None else self.half_width_share * abs(mean)
+        return any(half_width <= limit for limit in (self.half_width, of_mean) if limit is not None)
+
 
 class Unforeseen(Section):
     """One ``[[unforeseen]]``: an event that the mission plan does not consider."""

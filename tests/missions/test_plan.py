@@ -6,10 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sweeping import study_text, written
 
-from missions.sweeps.plan import StoppingLimits, SweepPlan, repeats_needed, seed_of
+from missions.sweeps.plan import SweepPlan, repeats_needed, seed_of
 from missions.sweeps.study import load_study
+from missions.sweeps.study_file import StoppingRule
 
-RULE = StoppingLimits(metric="n_bytes", half_width=1.0, minimum=4, maximum=10)
+RULE = StoppingRule(metric="n_bytes", half_width=1.0, minimum=4, maximum=10)
 
 
 def plan_of(tmp_path: Path, text: str) -> SweepPlan:
@@ -45,10 +46,10 @@ def test_a_rule_may_be_a_share_of_the_mean_and_of_two_limits_the_first_counts() 
     """Student's half-width of 99, 101, 99, 101 is 3.18 * 1.155 / 2 = 1.84: above 1, below 2 % of the mean."""
     values = [99.0, 101.0, 99.0, 101.0]
     limits = {"metric": "n_bytes", "minimum": 4, "maximum": 10}
-    assert repeats_needed(StoppingLimits(half_width_share=0.02, **limits), values) == 4
-    assert repeats_needed(StoppingLimits(half_width_share=0.018, **limits), values) == 6
-    assert repeats_needed(StoppingLimits(half_width=1.0, half_width_share=0.02, **limits), values) == 4
-    assert repeats_needed(StoppingLimits(half_width=1.0, half_width_share=0.018, **limits), values) == 6
+    assert repeats_needed(StoppingRule(half_width_share=0.02, **limits), values) == 4
+    assert repeats_needed(StoppingRule(half_width_share=0.018, **limits), values) == 6
+    assert repeats_needed(StoppingRule(half_width=1.0, half_width_share=0.02, **limits), values) == 4
+    assert repeats_needed(StoppingRule(half_width=1.0, half_width_share=0.018, **limits), values) == 6
 
 
 def test_runs_that_never_got_there_count_in_a_rule_with_their_duration(tmp_path: Path) -> None:

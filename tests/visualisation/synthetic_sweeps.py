@@ -15,12 +15,12 @@ from missions.comparison.baseline import compare
 from missions.comparison.rows import Comparison
 from missions.comparison.treatments import FIELDS
 from missions.mapping.metrics import METRICS as MAPPING_METRICS
-from missions.metric import Metric, MetricRecord
+from missions.metric import Metric
 from missions.runs.metrics import CORE_METRICS
 from missions.sweeps.factorial import HIGH, designed
 from missions.sweeps.folder import STUDY, SweepResults
 from missions.sweeps.ledger import DONE, FAILED, LEDGER
-from missions.sweeps.plan import Demand, RunSchedule, seed_of
+from missions.sweeps.plan import RunSchedule, seed_of
 from missions.sweeps.study_file import StudyFile
 
 METRICS = (*CORE_METRICS, *MAPPING_METRICS)
@@ -104,9 +104,9 @@ class Sweep:
         )
         digests = [hashlib.sha256(repr(cell).encode()).hexdigest() for cell in cells]
         study = {"version": "9.8.7", "study": file.model_dump(mode="json"), "scenario": {}, "digests": digests}
-        study["metrics"] = [MetricRecord.of(metric).written() for metric in self.declared]
+        study["metrics"] = [metric.written() for metric in self.declared]
         (folder / STUDY).write_text(json.dumps(study), encoding="utf-8")
-        schedule = RunSchedule("9.8.7", Demand.of(file), tuple(digests))
+        schedule = RunSchedule("9.8.7", file, tuple(digests))
         lines = [
             self._line(schedule.key(number, repeat), repeat, *cell)
             for number, cell in enumerate(cells)

@@ -11,13 +11,13 @@ from matplotlib.axes import Axes
 from synthetic_sweeps import FEW, SEVEN, Sweep, law, rows_of
 
 from missions.comparison import Comparison
-from missions.metric import Better, MetricRecord
+from missions.metric import Better, Metric
 from visualisation import style
 from visualisation.output import DrawingError
 from visualisation.sweeps import charts
 from visualisation.sweeps.arrangement import arranged, by_kind, figure_kind, measure
 
-TIME = MetricRecord("mission_time_s", "s", Better.LOWER, "mission time")
+TIME = Metric("mission_time_s", "s", Better.LOWER, "mission time", lambda run: run.end_s)
 
 
 def chart(rows: list[Comparison]) -> Axes:
@@ -114,7 +114,7 @@ def test_a_long_label_is_cut_before_its_unit(tmp_path: Path, monkeypatch: pytest
 # Metrics on axes: all from their declarations
 
 
-ENERGY = MetricRecord("energy_j", "J", Better.LOWER, "energy")
+ENERGY = Metric("energy_j", "J", Better.LOWER, "energy", lambda run: 0.0)
 
 
 @pytest.fixture

@@ -17,7 +17,7 @@ from synthetic_sweeps import FEW, METRICS, SEVEN, SWEEPS, TEN, Sweep, law
 
 from missions.comparison import compare, ranks
 from missions.errors import OutputError
-from missions.metric import Better, Metric, MetricRecord
+from missions.metric import Better, Metric
 from missions.statistics import INTERVALS_OF_DIFFERENCES, INTERVALS_OF_MEANS
 from missions.sweeps.folder import SweepResults
 from visualisation import SWEEP_KINDS, style
@@ -26,7 +26,7 @@ from visualisation.sweeps import draw_sweep_figures, ranking, sweep_picture
 from visualisation.sweeps.arrangement import RANKED, arranged, by_kind
 from visualisation.sweeps.comparison import _charts, _file_name, _numbers
 
-CHARTS = by_kind([MetricRecord.of(metric) for metric in METRICS])
+CHARTS = by_kind(METRICS)
 DRAWN = ("mission-time", "success-rate", "coverage", "double-work", "bytes", "energy", "latency", "consistency-time")
 """Charts of metrics that the made-up runs have."""
 COUNTING_FAILURES = ("mission-time", "success-rate", "differences", "ranking")
