@@ -16,7 +16,7 @@ from pathlib import Path
 from statistics import fmean
 
 from missions.benchmark.card import read_strategies
-from missions.benchmark.scoring import Scored, against
+from missions.benchmark.running import Scored, against
 from missions.comparison.treatments import SIGNIFICANT
 from missions.statistics import step_down_p
 from remoras.strategies import strategies

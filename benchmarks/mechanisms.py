@@ -20,8 +20,8 @@ from typing import Any
 from unittest import mock
 
 from exchange.policy.acknowledgement import PacketLog
+from missions.runs.results import summary
 from missions.runs.run import run
-from missions.runs.summary import summary
 from missions.scenarios import load
 from missions.statistics import t_half_width
 from remoras.executive.satisfaction import motivation

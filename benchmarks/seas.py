@@ -18,9 +18,9 @@ from typing import Any, NamedTuple
 from benchmarks.measuring import row
 from exchange.channel.network import network_of
 from missions.runs.assembly import assemble
+from missions.runs.results import summary
 from missions.runs.run import run
 from missions.runs.setup import resolved
-from missions.runs.summary import summary
 from missions.scenarios import load
 from missions.statistics import t_half_width
 

@@ -1,18 +1,34 @@
-"""Durable files: atomic writes that survive a power cut, and digests."""
+"""Durable files: atomic writes that survive a power cut, replacement of results folders, digests.
+
+New results are written beside the folder, then exchanged with it: a kill at any moment leaves the old or the new run.
+Tables and figures (with captions) of the old run are removed; other files stay. The mechanism also serves other
+content. A folder that cannot be moved (current directory, mount point, no results yet) is updated file by file; readers
+reject it until the last file is in place.
+"""
 
 from __future__ import annotations
 
+import ctypes
 import hashlib
 import json
 import os
 import shutil
 import sys
-from collections.abc import Iterator
+import tempfile
+from collections.abc import Callable, Iterator, Set
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from missions.errors import OutputError
+
 if sys.platform != "win32":
     import fcntl
+
+SUMMARY, MANIFEST, REPLAY = "summary.json", "manifest.json", "replay.html"
+FIGURES = (".png", ".svg", ".pdf", ".csv")
+"""Suffixes of figures and their data; a text file of the same name marks a run's figure."""
+AT_WORKING_FOLDER, EXCHANGE = -100, 2
+"""Arguments of the system call ``renameat2``."""
 
 
 def synced(*paths: Path) -> None:
@@ -55,7 +71,7 @@ def drafted(path: Path, lasts: bool = False) -> Iterator[Path]:
 
 
 def _clear(path: Path) -> None:
-    if path.is_dir():
+    if path.is_dir() and not path.is_symlink():
         shutil.rmtree(path)
     else:
         path.unlink(missing_ok=True)
@@ -108,3 +124,156 @@ def _digest(path: Path) -> str | None:
         return hashlib.sha256(path.read_bytes()).hexdigest()
     except OSError:
         return None
+
+
+def check_output(folder: Path, force: bool) -> None:
+    """Raise OutputError unless results can be written to ``folder`` without data loss."""
+    try:
+        _recover(folder)
+        if folder.exists() and not folder.is_dir():
+            raise OutputError(f"--out {folder}: is a file; name a folder")
+        if (folder / "ledger.jsonl").exists():
+            raise OutputError(f"--out {folder}: holds a sweep; name another folder")
+        if folder.is_dir() and any(folder.iterdir()) and not force:
+            raise OutputError(f"--out {folder}: exists and is not empty; name another folder or add --force")
+        parent = folder if folder.is_dir() else folder.parent
+        while not parent.exists():
+            parent = parent.parent
+        with tempfile.TemporaryFile(dir=parent):
+            pass
+    except OSError as error:
+        raise OutputError(f"--out {folder}: cannot be written: {error.strerror}") from None
+
+
+def files_of_run(names: Set[str]) -> set[str]:
+    """Return the files that a run wrote or that were plotted from it; none without results."""
+    if SUMMARY not in names:
+        return set()
+    captions = {Path(name).stem for name in names if name.endswith(".txt")}
+    figures = {Path(name).stem for name in names if name.endswith(FIGURES)} & captions
+    drawn = {name for name in names if Path(name).stem in figures and name.endswith((*FIGURES, ".txt"))}
+    return drawn | {name for name in names if name in {SUMMARY, MANIFEST, REPLAY} or name.endswith(".parquet")}
+
+
+@contextmanager
+def new_content(
+    folder: Path, of_older: Callable[[Set[str]], set[str]] = files_of_run, last: str | None = MANIFEST
+) -> Iterator[Path]:
+    """Yield an empty folder that replaces ``folder`` at the end, or is removed after an error.
+
+    ``of_older`` selects the names of files to remove. Without the file ``last``, readers find nothing. Raises
+    OutputError if another run is writing the folder, OSError if it cannot be written.
+    """
+    place = folder.resolve()
+    _recover(place)
+    place.parent.mkdir(parents=True, exist_ok=True)
+    in_place = place.is_dir() and not _can_be_moved(place, of_older)
+    draft = place / ".draft" if in_place else _beside(place, "draft")
+    with _held(draft, folder):
+        for left_over in draft.iterdir():  # by a killed run
+            _clear(left_over)
+        try:
+            yield draft
+            if in_place:
+                _fill(place, draft, of_older, last)
+            else:
+                _exchange(place, draft, of_older)
+        finally:
+            shutil.rmtree(draft, ignore_errors=True)
+
+
+def _beside(place: Path, what: str) -> Path:
+    return place.with_name(f".{place.name}-{what}")
+
+
+def _names(place: Path) -> set[str]:
+    return {path.name for path in place.iterdir()}
+
+
+def _can_be_moved(place: Path, of_older: Callable[[Set[str]], set[str]]) -> bool:
+    """True if a folder has only replaceable content and is neither in use nor mounted."""
+    if (names := _names(place)) and not of_older(names):
+        return False
+    if Path.cwd().is_relative_to(place) or place.is_mount():
+        return False
+    return os.access(place.parent, os.W_OK)
+
+
+@contextmanager
+def _held(draft: Path, folder: Path) -> Iterator[None]:
+    """Lock the draft against other runs; the system releases it at process exit."""
+    draft.mkdir(exist_ok=True)
+    if sys.platform == "win32":
+        yield
+        return
+    if (held := lock(draft)) is None:
+        raise OutputError(f"--out {folder}: another run is writing this folder")
+    try:
+        yield
+    finally:
+        os.close(held)
+
+
+def _exchange(place: Path, draft: Path, of_older: Callable[[Set[str]], set[str]]) -> None:
+    """Replace a folder by a draft, carrying over the files to keep."""
+    if not place.is_dir():
+        draft.rename(place)
+        return
+    gone = of_older(_names(place))
+    shutil.copytree(
+        place,
+        draft,
+        symlinks=True,
+        ignore=lambda folder, names: gone if Path(folder) == place else set(),
+        copy_function=_linked,
+        dirs_exist_ok=True,
+    )
+    if not _swapped(place, draft):
+        before = _beside(place, "before")
+        place.rename(before)
+        try:
+            draft.rename(place)
+        except OSError:
+            before.rename(place)
+            raise
+        shutil.rmtree(before, ignore_errors=True)
+
+
+def _swapped(path: Path, other: Path) -> bool:
+    """Exchange two folder names atomically; return False if unsupported."""
+    if sys.platform != "linux":
+        return False
+    exchange = getattr(ctypes.CDLL(None), "renameat2", None)
+    if exchange is None:
+        return False
+    names = os.fsencode(path), os.fsencode(other)
+    return bool(exchange(AT_WORKING_FOLDER, names[0], AT_WORKING_FOLDER, names[1], EXCHANGE) == 0)
+
+
+def _recover(folder: Path) -> None:
+    """Complete or undo a two-step exchange that was interrupted."""
+    before = _beside(folder.resolve(), "before")
+    if not before.is_dir():
+        return
+    if folder.exists():
+        shutil.rmtree(before, ignore_errors=True)
+    else:
+        before.rename(folder)
+
+
+def _fill(place: Path, draft: Path, of_older: Callable[[Set[str]], set[str]], last: str | None) -> None:
+    """Move a draft's files into a folder, ``last`` at the end."""
+    if last is not None:
+        (place / last).unlink(missing_ok=True)
+    for name in sorted(of_older(_names(place)), key=lambda name: name == SUMMARY):
+        (place / name).unlink(missing_ok=True)
+    for path in sorted(draft.iterdir(), key=lambda path: path.name == last):
+        path.replace(place / path.name)
+
+
+def _linked(source: str, target: str) -> None:
+    """Hard-link a file, or copy it where links are unsupported."""
+    with suppress(OSError):
+        os.link(source, target, follow_symlinks=False)
+        return
+    shutil.copy2(source, target, follow_symlinks=False)

@@ -10,6 +10,8 @@ from __future__ import annotations
 import importlib
 import pkgutil
 import re
+from collections import Counter
+from collections.abc import Iterable, Iterator
 from enum import StrEnum
 from functools import cache
 from typing import Any
@@ -19,6 +21,10 @@ SEAM_OF_KINDS = "missions.scenarios.faults"
 NAMED_KIND = re.compile(r"[\w.]+:\w+")
 EMPTY = "energy"
 """Kind of table row for an empty battery, which needs no declaration."""
+
+
+OVER = "over"
+"""Detail of a row in the table of faults at the end of a fault."""
 
 
 class Absence(StrEnum):
@@ -62,3 +68,18 @@ def absence(kind: str) -> Absence | None:
     found = kind_of_row(kind)
     of_kind: Absence | None = None if found is None else found.ABSENCE
     return of_kind
+
+
+def absences(faults: Iterable[tuple[float, str, str, str]]) -> Iterator[tuple[float, str, bool]]:
+    """Yield time (s), vehicle and whether it is absent from then on, from rows of the table of faults.
+
+    A vehicle is back once all of its faults are over.
+    """
+    n_faults: Counter[str] = Counter()
+    for time_s, vehicle, kind, detail in faults:
+        if absence(kind) is None:
+            continue
+        before = n_faults[vehicle]
+        n_faults[vehicle] += -1 if detail == OVER else 1
+        if (before == 0) != (n_faults[vehicle] == 0):
+            yield time_s, vehicle, n_faults[vehicle] != 0

@@ -15,9 +15,8 @@ import tomli_w
 from missions.errors import OutputError
 from missions.runs.assembly import assemble
 from missions.runs.reader import RunReader
-from missions.runs.results import MemoryResults
+from missions.runs.results import MemoryResults, identity
 from missions.runs.run import Root, result_of, settled_of
-from missions.runs.summary import identity
 from missions.runs.tables import arrow_table
 from remoras.api import Run
 from remoras.recorder import PACKETS, Row

@@ -11,11 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from missions.fault import Absence, absence
+from missions.fault import OVER, Absence, absence
 from missions.figure import PointM, RunResults
-
-OVER = "over"
-"""Detail of a row in the table of faults at the end of a fault."""
 
 
 class Span(NamedTuple):

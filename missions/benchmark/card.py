@@ -1,4 +1,4 @@
-"""Result card: a citable, verifiable file of a benchmark.
+"""Result card: a citable, verifiable file of a benchmark, and its tables.
 
 It contains the digests of suite and code, and every run. Equal runs give equal bytes, interrupted or not; nothing in it
 depends on the machine.
@@ -10,21 +10,22 @@ import hashlib
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from missions.benchmark.running import Contest
-from missions.benchmark.scoring import DIGITS, CellRun, Scored
+from missions.benchmark.running import DIGITS, CellRun, Contest, Scored, against
 from missions.benchmark.suite import Cell, Suite
 from missions.errors import OutputError
 from missions.files import text_of
+from missions.statistics import FEW
 from missions.sweeps.code import fingerprint, short
 from missions.sweeps.plan import SweepPlan, version
 from missions.sweeps.worker import run_task
+from remoras.strategies import bounds
 
 CARD = "card.json"
-COLUMNS = ("repeat", "seed", "bound_s", "time_s", "completed", "n_bytes", "wrong_belief_fraction", "failed", "silenced")
+COLUMNS = tuple(field.name for field in fields(CellRun))
 """Columns of a run in a card, in this order."""
 LEAST_DRAWN = 10
 """Minimum number of runs that a verifier repeats."""
@@ -72,8 +73,8 @@ def figures(strategy: Scored, suite: Suite) -> dict[str, Any]:
         "completed": round(strategy.completed_share, DIGITS),
         "worst_cell": strategy.worst.label,
         "worst": round(strategy.by_cell[strategy.worst], DIGITS),
-        "bytes": _rounded(strategy.mean_bytes),
-        "wrong_beliefs": _rounded(strategy.mean_wrong),
+        "bytes": _mean_of([run.n_bytes for run in strategy.runs]),
+        "wrong_beliefs": _mean_of([run.wrong_belief_fraction for run in strategy.runs]),
         "runs_silenced": sum(run.silenced > 0 for run in strategy.runs),
         f"minus_{alike}": {
             other: [round(mean, DIGITS), interval and list(interval)] for other, (mean, interval) in shapes.items()
@@ -203,5 +204,119 @@ def _made_again(
         yield f"{strategies[place].name}, {contest.suite.cells[at].label}, repeat {run.repeat}", "; ".join(other)
 
 
-def _rounded(value: float | None) -> float | None:
-    return None if value is None else round(value, DIGITS)
+def _mean_of(values: Sequence[float | None]) -> float | None:
+    known = [value for value in values if value is not None]
+    return round(math.fsum(known) / len(known), DIGITS) if known else None
+
+
+HEADS = ("strategy", "score [95 %]", "completed", "worst cell", "bytes", "wrong beliefs", "instances")
+
+
+class ScoreTable:
+    """Rows of strategies, best first, ranked with ``others`` of another card of the suite."""
+
+    def __init__(
+        self, card: Mapping[str, Any], scored: Sequence[Scored], others: Sequence[tuple[Mapping[str, Any], Scored]] = ()
+    ) -> None:
+        self.card = card
+        self._first = scored[0]
+        own = list(zip(card["strategies"], scored, strict=True))
+        named = {strategy.reference for strategy in scored}
+        own += [(entry, strategy) for entry, strategy in others if strategy.reference not in named]
+        self._rows = sorted(own, key=lambda row: (-row[0]["score"], row[0]["name"]))
+
+    @property
+    def heads(self) -> tuple[str, ...]:
+        """Column headings."""
+        return (*HEADS, f"{self._first.name} minus it [95 %]")
+
+    def rows(self) -> Iterator[tuple[str, ...]]:
+        """Yield the entries of each row."""
+        for entry, strategy in self._rows:
+            mark = " (bound)" if strategy.reference in bounds() else ""
+            yield (
+                entry["name"] + mark,
+                with_interval(entry["score"], entry["interval"]),
+                f"{100.0 * entry['completed']:.1f} %",
+                f"{entry['worst']:.3f} ({entry['worst_cell']})",
+                "-" if entry["bytes"] is None else f"{entry['bytes']:.0f}",
+                "-" if entry["wrong_beliefs"] is None else f"{100.0 * entry['wrong_beliefs']:.1f} %",
+                str(len(strategy.by_instance)),
+                signed(against(self._first, strategy)),
+            )
+
+    def shapes(self) -> Iterator[tuple[str, ...]]:
+        """Yield the score differences of each network to the first, after the headings."""
+        key = next(key for key in self._rows[0][0] if key.startswith("minus_"))
+        networks = list(self._rows[0][0][key])
+        if networks:
+            alike = key.removeprefix("minus_")
+            yield ("strategy", *(f"{network} minus {alike} [95 %]" for network in networks))
+            for entry, _ in self._rows:
+                yield (entry["name"], *(signed(entry[key][network]) for network in networks))
+
+    @property
+    def caption(self) -> str:
+        """Suite, version and definition of the score."""
+        card = self.card
+        n = card["repeats"]
+        return (
+            f"Suite {card['suite']} (digest {card['digest'][:12]}), split {card['split']}, {len(card['cells'])} cells, "
+            f"{n} runs of each; remoras {card['version']}. Score: mean of T_bound / T, "
+            f"T = {card['limit_s']:g} s if never completed; 95 % intervals over {n} instances ({FEW} needed)."
+        )
+
+    def markdown(self) -> str:
+        """Return the tables as Markdown."""
+        shapes = list(self.shapes())
+        parts = [self.caption, _markdown([self.heads, *self.rows()])]
+        return "\n\n".join([*parts, *([_markdown(shapes)] if shapes else [])]) + "\n"
+
+    def latex(self) -> str:
+        """Return the first table as LaTeX."""
+        lines = [" & ".join(map(_escaped, row)) + r" \\" for row in (self.heads, *self.rows())]
+        body = "\n".join([lines[0], r"\hline", *lines[1:]])
+        columns = "l" * len(self.heads)
+        return f"% {self.caption}\n\\begin{{tabular}}{{{columns}}}\n{body}\n\\end{{tabular}}\n"
+
+    def bibtex(self) -> str:
+        """Return a BibTeX entry of suite and version."""
+        card = self.card
+        return (
+            f"@misc{{remoras-{card['suite']},\n"
+            "  author = {{The REMORAS simulator authors}},\n"
+            f"  title = {{{{REMORAS simulator {card['version']}, benchmark {card['suite']}}}}},\n"
+            f"  note = {{Split {card['split']}, {card['repeats']} runs of each cell, suite digest {card['digest']}}},\n"
+            "}\n"
+        )
+
+
+def with_interval(mean: float, interval: Sequence[float] | None, sign: str = "") -> str:
+    """Return a number with its interval, if any.
+
+    >>> with_interval(0.5, [0.25, 0.75]), with_interval(0.0, None, "+")
+    ('0.500 [0.250, 0.750]', '+0.000')
+    """
+    bounds = "" if interval is None else " [" + ", ".join(f"{value:{sign}.3f}" for value in interval) + "]"
+    return f"{mean:{sign}.3f}{bounds}"
+
+
+def signed(difference: Sequence[Any]) -> str:
+    """Return a difference with sign and interval.
+
+    >>> signed((0.25, None))
+    '+0.250'
+    """
+    mean, interval = difference
+    return with_interval(mean, interval, "+")
+
+
+def _markdown(rows: Sequence[Sequence[str]]) -> str:
+    lines = ["| " + " | ".join(row) + " |" for row in rows]
+    return "\n".join([lines[0], "|" + "---|" * len(rows[0]), *lines[1:]])
+
+
+def _escaped(text: str) -> str:
+    for character in "%_&#":
+        text = text.replace(character, f"\\{character}")
+    return text

@@ -1,15 +1,23 @@
-"""Runs of strategies in the cells of a suite, as sweeps, and their bounds."""
+"""Runs of strategies in the cells of a suite, as sweeps, their bounds and scores.
+
+The efficiency of a run is ``T_bound / T``, a lower bound of the mission time over its actual time, or over the suite's
+limit if not completed. The score is the mean of the cell means.
+
+All n-th runs are one instance: one fleet and seed, on the grounds of the suite or one random ground. Cells share
+these draws, so an instance has one value, its mean over the cells. Intervals are those of paired differences over
+instances (``missions.statistics.difference_interval``); below 8 instances there is none.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from missions.benchmark.scoring import CellRun, Scored
 from missions.benchmark.suite import Cell, Suite
 from missions.errors import OutputError
 from missions.rounds import Rounds, least_time_s
@@ -17,6 +25,7 @@ from missions.runs.assembly import actual
 from missions.runs.setup import Setup, resolved
 from missions.scenarios import Scenario
 from missions.scenarios.parts import importable, strategy_named
+from missions.statistics import Interval, NoInterval, difference_interval
 from missions.sweeps.driver import Limits, ReportProgress, sweep
 from missions.sweeps.folder import SweepResults
 from missions.sweeps.ledger import FAILED
@@ -32,6 +41,117 @@ LONGEST_RUN_S = 600.0
 WATCHED = {"watch.cpu_s": MOST_CPU_S}
 """Settings that limit the CPU time of decisions."""
 GetRounds = Callable[..., Rounds]
+
+
+DIGITS = 6
+"""Decimal digits in cards."""
+
+
+@dataclass(frozen=True)
+class CellRun:
+    """Result of one run of a cell.
+
+    Attributes:
+        bound_s: lower bound of its time.
+        time_s: its time; the limit if not completed.
+        n_bytes: bytes sent; None if failed.
+        wrong_belief_fraction: share of wrong beliefs about job holders; None if failed.
+        failed: the strategy raised an error or ended its process.
+        silenced: decisions over the time limit; their vehicles send nothing afterwards.
+    """
+
+    repeat: int
+    seed: int
+    bound_s: float
+    time_s: float
+    completed: bool
+    n_bytes: float | None
+    wrong_belief_fraction: float | None
+    failed: bool = False
+    silenced: int = 0
+
+    @property
+    def efficiency(self) -> float:
+        """Efficiency, 0 to 1."""
+        return self.bound_s / self.time_s
+
+
+@dataclass(frozen=True)
+class Scored:
+    """Strategy with its runs in order of repeats; ``reference`` is the name given by the user."""
+
+    name: str
+    reference: str
+    cells: Mapping[Cell, Sequence[CellRun]]
+
+    @property
+    def runs(self) -> list[CellRun]:
+        """All runs."""
+        return [run for runs in self.cells.values() for run in runs]
+
+    @property
+    def by_cell(self) -> dict[Cell, float]:
+        """Mean efficiency of each cell."""
+        return {cell: _mean([run.efficiency for run in runs]) for cell, runs in self.cells.items()}
+
+    @property
+    def score(self) -> float:
+        """Mean of the cell means."""
+        return _mean(list(self.by_cell.values()))
+
+    @property
+    def interval(self) -> Interval | None:
+        """95 % interval of the score; None for few instances."""
+        return _over_instances(self.by_instance.values())[1]
+
+    @property
+    def by_instance(self) -> dict[int, float]:
+        """Mean efficiency over the cells by instance, for instances in all cells."""
+        return _by_instance([{run.repeat: run.efficiency for run in runs} for runs in self.cells.values()])
+
+    @property
+    def worst(self) -> Cell:
+        """Cell with the lowest mean efficiency."""
+        return min(self.by_cell, key=lambda cell: (self.by_cell[cell], cell))
+
+    @property
+    def completed_share(self) -> float:
+        """Share of completed runs."""
+        return _mean([float(run.completed) for run in self.runs])
+
+    def difference(self, network: str, other: str) -> tuple[float, Interval | None]:
+        """Return the paired difference in efficiency between two networks, with its interval."""
+        pairs = [
+            {run.repeat: run.efficiency - twin.efficiency for run, twin in zip(runs, self.cells[at], strict=True)}
+            for cell, runs in self.cells.items()
+            if cell.network == network and (at := cell._replace(network=other)) in self.cells
+        ]
+        return _over_instances(_by_instance(pairs).values())
+
+
+def against(one: Scored, other: Scored) -> tuple[float, Interval | None]:
+    """Return the difference in score over common instances, with its interval."""
+    both = one.by_instance.keys() & other.by_instance.keys()
+    return _over_instances([one.by_instance[at] - other.by_instance[at] for at in sorted(both)])
+
+
+def _by_instance(cells: Sequence[Mapping[int, float]]) -> dict[int, float]:
+    values: dict[int, list[float]] = defaultdict(list)
+    for cell in cells:
+        for repeat, value in cell.items():
+            values[repeat].append(value)
+    return {repeat: _mean(own) for repeat, own in values.items() if len(own) == len(cells)}
+
+
+def _over_instances(values: Collection[float]) -> tuple[float, Interval | None]:
+    interval = difference_interval(list(values))
+    if isinstance(interval, NoInterval):
+        return _mean(list(values)), None
+    return _mean(list(values)), (round(interval[0], DIGITS), round(interval[1], DIGITS))
+
+
+def _mean(values: Sequence[float]) -> float:
+    return math.fsum(values) / len(values)
 
 
 @dataclass(frozen=True)

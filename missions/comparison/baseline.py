@@ -10,13 +10,15 @@ Kaplan-Meier curve up to it. ``completed`` is the success rate with Wilson's int
 
 from __future__ import annotations
 
+import csv
+import json
 import statistics as plain
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
-from typing import Any
+from dataclasses import asdict, dataclass, fields, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from missions.comparison.ranking import columns_of, family_of, of_less_success, without
-from missions.comparison.rows import Comparison
+from missions.comparison.ranking import Rank, columns_of, family_of, of_less_success, without
 from missions.comparison.treatments import (
     SUCCESS,
     Measured,
@@ -29,6 +31,7 @@ from missions.comparison.treatments import (
     paired_with,
     treatments_of,
 )
+from missions.disk import drafted
 from missions.metric import Metric
 from missions.statistics import (
     Estimated,
@@ -39,6 +42,69 @@ from missions.statistics import (
     wilson_interval,
 )
 from missions.sweeps.folder import SweepResults
+
+if TYPE_CHECKING:
+    from missions.comparison.effects import MainEffect
+
+
+@dataclass(frozen=True, kw_only=True)
+class Comparison:
+    """A row of ``compare``; None for too few runs.
+
+    Args:
+        n: runs of the mean; failed runs included for success and censored metrics.
+        n_completed: runs with a completed mission; ``n_failed`` raised or killed their process.
+        n_reached: runs with the event of a censored metric; None for other metrics.
+        p_holm: p value of equality with the baseline, step-down corrected, see ``missions/comparison/ranking.py``.
+        ci95_low: for a censored metric valid whatever unseen runs do, see ``missions/statistics.py``.
+        deterministic: repeats are one run: no interval, no p value.
+        ci95_note: reason for a missing interval, or empty; ``diff_note`` is for the difference.
+        reached_mean: mean of the uncensored runs; its interval does not cover the others.
+        n_pairs: compared pairs; ``n_pairs_reached`` are uncensored on both sides.
+        diff_reached: mean difference of the latter; its interval does not cover the others.
+        unequal_success: significantly below the highest success rate, see ``Rank``.
+    """
+
+    scenario: str
+    strategy: str
+    policy: str
+    channel: str
+    per: float
+    settings: dict[str, str]
+    unforeseen: str
+    metric: str
+    baseline: str
+    n: int
+    n_completed: int
+    n_failed: int
+    n_reached: int | None
+    mean: float
+    ci95_low: float | None
+    ci95_high: float | None
+    median: float
+    least: float
+    largest: float
+    diff_to_baseline: float | None = None
+    diff_ci95_low: float | None = None
+    diff_ci95_high: float | None = None
+    p_holm: float | None = None
+    effect_size: float | None = None
+    pairing_gain: float | None = None
+    success_rate: float
+    success_ci95_low: float | None
+    success_ci95_high: float | None
+    deterministic: bool = False
+    ci95_note: str = ""
+    diff_note: str = ""
+    reached_mean: float | None = None
+    reached_ci95_low: float | None = None
+    reached_ci95_high: float | None = None
+    n_pairs: int = 0
+    n_pairs_reached: int | None = None
+    diff_reached: float | None = None
+    diff_reached_ci95_low: float | None = None
+    diff_reached_ci95_high: float | None = None
+    unequal_success: bool = False
 
 
 def compare(
@@ -171,3 +237,16 @@ def _bounds(columns: str, interval: Estimated) -> dict[str, Any]:
 
 def _note(interval: Estimated) -> str:
     return interval.value if isinstance(interval, NoInterval) else ""
+
+
+def write_csv(rows: Sequence[Comparison] | Sequence[Rank] | Sequence[MainEffect], path: Path) -> None:
+    """Write rows of one kind as CSV, settings as JSON; without rows the header of a comparison."""
+    columns = [field.name for field in fields(rows[0] if rows else Comparison)]
+    with drafted(path) as draft, draft.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, columns, lineterminator="\n")
+        writer.writeheader()
+        for row in rows:
+            values = asdict(row)
+            writer.writerow(
+                {**values, **({"settings": json.dumps(values["settings"])} if "settings" in values else {})}
+            )

@@ -20,7 +20,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from missions.comparison.rows import Rank
 from missions.comparison.treatments import (
     SIGNIFICANT,
     SUCCESS,
@@ -40,6 +39,37 @@ ROUNDING = 1e-9
 """Relative size up to which a difference is rounding."""
 Conditions = tuple[str, str, float, tuple[tuple[str, str], ...], str]
 """Scenario, channel, loss rate, settings and unforeseen case, common to a ranking."""
+
+
+@dataclass(frozen=True)
+class Rank:
+    """Rank of a strategy with its policy among those with equal conditions.
+
+    Args:
+        rank: by the mean among treatments of similar success, 1 is best; ties share the mean rank (Friedman 1937).
+        p_to_best: p value of equality with the best, as in ``Comparison.p_holm``; None for the best and if both are
+            deterministic.
+        among_best: not significantly different from the best in metric and success; if deterministic, equal to it.
+        unequal_success: significantly below the highest success rate, hence ranked last: its mean is of other work.
+        deterministic: a single run, not tested.
+    """
+
+    scenario: str
+    strategy: str
+    policy: str
+    channel: str
+    per: float
+    settings: dict[str, str]
+    unforeseen: str
+    metric: str
+    n: int
+    success_rate: float
+    mean: float
+    rank: float
+    p_to_best: float | None
+    among_best: bool
+    unequal_success: bool
+    deterministic: bool = False
 
 
 @dataclass(frozen=True)

@@ -9,17 +9,16 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from missions.fault import EMPTY, Absence, absence, kind_of_row
+from missions.fault import EMPTY, OVER, Absence, absence, absences, kind_of_row
 from missions.figure import Figure, RunResults, Style, axis_end_s
 from missions.graphs import cutting, heard_among, is_connected, n_parts
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 from missions.scenarios.scenario import Scenario
-from remoras.faults import OVER
 from remoras.motion.separation import SAME_DEPTH_M, TOLERANCE_M
 
 if TYPE_CHECKING:
@@ -245,12 +244,9 @@ def _present(run: MeasuredRun, times_s: npt.NDArray[np.float64]) -> npt.NDArray[
     import numpy as np
 
     names = {vehicle.name: number for number, vehicle in enumerate(run.scenario.vehicle)}
-    changes = [row for row in run.recorder.rows("faults") if absence(row[2])]
     present = np.ones((len(times_s), len(names)), dtype=bool)
-    n_faults: Counter[str] = Counter()  # active per vehicle, which is back once all are over
-    for at_s, vehicle, _, detail in changes:
-        n_faults[vehicle] += -1 if detail == OVER else 1
-        present[np.searchsorted(times_s, at_s) :, names[vehicle]] = n_faults[vehicle] <= 0
+    for at_s, vehicle, is_absent in absences(run.recorder.rows("faults")):
+        present[np.searchsorted(times_s, at_s) :, names[vehicle]] = not is_absent
     return present
 
 

@@ -21,12 +21,11 @@ from typing import Any, NamedTuple, TypeVar
 from exchange.packets import guid_of
 from exchange.schedule import TdmaSchedule
 from missions.errors import OutputError
-from missions.fault import absence, kind_of_row
+from missions.fault import OVER, absences, kind_of_row
 from missions.figure import RunResults
 from missions.runs.setup import Setup, world_model
 from remoras.activities import Objective
 from remoras.beliefs import Beliefs, Fused
-from remoras.faults import OVER
 from remoras.fleet.radio import SUSPECTED
 from remoras.organisation import Group, Organisation, RoleAssignment
 from remoras.organisation.membership import acted_on
@@ -50,23 +49,6 @@ from worldmodel import (
     tidy,
 )
 from worldmodel.valuetext import from_text, uncertainty_from_text
-
-
-class Senders:
-    """Senders of the packets that delivered items and statuses."""
-
-    def __init__(self, results: RunResults) -> None:
-        self._heard: dict[tuple[str, str], list[tuple[float, str]]] = defaultdict(list)
-        for row in results.table(PACKETS.name).to_pylist():
-            for vehicle, at_s in zip(row["receivers"], row["arrivals_s"], strict=True):
-                for uid in (*row["item_uids"], *row["status_uids"]):
-                    self._heard[vehicle, uid].append((at_s, row["sender"]))
-
-    def sender(self, vehicle: str, uids: Iterable[str], by_s: float) -> str | None:
-        """Return the sender of the last packet with one of these items until ``by_s``, or None."""
-        heard = [reception for uid in uids for reception in self._heard.get((vehicle, uid), ()) if reception[0] <= by_s]
-        return max(heard, key=lambda reception: reception[0])[1] if heard else None
-
 
 T = TypeVar("T")
 Row = Mapping[str, Any]
@@ -101,17 +83,10 @@ def gave_up_s(faults: Iterable[Row], vehicle: str) -> list[float]:
 
 def tidied_s(faults: Iterable[Row], vehicle: str, schedule: TdmaSchedule, end_s: float) -> list[float]:
     """Return the times (s) of pruning: the vehicle's frame ends, up to the mission's end."""
-    changes = [
-        (row["time_s"], -1 if row["detail"] == OVER else 1)
-        for row in faults
-        if row["vehicle"] == vehicle and absence(row["kind"])
-    ]
-    ends_s = (schedule.frame_start_s(frame) for frame in count(1))
-    return [
-        time_s
-        for time_s in takewhile(lambda time: time <= end_s, ends_s)
-        if not sum(change for since_s, change in changes if since_s <= time_s)
-    ]
+    rows = map(itemgetter("time_s", "vehicle", "kind", "detail"), faults)
+    changes = [(since_s, is_absent) for since_s, name, is_absent in absences(rows) if name == vehicle]
+    ends_s = takewhile(lambda time: time <= end_s, (schedule.frame_start_s(frame) for frame in count(1)))
+    return [at_s for at_s in ends_s if not ([False] + [away for since_s, away in changes if since_s <= at_s])[-1]]
 
 
 def fill(
@@ -348,8 +323,14 @@ class Memory:
         self._read(results)
 
     @cached_property  # all packets
-    def _senders(self) -> Senders:
-        return Senders(self._results)
+    def _heard(self) -> Mapping[tuple[str, str], list[tuple[float, str]]]:
+        """Times (s) and senders of the packets that delivered an item or status, by (vehicle, uid)."""
+        heard: dict[tuple[str, str], list[tuple[float, str]]] = defaultdict(list)
+        for row in self._results.table(PACKETS.name).to_pylist():
+            for vehicle, at_s in zip(row["receivers"], row["arrivals_s"], strict=True):
+                for uid in (*row["item_uids"], *row["status_uids"]):
+                    heard[vehicle, uid].append((at_s, row["sender"]))
+        return heard
 
     def known(self, vehicle: str, at_s: float) -> KnownAt:
         """Return a vehicle's knowledge; raise OutputError for an unknown vehicle or time."""
@@ -405,8 +386,9 @@ class Memory:
         for since_s, block, items, until_s in self._known_s[vehicle]:
             if block.origin == nodes[vehicle] or not since_s <= at_s < until_s:
                 continue
-            sender = self._senders.sender(vehicle, items, since_s)
-            told_by = block.origin if not by_packets else None if sender is None else nodes[sender]
+            heard = [one for uid in items for one in self._heard.get((vehicle, uid), ()) if one[0] <= since_s]
+            sender = nodes[max(heard, key=itemgetter(0))[1]] if heard else None
+            told_by = sender if by_packets else block.origin
             parts = [block._replace(facts=(fact,)) for fact in block.facts] if block.is_status else [block]
             for candidate in parts:
                 if candidate in statuses or (candidate.is_item and model.block(candidate.guid) == candidate):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from missions.errors import ConfigurationError
@@ -95,27 +95,17 @@ def mean_latency_s(run: MeasuredRun) -> float | None:
 
 def p95_latency_s(run: MeasuredRun) -> float | None:
     """95 % quantile of the latency (s) over all (item, receiver) pairs."""
+    import numpy as np  # slow to load, and checking a scenario loads these metrics
+
     latencies = latencies_s(run.recorder)
-    return round(quantile(latencies, 0.95), 4) if latencies else None
+    return round(float(np.quantile(latencies, 0.95)), 4) if latencies else None
 
 
 def latencies_s(recorder: MeasuredTables) -> list[float]:
-    """Return latencies (s) of received items, ascending; items made up by damage are ignored."""
+    """Return latencies (s) of received items; items made up by damage are ignored."""
     observed = {item: time_s for time_s, _, item, _, event in recorder.rows("knowledge") if event == "observed"}
     received = [(row[0], row[2]) for row in recorder.rows("knowledge") if row[4] == "received"]
-    return sorted(time_s - observed[item] for time_s, item in received if item in observed)
-
-
-def quantile(ordered: Sequence[float], share: float) -> float:
-    """Interpolate a quantile linearly between ascending values.
-
-    >>> quantile([0.0, 1.0, 2.0, 3.0], 0.5)
-    1.5
-    """
-    position = share * (len(ordered) - 1)
-    low = math.floor(position)
-    high = min(low + 1, len(ordered) - 1)
-    return ordered[low] + (position - low) * (ordered[high] - ordered[low])
+    return [time_s - observed[item] for time_s, item in received if item in observed]
 
 
 def consistency(recorder: MeasuredTables, n_vehicles: int) -> tuple[float | None, float | None]:

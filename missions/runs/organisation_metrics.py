@@ -11,9 +11,8 @@ from collections import Counter
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from missions.fault import absence
+from missions.fault import absences
 from missions.metric import MeasuredRun
-from remoras.faults import OVER
 from remoras.organisation import Organisation, RoleAssignment
 from remoras.organisation.nesting import Malformed, specification_faults
 
@@ -37,18 +36,8 @@ def _events(run: MeasuredRun) -> list[_Event]:
         for row in run.recorder.rows("organisation")
         if row[5] in ("assigned", "left")
     ]
-    return sorted([*_comings_and_goings(run), *changes], key=lambda event: event.time_s)
-
-
-def _comings_and_goings(run: MeasuredRun) -> Iterator[_Event]:
-    n_reasons: Counter[str] = Counter()
-    for time_s, vehicle, kind, detail in run.recorder.rows("faults"):
-        if absence(kind) is None:
-            continue
-        before = n_reasons[vehicle]
-        n_reasons[vehicle] += -1 if detail == OVER else 1
-        if (before == 0) != (n_reasons[vehicle] == 0):
-            yield _Event(time_s, vehicle, "", None, n_reasons[vehicle] == 0)
+    moves = [_Event(at_s, name, "", None, not away) for at_s, name, away in absences(run.recorder.rows("faults"))]
+    return sorted([*moves, *changes], key=lambda event: event.time_s)
 
 
 class _Views:

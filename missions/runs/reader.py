@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING, Any
 
 import pyarrow as pa
 
+from missions.disk import MANIFEST
 from missions.errors import ConfigurationError, OutputError
 from missions.files import tables_of
 from missions.metric import NOT_APPLICABLE, Absent, MeasuredRun, Metric
-from missions.runs.folder import MANIFEST
 from missions.scenarios.parts import mission_of
 from missions.scenarios.scenario import Scenario
 from remoras.errors import PluginError

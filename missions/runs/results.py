@@ -7,12 +7,11 @@ is written and replaced atomically (``folder``). Each file has the run's id; a r
 from __future__ import annotations
 
 import hashlib
-import io
 import json
 import platform
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,11 +20,11 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import tomli_w
 
+from missions.disk import MANIFEST, SUMMARY, check_output, new_content
 from missions.document import Document
 from missions.errors import OutputError
-from missions.runs.folder import MANIFEST, SUMMARY, check_output, new_content
-from missions.runs.reader import RunReader
-from missions.runs.summary import summary
+from missions.metric import NOT_APPLICABLE
+from missions.runs.reader import KeptRun, RunReader, value_of
 from missions.runs.tables import recorded_table, write_table
 from missions.scenarios.loading import scenario_from
 from missions.scenarios.scenario import Scenario
@@ -47,6 +46,51 @@ ASSUMED = "assumed"
 """Manifest key of the channel assumptions, for captions."""
 RUN_ID = "run_id"
 """Key of the run id in summary, manifest and table metadata."""
+
+
+def identity(scenario: Scenario, seed: int) -> dict[str, Any]:
+    """Return the fields known before the run."""
+    return {
+        "scenario": scenario.scenario.name,
+        "strategy": scenario.strategy.name,
+        "policy": scenario.communication.policy,
+        "channel": scenario.channel.name,
+        "per": scenario.channel.mean_per(scenario.deployment),
+        "seed": seed,
+        "n_vehicles": len(scenario.vehicle),
+    }
+
+
+def summary(run: Run) -> dict[str, Any]:
+    """Return the summary of a run, or raise PluginError for a metric that fails.
+
+    Metrics named by the scenario read the run as stored (``KeptRun``), those of the mission the run itself. ``per`` is
+    the mean packet error rate of the loss model, without blackouts and range. An undefined value, such as a latency
+    without packets, is None; a metric that does not apply is absent.
+    """
+    of, own = run.scenario.scenario.mission, run.setup.own_metrics
+    names = {metric.name for metric in own.values()}
+    shipped = [metric for metric in run.setup.metrics.values() if metric.name not in names]
+    values = {metric.name: value_of(metric, run, of) for metric in shipped}
+    fields = {
+        **identity(run.scenario, run.seed),
+        "completed": values.pop("completed"),
+        "reason": run.reason,
+        **_applicable(values),
+    }
+    milestones = [
+        {"name": m.name, "vehicle": m.vehicle, "group": m.group, "time_s": round(m.time_s, 4)} for m in run.milestones
+    ]
+    recorder = run.recorder
+    kept = KeptRun(
+        {**fields, "milestones": milestones}, recorder.tables, partial(recorded_table, recorder), lambda: run.scenario
+    )
+    measured = {metric.name: value_of(metric, kept, reference) for reference, metric in own.items()}
+    return {**fields, **_applicable(measured), "drawn": run.drawn, "milestones": milestones}
+
+
+def _applicable(values: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in values.items() if value is not NOT_APPLICABLE}
 
 
 def manifest(run: Run) -> dict[str, Any]:
@@ -82,28 +126,16 @@ def write_results(run: Run | MemoryResults, folder: Path, force: bool = False) -
         raise OutputError(f"--out {folder}: cannot be written: {error.strerror}") from None
 
 
-class _Digest(io.RawIOBase):
-    """File object that keeps only a digest of its content."""
-
-    def __init__(self, begin: str) -> None:
-        self.of = hashlib.sha256(begin.encode())
-
-    def writable(self) -> bool:
-        return True
-
-    def write(self, content: Any) -> int:
-        self.of.update(content)
-        return len(content)
-
-
 def run_id(run: Run, tables: Iterable[tuple[str, pa.Table]]) -> str:
     """Return the id of a run: a hash of version, scenario, seed and tables, in name order."""
-    digest = _Digest(f"{__version__} {run.scenario.model_dump_json()} {run.seed}")
+    digest = hashlib.sha256(f"{__version__} {run.scenario.model_dump_json()} {run.seed}".encode())
     for name, table in tables:
-        digest.write(name.encode())
-        with pa.ipc.new_stream(pa.PythonFile(digest, "w"), table.schema) as out:
+        content = pa.BufferOutputStream()
+        with pa.ipc.new_stream(content, table.schema) as out:
             out.write_table(table)
-    return digest.of.hexdigest()[:20]
+        digest.update(name.encode())
+        digest.update(content.getvalue())
+    return digest.hexdigest()[:20]
 
 
 def _json(value: Any) -> str:

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from missions.errors import DiskFullError, MissionsError, OutputError
-from missions.runs.summary import identity
+from missions.runs.results import identity
 from missions.sweeps.folder import SweepFolder, SweepResults, SweepStatus
 from missions.sweeps.ledger import FinishedRun
 from missions.sweeps.plan import DRAWN, RunTask, SweepPlan

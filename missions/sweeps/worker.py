@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from missions.errors import ClusterError, OutputError
+from missions.runs.results import identity, summary
 from missions.runs.run import run_of
 from missions.runs.setup import resolved
-from missions.runs.summary import identity, summary
 from missions.runs.tables import decoded, encoded
 from missions.sweeps.code import code_with, references
 from missions.sweeps.folder import TABLES, SweepResults

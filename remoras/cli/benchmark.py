@@ -17,7 +17,8 @@ from remoras.cli.sweeps import PARTLY_DONE
 from remoras.process import Progress
 
 if TYPE_CHECKING:
-    from missions.benchmark.scoring import Scored, ScoreTable
+    from missions.benchmark.card import ScoreTable
+    from missions.benchmark.running import Scored
     from missions.benchmark.suite import Suite
 
 CARD, TABLE, LATEX, CITATION, RUNS, GROUNDS = "card.json", "table.md", "table.tex", "cite.bib", "runs", "grounds"
@@ -92,9 +93,8 @@ def benchmark(
         fail("--out DIR is missing; it says where runs, card and tables go")
     if not strategies:
         fail("--strategy NAME is missing; allowed: a shipped name, mine.py:MINE or package.module:object")
-    from missions.benchmark.card import card_of, card_text
+    from missions.benchmark.card import ScoreTable, card_of, card_text
     from missions.benchmark.running import Contest
-    from missions.benchmark.scoring import ScoreTable
     from missions.disk import write_synced
     from missions.errors import StudyChangedError
     from missions.sweeps.driver import PartlyDoneError

@@ -112,7 +112,7 @@ def exchange_study(
 ) -> None:
     """Study the exchange policies: time to delivery and to acknowledgement against packet loss."""
     from exchange.study.study import ExchangeStudy, workload_named
-    from missions.runs.folder import check_output
+    from missions.disk import check_output
 
     study = ExchangeStudy(
         nodes=5 if nodes is None else nodes,
@@ -173,8 +173,8 @@ def _files(
 
 def _write(files: Sequence[tuple[str, bytes]], out: Path) -> None:
     """Write all files of a study or none, replacing an earlier study."""
+    from missions.disk import FIGURES, new_content
     from missions.errors import OutputError
-    from missions.runs.folder import FIGURES, new_content
 
     suffixes = (*FIGURES, ".txt")
     ours = {f"{name}{suffix}" for name in (*TIMES, *OF_THE_PAPER, LOADED) for suffix in suffixes}

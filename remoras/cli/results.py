@@ -299,7 +299,7 @@ def replay(
     force: Annotated[bool, typer.Option("--force", help="Replace an existing file.")] = False,
 ) -> None:
     """Write a self-contained HTML replay of a run; it needs no network."""
-    from missions.runs.folder import REPLAY
+    from missions.disk import REPLAY
     from missions.runs.results import Results
     from visualisation.replay import check_page_output, missing, page_text, title_of, write_page
 

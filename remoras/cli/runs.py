@@ -85,7 +85,7 @@ def run(
 
     file_of(SCENARIO, scenario, shipped())  # report an unknown name before heavy imports
     with saying_what_is_written(out):
-        from missions.runs.folder import check_output
+        from missions.disk import check_output
         from missions.runs.results import MemoryResults, write_results
         from missions.runs.run import run as run_scenario
         from missions.scenarios import load
@@ -124,7 +124,7 @@ def saying_what_is_written(out: Path | None) -> Iterator[None]:
 
 def _written_at(folder: Path | None) -> tuple[int, int] | None:
     """Identity of written results; None without results."""
-    from missions.runs.folder import MANIFEST
+    from missions.disk import MANIFEST
 
     try:
         found = (folder / MANIFEST).stat() if folder is not None else None
@@ -185,7 +185,7 @@ def live(
     from missions.files import SCENARIO, file_of, shipped
 
     file_of(SCENARIO, scenario, shipped())  # report an unknown name before heavy imports
-    from missions.runs.folder import check_output
+    from missions.disk import check_output
     from missions.runs.setup import resolved
     from missions.scenarios import load
     from remoras.cli.live import LiveRun, LiveServer

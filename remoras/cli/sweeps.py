@@ -16,8 +16,8 @@ from remoras.cli.app import FAILED, N_JOBS, Jobs, Json, aligned, as_typed, comma
 from remoras.process import Progress
 
 if TYPE_CHECKING:
+    from missions.comparison import Comparison
     from missions.comparison.effects import MainEffect
-    from missions.comparison.rows import Comparison
     from missions.sweeps.folder import SweepResults
     from missions.sweeps.study import Study
 
@@ -208,7 +208,7 @@ def compare(
 
 
 def _written(rows: Sequence[Comparison] | Sequence[MainEffect], out: Path | None) -> None:
-    from missions.comparison.rows import write_csv
+    from missions.comparison.baseline import write_csv
     from missions.errors import OutputError
 
     if out is not None:

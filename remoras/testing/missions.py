@@ -18,9 +18,9 @@ import tomli_w
 from missions.metric import NOT_APPLICABLE
 from missions.runs.assembly import assemble
 from missions.runs.metrics import metrics_of
+from missions.runs.results import summary
 from missions.runs.run import Run, run
 from missions.runs.setup import Setup, resolved
-from missions.runs.summary import summary
 from missions.scenarios import Scenario, load
 from missions.scenarios.parts import mission_class
 from remoras.activities import Activity, Objective

@@ -11,7 +11,7 @@ from typing import Any
 
 import pyarrow.parquet as pq
 
-from missions.runs.summary import identity
+from missions.runs.results import identity
 from missions.sweeps.folder import RUNS, TABLES, SweepFolder, SweepResults
 from missions.sweeps.ledger import LEDGER, MACHINE_COLUMNS, FinishedRun
 from missions.sweeps.plan import RunTask, SweepPlan

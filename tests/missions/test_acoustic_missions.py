@@ -9,10 +9,9 @@ from small_mission import SMALL, faults_of, line_of, pond, with_channel
 
 from missions.errors import ConfigurationError
 from missions.runs.assembly import channel_of
-from missions.runs.results import Results, write_results
+from missions.runs.results import Results, summary, write_results
 from missions.runs.run import run
 from missions.runs.setup import resolved
-from missions.runs.summary import summary
 from missions.scenarios import Scenario, load
 
 SHORT = ("--set", "scenario.duration_s=200")

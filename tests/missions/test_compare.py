@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from sweeping import finished, study_text, swept, written
 from typer.testing import CliRunner
 
+from missions.comparison import Comparison, Rank
 from missions.comparison.baseline import compare
 from missions.comparison.ranking import Contender, column_ranks, family_of, mean_ranks, ranks
-from missions.comparison.rows import Comparison, Rank
 from missions.comparison.treatments import Treatment
 from missions.errors import OutputError
 from missions.metric import Better

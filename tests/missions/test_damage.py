@@ -10,7 +10,7 @@ from recorded import flown
 
 from exchange.channel.channel import Arrival
 from missions.features.damage import DamagingChannel
-from missions.runs.summary import summary
+from missions.runs.results import summary
 from missions.scenarios import load
 
 SHARE = "damage.share=0.3"

@@ -25,7 +25,7 @@ if left_out:
     sys.modules.update(dict.fromkeys(taken))  # whoever imports it fails
 from missions.errors import ConfigurationError
 from missions.runs.run import run
-from missions.runs.summary import summary
+from missions.runs.results import summary
 from missions.scenarios import load
 from missions.scenarios.features import features
 

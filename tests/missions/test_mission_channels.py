@@ -14,9 +14,9 @@ from exchange.channel.link import GilbertElliott, Transmission
 from exchange.channel.shipped import CHANNELS
 from missions.errors import ConfigurationError
 from missions.runs.assembly import channel_of
+from missions.runs.results import identity
 from missions.runs.run import Run
 from missions.runs.setup import resolved
-from missions.runs.summary import identity
 from missions.scenarios import load
 
 SHIPPED = ["ASV00", "AUV00", "AUV01", "AUV02"]

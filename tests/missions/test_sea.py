@@ -11,8 +11,8 @@ from recorded import flown, point, said
 from small_mission import SMALL, faults_of, line_of
 
 from missions.mapping import MappingMission
+from missions.runs.results import summary
 from missions.runs.run import Run
-from missions.runs.summary import summary
 from missions.scenarios import load
 
 finished = partial(flown, "mapping-rendezvous")

@@ -10,8 +10,8 @@ from cli.invoked import remoras
 from recorded import flown
 from small_mission import SMALL, faults_of, line_of
 
+from missions.runs.results import summary
 from missions.runs.run import Run
-from missions.runs.summary import summary
 from missions.scenarios import load
 from remoras.functional import guidance
 

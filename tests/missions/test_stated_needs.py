@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from missions.runs.assembly import assemble
+from missions.runs.results import summary
 from missions.runs.run import run
 from missions.runs.setup import resolved
-from missions.runs.summary import summary
 from missions.scenarios import Scenario, load
 from remoras.fleet.fleet import Fleet
 

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from recorded import flown, with_energy
 
+from missions.runs.results import summary
 from missions.runs.run import Run
-from missions.runs.summary import summary
 from remoras.strategies import strategies
 
 GROUNDS = ("mapping-rendezvous", "mapping-patches")

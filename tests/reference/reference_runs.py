@@ -19,8 +19,8 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from missions.runs.results import summary
 from missions.runs.run import Run, run
-from missions.runs.summary import summary
 from missions.scenarios import load
 from missions.sweeps.pool import SupervisedPool
 from remoras.recorder import Table

@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
+from missions.runs.results import summary
 from missions.runs.run import Run, run_of
 from missions.runs.setup import resolved
-from missions.runs.summary import summary
 from missions.scenarios import load
 from remoras.errors import PluginError
 from remoras.organisation import Group

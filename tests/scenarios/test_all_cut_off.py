@@ -5,8 +5,8 @@ from functools import cache
 
 import pytest
 
+from missions.runs.results import summary
 from missions.runs.run import Run, run
-from missions.runs.summary import summary
 from missions.scenarios import load
 from remoras.organisation.membership import Patience
 from remoras.social import layer

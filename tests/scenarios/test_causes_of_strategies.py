@@ -8,8 +8,8 @@ import pytest
 from sampling import sampled
 
 from missions.mapping.metrics import area_roles
+from missions.runs.results import summary
 from missions.runs.run import Run, run
-from missions.runs.summary import summary
 from missions.scenarios import load
 from remoras.strategies.remoras import Remoras
 from remoras.strategy import Declaration

@@ -3,8 +3,8 @@
 import pytest
 from sampling import sampled
 
+from missions.runs.results import summary
 from missions.runs.run import run
-from missions.runs.summary import summary
 from missions.scenarios import load, shipped
 
 DAY = "pandora-day"

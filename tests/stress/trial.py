@@ -18,9 +18,9 @@ from stress.schedules import DAMAGE, DECLARED, FOR_GOOD, Schedule, StressFault, 
 from exchange.channel.channel import Channel
 from missions.errors import ConfigurationError
 from missions.runs.assembly import assemble, channel_of
+from missions.runs.results import summary
 from missions.runs.run import Root, result_of, run, settled_of
 from missions.runs.setup import Setup, resolved, world_model
-from missions.runs.summary import summary
 from remoras.process import rare_collections
 
 INVARIANTS: tuple[type[Invariant], ...] = (

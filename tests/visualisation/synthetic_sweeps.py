@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from missions.comparison import Comparison
 from missions.comparison.baseline import compare
-from missions.comparison.rows import Comparison
 from missions.comparison.treatments import FIELDS
 from missions.mapping.metrics import METRICS as MAPPING_METRICS
 from missions.metric import Metric

@@ -15,7 +15,7 @@ from legibility import check_texts
 from numpy.typing import NDArray
 
 from exchange.study.study import ExchangeStudy, StudyLoad, StudyRow, loaded_studies, run
-from missions.comparison.rows import write_csv
+from missions.comparison.baseline import write_csv
 from missions.disk import drafted
 from visualisation import policies, style
 from visualisation.output import DrawingError, write_folder

@@ -19,7 +19,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple, TypeVar
 
-from missions.comparison.rows import Comparison, Rank
+from missions.comparison import Comparison, Rank
 from missions.metric import Metric
 from visualisation import style, words
 from visualisation.output import SWEEP_KINDS, DrawingError

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
+from missions.comparison import Comparison, Rank
 from missions.comparison.effects import MainEffect
 from missions.comparison.ranking import are_too_few
-from missions.comparison.rows import Comparison, Rank
 from missions.comparison.treatments import SIGNIFICANT
 from missions.metric import Better, Metric
 from missions.statistics import FEW, INTERVALS_OF_DIFFERENCES, INTERVALS_OF_MEANS

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
-from missions.comparison.rows import Comparison
+from missions.comparison import Comparison
 from visualisation import labels, page, style
 from visualisation.sweeps.arrangement import (
     POLICIES,

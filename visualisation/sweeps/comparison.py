@@ -14,10 +14,10 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from missions.comparison.baseline import compare
+from missions.comparison import Comparison, Rank
+from missions.comparison.baseline import compare, write_csv
 from missions.comparison.effects import MainEffect, effects_of
 from missions.comparison.ranking import ranks as ranked_by_metric
-from missions.comparison.rows import Comparison, Rank, write_csv
 from missions.metric import Better, Metric
 from missions.sweeps.folder import SweepResults
 from visualisation.output import (

@@ -8,8 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+from missions.comparison import Rank
 from missions.comparison.ranking import are_too_few, mean_ranks
-from missions.comparison.rows import Rank
 from visualisation import page, style
 from visualisation.output import DrawingError
 from visualisation.sweeps.arrangement import Arrangement, Series

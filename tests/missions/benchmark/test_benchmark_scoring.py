@@ -17,8 +17,7 @@ from short_suite import SHORT
 from typer.testing import CliRunner
 
 from missions.benchmark.card import card_of, card_text, figures, read_card, read_strategies, verify_card
-from missions.benchmark.running import Contest
-from missions.benchmark.scoring import CellRun, Scored, against
+from missions.benchmark.running import CellRun, Contest, Scored, against
 from missions.benchmark.suite import Cell, Suite, judging_of, split_to_judge, suite_named
 from missions.errors import ConfigurationError, OutputError
 from missions.files import shipped

@@ -14,8 +14,8 @@ from missions.errors import ConfigurationError
 from missions.mapping.detections import PATIENCE_S, Inspecting, InspectionJob, find_names, seabed_with_finds
 from missions.mapping.scenario import FindsTable
 from missions.mapping.sensors import Seabed, SeabedFeature, Stays, SwathSensor
+from missions.runs.results import summary
 from missions.runs.run import Run, run
-from missions.runs.summary import summary
 from missions.scenarios import load
 from missions.scenarios.scenario import Scenario
 from remoras.motion import Motion, advance

@@ -17,9 +17,8 @@ from missions.pandora import PandoraMission
 from missions.pandora.assessment import ActionMonitor
 from missions.pandora.metrics import FIGURES, n_false_alarms, n_false_claims, n_lost, n_missed, n_repairs
 from missions.pandora.structure import PlannedPart, job_of
-from missions.runs.results import MemoryResults
+from missions.runs.results import MemoryResults, summary
 from missions.runs.run import Run, run
-from missions.runs.summary import summary
 from missions.scenarios import load
 
 MOVED = {"upset": [{"kind": "moved", "part": "valve A1", "distance_m": 12.0}]}

@@ -30,10 +30,10 @@ from missions.runs.organisation_metrics import (
     n_refused_acts,
     view_divergence,
 )
+from missions.runs.results import summary
 from missions.runs.run import Run
 from missions.runs.run import run as run_scenario
 from missions.runs.setup import resolved
-from missions.runs.summary import summary
 from missions.scenarios import load
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
 from remoras.recorder import Recorder

@@ -14,10 +14,9 @@ from hypothesis import strategies as st
 from small_mission import SMALL, pond
 
 from missions.errors import OutputError
-from missions.runs.results import LIBRARIES, MemoryResults, Results, write_results
+from missions.runs.results import LIBRARIES, MemoryResults, Results, summary, write_results
 from missions.runs.run import Run, run
 from missions.runs.run import run as run_scenario
-from missions.runs.summary import summary
 from missions.runs.tables import arrow_table, decoded, encoded, merge_tables, table_writer
 from missions.scenarios import load
 from missions.verification.folder import columns_of

@@ -14,9 +14,9 @@ import pytest
 from failing_disk import Killed
 from small_mission import SMALL, pond
 
+from missions import disk as folders
+from missions.disk import new_content
 from missions.errors import OutputError
-from missions.runs import folder as folders
-from missions.runs.folder import new_content
 from missions.runs.results import MemoryResults, Results, write_results
 from missions.runs.run import Run
 from missions.runs.run import run as run_scenario
@@ -186,7 +186,7 @@ def test_an_older_draft_is_cleared_and_a_second_writer_is_refused(tmp_path: Path
     with new_content(tmp_path / "out") as draft:
         assert list(draft.iterdir()) == []
         program = (
-            "import sys; from pathlib import Path; from missions.runs.folder import new_content\n"
+            "import sys; from pathlib import Path; from missions.disk import new_content\n"
             "with new_content(Path(sys.argv[1])): pass"
         )
         done = subprocess.run(
