@@ -12,7 +12,6 @@ from typing import Any
 from missions.verification.record import (
     AWAY,
     CLOSE_S,
-    ENERGY,
     KINDS,
     OUT_OF_CONTACT,
     PLACE_STEP_M,
@@ -243,7 +242,7 @@ def _is_of(spell: Spell, fault: dict[str, Any]) -> bool:
 
 def _check_batteries(record: Record, report: CheckReport) -> None:
     """Check that empty batteries and rows of kind energy match."""
-    empty = {spell.vehicle for spell in record.spells if spell.kind == ENERGY}
+    empty = {spell.vehicle for spell in record.spells if spell.kind == "energy"}
     for name, track in record.tracks.items():
         report.look("batteries")
         has_used = bool(track.energy_j[-1] >= float(record.vehicles[name]["energy_j"]) - 0.5)
@@ -322,7 +321,7 @@ def _against_gathering(record: Record, group: str, time_s: float) -> Iterator[st
         n = int((track.time_s <= time_s + CLOSE_S).sum())
         apart_m = ((track.x_m[:n] - place["position_m"][0]) ** 2 + (track.y_m[:n] - place["position_m"][1]) ** 2) ** 0.5
         has_come = bool((apart_m <= radius_m).any())
-        if not has_come and name not in missing and not record.during(name, OUT_OF_CONTACT, [time_s]).any():
+        if not has_come and name not in missing and not record.during(name, OUT_OF_CONTACT, time_s):
             yield f"none: {name} has not been within {radius_m:g} m of {place['name']}"
 
 

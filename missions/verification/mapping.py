@@ -15,14 +15,13 @@ import numpy as np
 from missions.verification.motion import over_ground_mps, water_stands
 from missions.verification.record import (
     ANGLE_STEP_RAD,
-    AWAY,
     PLACE_STEP_M,
     SPEED_STEP_MPS,
     Array,
+    Cell,
     CheckReport,
     Record,
     Track,
-    lasting,
 )
 
 SENSING = {"Mapping", "Inspecting"}
@@ -40,10 +39,10 @@ class MappingSwath(NamedTuple):
     limit_mps: float
 
 
-def cells_of(record: Record) -> dict[tuple[int, int], str]:
+def cells_of(record: Record) -> dict[Cell, str]:
     """Return the first area of each cell with its centre inside or on a west or south border."""
     size_m = float(record.of("world")["cell_m"])
-    found: dict[tuple[int, int], str] = {}
+    found: dict[Cell, str] = {}
     for area in record.scenario.get("area", []):
         corners = np.array(area["corners_m"], dtype=float)
         low, high = np.floor(corners.min(0) / size_m).astype(int), np.ceil(corners.max(0) / size_m).astype(int)
@@ -95,7 +94,7 @@ def sensor_was_on(record: Record, name: str, times_s: Array) -> tuple[Array, Arr
 def check_ground(record: Record, report: CheckReport) -> None:
     """Check covered cells against tracks in both directions, and the goal against both."""
     cells = cells_of(record)
-    stated: dict[str, dict[tuple[int, int], float]] = {name: {} for name in record.vehicles}
+    stated: dict[str, dict[Cell, float]] = {name: {} for name in record.vehicles}
     for time_s, vehicle, x, y in record.rows("coverage", "time_s vehicle cell_x cell_y"):
         report.look("coverage")
         if (x, y) not in cells:
@@ -114,19 +113,19 @@ def _check_vehicle(
     record: Record,
     name: str,
     track: Track,
-    cells: dict[tuple[int, int], str],
-    stated: dict[tuple[int, int], float],
+    cells: dict[Cell, str],
+    stated: dict[Cell, float],
     report: CheckReport,
 ) -> None:
     time_s = track.time_s
     was_on, was_surely_on = sensor_was_on(record, name, time_s)
-    awake = was_on & ~record.during(name, AWAY, time_s)
+    awake = was_on & ~record.away(name, time_s)
     ground_mps, error_mps = over_ground_mps(record, track)
-    surely: dict[tuple[int, int], float] = {}
-    perhaps: dict[tuple[int, int], list[float]] = {}
+    surely: dict[Cell, float] = {}
+    perhaps: dict[Cell, list[float]] = {}
     for swath in mapping_swaths(record.vehicles[name]):
         dead = [spell for spell in record.spells if spell.vehicle == name and swath.name in spell.dead_sensors]
-        on = awake & ~lasting(dead, time_s)
+        on = awake & ~record.lasting(dead, time_s)
         most_mps = swath.limit_mps * (1.0 + record.spread)
         slow = ground_mps <= most_mps * 1.000001 + error_mps
         is_slow = ground_mps < swath.limit_mps * (1.0 - record.spread) * 1.000001 - error_mps / 2.0
@@ -161,8 +160,8 @@ def _is_steady(track: Track, speed_mps: float) -> Array:
 
 
 def _below(
-    record: Record, track: Track, rows: Array, reach_m: float, cells: dict[tuple[int, int], str]
-) -> Iterable[tuple[int, tuple[int, int], float]]:
+    record: Record, track: Track, rows: Array, reach_m: float, cells: dict[Cell, str]
+) -> Iterable[tuple[int, Cell, float]]:
     """Yield (row of the track, cell, distance) of all area cells with their centre within reach."""
     if not cells or not len(rows):
         return
@@ -199,32 +198,30 @@ def find_weight(record: Record) -> float:
     return stay_s * len(cell_s) / math.fsum(cell_s) if cell_s else 1.0
 
 
-def _check_goal(record: Record, cells: dict[tuple[int, int], str], report: CheckReport) -> None:
+def _check_goal(record: Record, cells: dict[Cell, str], report: CheckReport) -> None:
     n_finds = int(record.of("finds").get("number", 0))
     weight = find_weight(record) if n_finds else 0.0
-    if not len(cells) + weight * n_finds:
+    whole = len(cells) + weight * n_finds
+    if not whole:
         return
-    if "reachable_fraction" not in record.summary and any(spell.kind in AWAY for spell in record.spells):
-        report.skip("goal", "the version that wrote this judged over the vehicles that were left")
-        return
-    first: dict[tuple[int, int], float] = {}
-    for time_s, x, y in record.rows("coverage", "time_s cell_x cell_y"):
-        first.setdefault((x, y), time_s)
+    first = record.covered
     inspected_s = [stone["time_s"] for stone in record.summary["milestones"] if stone["name"] == "inspected"]
     goal = float(record.of("mission")["goal"])
     table = record["goal"]
     stated_s = np.append(np.asarray(table["time_s"]), math.inf)
-    gains = sorted([(first[cell], 1.0) for cell in cells if cell in first] + [(at_s, weight) for at_s in inspected_s])
+    gains = sorted(
+        [(first[cell][0], 1.0) for cell in cells if cell in first] + [(at_s, weight) for at_s in inspected_s]
+    )
     when, done = np.array([at_s for at_s, _ in gains]), np.cumsum([gain for _, gain in gains])
     n_done = np.searchsorted(when, stated_s + TIME_S, side="right")
-    share = np.concatenate([[0.0], done])[n_done] / (len(cells) + weight * n_finds)
-    follows = np.minimum(1.0, share / goal)
+    share = np.concatenate([[0.0], done]) / whole
+    follows = np.minimum(1.0, share[n_done] / goal)
     report.look("goal", len(table) + 1)
     for at in np.flatnonzero(np.abs(np.asarray(table["goal_fraction"]) - follows[:-1]) > SHARE):
         stated = f"goal_fraction {table['goal_fraction'][at]:.9g}"
         report.add("goal", "goal", stated_s[at], "", stated, f"{follows[at]:.9g}, by what is covered of all")
     times_s = np.unique(when)
-    before = np.concatenate([[0.0], done])[np.searchsorted(when, times_s - TIME_S)] / (len(cells) + weight * n_finds)
+    before = share[np.searchsorted(when, times_s - TIME_S)]
     for at_s in times_s[(before < goal) & (np.abs(stated_s - times_s[:, None]).min(1, initial=math.inf) > TIME_S)]:
         report.add("goal", "goal", at_s, "", "no row", "one: the share of the goal changed")
     last = round(float(follows[-1]), 6)

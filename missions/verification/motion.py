@@ -14,8 +14,6 @@ import numpy as np
 
 from missions.verification.record import (
     ANGLE_STEP_RAD,
-    AWAY,
-    ENERGY,
     FLOATING,
     PLACE_STEP_M,
     SPEED_STEP_MPS,
@@ -24,7 +22,6 @@ from missions.verification.record import (
     CheckReport,
     Record,
     Track,
-    lasting,
 )
 
 PLACE_M = 1.5 * PLACE_STEP_M
@@ -99,9 +96,9 @@ def over_ground_mps(record: Record, track: Track) -> tuple[Array, Array]:
 
 def way_through_water(record: Record, name: str, track: Track) -> tuple[Array, Array] | None:
     """Return the path through the water per tick (east, north, m); None under random surges."""
-    moving = ~record.during(name, AWAY, track.time_s[1:])
+    moving = ~record.away(name, track.time_s[1:])
     for spell in record.spells:
-        if spell.vehicle == name and spell.kind == ENERGY:
+        if spell.vehicle == name and spell.kind == "energy":
             moving |= np.abs(track.time_s[1:] - spell.from_s) <= TIME_STEP_S
     water = water_mps(record, track.depth_m[:-1], track.time_s[:-1])
     if water is None:
@@ -114,17 +111,16 @@ def way_through_water(record: Record, name: str, track: Track) -> tuple[Array, A
 def floats(record: Record, name: str, track: Track) -> Array:
     """Return for each tick if a vehicle drifts with the water: lost, off or without energy."""
     found: Array = record.during(name, FLOATING, track.time_s[1:]) & record.during(name, FLOATING, track.time_s[:-1])
-    late = [kind for kind in AWAY if kind not in FLOATING]
-    found &= ~record.during(name, tuple(late), track.time_s[:-1])  # late vehicles are not yet in the water
+    found &= ~record.during(name, ("joins",), track.time_s[:-1])  # late vehicles are not yet in the water
     return found & (not record.of("current").get("lost_stay", False))
 
 
 def _check_steps(record: Record, name: str, data: dict[str, Any], track: Track, report: CheckReport) -> None:
     """Check steps against heading and speed, and limits of speed, acceleration and turn rate."""
     time_s, dt_s = track.time_s[1:], np.diff(track.time_s)
-    away = record.during(name, AWAY, time_s)
-    drained = record.during(name, (ENERGY,), time_s)
-    ends = drained & ~record.during(name, (ENERGY,), track.time_s[:-1])  # it moved until its battery was empty
+    away = record.away(name, time_s)
+    drained = record.drained(name, time_s)
+    ends = drained & ~record.drained(name, track.time_s[:-1])  # it moved until its battery was empty
     moves = ~away
     speed, before = track.speed_mps[1:], track.speed_mps[:-1]
     top_mps = max(data["transit_speed_mps"], data["survey_speed_mps"]) * (1.0 + record.spread)
@@ -155,7 +151,7 @@ def _check_steps(record: Record, name: str, data: dict[str, Any], track: Track, 
         report.add("away", "trajectories", time_s[at], name, stated, "none: it is lost, off or without energy")
     report.look("limits", 3 * len(speed))
     limit = data["acceleration_mps2"] * dt_s + 1.5 * SPEED_STEP_MPS
-    begins = away & ~record.during(name, AWAY, track.time_s[:-1])
+    begins = away & ~record.away(name, track.time_s[:-1])
     most_turn = data["turn_rate_radps"] * dt_s
     turned = np.abs((np.diff(track.heading_rad) + math.pi) % (2.0 * math.pi) - math.pi)
     for what, wrong, values, most in (
@@ -171,7 +167,7 @@ def _check_steps(record: Record, name: str, data: dict[str, Any], track: Track, 
 
 def _check_depth(record: Record, name: str, own_m: float, track: Track, report: CheckReport) -> None:
     """Check the depth: constant, 0 without energy, bounded by vertical speed with drift."""
-    low_m = np.where(record.during(name, (ENERGY,), track.time_s), 0.0, own_m)
+    low_m = np.where(record.drained(name, track.time_s), 0.0, own_m)
     high_m = low_m.copy()
     navigation = record.of("navigation")
     if navigation.get("drift"):
@@ -225,12 +221,12 @@ def _check_energy(record: Record, name: str, data: dict[str, Any], track: Track,
     near = np.bincount(at[at_tick], each_j[at_tick], minlength=len(time_s) + 2)
     unsure_j = np.maximum(near[1 : len(time_s)], near[2 : len(time_s) + 1])  # rounding may move a packet across a tick
     speed = track.speed_mps[1:]
-    drained = record.during(name, (ENERGY,), time_s)
-    runs = ~record.during(name, AWAY, time_s[1:])
+    drained = record.drained(name, time_s)
+    runs = ~record.away(name, time_s[1:])
     drained_w = np.zeros(len(dt_s))
     for spell in record.spells:
         if spell.vehicle == name and spell.lost_w:
-            drained_w += spell.lost_w * lasting([spell], time_s[1:])
+            drained_w += spell.lost_w * record.lasting([spell], time_s[1:])
     due_j = runs * dt_s * (data["hotel_w"] + listening + drained_w + data["drag_w_per_mps3"] * speed**3) + sent_j[1:]
     step_j = dt_s * data["drag_w_per_mps3"] * 3.0 * speed**2 * 0.6 * SPEED_STEP_MPS
     step_j += dt_s * 1e-5 * drained_w  # a detail has six digits
@@ -239,9 +235,8 @@ def _check_energy(record: Record, name: str, data: dict[str, Any], track: Track,
     report.look("energy", 2 * len(used_j))
     wrong = asked & (np.abs(used_j - due_j) > 1.05 + step_j + unsure_j)
     all_j = np.cumsum(due_j)
-    wrong |= asked & (
-        np.abs(track.energy_j[1:] - track.energy_j[0] - all_j) > 1.05 + np.cumsum(step_j) + unsure_j + 1e-3 * at.size
-    )
+    error_j = 1.05 + np.cumsum(step_j) + unsure_j + 1e-3 * at.size
+    wrong |= asked & (np.abs(track.energy_j[1:] - track.energy_j[0] - all_j) > error_j)
     wrong |= (used_j < 0.0) | (track.energy_j[1:] > data["energy_j"] + 0.5)
     for row in np.flatnonzero(wrong)[:1]:
         stated = f"{track.energy_j[row + 1]:.0f} J used, {used_j[row]:.0f} J of them since the tick before"
@@ -258,9 +253,8 @@ def _check_borders(record: Record, name: str, track: Track, report: CheckReport)
     out_m = np.maximum.reduce([x_min - track.x_m, track.x_m - x_max, y_min - track.y_m, track.y_m - y_max])
     report.look("borders", len(out_m))
     adrift = record.during(name, (*FLOATING, "slow") if record.of("current") else FLOATING, track.time_s)
-    most_m = BEYOND_M + np.maximum.accumulate(
-        np.where(adrift, np.maximum(out_m, 0.0), 0.0)
-    )  # it must not move further out
+    # It must not move further out.
+    most_m = BEYOND_M + np.maximum.accumulate(np.where(adrift, np.maximum(out_m, 0.0), 0.0))
     for at in np.flatnonzero((out_m > most_m) & ~adrift):
         stated, most = f"{out_m[at]:.1f} m outside the area of operations", f"at most {most_m[at]:.1f} m"
         report.add("borders", "trajectories", track.time_s[at], name, stated, f"{most}, while it turns or comes back")
@@ -276,7 +270,7 @@ def least_distances_m(record: Record) -> dict[tuple[str, str], tuple[float, floa
         a, b = record.tracks[one], record.tracks[other]
         if len(a.time_s) != len(b.time_s):
             continue
-        there = ~(record.during(one, AWAY, a.time_s) | record.during(other, AWAY, b.time_s))
+        there = ~(record.away(one, a.time_s) | record.away(other, b.time_s))
         if moves:
             there &= np.abs(a.depth_m - b.depth_m) <= LAYER_M
         if there.any():

@@ -373,7 +373,7 @@ def _check_that_all_is_received(
             continue
         is_excused = at_s > end_s - CLOSE_S or vehicle in set_aside or uid in parts or uid.rpartition(".")[0] in parts
         # its battery may have run out during the propagation
-        is_excused |= bool(record.during(vehicle, ("energy",), at_s))
+        is_excused |= bool(record.drained(vehicle, at_s))
         if is_excused or any(abs(time_s - at_s) <= CLOSE_S for time_s in refused[vehicle]):
             continue
         report.add("received", "knowledge", at_s, vehicle, f"no row of {uid} received", "one: a packet with it arrived")

@@ -145,8 +145,8 @@ TIME_STEP_S, PLACE_STEP_M, ANGLE_STEP_RAD, SPEED_STEP_MPS = 2.0**-12, 2.0**-7, 2
 """Rounding steps of the numbers in tables (docs/howto/results.md)."""
 CLOSE_S = 2.0 * TIME_STEP_S
 """Tolerance of two roundings of a time, or of a sum of two times (s)."""
-Role = tuple[str, str]
-"""Group and role."""
+Role, Cell = tuple[str, str], tuple[int, int]
+"""Group and role; column and row."""
 
 
 class TableColumns:
@@ -209,15 +209,6 @@ class Spell:
     def dead_sensors(self) -> list[str]:
         """Disabled sensors: "sonar, mapping, for good"."""
         return self.detail.rpartition(", ")[0].split(", ") if self.kind == "sensor" else []
-
-
-def lasting(spells: Iterable[Spell], times_s: Any) -> Array:
-    """Return for each time if one of these faults lasts."""
-    times_s = np.asarray(times_s, dtype=float)
-    found = np.zeros(times_s.shape, dtype=bool)
-    for spell in spells:
-        found |= (times_s >= spell.from_s) & (times_s < spell.until_s)
-    return found
 
 
 class WeighedRow(NamedTuple):
@@ -373,6 +364,12 @@ class Record:
         }
 
     @cached_property
+    def covered(self) -> dict[Cell, tuple[float, str]]:
+        """First time (s) of each covered cell, and its vehicle."""
+        rows = reversed(list(self.rows("coverage", "cell_x cell_y time_s vehicle")))
+        return {(x, y): (time_s, vehicle) for x, y, time_s, vehicle in rows}
+
+    @cached_property
     def packet_of_slot(self) -> dict[int, tuple[str, dict[str, float]]]:
         """Sender and reception times of the packet in each slot."""
         rows = self.rows("packets", "slot sender receivers arrivals_s")
@@ -432,13 +429,30 @@ class Record:
             found.append(Spell(vehicle, kind, time_s, next(ended_s, math.inf), detail))
         return found
 
-    def during(self, vehicle: str, kinds: tuple[str, ...], times_s: Any) -> Array:
+    def during(self, vehicle: str, kinds: Iterable[str], times_s: Any) -> Array:
         """Return for each time if a fault of these kinds affects a vehicle."""
-        return lasting((spell for spell in self.spells if spell.vehicle == vehicle and spell.kind in kinds), times_s)
+        own = (spell for spell in self.spells if spell.vehicle == vehicle and spell.kind in kinds)
+        return self.lasting(own, times_s)
+
+    def lasting(self, spells: Iterable[Spell], times_s: Any) -> Array:
+        """Return for each time if one of these faults lasts."""
+        times_s = np.asarray(times_s, dtype=float)
+        found = np.zeros(times_s.shape, dtype=bool)
+        for spell in spells:
+            found |= (times_s >= spell.from_s) & (times_s < spell.until_s)
+        return found
+
+    def away(self, vehicle: str, times_s: Any) -> Array:
+        """Return for each time if a vehicle is lost, off, late or without energy."""
+        return self.during(vehicle, AWAY, times_s)
+
+    def drained(self, vehicle: str, times_s: Any) -> Array:
+        """Return for each time if a vehicle is without energy."""
+        return self.during(vehicle, (ENERGY,), times_s)
 
     def is_away(self, vehicle: str, at_s: float) -> bool:
         """True if a vehicle is lost, off, late or without energy at a time."""
-        return bool(self.during(vehicle, AWAY, at_s))
+        return bool(self.away(vehicle, at_s))
 
     @cached_property
     def strange(self) -> dict[str, float]:

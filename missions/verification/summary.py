@@ -12,7 +12,7 @@ import numpy as np
 from missions.verification.ending import organisation_figures
 from missions.verification.mapping import cells_of
 from missions.verification.motion import PLACE_M, floats, least_distances_m, listening_w, sending_j, way_through_water
-from missions.verification.record import CLOSE_S, CheckReport, Record, Track
+from missions.verification.record import CLOSE_S, Cell, CheckReport, Record, Track
 
 LATENCY_S = 2e-3
 """Tolerance (s) of two times rounded to 1/4096 s and a mean rounded to 0.1 ms."""
@@ -200,14 +200,10 @@ def _working_s(record: Record, name: str, work: set[tuple[str, str]], until_s: f
 
 
 def _of_mapping(record: Record, report: CheckReport) -> dict[str, tuple[Any, float]]:
-    cells = cells_of(record)
-    first: dict[tuple[int, int], tuple[float, str]] = {}
-    rows = list(record.rows("coverage", "time_s vehicle cell_x cell_y"))
-    for time_s, vehicle, x, y in rows:
-        first.setdefault((x, y), (time_s, vehicle))
+    cells, first, n_rows = cells_of(record), record.covered, len(record["coverage"])
     found: dict[str, tuple[Any, float]] = {
         "coverage_fraction": (len(first) / len(cells) if cells else 0.0, 1e-9),
-        "duplicate_fraction": (1.0 - len(first) / len(rows) if rows else 0.0, 1e-9),
+        "duplicate_fraction": (1.0 - len(first) / n_rows if n_rows else 0.0, 1e-9),
     }
     for share in (50, 80, 95, 100):
         reached = record.rows("goal", "time_s goal_fraction")
@@ -226,21 +222,16 @@ def _of_mapping(record: Record, report: CheckReport) -> dict[str, tuple[Any, flo
         inspected = sum(milestone["name"] == "inspected" for milestone in record.summary["milestones"])
         found["finds_inspected_fraction"] = inspected / n_inspected, 1e-9
     if stopped is not None:
-        found["left_when_given_up"] = _left(record, stopped, cells, first), 1e-4
+        found["left_when_given_up"] = _left(record, stopped, cells), 1e-4
     return found
 
 
-def _left(
-    record: Record,
-    stopped: dict[str, Any],
-    cells: dict[tuple[int, int], str],
-    first: dict[tuple[int, int], tuple[float, str]],
-) -> float:
+def _left(record: Record, stopped: dict[str, Any], cells: dict[Cell, str]) -> float:
     """Return the largest remaining share of a vehicle's areas just before it gave up."""
     jobs = {key: role.get("job") for key, role in record.declared_roles.items()}
     before_s = stopped["time_s"] - 1.5 * CLOSE_S
     held = {str(jobs.get(role)) for role in record.roles_at(stopped["vehicle"], before_s)}
     n_cells = Counter(cells.values())
-    done = [cell for cell, (time_s, _) in first.items() if time_s <= stopped["time_s"] and cell in cells]
+    done = [cell for cell, (time_s, _) in record.covered.items() if time_s <= stopped["time_s"] and cell in cells]
     n_done = Counter(cells[cell] for cell in done)
     return max((1.0 - n_done[area] / n_cells[area] for area in held if n_cells[area]), default=0.0)
