@@ -139,13 +139,13 @@ class Document:
         """Create the error with all faults; arguments as for ``located``."""
         return ConfigurationError(self.path, self.located(faults, options))
 
-    def faults_of(
-        self,
-        error: ValidationError,
-        root: type[BaseModel],
-    ) -> list[ConfigurationFault]:
-        """Translate pydantic's errors, raised by ``root``, into faults of a TOML file."""
-        return [fault_of(detail, root, self.raw) for detail in error.errors() if not _is_consequence(detail)]
+    def values(self, model: type[Model], tables: Mapping[str, Any] | None = None) -> Model:
+        """Return the tables (``raw`` if None) as values; raise ConfigurationError with all faults."""
+        try:
+            return model.model_validate(self.raw if tables is None else tables)
+        except ValidationError as error:
+            details = [detail for detail in error.errors() if not _is_consequence(detail)]
+            raise self.error([fault_of(detail, model, self.raw) for detail in details]) from None
 
 
 def validated(

@@ -284,3 +284,21 @@ def keys_of_options(
 def is_number(value: object) -> TypeGuard[float]:
     """True for a finite number; False for a truth value."""
     return type(value) in (int, float) and math.isfinite(value)  # type: ignore[arg-type]
+
+
+def leaves(value: Any, path: str = "", first: int = 1) -> Iterator[tuple[str, Any]]:
+    """Yield dotted keys and values of nested tables; lists of tables use entry names, else numbers from ``first``.
+
+    >>> list(leaves({"a": [{"name": "x", "b": [1, 2]}]}))
+    [('a.x.name', 'x'), ('a.x.b', [1, 2])]
+    """
+    if isinstance(value, dict):
+        entries = value.items()
+    elif isinstance(value, list) and any(isinstance(entry, dict) for entry in value):
+        numbered = enumerate(value, first)
+        entries = [(entry.get("name", at) if isinstance(entry, dict) else at, entry) for at, entry in numbered]
+    else:
+        yield path, value
+        return
+    for name, entry in entries:
+        yield from leaves(entry, f"{path}.{name}".removeprefix("."), first)

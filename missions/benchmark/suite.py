@@ -19,7 +19,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import tomli_w
-from pydantic import Field, ValidationError
+from pydantic import Field
 
 from exchange.channel.loss import STATES
 from exchange.channel.network import shipped as shipped_networks
@@ -208,10 +208,7 @@ def suite_named(name_or_path: str) -> Suite:
     """Read a shipped suite or a TOML file; raises ConfigurationError with all faults."""
     path = file_of(SUITE, name_or_path, suites())
     document = Document.of_text(text_of(path), str(path))
-    try:
-        file = SuiteFile.model_validate(document.raw)
-    except ValidationError as error:
-        raise document.error(document.faults_of(error, SuiteFile)) from None
+    file = document.values(SuiteFile)
     if faults := [*_doubled(file), *_unknown_grounds(file)]:
         raise document.error(faults)
     return Suite(document, file)
@@ -249,11 +246,7 @@ def judging_of(suite: Suite) -> JudgingTable:
     path = path.parent / "test" / path.name
     if not path.is_file():
         raise OutputError(f"--split test: {suite.about.name} has none: {path} is missing; allowed: dev")
-    document = Document.of_text(text_of(path), str(path))
-    try:
-        return JudgingTable.model_validate(document.raw)
-    except ValidationError as error:
-        raise document.error(document.faults_of(error, JudgingTable)) from None
+    return Document.of_text(text_of(path), str(path)).values(JudgingTable)
 
 
 def split_to_judge(suite: Suite, seeds: Path | None, folder: Path) -> Suite:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 from missions.fault import absences
@@ -123,22 +123,25 @@ def _moments(run: MeasuredRun) -> Iterator[tuple[float, _Views]]:
     yield run.end_s - before_s, views
 
 
+def _mean_over_time(run: MeasuredRun, value_of: Callable[[_Views], float | None]) -> float | None:
+    """Mean of a value of the views over the time in which they have one; None without any."""
+    spells = [(spell_s, value) for spell_s, views in _moments(run) if (value := value_of(views)) is not None]
+    total_s = math.fsum(spell_s for spell_s, _ in spells)
+    return round(math.fsum(spell_s * value for spell_s, value in spells) / total_s, 6) if total_s > 0.0 else None
+
+
 def view_divergence(run: MeasuredRun) -> float | None:
     """Share of time, over all pairs of vehicles, with an error on the other's roles.
 
     Roles with a job are ignored if the strategy keeps them private. If needs follow from groups, so are roles of groups
     without the viewer.
     """
-    shares = [(spell_s, share) for spell_s, views in _moments(run) if (share := views.divergence) is not None]
-    total_s = math.fsum(spell_s for spell_s, _ in shares)
-    return round(math.fsum(spell_s * share for spell_s, share in shares) / total_s, 6) if total_s > 0.0 else None
+    return _mean_over_time(run, lambda views: views.divergence)
 
 
 def holder_conflict_fraction(run: MeasuredRun) -> float | None:
     """Share of time in which a role has more holders, by their own views, than allowed."""
-    spells = [(spell_s, views.is_in_conflict) for spell_s, views in _moments(run)]
-    total_s = math.fsum(spell_s for spell_s, _ in spells)
-    return round(math.fsum(spell_s for spell_s, conflict in spells if conflict) / total_s, 6) if total_s > 0.0 else None
+    return _mean_over_time(run, lambda views: views.is_in_conflict)
 
 
 def malformed_spells(run: MeasuredRun) -> Iterator[tuple[float, tuple[Malformed, ...]]]:

@@ -135,14 +135,6 @@ def priorities(scenario: Scenario, strategy: Strategy, mission: Mission, tbox: T
     return {tbox.attribute_named(name).uid: priority for name, priority in {**strategic, **listed}.items()}
 
 
-def needs_of_all(tbox: TBox, urgency: Mapping[int, int], n_nodes: int) -> NeedsIndex:
-    """Return needs by which every vehicle needs all attributes in ``urgency`` (priority by uid)."""
-    needs = tuple(
-        InformationNeed(uid, priority, class_uid=tbox.attributes[uid].domain) for uid, priority in urgency.items()
-    )
-    return NeedsIndex(tbox, dict.fromkeys(range(n_nodes), needs))
-
-
 def subjects_of(
     scenario: Scenario,
     mission: Mission,
@@ -244,7 +236,9 @@ class Setup:
     @cached_property
     def common_needs(self) -> NeedsIndex:
         """Needs by which every vehicle needs all exchanged attributes."""
-        return needs_of_all(self.tbox, self.urgency, len(self.database))
+        domains = self.tbox.attributes
+        needs = [InformationNeed(uid, value, class_uid=domains[uid].domain) for uid, value in self.urgency.items()]
+        return NeedsIndex(self.tbox, dict.fromkeys(range(len(self.database)), tuple(needs)))
 
     @property
     def nodes(self) -> dict[str, int]:
@@ -337,8 +331,6 @@ def _instances(scenario: Scenario, mission: Mission, tbox: TBox, used: Iterable[
 
 
 def _stated_facts(tbox: TBox, instances: Sequence[Instance]) -> tuple[PropertyValue, ...]:
-    if not tbox.individuals:
-        return ()
     uids = {instance.name: instance.uid for instance in instances}
     return tuple(
         PropertyValue(uids[individual.name], attribute, value)

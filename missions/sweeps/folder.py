@@ -14,7 +14,7 @@ import hashlib
 import json
 import os
 import shutil
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property, partial
@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 
 from missions.disk import drafted, lock, not_as_noted, write_synced
 from missions.errors import DiskFullError, MissionsError, OutputError, StudyChangedError
-from missions.files import is_named, shown, toml_value
+from missions.files import is_named, leaves, shown, toml_value
 from missions.metric import NOT_APPLICABLE, TAKEN, Better, Metric
 from missions.sweeps.code import fingerprint, short
 from missions.sweeps.ledger import (
@@ -238,9 +238,43 @@ class SweepResults:
         lines = read_ledger(self.folder / LEDGER, self._record.get(IDENTITY, ""))
         with suppress(OutputError):  # unknown settings; the runs remain
             lines = self.schedule.labelled(lines)
-        if self.measured:
-            return _with_values(lines, self.measured, self.schedule, self.kept_tables, self.arrow_table)
-        return lines
+        return self._with_measured(lines) if self.measured else lines
+
+    def _with_measured(self, lines: Mapping[str, Line]) -> dict[str, Line]:
+        """Return ledger lines with values of the user's metrics in the summaries, where tables exist.
+
+        Values equal those measured by the run. A run without tables has no value and does not count in comparisons.
+        Raises PluginError if a metric fails.
+        """
+        from missions.runs.reader import KeptRun, value_of
+
+        numbers = self.schedule.numbers(lines)
+        read = cache(self.arrow_table)  # one table for all runs
+        changed = dict(lines)
+        for key, line in lines.items():
+            if line["status"] == DONE and line["tables"]:
+                scenario_of = partial(self._scenario, key, numbers.get(key))
+                run = KeptRun(line["summary"], self.kept_tables, partial(own_rows, read, key), scenario_of)
+                values = {of.name: value_of(of, run, f"{name}, run {key}") for name, of in self.measured.items()}
+                kept = {name: value for name, value in values.items() if value is not NOT_APPLICABLE}
+                changed[key] = {**line, "summary": {**line["summary"], **kept}}
+        return changed
+
+    def _scenario(self, key: str, number: int | None) -> Scenario:
+        """Load the scenario of a run; raise OutputError if it is another one now."""
+        from missions.scenarios import load
+
+        if number is None:
+            raise OutputError(f"run {key}: the folder does not record its scenario")
+        label = self.schedule.labels[number]
+        settings = [("study", f"{name}={toml_value(value)}") for name, value in label.settings]
+        try:
+            scenario = load(label.source, settings)
+        except MissionsError as error:
+            raise OutputError(f"run {key}: its scenario {label.source} cannot be loaded: {error}") from None
+        if hashlib.sha256(run_content(scenario).encode()).hexdigest() != self.schedule.digests[number]:
+            raise OutputError(f"run {key}: its scenario {label.source} is another one now; rows of tables can be read")
+        return scenario
 
     def runs(self) -> Any:
         """Return a pandas data frame with one row per finished run."""
@@ -479,60 +513,12 @@ def _array(values: list[Any]) -> Any:
     return array.cast(pa.float64()) if pa.types.is_null(array.type) else array
 
 
-def _with_values(
-    lines: Mapping[str, Line],
-    metrics: Mapping[str, Metric],
-    schedule: RunSchedule,
-    tables: Collection[str],
-    whole: Callable[[str], pa.Table],
-) -> dict[str, Line]:
-    """Return ledger lines with values of further metrics in the summaries, where tables exist.
-
-    ``schedule`` maps runs to configurations; ``whole`` returns a kept table of all runs. Raises PluginError if a metric
-    fails.
-    """
-    from missions.runs.reader import KeptRun, value_of
-
-    numbers = schedule.numbers(lines)
-    read = cache(whole)  # one table for all runs
-    changed = dict(lines)
-    for key, line in lines.items():
-        if line["status"] == DONE and line["tables"]:
-            run = KeptRun(
-                line["summary"], tables, partial(_own_rows, read, key), _scenario(schedule, key, numbers.get(key))
-            )
-            values = {metric.name: value_of(metric, run, f"{of}, run {key}") for of, metric in metrics.items()}
-            kept = {name: value for name, value in values.items() if value is not NOT_APPLICABLE}
-            changed[key] = {**line, "summary": {**line["summary"], **kept}}
-    return changed
-
-
-def _own_rows(whole: Callable[[str], pa.Table], key: str, name: str) -> pa.Table:
+def own_rows(whole: Callable[[str], pa.Table], key: str, name: str) -> pa.Table:
+    """Return the rows of a run in a kept table, which ``whole`` reads."""
     import pyarrow.compute as pc
 
     table = whole(name)
     return table.filter(pc.equal(table["key"], key))
-
-
-def _scenario(schedule: RunSchedule, key: str, number: int | None) -> Callable[[], Scenario]:
-    """Return a loader of a run's scenario, called only if a metric needs it."""
-
-    def scenario_of() -> Scenario:
-        from missions.scenarios import load
-
-        if number is None:
-            raise OutputError(f"run {key}: the folder does not record its scenario")
-        label = schedule.labels[number]
-        settings = [("study", f"{name}={toml_value(value)}") for name, value in label.settings]
-        try:
-            scenario = load(label.source, settings)
-        except MissionsError as error:
-            raise OutputError(f"run {key}: its scenario {label.source} cannot be loaded: {error}") from None
-        if hashlib.sha256(run_content(scenario).encode()).hexdigest() != schedule.digests[number]:
-            raise OutputError(f"run {key}: its scenario {label.source} is another one now; rows of tables can be read")
-        return scenario
-
-    return scenario_of
 
 
 def record_of(plan: SweepPlan) -> dict[str, Any]:
@@ -574,7 +560,7 @@ def differences(path: Path, record: Mapping[str, Any], accept_code: bool = False
         before = json.loads(path.read_text(encoding="utf-8"))
         if not isinstance(before, dict):
             raise TypeError("no table")
-        old, new = dict(_leaves(_compared(before))), dict(_leaves(_compared(record)))
+        old, new = dict(leaves(_compared(before))), dict(leaves(_compared(record)))
         lost = set(before["digests"]) - set(record["digests"])
     except (ValueError, TypeError, KeyError):
         yield f"{path.name} cannot be read"
@@ -610,20 +596,3 @@ def _is_growth(key: str, old: Any, new: Any, lost: bool) -> bool:
     if key.startswith(REPORTED) or not lost:
         return True
     return isinstance(old, list) and isinstance(new, list) and all(value in new for value in old)
-
-
-def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield dotted keys and values of nested tables; lists of tables use entry names.
-
-    >>> list(_leaves({"a": [{"name": "x", "b": [1, 2]}]}))
-    [('a.x.name', 'x'), ('a.x.b', [1, 2])]
-    """
-    if isinstance(value, dict):
-        for key, entry in value.items():
-            yield from _leaves(entry, f"{path}.{key}".removeprefix("."))
-    elif isinstance(value, list) and any(isinstance(entry, dict) for entry in value):
-        for number, entry in enumerate(value, 1):
-            name = entry.get("name", number) if isinstance(entry, dict) else number
-            yield from _leaves(entry, f"{path}.{name}")
-    else:
-        yield path, value

@@ -230,23 +230,21 @@ def cluster_executor(address: str) -> Iterator[tuple[Executor, int]]:
     except (OSError, ValueError) as error:
         raise ClusterError(f"--cluster {address}: cannot be reached: {error}") from None
     try:
-        client.wait_for_workers(1, timeout=REACH_S)
-        versions: dict[str, str] = client.run(version)
-    except TimeoutError:
-        client.close(timeout=1)
-        raise ClusterError(f"--cluster {address}: has no workers; start some with: dask worker {address}") from None
-    except Exception as error:
-        client.close(timeout=1)
-        raise ClusterError(f"--cluster {address}: a worker cannot load remoras: {error}") from None
-    others = {worker: other for worker, other in versions.items() if other != version()}
-    if others:
-        client.close(timeout=1)
-        worker, other = next(iter(others.items()))
-        raise ClusterError(
-            f"--cluster {address}: {len(others)} workers have another version, {worker} has {other}, "
-            f"this is {version()}: install the same everywhere"
-        )
-    try:
+        try:
+            client.wait_for_workers(1, timeout=REACH_S)
+            versions: dict[str, str] = client.run(version)
+        except TimeoutError:
+            why = f"has no workers; start some with: dask worker {address}"
+            raise ClusterError(f"--cluster {address}: {why}") from None
+        except Exception as error:
+            raise ClusterError(f"--cluster {address}: a worker cannot load remoras: {error}") from None
+        others = {worker: other for worker, other in versions.items() if other != version()}
+        if others:
+            worker, other = next(iter(others.items()))
+            raise ClusterError(
+                f"--cluster {address}: {len(others)} workers have another version, {worker} has {other}, "
+                f"this is {version()}: install the same everywhere"
+            )
         yield client.get_executor(pure=False), max(JOINING, sum(client.nthreads().values()))
     finally:
         client.close(timeout=1)

@@ -14,8 +14,6 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from pydantic import ValidationError
-
 from missions.document import Document
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.files import STUDY, file_or_name, is_file, is_named, shipped, shipped_studies, shown, toml_value
@@ -225,10 +223,7 @@ def study_of(document: Document, strategies: Sequence[str] = ()) -> Study:
     tables = with_files_found(document.raw, folder)
     if isinstance(tables.get("channel"), dict):
         tables["channel"] = [tables["channel"]]
-    try:
-        file = StudyFile.model_validate(tables)
-    except ValidationError as error:
-        raise document.error(document.faults_of(error, StudyFile)) from None
+    file = document.values(StudyFile, tables)
     file, unknown = _with_strategies(file, strategies, folder)
     between = [*faults_between(file), *unknown]
     file, own, no_metrics = _with_own_metrics(file, folder)

@@ -20,7 +20,7 @@ from missions.runs.run import run_of
 from missions.runs.setup import resolved
 from missions.runs.tables import decoded, encoded
 from missions.sweeps.code import code_with, references
-from missions.sweeps.folder import TABLES, SweepResults
+from missions.sweeps.folder import SweepResults, own_rows
 from missions.sweeps.ledger import DONE, FAILED, FinishedRun
 from missions.sweeps.plan import RunTask, SweepPlan, version
 from remoras.process import rare_collections
@@ -127,17 +127,13 @@ def verify(study: Study, folder: Path, count: int) -> Iterator[tuple[str, list[s
             other += results.damaged
         elif line["tables"]:
             again_made = decoded(io.BytesIO(again.tables))
-            other += [name for name, now in again_made.items() if not _is_kept(folder, name, key, now)]
+            other += [name for name, now in again_made.items() if not _is_kept(results, name, key, now)]
         yield key, other
 
 
-def _is_kept(folder: Path, name: str, key: str, now: Any) -> bool:
+def _is_kept(results: SweepResults, name: str, key: str, now: Any) -> bool:
     """True if the kept table has the same rows of a run."""
-    import pyarrow.compute as pc
-    import pyarrow.parquet as pq
-
-    path = folder / TABLES / f"{name}.parquet"
-    if not path.is_file():
+    if name not in results.kept_tables:
         return not now.num_rows
-    kept = pq.read_table(path, filters=pc.field("key") == key)
+    kept = own_rows(results.arrow_table, key, name)
     return bool(kept.equals(now.cast(kept.schema)))

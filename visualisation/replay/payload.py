@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Protocol
 
 import numpy as np
 
 from missions.figure import Place, RunResults, Tiles
+from missions.files import leaves
 from missions.graphs import group_nodes
 from visualisation.replay import tables as of_run
 from visualisation.replay.tables import EVENTS, PLACE_STEP_M, TIME_STEP_S, Columns, Floats, Ints, Names
@@ -243,21 +244,11 @@ def _header(results: RunResults, scenario: Mapping[str, Any], slot_s: float | No
         "frame_s": None if slot_s is None else slot_s * len(scenario.get("vehicle", ())),
         "range_m": communication.get("range_m"),
         "sound_mps": world.get("sound_speed_mps", 1500.0),
-        "settings": dict(_settings(scenario)),
+        "settings": {
+            key: value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
+            for key, value in leaves(scenario, first=0)
+        },
     }
-
-
-def _settings(value: Any, key: str = "") -> Iterator[tuple[str, str]]:
-    """Settings of the scenario as keys and values of ``--set``."""
-    if isinstance(value, Mapping):
-        parts: Iterable[tuple[str, Any]] = value.items()
-    elif isinstance(value, list) and any(isinstance(item, Mapping) for item in value):
-        parts = ((str(one.get("name", number)), one) for number, one in enumerate(value))
-    else:
-        yield key, value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
-        return
-    for name, part in parts:
-        yield from _settings(part, f"{key}.{name}" if key else name)
 
 
 def _verdict(summary: Mapping[str, Any], goal_fraction: float) -> str:
