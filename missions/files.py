@@ -293,7 +293,7 @@ def leaves(value: Any, path: str = "", first: int = 1) -> Iterator[tuple[str, An
     [('a.x.name', 'x'), ('a.x.b', [1, 2])]
     """
     if isinstance(value, dict):
-        entries = value.items()
+        entries: Iterable[tuple[Any, Any]] = value.items()
     elif isinstance(value, list) and any(isinstance(entry, dict) for entry in value):
         numbered = enumerate(value, first)
         entries = [(entry.get("name", at) if isinstance(entry, dict) else at, entry) for at, entry in numbered]

@@ -145,8 +145,10 @@ TIME_STEP_S, PLACE_STEP_M, ANGLE_STEP_RAD, SPEED_STEP_MPS = 2.0**-12, 2.0**-7, 2
 """Rounding steps of the numbers in tables (docs/howto/results.md)."""
 CLOSE_S = 2.0 * TIME_STEP_S
 """Tolerance of two roundings of a time, or of a sum of two times (s)."""
-Role, Cell = tuple[str, str], tuple[int, int]
-"""Group and role; column and row."""
+Role = tuple[str, str]
+"""Group and role."""
+Cell = tuple[int, int]
+"""Column and row."""
 
 
 class TableColumns:
