@@ -20,6 +20,7 @@ from visualisation.output import ExportError
 if TYPE_CHECKING:
     from missions.runs.results import MemoryResults, Results
 
+__all__ = ["FORMATS", "Exported", "export", "export_path"]
 Counts = Mapping[str, int]
 """Number of messages, rows or features by topic, table or kind."""
 
