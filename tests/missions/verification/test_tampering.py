@@ -183,17 +183,12 @@ def _damaged(folder: Path) -> None:
 
 CASES: dict[str, tuple[str, Callable[[Path], None]]] = {
     "distance": ("figures", _scaled("distance_m", 1.002)),
-    "energy of all": ("figures", _scaled("energy_j", 0.999)),
-    "modem energy": ("figures", _scaled("modem_energy_j", 1.01)),
-    "latency": ("figures", _scaled("mean_latency_s", 0.99)),
     "the 95 % latency is the 90 %": ("figures", _scaled("p95_latency_s", 0.7)),
-    "delivery": ("figures", _scaled("delivery_ratio", 1.01)),
     "packets": ("figures", in_summary(lambda s: s.update(n_packets=s["n_packets"] - 1))),
     "idle time": ("figures", _scaled("idle_s", 1.05)),
     "closest approach": ("figures", _scaled("closest_approach_m", 1.1)),
     "divergence of views": ("figures", setting(view_divergence=0.5)),
     "goal_fraction lowered": ("goal", setting(goal_fraction=0.9)),
-    "covered": ("figures", _scaled("coverage_fraction", 0.99)),
     "completed flipped": ("verdict", setting(completed=False)),
     "another seed": ("identity", setting(seed=4)),
     "another strategy": ("identity", setting(strategy="cbba")),

@@ -36,12 +36,3 @@ def test_errors_of_a_round_that_is_gone_again_and_again_add_up() -> None:
     off = off_m(track, way_m)
     assert off == pytest.approx(5.34, abs=0.01)
     assert off <= way_error_m(track)
-
-
-def test_a_way_straight_on_is_known_as_well_as_its_steps_are_many() -> None:
-    """1000 steps of 1.3 m, or none at all: 1.5 / 128 m times the root of 1000."""
-    steps = np.arange(1001.0)
-    for x_m, y_m in ((1.1 * steps, 0.7 * steps), (0.0 * steps, 0.0 * steps)):
-        track, way_m = track_of(x_m, y_m)
-        assert way_error_m(track) == pytest.approx(1.5 / 128.0 * math.sqrt(1000.0))
-        assert off_m(track, way_m) <= way_error_m(track)

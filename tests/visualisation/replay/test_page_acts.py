@@ -15,8 +15,6 @@ from chromium import opened, seek, written
 from replayed import LOSSY, moments_s, recorded
 
 from missions.runs.results import Results
-from visualisation import style
-from visualisation.colours import VEHICLES
 
 pytestmark = pytest.mark.slow
 EBML = bytes.fromhex("1a45dfa3")
@@ -116,14 +114,6 @@ def test_a_link_opens_its_moment_and_follows(chrome: Any, results: Results, tmp_
         window.ask("() => { location.hash = '#t=500&v=nobody'; }")
         window.page.wait_for_function("() => R.app.clock.t === 500")
         assert window.ask("() => R.app.selected") is None
-
-
-def test_the_theme_follows_the_reader_and_the_button(chrome: Any, results: Results, tmp_path: Path) -> None:
-    with opened(chrome, written(tmp_path, results), scheme="dark") as window:
-        theme = "() => document.documentElement.dataset.theme"
-        assert window.ask(theme) == "dark"
-        window.page.get_by_label("Light or dark (D)").click()
-        assert window.ask(theme) == "light"
 
 
 def test_no_text_is_smaller_than_12_px_and_nothing_needs_scrolling(window: Window) -> None:
@@ -376,14 +366,6 @@ def test_texts_are_readable_in_both_themes(window: Window) -> None:
     assert min(contrasts) >= 4.5
 
 
-def test_a_vehicle_has_the_colour_of_the_figures(window: Window, results: Results) -> None:
-    """tests/visualisation/test_other_figures.py holds these eight apart, also for three kinds of colour blindness."""
-    fills = window.ask("() => R.app.views[0].run.vehicles.map((_, v) => R.vehicleLook(v).fill)")
-    assert fills == [style.vehicle_look(number).colour for number in range(len(results.scenario.vehicle))]
-    assert window.ask("() => R.VEHICLE_FILLS") == list(VEHICLES)
-    assert len(set(VEHICLES)) == 8
-
-
 def test_eight_roles_look_different_on_bars_and_on_icons(window: Window) -> None:
     """Without their labels, on a vehicle of one colour: at least a twentieth of an icon's bytes differ."""
     for pictures in window.ask(PICTURES):
@@ -407,29 +389,6 @@ def test_what_should_have_ended_is_overdue(window: Window) -> None:
         notes = window.texts(".body .tree .note")
         assert any(note.startswith("expected to end at") for note in notes) or is_late
         assert any(note.startswith("overdue since") for note in notes) == is_late
-
-
-DISCS = """(view) => {
-  const own = CanvasRenderingContext2D.prototype, { arc } = own, radii = [];
-  own.arc = function (x, y, radius, ...rest) { radii.push(radius); arc.call(this, x, y, radius, ...rest); };
-  view.paintMap();
-  own.arc = arc;
-  return radii.filter((radius) => radius > 24).length;
-}"""
-"""Arcs of a map that are wider than any symbol."""
-
-
-def test_of_a_crowd_one_disc_is_drawn_that_is_pointed_at(
-    chrome: Any, crowd: Results, results: Results, tmp_path: Path
-) -> None:
-    with opened(chrome, written(tmp_path, crowd)) as window:
-        window.ask("() => { R.app.select('AUV02'); R.app.clock.seek(400); }")
-        assert seek(window, [400.0], DISCS) == [0]
-        window.ask("() => { R.app.views[0].facts.pointed = 1; }")
-        assert seek(window, [400.0], DISCS) == [1]
-    with opened(chrome, written(tmp_path, results)) as window:
-        window.ask("() => { R.app.select('AUV02'); }")
-        assert seek(window, [1540.0], DISCS)[0] >= 1
 
 
 ON_BARS = """(view) => {

@@ -22,7 +22,7 @@ from missions.errors import OutputError
 from missions.runs.results import Results
 from remoras.cli.new import TEMPLATES
 from visualisation.replay import page_text, run_data
-from visualisation.replay.tables import Columns, packed
+from visualisation.replay.tables import Columns
 
 WICKED = ['AUV "one"', "</script><b>'x'", "船 \U0001f6a2 ü", "<!-- & -->"]
 MOST_OF_FOUR, MOST_OF_PAGE = 100_000, 300_000
@@ -336,12 +336,6 @@ def opened(block: bytes) -> tuple[dict[str, Any], dict[str, list[float]]]:
     return about, columns
 
 
-@given(st.lists(st.integers(-MOST, MOST)), st.integers(0, 2))
-def test_numbers_come_back(numbers: list[int], order: int) -> None:
-    data = packed(np.array(numbers, dtype=np.int64), order)
-    assert unpacked(data, 0, len(numbers), order) == (numbers, len(data))
-
-
 @given(st.lists(st.floats(-1e6, 1e6)))
 def test_lengths_come_back_within_half_a_step(values: list[float]) -> None:
     columns = Columns()
@@ -352,9 +346,3 @@ def test_lengths_come_back_within_half_a_step(values: list[float]) -> None:
     assert found["a"] == [3, 1, 2]
     assert len(found["b"]) == len(values)
     assert all(abs(got - value) <= 0.0625 for got, value in zip(found["b"], values, strict=True))
-
-
-def test_what_is_missing_or_not_finite_counts_as_nothing() -> None:
-    columns = Columns()
-    columns.add("a", np.array([1.0, np.nan, np.inf, 2.0]), 1, 0.5)
-    assert opened(columns.block({}))[1]["a"] == [1.0, 0.0, 0.0, 2.0]
