@@ -81,7 +81,7 @@ class Document:
         """
         raw = tables_of(text, path)
         if is_deep(raw):
-            raise ConfigurationError(path, [ConfigurationFault("TOML", "", TOO_DEEP)])
+            raise ConfigurationError.of(path, "TOML", "", TOO_DEEP)
         return cls(path, text, raw)
 
     @cached_property

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 from worldmodel import suggestion
 
@@ -69,6 +69,11 @@ class ConfigurationError(MissionsError):
         super().__init__(file, tuple(faults))  # constructor arguments, for pickling
         self.file = file
         self.faults = tuple(faults)
+
+    @classmethod
+    def of(cls, file: str, key: str, given: str, allowed: str, line: int | None = None) -> Self:
+        """Create the error of one fault."""
+        return cls(file, [ConfigurationFault(key, given, allowed, line)])
 
     def __str__(self) -> str:
         return "\n".join(fault.text(self.file) for fault in self.faults)

@@ -100,6 +100,7 @@ class Feature:
     strategy: Callable[[Scenario, Strategy], Strategy] = lambda scenario, strategy: strategy
 
 
-def on_unless_off(key: str, description: str, without: Callable[[], Observer]) -> Feature:
-    """Return a feature on unless ``communication.KEY = false``; ``without`` then removes it."""
-    return Feature({"communication": {key: (bool, Field(True, description=description))}}, lambda joining: without())
+def on_unless_off(key: str, description: str, without: Observer) -> Feature:
+    """Return a feature on unless ``communication.KEY = false``; the run hooks ``without`` then remove it."""
+    keys = {"communication": {key: (bool, Field(True, description=description))}}
+    return Feature(keys, lambda joining: without)

@@ -37,7 +37,7 @@ artists in the legend. A figure therefore needs no page, colours or file::
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -139,6 +139,23 @@ def round_up(value: float) -> float:
 def axis_end_s(results: RunResults) -> float:
     """Return the mission time rounded up (s): runs of similar duration get equal time axes."""
     return round_up(max(float(results.summary["mission_time_s"]), 1.0))
+
+
+def draw_counts(
+    axes: Axes, style: Style, end_s: float, curves: Iterable[tuple[str, Iterable[float], str, str]], label: str
+) -> None:
+    """Draw cumulative counts over time: label, times (s), line style and colour of each curve."""
+    for name, times_s, line, colour in curves:
+        ordered = sorted(times_s)
+        axes.step([0.0, *ordered, end_s], [*range(len(ordered) + 1), len(ordered)], where="post", linestyle=line,
+                  color=colour, label=name)  # fmt: skip
+    axes.set_xlabel(style.axis("time", "s"))
+    axes.set_ylabel(style.axis(label))
+
+
+def last_position_s(results: RunResults) -> float:
+    """Return the time of the last recorded position (s)."""
+    return max((row["time_s"] for row in results.rows("trajectories")), default=0.0)
 
 
 Draw = Callable[["Axes", RunResults, Style], str]

@@ -123,11 +123,11 @@ def tables_of(text: str, path: str) -> dict[str, Any]:
     try:
         return parsed(text)
     except LimitError as error:
-        raise ConfigurationError(path, [ConfigurationFault("TOML", "", str(error), error.line)]) from None
+        raise ConfigurationError.of(path, "TOML", "", str(error), error.line) from None
     except tomllib.TOMLDecodeError as error:
         found = LINE_OF_SYNTAX.search(str(error))
-        fault = ConfigurationFault("TOML", "", str(error), int(found[1]) if found else None)
-        raise ConfigurationError(path, [fault]) from None
+        line = int(found[1]) if found else None
+        raise ConfigurationError.of(path, "TOML", "", str(error), line) from None
 
 
 def too_large(n_bytes: int) -> str:
@@ -147,15 +147,15 @@ def file_of(kind: str, name_or_path: str, known: Mapping[str, Path]) -> Path:
         return path
     if name_or_path in (shipped() if other == SCENARIO else shipped_studies()):
         raise of_other_kind(name_or_path, other)
-    raise ConfigurationError(name_or_path, [ConfigurationFault(kind, name_or_path, file_or_name(name_or_path, known))])
+    raise ConfigurationError.of(name_or_path, kind, name_or_path, file_or_name(name_or_path, known))
 
 
 def check_named(name_or_path: str) -> None:
     """Raise ConfigurationError unless the file or shipped name exists."""
     known = [*shipped(), *shipped_studies()]
     if name_or_path not in known and not is_file(Path(name_or_path)):
-        fault = ConfigurationFault("scenario or study", name_or_path, file_or_name(name_or_path, known))
-        raise ConfigurationError(name_or_path, [fault])
+        allowed = file_or_name(name_or_path, known)
+        raise ConfigurationError.of(name_or_path, "scenario or study", name_or_path, allowed)
 
 
 def of_other_kind(file: str, found: str, line: int | None = None) -> ConfigurationError:
@@ -222,19 +222,17 @@ def text_of(path: Path, most_bytes: int | None = None) -> str:
     """
     try:
         if most_bytes is not None and (n_bytes := path.stat().st_size) > most_bytes:
-            raise ConfigurationError(str(path), [ConfigurationFault("file", "", too_large(n_bytes))])
+            raise ConfigurationError.of(str(path), "file", "", too_large(n_bytes))
         content = path.read_bytes()
         if other := _other_encoding(content):
-            raise ConfigurationError(
-                str(path), [ConfigurationFault("file", "", f"cannot be read: it is {other}; save it as UTF-8")]
-            )
+            raise ConfigurationError.of(str(path), "file", "", f"cannot be read: it is {other}; save it as UTF-8")
         return content.decode("utf-8-sig").replace("\r\n", "\n")
     except OSError as error:
         why, line = f"cannot be read: {error.strerror or error}", None
     except UnicodeDecodeError as error:
         why = f"cannot be read: byte {error.object[error.start]:#04x} is not UTF-8; save the file as UTF-8"
         line = content.count(b"\n", 0, error.start) + 1
-    raise ConfigurationError(str(path), [ConfigurationFault("file", "", why, line)])
+    raise ConfigurationError.of(str(path), "file", "", why, line)
 
 
 def _other_encoding(content: bytes) -> str:

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 if TYPE_CHECKING:
     from exchange.channel.channel import Channel
+    from exchange.manager.manager import OptionalPart
     from exchange.packets import Reception
     from remoras.beliefs import Beliefs, Fact
     from remoras.fleet.radio import RenewedNeeds
@@ -206,6 +207,17 @@ class Observer:
 
     def on_restart(self, vehicle: Vehicle) -> None:
         """Handle a restarted vehicle that has replaced its predecessor."""
+
+
+@dataclass(frozen=True)
+class LeavingOut(Observer):
+    """Observer that leaves an optional part out of every vehicle's exchange manager."""
+
+    part: OptionalPart
+
+    def on_vehicle(self, vehicle: Vehicle) -> None:
+        """Leave it out of a new vehicle."""
+        vehicle.radio.manager.leave_out(self.part)
 
 
 def listening(observers: Iterable[Observer], event: str) -> tuple[Callable[..., Any], ...]:

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Self, cast
 
 from pydantic import (
+    AfterValidator,
     BaseModel,
     ConfigDict,
     Field,
@@ -27,6 +28,16 @@ Probability = Annotated[float, Field(ge=0.0, le=1.0)]
 Name = Annotated[str, Field(min_length=1, max_length=40, pattern=r"^[^./\\\x00-\x1f=+@-][^./\\\x00-\x1f]*$")]
 """Name usable in file names: no dot, slash or control character, no formula sign first."""
 PointM = tuple[float, float]
+
+
+def _rising(ends: PointM) -> PointM:
+    if ends[0] >= ends[1]:
+        raise ValueError("allowed: the lower end first")
+    return ends
+
+
+SpanM = Annotated[PointM, AfterValidator(_rising)]
+"""Lower and higher end."""
 LONGEST_REPR = 120
 """Maximum characters of a table's repr."""
 

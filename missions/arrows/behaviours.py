@@ -11,13 +11,22 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from exchange.arithmetic import distance
-from missions.arrows.belief_map import Chart
-from missions.arrows.choosing import Choosing, Leg, Return, Trail, Way, goes_on
-from missions.arrows.contact import Find, Hearers, Leash, Reach
+from missions.arrows.belief_map import Chart, summed
+from missions.arrows.choosing import Choosing, Find, Hearers, Leash, Leg, Reach, Return, Trail, Way, goes_on
 from missions.arrows.detectors import ANOMALY, SAME_M, shown_of, unidentified
 from missions.arrows.scenario import UNKNOWN, ArrowsScenario
-from missions.arrows.seafloor import summed
-from remoras.behaviours import ADVANCING, DONE, DUE, IDLE, Approach, Behaviour, Perception, Reference, distance_m
+from remoras.behaviours import (
+    ADVANCING,
+    DONE,
+    DUE,
+    IDLE,
+    Approach,
+    Behaviour,
+    Perception,
+    Reference,
+    Standing,
+    distance_m,
+)
 from remoras.beliefs import Known
 from remoras.database import VehicleData
 from remoras.motion import Motion
@@ -179,7 +188,7 @@ class Obeying(Behaviour):
         return Reference(target_m, speed_mps)
 
 
-class Directing(Behaviour):
+class Directing(Standing):
     """Central search: the leader orders each vehicle's next target by its own map."""
 
     def __init__(
@@ -228,10 +237,6 @@ class Directing(Behaviour):
         target_m, ordered_s = self._ordered.get(name, (None, 0.0))
         near_m = ARRIVED_M + 2.0 * ORDERS_S * self._choosing[name].speed_mps
         return target_m is None or distance(at_m, target_m) <= near_m or now_s - ordered_s > STALE_S
-
-    def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """Return None."""
-        return None
 
 
 class Sweeping(Behaviour):

@@ -1,4 +1,4 @@
-"""Belief map of each vehicle: Bayesian updates of cells by detections.
+"""Grid of cells, sampled seafloor, and belief map of each vehicle: Bayesian updates by detections.
 
 Each cell holds at most one thing: nothing, or one of several kinds. Given the content, observations are independent,
 and so are cells. The posterior is prior times likelihoods, cell by cell::
@@ -12,19 +12,256 @@ reception. Only + - * / and exact float operations are used, for equal bytes on 
 Information is in bits. That of a future observation is the mutual information of its answer and the cell's content.
 That of past observations is the Kullback-Leibler divergence of the map from the prior; its expectation is the former
 (Cover and Thomas, Elements of Information Theory, chapter 2).
+
+**Grid and prior.** Cells are numbered row by row from the south-west; a tile has 4 x 4 cells. The wire carries a pass
+without detections as one number per tile with a bit per cell, and a detection as one number per cell.
+
+Each historic find contributes a density (1 - d^2 / s^2)^2 within the distance s, zero beyond (quartic kernel, up to
+scale). The densities of a kind and a uniform share sum to 1 over the cells. Times the expected number this is the
+probability that a cell holds such a thing. Cells are sampled from the prior by seed and number in a separate stream.
+The prior is therefore correct, and strategies, losses and faults never move a thing.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
 from exchange.arithmetic import LN2
-from missions.arrows.scenario import SITES
-from missions.arrows.seafloor import N_DETECTORS, Array, CellGrid, contact_of, summed, swept_of
+from exchange.channel import loss
+from missions.arrows.scenario import DETECTORS, SITES, ArrowsScenario, DetectorTable, KindTable
 from remoras.beliefs import Known
+from remoras.work import Point
+
+Array = npt.NDArray[np.float64]
+
+TILE = 4
+"""Cells along the side of a tile."""
+MOST_CELLS, MOST_TILES, MOST_PASSES, MOST_LOOKS = 4096, 256, 32, 64
+"""Ranges of numbers on the wire; further observations are not reported."""
+N_DETECTORS = 2
+"""Kinds of sweeping detectors."""
+
+
+def halved(values: Array) -> Array:
+    """Sum along the last axis by halving: the same order of additions on every machine."""
+    while (n := values.shape[-1]) > 1:
+        half = n // 2
+        added = values[..., :half] + values[..., half : 2 * half]
+        values = np.concatenate([added, values[..., 2 * half :]], axis=-1) if n % 2 else added
+    return values[..., 0] if n else np.zeros(values.shape[:-1])
+
+
+def summed(values: Array) -> float:
+    """Sum of numbers, shape (n,); see ``halved``.
+
+    >>> summed(np.array([1.0, 2.0, 4.0]))
+    7.0
+    """
+    return float(halved(values))
+
+
+@dataclass(frozen=True)
+class CellGrid:
+    """Grid of square cells; ``west_m`` and ``south_m`` give its south-west corner."""
+
+    west_m: float
+    south_m: float
+    cell_m: float
+    n_columns: int
+    n_rows: int
+
+    @property
+    def n_cells(self) -> int:
+        """Number of cells."""
+        return self.n_columns * self.n_rows
+
+    @cached_property
+    def x_m(self) -> Array:
+        """East coordinates of cell centres, shape (n_cells,)."""
+        return np.tile(self.west_m + (np.arange(self.n_columns) + 0.5) * self.cell_m, self.n_rows)
+
+    @cached_property
+    def y_m(self) -> Array:
+        """North coordinates of cell centres, shape (n_cells,)."""
+        return np.repeat(self.south_m + (np.arange(self.n_rows) + 0.5) * self.cell_m, self.n_columns)
+
+    def centre_m(self, cell: int) -> Point:
+        """Centre of a cell."""
+        row, column = divmod(cell, self.n_columns)
+        return self.west_m + (column + 0.5) * self.cell_m, self.south_m + (row + 0.5) * self.cell_m
+
+    def cell_at(self, point_m: Point) -> int | None:
+        """Cell of a point; None outside."""
+        column = int((point_m[0] - self.west_m) // self.cell_m)
+        row = int((point_m[1] - self.south_m) // self.cell_m)
+        inside = 0 <= column < self.n_columns and 0 <= row < self.n_rows
+        return row * self.n_columns + column if inside else None
+
+    def near(self, point_m: Point, range_m: float) -> Iterator[int]:
+        """Yield cells with centre within a range, by number."""
+        reach = int(range_m // self.cell_m) + 1
+        column = int((point_m[0] - self.west_m) // self.cell_m)
+        row = int((point_m[1] - self.south_m) // self.cell_m)
+        for j in range(max(0, row - reach), min(self.n_rows, row + reach + 1)):
+            dy_m = self.south_m + (j + 0.5) * self.cell_m - point_m[1]
+            for i in range(max(0, column - reach), min(self.n_columns, column + reach + 1)):
+                dx_m = self.west_m + (i + 0.5) * self.cell_m - point_m[0]
+                if dx_m * dx_m + dy_m * dy_m <= range_m * range_m:
+                    yield j * self.n_columns + i
+
+    @property
+    def n_tiles(self) -> int:
+        """Number of tiles; those at the border may be smaller."""
+        return self._tile_columns * -(-self.n_rows // TILE)
+
+    @property
+    def _tile_columns(self) -> int:
+        return -(-self.n_columns // TILE)
+
+    def tile_of(self, cell: int) -> tuple[int, int]:
+        """Tile of a cell, and the cell's bit in it.
+
+        >>> CellGrid(0.0, 0.0, 10.0, 8, 8).tile_of(13)
+        (1, 5)
+        """
+        row, column = divmod(cell, self.n_columns)
+        tile = (row // TILE) * self._tile_columns + column // TILE
+        return tile, (row % TILE) * TILE + column % TILE
+
+    def cells_of(self, tile: int, mask: int) -> Iterator[int]:
+        """Yield cells of a tile whose bits are set; skip bits beyond the border."""
+        tile_row, tile_column = divmod(tile, self._tile_columns)
+        for bit in range(TILE * TILE):
+            row, column = tile_row * TILE + bit // TILE, tile_column * TILE + bit % TILE
+            if mask >> bit & 1 and row < self.n_rows and column < self.n_columns:
+                yield row * self.n_columns + column
+
+
+def swept_code(n_pass: int, detector: int, tile: int, mask: int) -> int:
+    """Encode a pass without detections over a tile, below 2^30."""
+    return ((n_pass * N_DETECTORS + detector) * MOST_TILES + tile) << 16 | mask
+
+
+def swept_of(code: int) -> tuple[int, int, int]:
+    """Decode (detector, tile, mask) from ``swept_code``.
+
+    >>> swept_of(swept_code(31, 1, 255, 65535)), swept_code(31, 1, 255, 65535) < 1 << 30
+    ((1, 255, 65535), True)
+    """
+    return (code >> 24) % N_DETECTORS, code >> 16 & MOST_TILES - 1, code & 0xFFFF
+
+
+def contact_code(n_look: int, detector: int, cell: int) -> int:
+    """Encode a detection at a cell, below 2^19."""
+    return (n_look * N_DETECTORS + detector) * MOST_CELLS + cell
+
+
+def contact_of(code: int) -> tuple[int, int]:
+    """Decode (detector, cell) from ``contact_code``.
+
+    >>> contact_of(contact_code(63, 1, 4095)), contact_code(63, 1, 4095) < 1 << 19
+    ((1, 4095), True)
+    """
+    return code // MOST_CELLS % N_DETECTORS, code % MOST_CELLS
+
+
+def grid_over(x_m: Point, y_m: Point, cell_m: float) -> CellGrid:
+    """Grid over a rectangle from its south-west corner; the last cells may extend beyond it.
+
+    >>> grid_over((0.0, 100.0), (0.0, 90.0), 40.0).n_cells
+    9
+    """
+    n_columns, n_rows = (max(1, math.ceil((high - low) / cell_m - 1e-9)) for low, high in (x_m, y_m))
+    return CellGrid(x_m[0], y_m[0], cell_m, n_columns, n_rows)
+
+
+def grid_of(scenario: ArrowsScenario) -> CellGrid:
+    """Grid of a scenario."""
+    return grid_over(scenario.search.x_m, scenario.search.y_m, scenario.search.cell_m)
+
+
+def share_map(grid: CellGrid, finds_m: list[Point], spread_m: float, uniform_share: float) -> Array:
+    """Distribution over cells, shape (n_cells,): uniform share, and ``spread_m`` around finds."""
+    hills = np.zeros(grid.n_cells)
+    for x_m, y_m in sorted(finds_m):  # sorted: bitwise equal sums in any listed order
+        dx_m, dy_m = grid.x_m - x_m, grid.y_m - y_m
+        height = np.maximum(0.0, 1.0 - (dx_m * dx_m + dy_m * dy_m) / (spread_m * spread_m))
+        hills += height * height
+    total = summed(hills)
+    even = np.full(grid.n_cells, 1.0 / grid.n_cells)
+    return even if total == 0.0 else uniform_share * even + (1.0 - uniform_share) * hills / total
+
+
+def prior_of(scenario: ArrowsScenario) -> Array:
+    """Prior by kind and cell, shape (1 + kinds, n_cells); columns sum to 1, nothing first."""
+    grid = grid_of(scenario)
+    rows = [expected_of(grid, kind, scenario) for kind in scenario.kinds]
+    occupied = rows[0].copy()
+    for row in rows[1:]:
+        occupied += row
+    return np.vstack([1.0 - occupied, *rows])
+
+
+def expected_of(grid: CellGrid, kind: KindTable, scenario: ArrowsScenario) -> Array:
+    """Expected number of things of a kind in each cell, shape (n_cells,)."""
+    if kind.map:
+        return kind.expected * np.array(kind.map, dtype=float).reshape(-1)
+    finds_m = [historic.position_m for historic in scenario.historic_find if historic.kind == kind.name]
+    return kind.expected * share_map(grid, finds_m, kind.spread_m, kind.uniform_share)
+
+
+def rates_of(scenario: ArrowsScenario) -> Array:
+    """Detection rates, shape (detectors, 1 + kinds), nothing first."""
+    detectors: list[DetectorTable] = [getattr(scenario.detector, name) for name in DETECTORS]
+    return np.array(
+        [
+            [detector.p_false, *(detector.p_detect.get(kind.name, detector.p_false) for kind in scenario.kinds)]
+            for detector in detectors
+        ]
+    )
+
+
+@dataclass(frozen=True)
+class Thing:
+    """True content of a cell; ``kind`` counts from 1."""
+
+    kind: int
+    name: str
+    position_m: Point
+
+
+@dataclass(frozen=True, eq=False)
+class Seafloor:
+    """True seafloor for detectors; ``things`` by cell, ``rates`` by detector and kind."""
+
+    grid: CellGrid
+    things: dict[int, Thing]
+    scenario: ArrowsScenario = field(repr=False)
+    rates: Array = field(repr=False)
+    seed: int
+
+
+def draw_seafloor(grid: CellGrid, prior: Array, scenario: ArrowsScenario, rates: Array, seed: int) -> Seafloor:
+    """Sample the seafloor of a run."""
+    names, things = [kind.name for kind in scenario.kinds], dict[int, Thing]()
+    occupied = (prior[0] < 1.0).nonzero()[0]
+    for cell in map(int, occupied):
+        share = loss.uniform(seed, loss.FINDS, cell, 0, 0)
+        for number, name in enumerate(names, 1):
+            share -= float(prior[number, cell])
+            if share < 0.0:
+                x_m, y_m = grid.centre_m(cell)
+                east, north = (loss.uniform(seed, loss.FINDS, cell, 0, which) - 0.5 for which in (1, 2))
+                things[cell] = Thing(number, name, (x_m + east * grid.cell_m, y_m + north * grid.cell_m))
+                break
+    return Seafloor(grid, things, scenario, rates, seed)
+
 
 Counts = npt.NDArray[np.int64]
 SMALLEST = 1e-250

@@ -11,8 +11,7 @@ from typing import ClassVar
 
 from exchange.arithmetic import distance
 from exchange.channel import loss
-from missions.arrows.scenario import DETECTORS, NOTHING
-from missions.arrows.seafloor import (
+from missions.arrows.belief_map import (
     MOST_LOOKS,
     MOST_PASSES,
     N_DETECTORS,
@@ -22,6 +21,7 @@ from missions.arrows.seafloor import (
     contact_code,
     swept_code,
 )
+from missions.arrows.scenario import DETECTORS, NOTHING
 from remoras.beliefs import Known
 from remoras.database import VehicleData
 from remoras.recorder import TIME, VEHICLE, Column, Table

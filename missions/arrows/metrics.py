@@ -8,18 +8,17 @@ from typing import TYPE_CHECKING, Protocol, cast
 
 import numpy as np
 
-from missions.arrows.belief_map import CONTACT, SWEPT, Chart
+from missions.arrows.belief_map import CONTACT, SWEPT, CellGrid, Chart, draw_seafloor, grid_of, prior_of, rates_of
 from missions.arrows.detectors import CONTACTS
 from missions.arrows.scenario import NOTHING, SITES, UNKNOWN, ArrowsScenario
-from missions.arrows.seafloor import CellGrid, draw_seafloor, grid_of, prior_of, rates_of
 from missions.arrows.truth import FLEET_MAPS, IDENTIFIED, MAPS
-from missions.figure import Declared, Figure, Layer, Mark, RunResults, Style
+from missions.figure import Declared, Figure, Layer, Mark, RunResults, Style, draw_counts
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from missions.arrows.seafloor import Seafloor
+    from missions.arrows.belief_map import Seafloor
 
 
 SILENCE_S = 60.0
@@ -47,11 +46,8 @@ def sites_of(run: MeasuredRun) -> set[int]:
 
 def found_at_s(run: MeasuredRun) -> dict[int, float]:
     """Time of the first detection of each site, by cell."""
-    first: dict[int, float] = {}
-    for time_s, _, _, cell, kind, _, _ in run.recorder.rows(CONTACTS.name):
-        if kind in SITES:
-            first.setdefault(cell, time_s)
-    return first
+    contacts = reversed(run.recorder.rows(CONTACTS.name))
+    return {cell: time_s for time_s, _, _, cell, kind, _, _ in contacts if kind in SITES}
 
 
 def identified_at_s(run: MeasuredRun) -> dict[int, float]:
@@ -196,42 +192,36 @@ def _until_s(results: RunResults) -> float:
 def draw_sites(axes: Axes, results: RunResults, style: Style) -> str:
     """Draw sites found and identified, and other anomalies explained, over time."""
     end_s = _until_s(results)
-    found: dict[int, float] = {}
-    for row in results.rows(CONTACTS.name):
-        if row["kind"] in SITES:
-            found.setdefault(row["cell"], row["time_s"])
+    contacts = reversed(results.rows(CONTACTS.name))
+    found = {row["cell"]: row["time_s"] for row in contacts if row["kind"] in SITES}
     right = [row for row in results.rows(IDENTIFIED.name) if row["identity"] == row["kind"]]
     sites, others = ([row["time_s"] for row in right if (row["kind"] in SITES) is is_site] for is_site in (True, False))
-    lines = (
-        ("sites found", sorted(found.values()), "-", style.black),
+    curves = (
+        ("sites found", found.values(), "-", style.black),
         ("sites identified", sites, "--", style.black),
-        (
-            "others explained",
-            others,
-            ":",
-            style.grey,
-        ),
+        ("others explained", others, ":", style.grey),
     )
-    for label, times_s, line, colour in lines:
-        axes.step([0.0, *times_s, end_s], [*range(len(times_s) + 1), len(times_s)], where="post", color=colour,
-                  linestyle=line, label=label)  # fmt: skip
-    axes.set_xlabel(style.axis("time", "s"))
-    axes.set_ylabel(style.axis("number"))
+    draw_counts(axes, style, end_s, curves, "number")
     return "A site is found when a detector first takes notice of it, identified when it is taken for what it is."
+
+
+def _draw_of_maps(axes: Axes, results: RunResults, style: Style, column: str, label: str) -> None:
+    """Draw a column of the table ``maps`` over time, a line per vehicle."""
+    rows = results.rows(MAPS.name)
+    for vehicle, look in style.looks.items():
+        own = [row for row in rows if row["vehicle"] == vehicle]
+        axes.plot([row["time_s"] for row in own], [row[column] for row in own], color=look.colour,
+                  marker=look.marker, markevery=5, markersize=4, linewidth=1.0, label=vehicle)  # fmt: skip
+    axes.set_xlabel(style.axis("time", "s"))
+    axes.set_ylabel(style.axis(label, "bit"))
 
 
 def draw_told(axes: Axes, results: RunResults, style: Style) -> str:
     """Draw the information known to each vehicle, and that of all observations."""
-    rows = results.rows(MAPS.name)
-    for vehicle, look in style.looks.items():
-        own = [row for row in rows if row["vehicle"] == vehicle]
-        axes.plot([row["time_s"] for row in own], [row["told_bits"] for row in own], color=look.colour,
-                  marker=look.marker, markevery=5, markersize=4, linewidth=1.0, label=vehicle)  # fmt: skip
+    _draw_of_maps(axes, results, style, "told_bits", "information")
     whole = results.rows(FLEET_MAPS.name)
     axes.plot([row["time_s"] for row in whole], [row["told_bits"] for row in whole], color=style.black, linewidth=1.5,
               linestyle="--", label="all looks")  # fmt: skip
-    axes.set_xlabel(style.axis("time", "s"))
-    axes.set_ylabel(style.axis("information", "bit"))
     return (
         "Information: divergence of a map from the prior. A vehicle below the dashed line has not heard of all looks."
     )
@@ -293,13 +283,7 @@ def _draw_ways(axes: Axes, results: RunResults, style: Style) -> None:
 
 def draw_apart(axes: Axes, results: RunResults, style: Style) -> str:
     """Draw the divergence of each vehicle's map from the joint map."""
-    rows = results.rows(MAPS.name)
-    for vehicle, look in style.looks.items():
-        own = [row for row in rows if row["vehicle"] == vehicle]
-        axes.plot([row["time_s"] for row in own], [row["missing_bits"] for row in own], color=look.colour,
-                  marker=look.marker, markevery=5, markersize=4, linewidth=1.0, label=vehicle)  # fmt: skip
-    axes.set_xlabel(style.axis("time", "s"))
-    axes.set_ylabel(style.axis("divergence", "bit"))
+    _draw_of_maps(axes, results, style, "missing_bits", "divergence")
     return "Divergence of Jensen and Shannon, summed over cells; it falls where a vehicle hears what it has missed."
 
 

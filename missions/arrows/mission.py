@@ -19,17 +19,12 @@ from typing import ClassVar
 import numpy as np
 
 from missions.arrows.behaviours import Directing, Identifying, Obeying, Searching, Sweeping
-from missions.arrows.belief_map import Chart
-from missions.arrows.choosing import Choosing, lawnmower_track
-from missions.arrows.contact import Hearers, Reach, contact_range_m
-from missions.arrows.detectors import AcousticSettings, ClassifyingCameraSettings, DetectorSettings, MagneticSettings
-from missions.arrows.metrics import FIGURES, METRICS
-from missions.arrows.scenario import DETECTORS, ArrowsScenario, KindTable
-from missions.arrows.seafloor import (
+from missions.arrows.belief_map import (
     MOST_CELLS,
     MOST_PASSES,
     MOST_TILES,
     CellGrid,
+    Chart,
     Seafloor,
     draw_seafloor,
     expected_of,
@@ -38,11 +33,15 @@ from missions.arrows.seafloor import (
     prior_of,
     rates_of,
 )
+from missions.arrows.choosing import Choosing, Hearers, Reach, contact_range_m, lawnmower_track
+from missions.arrows.detectors import AcousticSettings, ClassifyingCameraSettings, DetectorSettings, MagneticSettings
+from missions.arrows.metrics import FIGURES, METRICS
+from missions.arrows.scenario import DETECTORS, ArrowsScenario, KindTable
 from missions.arrows.truth import FLEET_MAPS, IDENTIFIED, MAPS, ArrowsTruth
 from missions.errors import ConfigurationFault, one_of
 from missions.figure import Declared, Place
-from missions.meeting.job_mission import WORK, JobMission
-from missions.meeting.meeting import OBJECTIVES, Pursuit, importance_of
+from missions.meeting.job_mission import JobMission
+from missions.meeting.meeting import OBJECTIVES, Pursuit
 from missions.meeting.truth import JOBS
 from missions.metric import Metric
 from missions.scenarios.parts import database_of
@@ -57,24 +56,6 @@ from remoras.sensor import SensorSettings
 from remoras.work import Job, Point
 
 SUM_TOLERANCE = 1e-6
-
-
-def arrows_faults(scenario: ArrowsScenario) -> Iterator[ConfigurationFault]:
-    """Yield all faults of the area, priors, detectors and their vehicles."""
-    yield from _area(scenario)
-    yield from _kinds(scenario)
-    kinds = [kind.name for kind in scenario.kind]
-    for number, find in enumerate(scenario.historic_find, 1):
-        key = f"historic_find.{number}"
-        yield from one_of(f"{key}.kind", find.kind, kinds)
-        yield from scenario.world.outside([(f"{key}.position_m", find.position_m)])
-    for name in (*DETECTORS, "optical"):
-        for kind in getattr(scenario.detector, name).p_detect:
-            yield from one_of(f"detector.{name}.p_detect.{kind}", kind, kinds)
-    carried = {sensor.get("type", DETECTORS[0]) for vehicle in scenario.vehicle for sensor in vehicle.sensor}
-    if carried.isdisjoint(DETECTORS):
-        allowed = f"nobody searches: some vehicle needs a [[vehicle.sensor]] of type {' or '.join(DETECTORS)}"
-        yield ConfigurationFault("vehicle.sensor", "", allowed)
 
 
 def _area(scenario: ArrowsScenario) -> Iterator[ConfigurationFault]:
@@ -161,8 +142,21 @@ class ArrowsMission(JobMission):
 
     @classmethod
     def check(cls, scenario: ArrowsScenario) -> Iterable[ConfigurationFault]:
-        """Yield faults of the area, priors and detectors."""
-        return arrows_faults(scenario)
+        """Yield all faults of the area, priors, detectors and their vehicles."""
+        yield from _area(scenario)
+        yield from _kinds(scenario)
+        kinds = [kind.name for kind in scenario.kind]
+        for number, find in enumerate(scenario.historic_find, 1):
+            key = f"historic_find.{number}"
+            yield from one_of(f"{key}.kind", find.kind, kinds)
+            yield from scenario.world.outside([(f"{key}.position_m", find.position_m)])
+        for name in (*DETECTORS, "optical"):
+            for kind in getattr(scenario.detector, name).p_detect:
+                yield from one_of(f"detector.{name}.p_detect.{kind}", kind, kinds)
+        carried = {sensor.get("type", DETECTORS[0]) for vehicle in scenario.vehicle for sensor in vehicle.sensor}
+        if carried.isdisjoint(DETECTORS):
+            allowed = f"nobody searches: some vehicle needs a [[vehicle.sensor]] of type {' or '.join(DETECTORS)}"
+            yield ConfigurationFault("vehicle.sensor", "", allowed)
 
     # Content -------------------------------------------------------------------------------------
 
@@ -280,10 +274,7 @@ class ArrowsMission(JobMission):
         directs = objective.name == DIRECTING
         doing = Activity(objective.name, ActivityType.PLANNING if directs else ActivityType.GUIDANCE, (AREA,), sensors)
         kind = ActivityKind.COLLECTIVE if directs else ActivityKind.INDIVIDUAL
-        importance = importance_of(
-            {objective.name: self.meeting.importance[WORK], **self.meeting.importance}, objective
-        )
-        return (ActivitySet(objective, kind, (doing,), importance),), frozenset({together})
+        return (ActivitySet(objective, kind, (doing,), self.importance_of_work(objective)),), frozenset({together})
 
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
         """Behaviour of an activity, by ``mission.search``."""

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
 from missions.meeting.job_mission import JobScenario, JobSettings
-from remoras.table import PointM, Positive, Probability, Section, Sparse
+from remoras.table import PointM, Positive, Probability, Section, SpanM, Sparse
 
 KINDS = ("amphorae", "wooden hull", "steel hull", "rock")
 """Possible contents of a cell, besides nothing."""
@@ -57,16 +56,9 @@ class ArrowsSettings(JobSettings):
 class SearchTable(Section):
     """Table ``[search]``: the search area."""
 
-    x_m: PointM = Field(description="west and east border")
-    y_m: PointM = Field(description="south and north border")
+    x_m: SpanM = Field(description="west and east border")
+    y_m: SpanM = Field(description="south and north border")
     cell_m: float = Field(40.0, ge=5.0, description="side of a cell; a cell holds at most one object")
-
-    def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Yield borders in the wrong order."""
-        spans_m = {"x_m": self.x_m, "y_m": self.y_m}
-        yield from (
-            (key, "the lower border first, then the higher") for key, (low, high) in spans_m.items() if low >= high
-        )
 
 
 class KindTable(Sparse):

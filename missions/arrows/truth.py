@@ -6,10 +6,9 @@ from bisect import bisect_right
 from collections.abc import Callable, Sequence
 
 from exchange.arithmetic import distance
-from missions.arrows.belief_map import CONTACT, SWEPT, Chart, disagreement, divergence
+from missions.arrows.belief_map import CONTACT, SWEPT, Chart, Seafloor, disagreement, divergence
 from missions.arrows.detectors import CONTACTS, SAME_M, ClassifyingCameraSettings, DetectorSettings
 from missions.arrows.scenario import NOTHING, SITES, ArrowsScenario
-from missions.arrows.seafloor import Seafloor
 from missions.meeting.meeting import Meeting
 from missions.meeting.truth import JobTruth
 from remoras.mission import FleetView, Milestone

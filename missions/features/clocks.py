@@ -8,7 +8,7 @@ corrects its clock. In a single-vehicle process the feature is inactive: the hul
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -24,7 +24,6 @@ from remoras.table import Section
 
 if TYPE_CHECKING:
     from exchange.packets import Reception
-    from exchange.schedule import TdmaSchedule
     from missions.scenarios.scenario import Scenario
     from remoras.fleet.vehicle import Vehicle
     from remoras.work import Point
@@ -165,23 +164,20 @@ SMALLEST_STEP_S = 1e-3
 
 @dataclass(slots=True)
 class Timekeeper:
-    """Estimator of a vehicle's clock differences to its peers, from packet arrivals.
+    """Estimator of the clock differences of a vehicle, node ``me``, to its peers, from packet arrivals."""
 
-    ``names`` and ``depths_m`` are in node order; ``packet_s`` gives the transmission time (s) of a number of bits.
-    """
-
-    names: Sequence[str]
-    depths_m: Sequence[float]
+    joining: Joining
     me: int
-    schedule: TdmaSchedule
-    packet_s: Callable[[int], float]
-    sound_speed_mps: float
     clock: OwnClock
-    recorder: Recorder
+    names: Sequence[str] = field(init=False)
+    depths_m: Sequence[float] = field(init=False)
+    sound_speed_mps: float = field(init=False)
     offsets: Offsets = field(init=False)
 
     def __post_init__(self) -> None:
-        self.offsets = Offsets(len(self.names))
+        database = self.joining.database
+        self.names, self.depths_m = database.names, [data.depth_m for data in database.values()]
+        self.sound_speed_mps, self.offsets = self.joining.scenario.sound_speed_mps, Offsets(len(self.names))
 
     def heard(self, reception: Reception, size_bits: int, now_s: float, own_m: Point, peer_m: Point | None) -> None:
         """Update the estimate for the sender of a packet that arrived at clock reading ``now_s``.
@@ -192,14 +188,14 @@ class Timekeeper:
             return
         peer = reception.sender
         range_m = length(distance(own_m, peer_m), self.depths_m[self.me] - self.depths_m[peer])
-        sent_s = now_s - self.packet_s(size_bits) - range_m / self.sound_speed_mps
-        self.offsets.note(peer, sent_s - self.schedule.start_s(reception.slot))
+        sent_s = now_s - self.joining.packet_s(size_bits) - range_m / self.sound_speed_mps
+        self.offsets.note(peer, sent_s - self.joining.schedule.start_s(reception.slot))
 
     def set_clock(self) -> bool:
         """Correct a disciplined clock by a limited step; return False if nothing changed."""
         if not self.clock.disciplined:
             return False
-        most_s = LARGEST_STEP * self.schedule.slot_s
+        most_s = LARGEST_STEP * self.joining.schedule.slot_s
         by_s = max(-most_s, min(most_s, self.offsets.correction_s()))
         if abs(by_s) < SMALLEST_STEP_S:
             return False
@@ -213,7 +209,7 @@ class Timekeeper:
         names, leads_s = [name for name, _ in known], [lead_s for _, lead_s in known]
         true_s = self.clock.true_s
         row = true_s, self.names[self.me], self.clock.ahead_s(true_s), names, leads_s
-        self.recorder.rows(CLOCKS.name).append(row)
+        self.joining.recorder.rows(CLOCKS.name).append(row)
 
 
 # Scenario settings ------------------------------------------------------------------------------
@@ -281,17 +277,8 @@ class Clocks(Observer):
 
     def on_vehicle(self, vehicle: Vehicle) -> None:
         """Create the vehicle's clock-difference estimator."""
-        joining, database, node = self._joining, self._joining.database, vehicle.data.node
-        self._keepers[node] = Timekeeper(
-            database.names,
-            [data.depth_m for data in database.values()],
-            node,
-            joining.schedule,
-            joining.packet_s,
-            joining.scenario.sound_speed_mps,
-            self.clocks[node],
-            joining.recorder,
-        )
+        node = vehicle.data.node
+        self._keepers[node] = Timekeeper(self._joining, node, self.clocks[node])
 
     def on_received(self, vehicle: Vehicle, reception: Reception, size_bits: int, shown_s: float) -> None:
         """Update the estimate for the sender from the arrival time."""

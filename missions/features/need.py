@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from typing import TYPE_CHECKING
 
 from pydantic import Field
@@ -55,10 +55,9 @@ NEED = "InformationNeed"
 NEEDED_BY, ATTRIBUTE, OF_CLASS, OF_INSTANCE = "neededBy", "neededAttribute", "neededOfClass", "neededOfInstance"
 PRIORITY, TIME_TO_LIVE, BLACKOUT = "needPriority", "needTimeToLive", "needBlackout"
 QUEUE_LIMIT, NEWEST_FIRST, ACKNOWLEDGED = "needQueueLimit", "needNewestFirst", "needAcknowledged"
-NEED_ATTRIBUTES = (
-    NEEDED_BY, ATTRIBUTE, OF_CLASS, OF_INSTANCE, PRIORITY, TIME_TO_LIVE, BLACKOUT, QUEUE_LIMIT, NEWEST_FIRST,
-    ACKNOWLEDGED,
-)  # fmt: skip
+OF_TERMS = (TIME_TO_LIVE, BLACKOUT, QUEUE_LIMIT, NEWEST_FIRST, ACKNOWLEDGED)
+"""Attributes of the delivery requirements, in the order of ``Terms``."""
+NEED_ATTRIBUTES = (NEEDED_BY, ATTRIBUTE, OF_CLASS, OF_INSTANCE, PRIORITY, *OF_TERMS)
 """Attributes of needs."""
 
 
@@ -134,16 +133,9 @@ class StatedNeed:
             (name, of[0], float(of[1] or 0)),
             (name, PRIORITY, float(need.priority)),
         ]
-        if math.isfinite(terms.time_to_live_s):
-            said.append((name, TIME_TO_LIVE, terms.time_to_live_s))
-        if terms.blackout_s:
-            said.append((name, BLACKOUT, terms.blackout_s))
-        if terms.queue_limit is not None:
-            said.append((name, QUEUE_LIMIT, float(terms.queue_limit)))
-        if terms.newest_first:
-            said.append((name, NEWEST_FIRST, True))
-        if not terms.acknowledged:
-            said.append((name, ACKNOWLEDGED, False))
+        for attribute, value, usual in zip(OF_TERMS, astuple(terms), astuple(PLAIN), strict=True):
+            if value != usual:
+                said.append((name, attribute, value if isinstance(value, bool) else float(value)))
         return tuple(said)
 
     def taken_back(self) -> tuple[Fact, ...]:

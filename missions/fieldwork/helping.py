@@ -18,9 +18,8 @@ from typing import Any, ClassVar
 from pydantic import Field
 
 from exchange.arithmetic import distance
-from missions.meeting.job_mission import JobMission, JobSettings
+from missions.meeting.job_mission import DONE_BY, JobMission, JobSettings
 from missions.meeting.meeting import Pursuit
-from missions.meeting.staying import DONE_BY
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective, Wait
 from remoras.behaviours import BEYOND_IT, STANDING, Behaviour, Perception
 from remoras.database import VehicleData
@@ -190,13 +189,7 @@ class HelpMission(JobMission):
 
     def founding_objectives(self) -> Sequence[Objective]:
         """Supervision by leaders; helping by all initially assigned roles."""
-        helping = [
-            Objective(group.name, role.name, HELPING, group.name)
-            for group in self._groups.values()
-            for role in group.roles
-            if role.founding
-        ]
-        return [*super().founding_objectives(), *helping]
+        return [*super().founding_objectives(), *self.meeting.objectives(HELPING)]
 
     def is_individual(self, objective: Objective) -> bool:
         """Return True for jobs, False for helping."""

@@ -16,21 +16,39 @@ from pydantic import Field
 
 from exchange.arithmetic import distance
 from missions.errors import ConfigurationFault
-from missions.fieldwork.boring import BRINGS, IS_HALTED, Bringing, Drilling, HelpAtBerth
-from missions.fieldwork.carrying import Carrying, Delivery
 from missions.fieldwork.energy import (
+    BRINGS,
+    IS_HALTED,
     STORE_CHARGE,
     Boring,
+    Bringing,
     ChargerSettings,
+    Drilling,
     DrillSettings,
     Energies,
+    HelpAtBerth,
     Passing,
     TransferTable,
 )
 from missions.fieldwork.helping import HELPING, JUDGED, URGENCY, Help, HelpMission, HelpSettings
-from missions.fieldwork.lifting import HELPS, LYING_AT, Helping, Lift, Lifting, SeaField, SonarSettings, laid_out
-from missions.fieldwork.lines import ESCORTS, FollowingSource, SurveyingLine, SurveyLine
-from missions.fieldwork.sites import SiteSurvey, SurveyingSite
+from missions.fieldwork.jobs import (
+    ESCORTS,
+    HELPS,
+    LYING_AT,
+    Carrying,
+    Delivery,
+    FollowingSource,
+    Helping,
+    Lift,
+    Lifting,
+    SeaField,
+    SiteSurvey,
+    SonarSettings,
+    SurveyingLine,
+    SurveyingSite,
+    SurveyLine,
+    laid_out,
+)
 from missions.fieldwork.truth import (
     ENERGY,
     ESCORT_FIGURES,
@@ -51,6 +69,8 @@ from missions.fieldwork.truth import (
 from missions.figure import Declared, Place
 from missions.files import MISSIONS
 from missions.meeting.job_mission import (
+    DONE_BY,
+    THERE_M,
     JobMission,
     JobScenario,
     JobSettings,
@@ -61,8 +81,8 @@ from missions.meeting.job_mission import (
     with_job_roles,
 )
 from missions.meeting.meeting import Pursuit
-from missions.meeting.staying import DONE_BY, THERE_M
 from missions.metric import Metric
+from missions.scenarios.fleet import sensors_of
 from missions.scenarios.scenario import Role
 from remoras.activities import Objective
 from remoras.behaviours import Behaviour
@@ -275,7 +295,8 @@ class RecoveryMission(FieldworkMission, HelpMission):
         ranges_m = [
             sensor.range_m
             for vehicle in self.scenario.vehicle
-            for sensor in (SonarSettings(**table) for table in vehicle.sensor if table.get("type") == "sonar")
+            for sensor in sensors_of(vehicle, self.sensors)
+            if isinstance(sensor, SonarSettings)
         ]
         return laid_out(self.all_of(Lift), [*self.all_of(SiteSurvey).values()], min(ranges_m, default=0.0), seed)
 

@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 from exchange.arithmetic import distance
 from missions.fieldwork.energy import BORED, BROUGHT, CAME, HALTED, LEAST_SHARE, Boring, ChargerSettings, Energies
-from missions.fieldwork.lifting import LYING_AT, Lift, SeaField
-from missions.fieldwork.lines import ON_LINE_M, SurveyLine
-from missions.figure import Declared, Figure, Layer, Mark, RunResults, Style
+from missions.fieldwork.jobs import LYING_AT, ON_LINE_M, Lift, SeaField, SurveyLine
+from missions.figure import Declared, Figure, Layer, Mark, RunResults, Style, draw_counts, last_position_s
+from missions.meeting.job_mission import THERE_M
 from missions.meeting.meeting import Meeting
-from missions.meeting.staying import THERE_M
 from missions.meeting.truth import JOBS, JobTruth
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 from remoras.mission import FleetView, VehicleView
@@ -233,10 +232,7 @@ class EnergyTruth(FieldTruth):
 
 def done_s(run: MeasuredRun) -> dict[str, float]:
     """Time (s) of the first completion of each job."""
-    first_s: dict[str, float] = {}
-    for time_s, _, job in run.recorder.rows(JOBS.name):
-        first_s.setdefault(job, time_s)
-    return first_s
+    return {job: time_s for time_s, _, job in reversed(run.recorder.rows(JOBS.name))}
 
 
 def mean_of_all_s(times_s: Collection[float], n_all: int, run: MeasuredRun) -> float:
@@ -268,20 +264,6 @@ def mean_wait_s(run: MeasuredRun, table: str, event: str) -> float | None:
 def first_s(results: RunResults) -> dict[str, float]:
     """Return ``done_s`` from the tables of a results folder."""
     return {row["job"]: row["time_s"] for row in reversed(results.table(JOBS.name).to_pylist())}
-
-
-def draw_steps(
-    axes: Axes, results: RunResults, style: Style, times_s: Mapping[str, Collection[float]], label: str
-) -> None:
-    """Draw cumulative counts over mission time, one line per kind; ``times_s`` in s."""
-    end_s = max((row["time_s"] for row in results.table("trajectories").to_pylist()), default=0.0)
-    for (kind, of), line in zip(times_s.items(), ("-", "--"), strict=False):
-        ordered = sorted(of)
-        axes.step([0.0, *ordered, end_s], [*range(len(ordered) + 1), len(ordered)], where="post", linestyle=line,
-                  color=style.black, label=kind)  # fmt: skip
-    axes.set_xlabel(style.axis("time", "s"))
-    axes.set_ylabel(style.axis(label))
-    axes.locator_params("y", integer=True)
 
 
 def marks_m(length_m: float) -> list[float]:
@@ -377,7 +359,8 @@ RESUPPLY_METRICS = (
 
 def draw_jobs(axes: Axes, results: RunResults, style: Style, label: str, says: str) -> str:
     """Draw jobs done over time."""
-    draw_steps(axes, results, style, {"fleet": first_s(results).values()}, label)
+    draw_counts(axes, style, last_position_s(results), [("fleet", first_s(results).values(), "-", style.black)], label)
+    axes.locator_params("y", integer=True)
     return says
 
 
@@ -387,7 +370,9 @@ def draw_kinds(axes: Axes, results: RunResults, style: Style, table: Table, even
     done_s = {row[column]: row["time_s"] for row in results.table(table.name).to_pylist() if row["event"] == event}
     sites = {site["name"] for site in results.scenario_tables["site"]}
     sites_s = [time_s for job, time_s in first_s(results).items() if job in sites]
-    draw_steps(axes, results, style, {"sites surveyed": sites_s, label: done_s.values()}, "done")
+    curves = ("sites surveyed", sites_s, "-", style.black), (label, done_s.values(), "--", style.black)
+    draw_counts(axes, style, last_position_s(results), curves, "done")
+    axes.locator_params("y", integer=True)
     return says
 
 

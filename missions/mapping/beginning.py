@@ -15,7 +15,7 @@ from string import Template
 from typing import Any
 
 from exchange.arithmetic import length
-from missions.errors import ConfigurationError, ConfigurationFault
+from missions.errors import ConfigurationError
 
 TEMPLATE = Path(__file__).with_name("new-scenario.toml.txt")
 EACH = re.compile(r"^#: each (\w+)\n(.*?)^#: end\n", re.MULTILINE | re.DOTALL)
@@ -105,4 +105,4 @@ def scenario_text(name: str, answers: Mapping[str, Any], modems: Mapping[str, fl
 
 
 def _refused(option: str, given: object, allowed: str) -> ConfigurationError:
-    return ConfigurationError("new scenario", [ConfigurationFault(f"--{option}", str(given), f"allowed: {allowed}")])
+    return ConfigurationError.of("new scenario", f"--{option}", str(given), f"allowed: {allowed}")

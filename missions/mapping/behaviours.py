@@ -16,8 +16,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from exchange.arithmetic import distance
-from missions.mapping.ground import Survey, Way
-from missions.mapping.jobs import SurveyJob
+from missions.mapping.jobs import Survey, SurveyJob, Way
 from missions.mapping.scenario import MappingScenario
 from missions.mapping.sensors import mapping_speed_mps, swath_m
 from remoras.behaviours import (

@@ -16,7 +16,7 @@ from typing import ClassVar
 from exchange.channel import loss
 from missions.mapping.scenario import FindsTable, MappingRole, MappingScenario
 from missions.mapping.sensors import Cell, Seabed, SeabedFeature, SeaObject, Stays, mapping_speed_mps, swath_m
-from missions.meeting.job_mission import with_needs
+from missions.meeting.job_mission import numbered, with_needs
 from remoras.activities import Objective
 from remoras.behaviours import (
     ADVANCING,
@@ -46,22 +46,13 @@ NEEDED = ("foundAt", "inspectedBy")
 """Attributes that vehicles need from each other in scenarios with features."""
 
 
-def find_names(number: int) -> tuple[str, ...]:
-    """Return the names of ``number`` features.
-
-    >>> find_names(2)
-    ('find 1', 'find 2')
-    """
-    return tuple(f"find {n}" for n in range(1, number + 1))
-
-
 def seabed_with_finds(seabed: Seabed, finds: FindsTable, seed: int, objects: tuple[SeaObject, ...] = ()) -> Seabed:
     """Return the seabed with a run's sampled features: at most one per cell, equally likely."""
     if not (finds.number or objects):
         return seabed
     free = list(seabed.cells)
     lying: dict[Cell, SeabedFeature] = {}
-    for number, name in enumerate(find_names(finds.number)):
+    for number, name in enumerate(numbered("find", finds.number)):
         where, how_long = (loss.uniform(seed, loss.FINDS, number, 0, which) for which in (0, 1))
         cell = free.pop(int(where * len(free)))
         at_m = (cell[0] + 0.5) * seabed.cell_m, (cell[1] + 0.5) * seabed.cell_m
@@ -139,7 +130,7 @@ def with_inspectors(scenario: MappingScenario) -> MappingScenario:
     if not scenario.n_finds or explorers is None:
         return scenario
     chosen = next((group for group in scenario.group if group.formed_by == explorers.name), explorers)
-    roles = {f"Inspector{n}": find for n, find in enumerate(find_names(scenario.n_finds), 1)}
+    roles = {f"Inspector{n}": find for n, find in enumerate(numbered("find", scenario.n_finds), 1)}
     new = [MappingRole(name=name, maximum=1, job=find) for name, find in roles.items() if name not in chosen.role_names]
     with_roles = chosen.model_copy(update={"role": (*chosen.role, *new)})
     played = {role for vehicle in scenario.vehicle for role in vehicle.playable_roles or ()}

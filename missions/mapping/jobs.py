@@ -1,20 +1,252 @@
-"""Jobs of the mapping mission: surveys of the remaining cells of one area each."""
+"""Jobs of the mapping mission: surveys of the remaining cells of one area each, row by row.
+
+Rows are those of ``survey`` for the vehicle's swath; beside a slanted border they extend to every cell. Each cell
+belongs to its nearest row. A row with some mapped cells is cut to the span of the others; one without remaining cells
+is skipped. Rows run upwards or downwards, each from the end that gives the shortest path. Hence fewer remaining cells
+never make the path longer. An unmapped area is run in zigzag rows, see ``survey.zigzag``.
+
+With position errors, rows may overlap. On one of n rows a vehicle may be off by a_n and still map all cells; beyond
+that it takes a new fix. If K is the error accumulated in the time of one fix, n rows take n (1 + K / a_n) times as long
+as one. The n with the least time is chosen, from the rows of one swath to twice as many. If cells are as wide as the
+swath, a_n is half a swath without overlap.
+
+Remaining cells are bits of one integer by index in the area, so that comparing, caching and cutting need no loop.
+"""
 
 from __future__ import annotations
 
 import math
 import weakref
-from collections.abc import Iterable, Mapping, Set
+from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
+from typing import NamedTuple
 
-from exchange.arithmetic import distance
-from missions.mapping.ground import Ground, Way, ground_of
-from missions.mapping.sensors import mapping_speed_mps, swath_m
+from exchange.arithmetic import distance, length
+from missions.mapping.sensors import Cell, Seabed, mapping_speed_mps, seabed_of, swath_m
+from missions.mapping.survey import length_m, rows, runs_along_x, to_and_fro
+from remoras.behaviours import CAPTURE_M
 from remoras.beliefs import Key, Known
 from remoras.database import AUVDatabase, VehicleData
 from remoras.organisation import Group
 from remoras.work import Outlook, Point
+
+TOLERANCE_M = 1e-6
+
+
+class SurveyRow(NamedTuple):
+    """A row of a survey, its ends from the lower to the higher coordinate.
+
+    Bits in ``cells`` mark its nearest cells; ``lines`` splits them by line of cells, in rising order along the row.
+    """
+
+    ends_m: tuple[Point, Point]
+    cells: int
+    lines: tuple[int, ...]
+
+
+class Way(NamedTuple):
+    """A path over all remaining cells; ``row`` and ``ends_m`` describe its first row."""
+
+    first_m: Point
+    last_m: Point
+    length_m: float
+    row: int
+    ends_m: tuple[Point, Point]
+
+
+class Ground:
+    """Cells of one area (row by row from the south-west) and paths over them.
+
+    ``fix_m`` is the position error accumulated in the time of one fix; 0 without position errors.
+    """
+
+    def __init__(self, corners_m: Sequence[Point], cell_m: float, cells: Sequence[Cell], fix_m: float = 0.0) -> None:
+        self._fix_m = fix_m
+        self.corners_m = tuple(corners_m)
+        self.cell_m = cell_m
+        self.cells = tuple(cells)
+        self.survey = lru_cache(maxsize=64)(self._survey)
+        self.work = (1 << len(self.cells)) - 1
+        """Bits of all cells."""
+        self._bit_of: dict[float, int] = {index: 1 << index for index in range(len(self.cells))}
+
+    def centre_m(self, index: int) -> Point:
+        """Centre of a cell."""
+        column, row = self.cells[index]
+        return (column + 0.5) * self.cell_m, (row + 0.5) * self.cell_m
+
+    def bits(self, indices: Iterable[float]) -> int:
+        """Return the bits of cells by index; the world model stores indices as floats."""
+        bit_of = self._bit_of
+        return sum([bit_of.get(index, 0) for index in set(indices)])
+
+    def _survey(self, swath_m: float) -> Survey:
+        plain = Survey(self, swath_m)
+        if self._fix_m == 0.0 or not plain.rows:
+            return plain
+        axis = 1 if runs_along_x(self.corners_m) else 0
+        across_m = [at_m[axis] for at_m in self.corners_m]
+        width_m, n_least = max(across_m) - min(across_m), len(plain.rows)
+        closer = [Survey(self, width_m / n, swath_m) for n in range(n_least + 1, 2 * n_least + 1)]
+        return min((plain, *closer), key=self._costs)
+
+    def _costs(self, survey: Survey) -> float:
+        """Relative survey time with fixes; infinite if no position error is small enough."""
+        accuracy_m = survey.slack_m - CAPTURE_M
+        return len(survey.rows) * (1.0 + self._fix_m / accuracy_m) if accuracy_m > 0.0 else math.inf
+
+
+class Survey:
+    """Rows over an area, ``swath_m`` apart; ``sensor_m`` is the sensor's width, if larger."""
+
+    def __init__(self, ground: Ground, swath_m: float, sensor_m: float = 0.0) -> None:
+        self.ground = ground
+        self._sensor_m = max(swath_m, sensor_m)
+        self.swath_m = swath_m
+        ends = rows(ground.corners_m, swath_m, min(swath_m, ground.cell_m) / 2.0)
+        self._axis = 0 if runs_along_x(ground.corners_m) else 1
+        self._along_m: list[float] = [0.0] * len(ground.cells)
+        lines: list[dict[int, int]] = [{} for _ in ends]
+        for index in range(len(ground.cells)):
+            if (number := self._nearest(index, ends)) is not None:
+                line = ground.cells[index][1 - self._axis]
+                lines[number][line] = lines[number].get(line, 0) | 1 << index
+        self.rows: list[SurveyRow] = []
+        for of_row, of_lines in zip(ends, lines, strict=True):
+            self.rows.append(SurveyRow(of_row, sum(of_lines.values()), tuple(of_lines.values())))
+            self._lengthen(len(self.rows) - 1)
+        self.reach = sum(row.cells for row in self.rows)
+        """Bits of the cells that the rows cover."""
+        self._runs_all = all(row.cells for row in self.rows)
+        self.ways = lru_cache(maxsize=4096)(self._ways)
+
+    def _nearest(self, index: int, ends: Sequence[tuple[Point, Point]]) -> int | None:
+        """Nearest row of a cell, None if out of reach; records the cell's coordinate along it."""
+        centre_m, axis = self.ground.centre_m(index), self._axis
+        reach_m = self.swath_m / 2.0 + TOLERANCE_M
+        off_m, number = min(
+            ((abs(centre_m[1 - axis] - first[1 - axis]), number) for number, (first, _) in enumerate(ends)),
+            default=(math.inf, 0),
+        )
+        if off_m > reach_m:
+            return None
+        first, last = ends[number]
+        along_m = min(max(centre_m[axis], first[axis]), last[axis])
+        is_seen = length(centre_m[axis] - along_m, off_m) <= reach_m
+        self._along_m[index] = along_m if is_seen else centre_m[axis]
+        return number
+
+    def _lengthen(self, number: int) -> None:
+        """Extend a row to its cells, some of which lie beyond its ends beside a slanted border."""
+        row, axis = self.rows[number], self._axis
+        at_m = [self._along_m[index] for index in range(len(self.ground.cells)) if row.cells >> index & 1]
+        low_m, high_m = min([row.ends_m[0][axis], *at_m]), max([row.ends_m[1][axis], *at_m])
+        self.rows[number] = row._replace(ends_m=(self.point_m(number, low_m), self.point_m(number, high_m)))
+
+    @cached_property
+    def slack_m(self) -> float:
+        """Largest cross-track error (m) at which a vehicle still maps every cell of its row."""
+        axis, off_m = self._axis, 0.0
+        for row in self.rows:
+            level_m, bits = row.ends_m[0][1 - axis], row.cells
+            while bits:
+                bit = bits & -bits
+                bits ^= bit
+                index = bit.bit_length() - 1
+                centre_m = self.ground.centre_m(index)
+                off_m = max(off_m, length(centre_m[axis] - self._along_m[index], centre_m[1 - axis] - level_m))
+        return self._sensor_m / 2.0 - off_m
+
+    def along_m(self, point: Point) -> float:
+        """Coordinate of a point along the rows."""
+        return point[self._axis]
+
+    def across_m(self, point: Point) -> float:
+        """Coordinate of a point across the rows."""
+        return point[1 - self._axis]
+
+    def span_m(self, number: int, left: int) -> tuple[float, float] | None:
+        """Lowest and highest coordinate of the remaining part of a row; None if nothing remains."""
+        row = self.rows[number]
+        if not (here := left & row.cells):
+            return None
+        if here == row.cells:
+            return row.ends_m[0][self._axis], row.ends_m[1][self._axis]
+        low, high, along_m = math.inf, -math.inf, self._along_m
+        for line in row.lines:
+            if bits := here & line:
+                low = min(low, along_m[(bits & -bits).bit_length() - 1])
+                high = max(high, along_m[bits.bit_length() - 1])
+        return low, high
+
+    def point_m(self, number: int, along_m: float) -> Point:
+        """Point of a row at a coordinate along it."""
+        level_m = self.rows[number].ends_m[0][1 - self._axis]
+        return (along_m, level_m) if self._axis == 0 else (level_m, along_m)
+
+    def _ways(self, left: int) -> tuple[Way, ...]:
+        """Return the shortest path from each possible start; empty if rows miss all remaining cells."""
+        left &= self.reach
+        if left == self.reach and self._runs_all:
+            return self._whole()
+        lines = []
+        for number in range(len(self.rows)):
+            if (span := self.span_m(number, left)) is not None:
+                lines.append((number, (self.point_m(number, span[0]), self.point_m(number, span[1]))))
+        return (*_onwards(lines), *_onwards(lines[::-1]))
+
+    def _whole(self) -> tuple[Way, ...]:
+        lines = [row.ends_m for row in self.rows]
+        found: dict[Point, Way] = {}
+        for number in (0, len(lines) - 1):
+            for start_m in lines[number]:
+                points = to_and_fro(lines, start_m)
+                found[start_m] = Way(start_m, points[-1], length_m(points), number, (points[0], points[1]))
+        return tuple(found.values())
+
+
+def _onwards(lines: Sequence[tuple[int, tuple[Point, Point]]]) -> list[Way]:
+    """Return the shortest path over rows in this order from either end (backward recursion)."""
+    then: list[tuple[float, Point]] = []
+    before: tuple[Point, Point] | None = None
+    for _, ends_m in reversed(lines):
+        own_m = distance(*ends_m)
+        if before is None:
+            then = [(own_m, ends_m[1]), (own_m, ends_m[0])]
+        else:
+            (low_m, low_last), (high_m, high_last) = then
+            then = []
+            for leaving in (ends_m[1], ends_m[0]):
+                to_low, to_high = distance(leaving, before[0]) + low_m, distance(leaving, before[1]) + high_m
+                then.append((own_m + to_low, low_last) if to_low <= to_high else (own_m + to_high, high_last))
+        before = ends_m
+    if before is None:
+        return []
+    number = lines[0][0]
+    low, high = before
+    return [
+        Way(low, then[0][1], then[0][0], number, (low, high)),
+        Way(high, then[1][1], then[1][0], number, (high, low)),
+    ]
+
+
+@lru_cache(maxsize=256)
+def ground_of(corners_m: tuple[Point, ...], cell_m: float) -> Ground:
+    """Ground of a single area."""
+    return Ground(corners_m, cell_m, tuple(Seabed.of_areas(cell_m, {"": corners_m}).cells))
+
+
+@lru_cache(maxsize=8)
+def grounds_of(
+    cell_m: float, corners_m: tuple[tuple[str, tuple[Point, ...]], ...], fix_m: float = 0.0
+) -> dict[str, Ground]:
+    """Grounds of areas by name, cached for the runs of a study; ``fix_m`` as for ``Ground``."""
+    cells: dict[str, list[Cell]] = {name: [] for name, _ in corners_m}
+    for cell, (name, _) in seabed_of(cell_m, corners_m).cells.items():
+        cells[name].append(cell)
+    return {name: Ground(corners, cell_m, cells[name], fix_m) for name, corners in corners_m}
+
 
 CELL_M = 25.0
 """Side of the cells of an area without a given grid."""

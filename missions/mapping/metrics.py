@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from exchange.arithmetic import distance
 from missions.figure import Declared, Figure, Layer, Mark, Place, RunResults, Style, Tiles, axis_end_s, round_up
-from missions.mapping.ground import Ground, grounds_of
+from missions.mapping.jobs import Ground, grounds_of
 from missions.mapping.sensors import COVERAGE, SIGHTINGS
 from missions.mapping.truth import GOAL
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric

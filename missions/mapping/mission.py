@@ -25,11 +25,10 @@ vehicle switches between activities.
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property, partial
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
 from missions.errors import ConfigurationFault, one_of
 from missions.figure import Declared, Place
@@ -37,23 +36,20 @@ from missions.mapping.behaviours import MappingAlong, WorkLeft, ZigzagExploring,
 from missions.mapping.detections import (
     Inspecting,
     InspectionJob,
-    find_names,
     inspecting,
     seabed_with_finds,
     weight_in_cells,
     with_inspectors,
 )
-from missions.mapping.ground import grounds_of
-from missions.mapping.jobs import SurveyJob, swaths_of
+from missions.mapping.jobs import SurveyJob, grounds_of, swaths_of
 from missions.mapping.metrics import FIGURES, METRICS, places
-from missions.mapping.scenario import NEEDED_OBJECTIVES, Area, FindsTable, MappingScenario, MappingSettings
+from missions.mapping.scenario import NEEDED_OBJECTIVES, Area, FindsTable, MappingScenario
 from missions.mapping.sensors import (
     COVERAGE,
     FOUND_PER_OBJECT,
     MOST_LOOKS,
     ClassifierSettings,
     Seabed,
-    SeaObject,
     SwathSettings,
     seabed_of,
 )
@@ -72,7 +68,8 @@ from missions.mapping.tasks import (
     waiting,
 )
 from missions.mapping.truth import GOAL, MappingTruth
-from missions.meeting.meeting import OBJECTIVES, Meeting, importance_of
+from missions.meeting.job_mission import JobMission, names_apart, numbered
+from missions.meeting.meeting import OBJECTIVES, importance_of
 from missions.metric import Metric
 from missions.scenarios.features import place_error_m
 from missions.scenarios.organisation import FORMATION_WORDS
@@ -83,22 +80,16 @@ from remoras.beliefs import Beliefs, Key, Known
 from remoras.database import VehicleData
 from remoras.errors import PlanningError
 from remoras.htn import Domain, FactsLike, Task
-from remoras.mission import Finding, Mission
+from remoras.mission import Finding
 from remoras.motion import Motion
 from remoras.organisation import Group, Organisation
 from remoras.picture import Picture
 from remoras.recorder import Recorder
 from remoras.sensor import SensorSettings
-from remoras.work import Point
+from remoras.work import Job, Point
 
 MAX_CELLS = 4096
 """Largest number of cells per area that ``mappedCell`` can encode."""
-
-
-def mapping_faults(scenario: MappingScenario, missions: Sequence[str]) -> Iterator[ConfigurationFault]:
-    """Yield all faults of areas, exploring roles, importances and the goal."""
-    found = list(_of_tables(scenario, missions))
-    yield from found or [*_overlaps(scenario), *_goal(scenario)]
 
 
 def _of_tables(scenario: MappingScenario, missions: Sequence[str]) -> Iterator[ConfigurationFault]:
@@ -118,16 +109,12 @@ def _of_tables(scenario: MappingScenario, missions: Sequence[str]) -> Iterator[C
 
 
 def _names(scenario: MappingScenario, missions: Sequence[str]) -> Iterator[ConfigurationFault]:
-    others = scenario.taken_names()
     forms_groups = any(group.formed_by is not None for group in scenario.group)
     if forms_groups and (kind := scenario.taken_names("area").get(INSPECTION)):
         yield ConfigurationFault(f"{kind}.{INSPECTION}.name", "", "is the name of a mission")
-    for name, count in Counter(area.name for area in scenario.area).items():
-        if count > 1 or name in others:
-            allowed = f"used {count + (name in others)} times; areas need names of their own"
-            yield ConfigurationFault(f"area.{name}.name", "", allowed)
-        if name in missions:
-            yield ConfigurationFault(f"area.{name}.name", "", "is the name of a mission")
+    yield from names_apart(scenario, ("area",), "areas")
+    for name in dict.fromkeys(area.name for area in scenario.area if area.name in missions):
+        yield ConfigurationFault(f"area.{name}.name", "", "is the name of a mission")
 
 
 def _areas(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
@@ -160,7 +147,7 @@ def _n_cells(corners: Sequence[tuple[float, float]], cell_m: float) -> int:
 
 
 def _explorers(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
-    jobs = [*(area.name for area in scenario.area), *find_names(scenario.n_finds)]
+    jobs = [*(area.name for area in scenario.area), *numbered("find", scenario.n_finds)]
     for (group, name), role in scenario.roles.items():
         key, able = f"group.{group}.role.{name}", scenario.able_to_play(group, name)
         yield from one_of(f"{key}.job", role.job, jobs)
@@ -199,7 +186,7 @@ def _finds(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
     if number > n_cells:
         allowed = f"allowed: 0 to {n_cells}, the cells of all areas, each of which holds one at most"
         yield ConfigurationFault("finds.number", "", allowed)
-    finds = find_names(number)
+    finds = numbered("find", number)
     if scenario.area and not {role.job for role in scenario.roles.values()}.issuperset(finds):
         allowed = "nobody would inspect them: give a group a role with an area, and no role of its own named Inspector1"
         yield ConfigurationFault("finds.number", "", allowed)
@@ -252,93 +239,48 @@ SENSORS: Mapping[str, type[SensorSettings]] = {"mapping": SwathSettings, "classi
 ACTIVITY_NEEDS = {"Mapping": "ZigzagExploring"}
 
 
-class MappingMission(Mission):
-    """Mapping mission, built from the components of a scenario.
-
-    Args:
-        formation: (row, side) of positional roles by (group, role).
-        room_m: least distance of a formation place from each vehicle, by name.
-        swaths_m: of the vehicles able to map each area, by area and vehicle.
-        find_weight: weight of a find in the goal, in cells.
-        fix_m: position error accumulated in the time of one fix; 0 without position errors.
-    """
+class MappingMission(JobMission):
+    """Mapping mission, built from a scenario."""
 
     Scenario = MappingScenario
     group_missions = MISSIONS
     delegating_mission = SUPERVISION
+    objective = "Exploring"
     needs = ("playsRole", "hasMission", "position", "gatheredAt", *(f"objective{name}" for name in NEEDED_OBJECTIVES))
     vocabulary = (Path(__file__).with_name("vocabulary.ttl"), FINDS_WORDS, FORMATION_WORDS)
     sensors = SENSORS
     tables = (COVERAGE, GOAL)
     metrics: ClassVar[tuple[Metric, ...]] = METRICS
     figures: ClassVar[tuple[Declared, ...]] = FIGURES
+    scenario: MappingScenario
 
-    def __init__(
-        self,
-        settings: MappingSettings,
-        groups: Sequence[Group],
-        formation: Mapping[tuple[str, str], tuple[str, str]],
-        room_m: Mapping[str, float],
-        corners_m: Mapping[str, tuple[Point, ...]],
-        rally_points_m: Mapping[str, Point],
-        cell_m: float,
-        swaths_m: Mapping[str, Mapping[str, float]],
-        places: Sequence[Place],
-        finds: FindsTable,
-        find_weight: float,
-        depths_m: Mapping[str, float],
-        objects: Sequence[SeaObject],
-        fix_m: float,
-    ) -> None:
-        self.settings = settings
-        self.groups = {group.name: group for group in groups}
-        self.corners_m = corners_m
-        self.rally_points_m = rally_points_m
-        self.formation, self._room_m, self._cell_m = formation, room_m, cell_m
-        self._places, self.swaths_m = places, swaths_m
-        grounds = grounds_of(cell_m, tuple(corners_m.items()), fix_m)
-        self._surveys = {
-            name: SurveyJob(name, corners, (), grounds[name], depth_m=depths_m.get(name, 0.0))
-            for name, corners in corners_m.items()
-        }
-        self.finds, self._find_weight, self._objects = finds, find_weight, tuple(objects)
-        self._inspections = {name: InspectionJob(name, finds.mean_stay_s) for name in find_names(finds.number)}
-        self._unfinished = partial(Unfinished, goal=settings.goal, finds=self._inspections)
-        self._unfinished_by_all = self._unfinished(self._surveys.values())
-        self.meeting = Meeting(
-            self.groups,
-            rally_points_m,
-            settings.arrival_radius_m,
-            settings.follow_distance_m,
-            settings.patience_s,
-            settings.meeting_deadline_s,
-            settings.importance,
-        )
-
-    @classmethod
-    def from_scenario(cls, scenario: MappingScenario) -> Self:
-        """Create the mission of a scenario."""
-        groups, database = groups_of(scenario), database_of(scenario, cls)
+    def __init__(self, scenario: MappingScenario) -> None:
+        groups, database = groups_of(scenario), database_of(scenario, type(self))
         depths_m = {area.name: area.depth_m or 0.0 for area in scenario.area}
-        swaths_m = swaths_of(groups, database, depths_m)
-        mapping = {name for of_area in swaths_m.values() for name in of_area}
-        finds, mappers = scenario.finds or NO_FINDS, [data for data in database.values() if data.name in mapping]
-        return cls(
-            scenario.mission,
-            groups,
+        self.swaths_m = swaths_of(groups, database, depths_m)
+        mapping = {name for of_area in self.swaths_m.values() for name in of_area}
+        mappers = [data for data in database.values() if data.name in mapping]
+        self.corners_m = {area.name: area.corners_m for area in scenario.area}
+        self.formation, self._room_m = (
             formation_of(scenario),
             room_of(database.values(), scenario.guidance.separation_m),
-            {area.name: area.corners_m for area in scenario.area},
-            {rally.name: rally.position_m for rally in scenario.rally_point},
-            scenario.world.cell_m,
-            swaths_m,
-            places(scenario),
-            finds,
-            weight_in_cells(finds, scenario.world.cell_m, mappers),
-            depths_m,
-            [thing.lying() for thing in scenario.object],
-            place_error_m(scenario, mappers) or 0.0,
         )
+        fix_m = place_error_m(scenario, mappers) or 0.0
+        grounds = grounds_of(scenario.world.cell_m, tuple(self.corners_m.items()), fix_m)
+        self._surveys = {
+            name: SurveyJob(name, corners, (), grounds[name], depth_m=depths_m[name])
+            for name, corners in self.corners_m.items()
+        }
+        self.finds = finds = scenario.finds or NO_FINDS
+        self._find_weight = weight_in_cells(finds, scenario.world.cell_m, mappers)
+        self._objects = tuple(thing.lying() for thing in scenario.object)
+        self._inspections = {
+            name: InspectionJob(name, self.finds.mean_stay_s) for name in numbered("find", self.finds.number)
+        }
+        self._forms_groups = any(group.formed_by is not None for group in groups)
+        self._goal_known = partial(Unfinished, goal=scenario.mission.goal, finds=self._inspections)
+        self._unfinished_by_all = self._goal_known(self._surveys.values())
+        super().__init__(scenario)
 
     @classmethod
     def completed(cls, scenario: MappingScenario) -> MappingScenario:
@@ -347,29 +289,28 @@ class MappingMission(Mission):
 
     @classmethod
     def check(cls, scenario: MappingScenario) -> Iterable[ConfigurationFault]:
-        """Yield faults of areas, exploring roles and importances."""
-        return mapping_faults(scenario, cls.group_missions)
+        """Yield faults of areas, exploring roles and importances; of overlaps and the goal if these are valid."""
+        return list(_of_tables(scenario, cls.group_missions)) or [*_overlaps(scenario), *_goal(scenario)]
 
     @cached_property
     def social_domain(self) -> Domain:
         """Decomposition of Supervision and AreaMapping into objectives of roles."""
-        return social_domain(self.groups, self.meeting, self.jobs, self._inspections)
+        return social_domain(self._groups, self.meeting, self.jobs, self._inspections)
 
-    @property
-    def jobs(self) -> Mapping[str, SurveyJob | InspectionJob]:
+    def jobs_of(self, scenario: MappingScenario) -> Iterable[Job]:
         """One survey per area, one inspection per find."""
-        return {**self._surveys, **self._inspections}
+        return [*self._surveys.values(), *self._inspections.values()]
 
     @property
     def instances(self) -> Sequence[tuple[str, str]]:
         """Areas, finds, and the mission of groups formed at run time."""
-        given = [("Mission", INSPECTION)] if _forms(self.groups) else []
+        given = [("Mission", INSPECTION)] if self._forms_groups else []
         return [*(("Area", area) for area in self.corners_m), *(("Find", find) for find in self._inspections), *given]
 
     @property
     def vocabulary_used(self) -> tuple[Path, ...]:
         """Vocabulary without the terms for finds and formed groups if the scenario has none."""
-        used = {FINDS_WORDS: self._inspections, FORMATION_WORDS: _forms(self.groups)}
+        used = {FINDS_WORDS: self._inspections, FORMATION_WORDS: self._forms_groups}
         return tuple(path for path in self.vocabulary if used.get(path, True))
 
     @property
@@ -388,20 +329,20 @@ class MappingMission(Mission):
 
     @cached_property
     def _seabed(self) -> Seabed:
-        return seabed_of(self._cell_m, tuple(self.corners_m.items()))
+        return seabed_of(self.scenario.world.cell_m, tuple(self.corners_m.items()))
 
     def truth(self, recorder: Recorder, world: Seabed) -> MappingTruth:
         """Create the ground truth of coverage, surveys and rendezvous."""
-        return MappingTruth(self.meeting, world, self.swaths_m, self.settings.goal, recorder, self._find_weight)
+        return MappingTruth(self.meeting, world, self.swaths_m, self.scenario.mission.goal, recorder, self._find_weight)
 
     @property
     def places(self) -> Sequence[Place]:
         """Areas and rally points."""
-        return self._places
+        return places(self.scenario)
 
     def founding_objectives(self) -> Sequence[Objective]:
         """Supervision of the groups by their leaders, and the inspections, which need no order."""
-        return [*self.meeting.founding_objectives(), *inspecting(self.groups.values(), self._inspections)]
+        return [*self.meeting.founding_objectives(), *inspecting(self._groups.values(), self._inspections)]
 
     def is_individual(self, objective: Objective) -> bool:
         """Return True for exploring and mapping."""
@@ -432,20 +373,44 @@ class MappingMission(Mission):
         for names in ([step.name for step in together] for together in steps):
             activities = []
             for name in names:
-                parameters, keys = _parameters(self, name, objective, data, facts, position_m)
+                parameters, keys = self._parameters(name, objective, data, facts, position_m)
                 rests_on |= keys
                 activities.append(Activity(name, ACTIVITY_TYPES[name], parameters, _switched_on(name, data)))
             activities.sort(key=lambda activity: activity.name not in LEADS_SET)
             kind = ActivityKind.INDIVIDUAL if self.is_individual(objective) else ActivityKind.COLLECTIVE
             needs = next((ACTIVITY_NEEDS[name] for name in names if name in ACTIVITY_NEEDS), None)
-            importance = importance_of(self.settings.importance, objective)
+            importance = importance_of(self.meeting.importance, objective)
             sets.append(ActivitySet(objective, kind, tuple(activities), importance, needs))
         return tuple(sets), frozenset(rests_on)
 
+    def _parameters(
+        self, name: str, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point
+    ) -> tuple[tuple[Any, ...], set[Key]]:
+        """Return the parameters of an activity and the keys of the facts used."""
+        group = self._groups[objective.group]
+        head_key = ("members", f"{group.name}.{group.head_role}")
+        match name:
+            case "ZigzagExploring":
+                if (role := group.role(objective.role)) is None or role.maximum == 1:
+                    return (objective.argument, group.name, ()), set()
+                holders_key = ("members", group.path(objective.role))
+                others = _at_it_before(
+                    self.corners_m[objective.argument], data.name, facts.get(holders_key), facts, position_m
+                )
+                return (objective.argument, group.name, others), {holders_key}
+            case "Mapping":
+                return (group.name,), set()
+            case "Inspecting":
+                return (objective.argument,), set()
+            case "Positioning":
+                place = self.formation.get((group.name, objective.role), ("top", "middle"))
+                return (place, facts.get(head_key), group.name), {head_key}
+        raise _unknown(name)
+
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
         """Return the behaviour of the activity set led by ``activity``."""
-        settings, parameters = self.settings, activity.parameters
-        unfinished = self._unfinished(_own(self._surveys, self.swaths_m, data.name))
+        settings, parameters = self.scenario.mission, activity.parameters
+        unfinished = self._goal_known(_own(self._surveys, self.swaths_m, data.name))
         match activity.name:
             case "Homing":
                 point_m, group, first = parameters
@@ -464,13 +429,17 @@ class MappingMission(Mission):
             return AfterWork(found, unfinished)
         raise _unknown(activity.name)
 
+    def behaviour_at(self, job: Job, data: VehicleData) -> Behaviour:
+        """Raise ``PlanningError``: jobs are done by activities."""
+        raise _unknown(job.name)
+
     def is_enough(self, facts: Known) -> bool:
         """Return True if the goal tolerates the remaining cells and every find is inspected."""
         return not self._unfinished_by_all.is_work_left(facts)
 
     def _work(self, group: str) -> WorkLeft:
-        jobs = [self._surveys[role.job] for role in self.groups[group].roles if role.job in self._surveys]
-        return WorkLeft(jobs, self.settings.half_left)
+        jobs = [self._surveys[role.job] for role in self._groups[group].roles if role.job in self._surveys]
+        return WorkLeft(jobs, self.scenario.mission.half_left)
 
     def findings(
         self, group: Group, organisation: Organisation, beliefs: Beliefs, picture: Picture, motion: Motion
@@ -489,7 +458,7 @@ class MappingMission(Mission):
         )
         if not found or self.meeting.is_overdue(group, beliefs, picture):
             return found
-        of = [other for other in self.groups.values() if group.name in (other.name, other.formed_by)]
+        of = [other for other in self._groups.values() if group.name in (other.name, other.formed_by)]
         is_left = (
             is_open_again(group, self._surveys, beliefs)
             or (is_alone_with_work(group, organisation, self._surveys, beliefs) and not picture.groups.meets_unheard)
@@ -502,40 +471,11 @@ class MappingMission(Mission):
         return Finding(objective.argument, "areaDone", vehicle) if objective.name == "Exploring" else None
 
 
-def _parameters(
-    mission: MappingMission, name: str, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point
-) -> tuple[tuple[Any, ...], set[Key]]:
-    """Return the parameters of an activity and the keys of the facts used."""
-    group = mission.groups[objective.group]
-    head_key = ("members", f"{group.name}.{group.head_role}")
-    match name:
-        case "ZigzagExploring":
-            if (role := group.role(objective.role)) is None or role.maximum == 1:
-                return (objective.argument, group.name, ()), set()
-            holders_key = ("members", group.path(objective.role))
-            others = _at_it_before(
-                mission.corners_m[objective.argument], data.name, facts.get(holders_key), facts, position_m
-            )
-            return (objective.argument, group.name, others), {holders_key}
-        case "Mapping":
-            return (group.name,), set()
-        case "Inspecting":
-            return (objective.argument,), set()
-        case "Positioning":
-            place = mission.formation.get((group.name, objective.role), ("top", "middle"))
-            return (place, facts.get(head_key), group.name), {head_key}
-    raise _unknown(name)
-
-
 def _own(
     surveys: Mapping[str, SurveyJob], swaths_m: Mapping[str, Mapping[str, float]], vehicle: str
 ) -> Iterable[SurveyJob]:
     """Surveys that the vehicle can do, since others may not reach it; all if it can do none."""
     return [job for name, job in surveys.items() if vehicle in swaths_m[name]] or surveys.values()
-
-
-def _forms(groups: Mapping[str, Group]) -> bool:
-    return any(group.formed_by is not None for group in groups.values())
 
 
 def _unknown(activity: str) -> PlanningError:

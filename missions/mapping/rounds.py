@@ -12,14 +12,14 @@ import math
 from collections.abc import Sequence
 
 from exchange.arithmetic import distance
-from missions.mapping.ground import grounds_of
+from missions.mapping.jobs import grounds_of
 from missions.mapping.scenario import MappingScenario
 from missions.mapping.sensors import mapping_speed_mps, swath_m
-from missions.mapping.survey import Point
 from missions.rounds import Rounder, Rounds
 from missions.scenarios import Scenario
 from remoras.behaviours import CAPTURE_M
 from remoras.database import VehicleData
+from remoras.work import Point
 
 
 def rounds(scenario: Scenario, vehicles: Sequence[VehicleData], meets: bool = True) -> Rounds:

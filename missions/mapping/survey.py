@@ -13,8 +13,8 @@ from itertools import pairwise
 from operator import itemgetter
 
 from exchange.arithmetic import distance, length
+from remoras.work import Point
 
-Point = tuple[float, float]
 ROUNDING_M = 0.01
 """Numerical tolerance for the overlap of polygons with a common border."""
 

@@ -14,8 +14,7 @@ from typing import Any
 from missions.mapping.detections import INSPECTING
 from missions.mapping.jobs import SurveyJob
 from missions.mapping.sensors import swath_m
-from missions.meeting.meeting import MEET, Meeting
-from missions.meeting.orders import entrusted, expected_of
+from missions.meeting.meeting import MEET, Meeting, entrusted, expected_of
 from remoras.activities import Objective
 from remoras.behaviours import IDLE, Behaviour, Perception, Reference, awaited
 from remoras.beliefs import Beliefs, Known

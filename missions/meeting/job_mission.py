@@ -15,6 +15,8 @@ A subclass defines its jobs and the behaviour of a vehicle at a job; the rest ha
 
         def behaviour_at(self, job, data):
             return Servicing(job, data)
+
+``AnyonesJob`` is the base of jobs that any vehicle can do, ``Stay`` a dwell at a place.
 """
 
 from __future__ import annotations
@@ -22,20 +24,41 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated, Any, ClassVar, Self, TypeVar
 
 from pydantic import Field, field_validator
 
 from missions.errors import ConfigurationFault
 from missions.figure import Place
-from missions.meeting.meeting import GATHERING, MEET, NEEDS, OBJECTIVES, RENDEZ_VOUS, SUPERVISION, Meeting, Pursuit
-from missions.meeting.meeting import importance_of as importance_in
-from missions.meeting.orders import entrusted
-from missions.meeting.truth import JOBS, JobTruth
+from missions.meeting.meeting import (
+    GATHERING,
+    MEET,
+    NEEDS,
+    OBJECTIVES,
+    RENDEZ_VOUS,
+    SUPERVISION,
+    Meeting,
+    Pursuit,
+    entrusted,
+    importance_of,
+)
+from missions.meeting.truth import JOBS, JobTruth, MeetingTruth
 from missions.scenarios.parts import groups_of
 from missions.scenarios.scenario import Role, Scenario, VehicleTable
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
-from remoras.behaviours import Behaviour
+from remoras.behaviours import (
+    ADVANCING,
+    CAPTURE_M,
+    DONE,
+    Approach,
+    Behaviour,
+    Perception,
+    Reference,
+    attracted,
+    distance_m,
+)
 from remoras.beliefs import Beliefs, Key
 from remoras.database import VehicleData
 from remoras.errors import PluginError
@@ -47,6 +70,56 @@ from remoras.picture import Picture
 from remoras.recorder import Recorder, Table
 from remoras.table import Section
 from remoras.work import IS_IMPOSSIBLE, Job, Point, vehicles_taken
+
+DONE_BY = "jobDone"
+"""Attribute of a job: vehicle that has done it."""
+THERE_M = 2.0
+"""Distance below which a vehicle is at a place."""
+
+
+@dataclass(frozen=True)
+class AnyonesJob:
+    """Base of a ``remoras.work.Job`` that any vehicle can do and no job precedes."""
+
+    name: str
+    needs: ClassVar[tuple[str, ...]] = ()
+
+    @property
+    def done(self) -> Key:
+        """Fact that a vehicle has done it."""
+        return DONE_BY, self.name
+
+    def is_able(self, data: VehicleData) -> bool:
+        """Return True for every vehicle."""
+        return True
+
+
+class Stay:
+    """Travel to a place and dwell there; an interrupted dwell restarts."""
+
+    def __init__(self, data: VehicleData) -> None:
+        self._speed_mps = data.transit_speed_mps
+        self._approach = Approach(data.transit_speed_mps)
+        self._since_s: float | None = None
+
+    def perceive(self, to_go_m: float, stay_s: float, now_s: float, performed: bool) -> Perception:
+        """Pending, nearest first; progresses on the way and on site; done after ``stay_s`` on site."""
+        if to_go_m > THERE_M or not performed:
+            self._since_s = None
+            advance = self._approach.advance(to_go_m, now_s, performed)
+            return Perception(1.0, advance) if performed else attracted(to_go_m)
+        self._since_s = now_s if self._since_s is None else self._since_s
+        return DONE if now_s - self._since_s >= stay_s else ADVANCING
+
+    def begin_anew(self) -> None:
+        """Discard the elapsed dwell."""
+        self._since_s = None
+
+    def reference(self, place_m: Point, motion: Motion) -> Reference:
+        """Head for the place in transit; hold there."""
+        is_there = distance_m(motion, place_m) <= CAPTURE_M
+        return Reference(place_m, 0.0) if is_there else Reference(place_m, self._speed_mps, CAPTURE_M)
+
 
 Tables = TypeVar("Tables", bound=Scenario)
 MEETING_DEADLINE: Any = Field(
@@ -120,11 +193,22 @@ def listed_faults(
     scenario: Scenario, kind: str, *keys: str, taken: Collection[str] = ()
 ) -> Iterator[ConfigurationFault]:
     """Yield faults: jobs of tables ``[[kind]]`` outside the world (``keys``), ``taken`` names."""
-    tables, others = getattr(scenario, kind), {*taken, *scenario.taken_names()}
+    tables = getattr(scenario, kind)
     yield from scenario.world.outside((f"{kind}.{one.name}.{key}", getattr(one, key)) for one in tables for key in keys)
-    for name, times in Counter(one.name for one in tables).items():
-        if name in others or times > 1:
-            yield ConfigurationFault(f"{kind}.{name}.name", "", f"is taken; each {kind} needs a name of its own")
+    yield from names_apart(scenario, (kind,), f"{kind}s", taken)
+
+
+def names_apart(
+    scenario: Scenario, kinds: Sequence[str], what: str, taken: Collection[str] = ()
+) -> Iterator[ConfigurationFault]:
+    """Yield faults: names in tables of these kinds (``what``) used twice, ``taken``, or of vehicles, groups, places."""
+    others = {*taken, *scenario.taken_names()}
+    listed = [(kind, one.name) for kind in kinds for one in getattr(scenario, kind)]
+    counts = Counter(name for _, name in listed)
+    for kind, name in dict.fromkeys(listed):
+        if (n_uses := counts[name] + (name in others)) > 1:
+            allowed = f"used {n_uses} times; {what} need names of their own"
+            yield ConfigurationFault(f"{kind}.{name}.name", "", allowed)
 
 
 WORK = "Work"
@@ -171,7 +255,7 @@ class JobMission(Mission):
     kind: ClassVar[str] = "Job"
     """Ontology class of the jobs."""
 
-    def __init__(self, scenario: JobScenario) -> None:
+    def __init__(self, scenario: Any) -> None:
         if not getattr(self, "objective", ""):
             raise PluginError(f"{type(self).__name__} lacks objective, the name of what roles with a job pursue")
         self.scenario = scenario
@@ -190,11 +274,6 @@ class JobMission(Mission):
             self.meets_from_s(scenario),
             self._jobs,
             ABILITIES in self.vocabulary_used,
-        )
-        self._domain = Domain.of(
-            self.meeting.operators(self._jobs, self.objective),
-            {**dict.fromkeys(self.group_missions, self._methods()), WORK: entrusted(self._orders)}
-            | self.meeting.methods(),
         )
 
     # Interface for subclasses --------------------------------------------------------------------
@@ -220,7 +299,7 @@ class JobMission(Mission):
     # Defaults ------------------------------------------------------------------------------------
 
     @classmethod
-    def from_scenario(cls, scenario: JobScenario) -> Self:
+    def from_scenario(cls, scenario: Any) -> Self:
         """Create the mission of a scenario."""
         return cls(scenario)
 
@@ -240,10 +319,14 @@ class JobMission(Mission):
         points = [Place(name, "rally point", (at_m,)) for name, at_m in self._rally_points_m.items()]
         return [*points, *(Place(job.name, self.kind.lower(), (job.place_m,)) for job in self._jobs.values())]
 
-    @property
+    @cached_property
     def social_domain(self) -> Domain:
         """Decomposition of a group's mission into roles, objectives and a rendezvous."""
-        return self._domain
+        return Domain.of(
+            self.meeting.operators(self._jobs, self.objective),
+            {**dict.fromkeys(self.group_missions, self._methods()), WORK: entrusted(self._orders)}
+            | self.meeting.methods(),
+        )
 
     def _methods(self) -> list[Method]:
         def unfinished(facts: FactsLike, group: str) -> list[tuple[str, str]]:
@@ -302,10 +385,11 @@ class JobMission(Mission):
         if any(facts.get(key) not in (None, False) for key in ends):
             return (), ends
         doing = Activity(self.objective, ActivityType.GUIDANCE, (job.name,), self.switched_on(job, data))
-        importance = importance_in(
-            {self.objective: self.meeting.importance[WORK], **self.meeting.importance}, objective
-        )
-        return (ActivitySet(objective, ActivityKind.INDIVIDUAL, (doing,), importance),), ends
+        return (ActivitySet(objective, ActivityKind.INDIVIDUAL, (doing,), self.importance_of_work(objective)),), ends
+
+    def importance_of_work(self, objective: Objective) -> float:
+        """Importance of an objective of work: its own, or the default of jobs."""
+        return importance_of({objective.name: self.meeting.importance[WORK], **self.meeting.importance}, objective)
 
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
         """Return ``behaviour_at`` for a job, else the rendezvous behaviour."""
@@ -331,6 +415,6 @@ class JobMission(Mission):
             return ()
         return self.meeting.findings(group, organisation, beliefs, picture, motion)
 
-    def truth(self, recorder: Recorder, world: Any) -> JobTruth:
+    def truth(self, recorder: Recorder, world: Any) -> MeetingTruth:
         """Create the ground truth of jobs and rendezvous; missions with more to record subclass it."""
         return JobTruth(self.meeting, self.objective, recorder)

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from missions.meeting.meeting import Meeting
 from remoras.mission import FleetView, Milestone, VehicleView
@@ -23,10 +23,6 @@ from remoras.organisation.nesting import height
 from remoras.recorder import CANNOT, FAULTS, TIME, VEHICLE, Column, Recorder, Table
 from remoras.truth import COMPLETE, left, reachable_by_jobs, within_reach
 from remoras.work import IS_IMPOSSIBLE, Job, Point
-
-if TYPE_CHECKING:
-    pass
-
 
 JOBS = Table("jobs", (TIME, VEHICLE, Column("job", "str")))
 """Completed jobs; a job done by two vehicles has two rows."""

@@ -17,6 +17,7 @@ from exchange.channel import loss
 from missions.errors import ConfigurationFault
 from missions.figure import Declared, Place
 from missions.meeting.job_mission import (
+    DONE_BY,
     JobMission,
     JobScenario,
     JobSettings,
@@ -26,15 +27,16 @@ from missions.meeting.job_mission import (
     with_job_roles,
 )
 from missions.meeting.meeting import Pursuit
-from missions.meeting.staying import DONE_BY
 from missions.metric import Metric
-from missions.minehunting.analysis import CLASSIFIED, Analysing, Analysis
 from missions.minehunting.imagery import (
+    CLASSIFIED,
     ON_FLOOR,
     ON_TARGET,
     REVISITS,
     SHOWN,
     STRIPS,
+    Analysing,
+    Analysis,
     ContactView,
     ImageryTable,
     Minefield,
@@ -192,8 +194,7 @@ class MinehuntingMission(JobMission):
 
     def founding_objectives(self) -> Sequence[Objective]:
         """Supervision and analysis by leaders."""
-        heads = [(group.name, role.name) for group in self._groups.values() for role in group.roles if role.head]
-        return [*super().founding_objectives(), *(Objective(*head, ANALYSING, head[0]) for head in heads)]
+        return [*super().founding_objectives(), *self.meeting.objectives(ANALYSING, of_leaders=True)]
 
     def is_individual(self, objective: Objective) -> bool:
         """Return True for views, False for the analysis."""

@@ -10,8 +10,7 @@ from missions.figure import Declared, Figure, Mark, RunResults, Style
 from missions.meeting.meeting import Meeting
 from missions.meeting.truth import JOBS, JobTruth
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
-from missions.minehunting.analysis import CLASSIFIED, MINE, ROCK
-from missions.minehunting.imagery import REVISITS, STRIPS, Minefield
+from missions.minehunting.imagery import CLASSIFIED, MINE, REVISITS, ROCK, STRIPS, Minefield
 from remoras.mission import FleetView, Milestone
 from remoras.organisation import Group
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table

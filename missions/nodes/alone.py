@@ -11,7 +11,7 @@ import tomli_w
 from exchange.wire.codec import renewed
 from exchange.wire.sealing import fresh_salt
 from missions.document import Document
-from missions.errors import ConfigurationError, ConfigurationFault
+from missions.errors import ConfigurationError
 from missions.fault import Absence, kinds
 from missions.nodes.frontseat import Steered
 from missions.runs.assembly import (
@@ -72,10 +72,10 @@ class NodePlan:
         name = scenario.scenario.name
         if vehicle not in names:
             allowed = f"one of {', '.join(names)}{suggestion(vehicle, names)}"
-            raise ConfigurationError(name, [ConfigurationFault("VEHICLE", vehicle, allowed)])
+            raise ConfigurationError.of(name, "VEHICLE", vehicle, allowed)
         if until_s is not None and not 0.0 < until_s <= duration_s:
             allowed = f"a time up to scenario.duration_s = {duration_s:g} s; raise that with --set"
-            raise ConfigurationError(name, [ConfigurationFault("--until", f"{until_s:g}", allowed)])
+            raise ConfigurationError.of(name, "--until", f"{until_s:g}", allowed)
         text = tomli_w.dumps(scenario.model_dump(mode="json", exclude_none=True))
         stop_s = duration_s if until_s is None else until_s
         return cls(text, vehicle, seed, 0, 0.0, stop_s, stop_s + settle_s)
@@ -90,22 +90,15 @@ class NodePlan:
         name = scenario.scenario.name
         setup = setup_of(scenario)
         if setup.strategy.declaration.sharing is not None:
-            given = ConfigurationFault(
-                "strategy.name",
-                setup.strategy.name,
-                "a bound without packets; allowed: a strategy that exchanges packets",
-            )
-            raise ConfigurationError(name, [given])
+            allowed = "a bound without packets; allowed: a strategy that exchanges packets"
+            raise ConfigurationError.of(name, "strategy.name", setup.strategy.name, allowed)
         if setup.mission.nature(setup.mission.world(self.seed)) is not None:
             allowed = (
                 "allowed: a mission without physical transfer between vehicles, as a node does not know true positions"
             )
-            given = ConfigurationFault("scenario.mission", f'"{scenario.scenario.mission}"', allowed)
-            raise ConfigurationError(name, [given])
+            raise ConfigurationError.of(name, "scenario.mission", f'"{scenario.scenario.mission}"', allowed)
         if not 0 <= self.epoch < EPOCHS:
-            raise ConfigurationError(
-                name, [ConfigurationFault("--epoch", str(self.epoch), f"allowed: 0 to {EPOCHS - 1}")]
-            )
+            raise ConfigurationError.of(name, "--epoch", str(self.epoch), f"allowed: 0 to {EPOCHS - 1}")
         return setup
 
 
@@ -188,8 +181,8 @@ def _away(setup: Setup, plan: NodePlan, absence: Absence, *, at_s: float, **keys
     """Return the fault, of a kind that a scenario could declare, for an absence of the vehicle."""
     away = next((name for name, kind in kinds().items() if kind.ABSENCE is absence), None)
     if away is None:
-        given = ConfigurationFault("begins", f"{at_s:g}", f"no kind of fault keeps a vehicle away as {absence}: 0 s")
-        raise ConfigurationError(setup.scenario.scenario.name, [given])
+        allowed = f"no kind of fault keeps a vehicle away as {absence}: 0 s"
+        raise ConfigurationError.of(setup.scenario.scenario.name, "begins", f"{at_s:g}", allowed)
     declared = kind_named(away)(kind=away, vehicle=plan.vehicle, at_s=at_s, **keys)
     return declared.befalling(setup.database[plan.vehicle], at_s)
 

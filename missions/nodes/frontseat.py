@@ -22,7 +22,7 @@ from typing import NamedTuple, Protocol
 
 from exchange.arithmetic import distance
 from exchange.drivers import Driver, Paced
-from missions.errors import ConfigurationError, ConfigurationFault
+from missions.errors import ConfigurationError
 from remoras.database import VehicleData
 from remoras.events import Observer
 from remoras.fleet.vehicle import Vehicle
@@ -171,13 +171,11 @@ class Steered(Observer):
         """Replace the simulated body; raises ConfigurationError with current or position drift."""
         layer = vehicle.functional
         if type(layer.guidance) is not Guidance or layer.believed is not layer.motion:
-            given = ConfigurationFault(
-                "--frontseat",
-                "body",
-                "a scenario whose vehicles drift in no current and know where they are; leave "
-                "out what is about these: the sea has them",
+            allowed = (
+                "a scenario whose vehicles drift in no current and know where they are; leave out what is about these: "
+                "the sea has them"
             )
-            raise ConfigurationError(layer.data.name, [given])
+            raise ConfigurationError.of(layer.data.name, "--frontseat", "body", allowed)
         layer.guidance.go = self._go
         layer.sigma_m = 0.0 if self._fix is None else self._fix.sigma_m
         self._layer = layer

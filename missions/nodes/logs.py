@@ -28,7 +28,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from exchange.drivers import Paced
-from missions.errors import ConfigurationError, ConfigurationFault, OutputError
+from missions.errors import ConfigurationError, OutputError
 from missions.files import text_of
 from missions.nodes.alone import LoneVehicle, NodePlan, Pause, alone
 from missions.nodes.frontseat import Fix, Placed
@@ -208,7 +208,7 @@ def _first(path: Path, line: str) -> tuple[NodePlan, Began | None]:
 
 def _no_log(path: Path, number: int, line: str) -> ConfigurationError:
     allowed = "no line of a log; name a file that remoras node or remoras swarm has written with --out"
-    return ConfigurationError(str(path), [ConfigurationFault("line", line, allowed, number)])
+    return ConfigurationError.of(str(path), "line", line, allowed, number)
 
 
 @dataclass(frozen=True, slots=True)
@@ -291,7 +291,7 @@ def _hearing(log: Logged, pauses: Sequence[Pause]) -> LoneVehicle:
 
 
 def _cannot(path: Path, why: str, allowed: str) -> ConfigurationError:
-    return ConfigurationError(str(path), [ConfigurationFault("log", why, allowed)])
+    return ConfigurationError.of(str(path), "log", why, allowed)
 
 
 def _differences(logged: list[LogEntry], said: list[Sent]) -> Iterator[str]:

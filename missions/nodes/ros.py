@@ -19,7 +19,7 @@ from importlib import import_module
 from typing import Any
 
 from exchange.arithmetic import atan2, length, sincos
-from missions.errors import ConfigurationError, ConfigurationFault
+from missions.errors import ConfigurationError
 from missions.nodes.frontseat import Fix
 from remoras.fleet.vehicle import Vehicle
 from remoras.work import Point
@@ -45,7 +45,7 @@ class RosShare:
             lacks = (
                 "is not here; allowed in a shell that has sourced the setup file of ROS 2, as /opt/ros/jazzy/setup.bash"
             )
-            raise ConfigurationError("--ros", [ConfigurationFault(str(error.name), "", lacks)]) from None
+            raise ConfigurationError.of("--ros", str(error.name), "", lacks) from None
         self._rclpy.init(args=[], signal_handler_options=quiet)
         name = re.sub(r"\W", "_", vehicle).lower()
         self._name = name if name[0].isalpha() else f"v{name}"

@@ -1,6 +1,6 @@
 """Status assessment: expected against observed outcome of an action; estimates for later.
 
-Sequential tests (``missions.pandora.sequential``) check the residuals of readings, in standard deviations:
+Sequential tests (``missions.meeting.sequential_tests``) check the residuals of readings, in standard deviations:
 
 =====================  ==================================================  ===========================  ==============
 reading                expected                                            updated estimate             diagnosis
@@ -21,10 +21,9 @@ from __future__ import annotations
 import math
 
 from exchange.arithmetic import distance, length, log
+from missions.meeting.sequential_tests import Cusum
 from missions.pandora.scenario import Flow, PandoraSettings
-from missions.pandora.sensors import CameraSettings, LogSettings
-from missions.pandora.sequential import Cusum
-from missions.pandora.structure import PlannedPart
+from missions.pandora.structure import CameraSettings, LogSettings, PlannedPart
 from remoras.beliefs import Known
 from remoras.database import VehicleData
 from remoras.motion import Motion

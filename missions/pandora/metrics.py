@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, cast
 
 from exchange.arithmetic import distance
-from missions.figure import Declared, Figure, Layer, Mark, RunResults, Style
+from missions.figure import Declared, Figure, Layer, Mark, RunResults, Style, draw_counts, last_position_s
 from missions.meeting.truth import JOBS
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 from missions.pandora.scenario import job_of
@@ -120,26 +120,18 @@ FOUND_BY = ("diagnosis", "anomaly")
 
 def draw_serviced(axes: Axes, results: RunResults, style: Style) -> str:
     """Draw parts over time: taken for done and truly serviced."""
-    end_s = max((row["time_s"] for row in results.rows("trajectories")), default=0.0)
-    for table, label, line, colour in (
-        (JOBS.name, "taken for done", "--", style.grey), (SERVICED.name, "really serviced", "-", style.black),
-    ):  # fmt: skip
-        first: dict[str, float] = {}
-        for row in results.rows(table):
-            first.setdefault(row["job" if table == JOBS.name else "part"], row["time_s"])
-        times_s = sorted(first.values())
-        axes.step([0.0, *times_s, end_s], [*range(len(times_s) + 1), len(times_s)], where="post", color=colour,
-                  linestyle=line, label=label)  # fmt: skip
-    axes.set_xlabel(style.axis("time", "s"))
-    axes.set_ylabel(style.axis("parts"))
+    taken = {row["job"]: row["time_s"] for row in reversed(results.rows(JOBS.name))}
+    serviced = {row["part"]: row["time_s"] for row in reversed(results.rows(SERVICED.name))}
+    curves = (
+        ("taken for done", taken.values(), "--", style.grey), ("really serviced", serviced.values(), "-", style.black),
+    )  # fmt: skip
+    draw_counts(axes, style, last_position_s(results), curves, "parts")
     return "Where the dashed line is above the other, a vehicle takes for done what is not."
 
 
 def draw_findings(axes: Axes, results: RunResults, style: Style) -> str:
     """Draw findings of vehicles and true events over time, a row per kind."""
-    findings = [
-        row for row in results.rows("items") if row["attribute"] in ("diagnosis", "anomaly") and row["value"] != "sound"
-    ]
+    findings = [row for row in results.rows("items") if row["attribute"] in FOUND_BY and row["value"] != "sound"]
     befell = [(row["time_s"], f"{row['kind']}: {row['vehicle']}") for row in results.rows("faults")
               if row["kind"] in FAULTS and row["detail"] != "over"]  # fmt: skip
     befell += [(row["time_s"], f"{row['kind']}: {row['part']}") for row in results.rows(MET.name)]

@@ -14,7 +14,6 @@ vocabulary, from what the failure asserted. Steps with valid effects are not rep
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -23,9 +22,8 @@ from typing import Any, ClassVar
 from exchange.arithmetic import distance
 from missions.errors import ConfigurationFault, one_of
 from missions.figure import Declared, Place
-from missions.meeting.job_mission import WORK, JobMission, with_job_roles, with_needs
-from missions.meeting.meeting import importance_of
-from missions.meeting.orders import expected_of
+from missions.meeting.job_mission import WORK, JobMission, names_apart, with_job_roles, with_needs
+from missions.meeting.meeting import expected_of, importance_of
 from missions.metric import Metric
 from missions.pandora.metrics import FIGURES, METRICS
 from missions.pandora.part_actions import (
@@ -38,9 +36,20 @@ from missions.pandora.part_actions import (
     wrenching,
 )
 from missions.pandora.scenario import ANY_VALVE, KINDS, TOLD, URGENCY, PandoraScenario, job_of
-from missions.pandora.sensors import LOOKS, TURNS, ArmSettings, CameraSettings, LogSettings, Structure, WrenchSettings
-from missions.pandora.structure import PlannedPart, planned_parts, structure_of
+from missions.pandora.structure import (
+    LOOKS,
+    TURNS,
+    ArmSettings,
+    CameraSettings,
+    LogSettings,
+    PlannedPart,
+    Structure,
+    WrenchSettings,
+    planned_parts,
+    structure_of,
+)
 from missions.pandora.truth import MET, SERVICED, PandoraTruth
+from missions.scenarios.fleet import sensors_of
 from missions.scenarios.scenario import Role
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import Behaviour
@@ -59,23 +68,6 @@ SEEN_APART_M = 0.5
 """Least distance between inspected points: the tolerance of station keeping."""
 
 
-def parts_faults(scenario: PandoraScenario) -> Iterator[ConfigurationFault]:
-    """Yield all faults of parts and upsets."""
-    if not scenario.parts:
-        tables = ", ".join(f"[[{kind}]]" for kind in KINDS)
-        yield ConfigurationFault("panel", "", f"there is nothing to be serviced: give one of {tables}")
-    yield from _names(scenario)
-    placed = [(kind, part.name, at_m) for kind, part, points_m in scenario.parts for at_m in points_m]
-    yield from scenario.world.outside((_key_of(kind, name), at_m) for kind, name, at_m in placed)
-    yield from _too_near([place for place in placed if place[0] in ("valve", "anode")], APART_M)
-    yield from _too_near([place for place in placed if place[0] in ("panel", "chain")], SEEN_APART_M)
-    yield from _tools(scenario)
-    panels = [panel.name for panel in scenario.panel]
-    for valve in scenario.valve:
-        yield from one_of(f"valve.{valve.name}.panel", valve.panel, panels)
-    yield from _upsets(scenario)
-
-
 def _key_of(kind: str, name: str) -> str:
     return f"{kind}.{name}.{'points_m' if kind == 'chain' else 'position_m'}"
 
@@ -89,17 +81,6 @@ def _tools(scenario: PandoraScenario) -> Iterator[ConfigurationFault]:
         if name is not None and carried and kind not in carried:
             allowed = f'no vehicle has one, and the plan demands it for {name}; allowed: type = "{kind}" in one'
             yield ConfigurationFault("vehicle.sensor", kind, allowed)
-
-
-def _names(scenario: PandoraScenario) -> Iterator[ConfigurationFault]:
-    others, listed = scenario.taken_names(), [(kind, part.name) for kind, part, _ in scenario.parts]
-    counts = Counter(name for _, name in listed)
-    for kind, name in dict.fromkeys(listed):
-        if counts[name] > 1 or name in others:
-            allowed = f"used {counts[name] + (name in others)} times; parts need names of their own"
-            yield ConfigurationFault(f"{kind}.{name}.name", "", allowed)
-        if name == ANY_VALVE:
-            yield ConfigurationFault(f"{kind}.{name}.name", "", "stands for a valve that is drawn")
 
 
 def _too_near(places: Sequence[tuple[str, str, PointM]], least_m: float) -> Iterator[ConfigurationFault]:
@@ -180,8 +161,23 @@ class PandoraMission(JobMission):
 
     @classmethod
     def check(cls, scenario: PandoraScenario) -> Iterable[ConfigurationFault]:
-        """Yield faults of parts and upsets."""
-        return parts_faults(scenario)
+        """Yield all faults of parts and upsets."""
+        if not scenario.parts:
+            tables = ", ".join(f"[[{kind}]]" for kind in KINDS)
+            yield ConfigurationFault("panel", "", f"there is nothing to be serviced: give one of {tables}")
+        yield from names_apart(scenario, tuple(KINDS), "parts")
+        for kind, part, _ in scenario.parts:
+            if part.name == ANY_VALVE:
+                yield ConfigurationFault(f"{kind}.{part.name}.name", "", "stands for a valve that is drawn")
+        placed = [(kind, part.name, at_m) for kind, part, points_m in scenario.parts for at_m in points_m]
+        yield from scenario.world.outside((_key_of(kind, name), at_m) for kind, name, at_m in placed)
+        yield from _too_near([place for place in placed if place[0] in ("valve", "anode")], APART_M)
+        yield from _too_near([place for place in placed if place[0] in ("panel", "chain")], SEEN_APART_M)
+        yield from _tools(scenario)
+        panels = [panel.name for panel in scenario.panel]
+        for valve in scenario.valve:
+            yield from one_of(f"valve.{valve.name}.panel", valve.panel, panels)
+        yield from _upsets(scenario)
 
     def jobs_of(self, scenario: PandoraScenario) -> Iterable[PlannedPart]:
         """The parts."""
@@ -209,8 +205,8 @@ class PandoraMission(JobMission):
         every_s = [
             sensor.every_s
             for vehicle in self.scenario.vehicle
-            for kind in (CameraSettings, LogSettings)
-            for sensor in _sensors_of(vehicle.sensor, kind)
+            for sensor in sensors_of(vehicle, self.sensors)
+            if isinstance(sensor, CameraSettings | LogSettings)
         ]
         n_readings = self.scenario.scenario.duration_s / min(every_s, default=20.0)
         return int(8 * n_readings) + OBSERVED_PER_PART * len(self._parts)
@@ -323,9 +319,3 @@ class PandoraMission(JobMission):
     def behaviour_at(self, job: Any, data: VehicleData) -> Behaviour:
         """Work on a part, without a search."""
         return ACTIONS[BY_KIND[job.kind]][0](job, data, self._orders_of_actions)
-
-
-def _sensors_of(tables: Sequence[Mapping[str, Any]], kind: type[Any]) -> list[Any]:
-    """Settings of the sensors of one kind; malformed tables are reported elsewhere."""
-    wanted = {"camera": CameraSettings, "log": LogSettings}
-    return [kind(**table) for table in tables if wanted.get(str(table.get("type"))) is kind]

@@ -9,8 +9,7 @@ from itertools import pairwise
 from exchange.arithmetic import distance
 from missions.pandora.assessment import ActionMonitor, as_observations
 from missions.pandora.scenario import Flow, PandoraSettings
-from missions.pandora.sensors import CameraSettings, WrenchSettings
-from missions.pandora.structure import PlannedPart
+from missions.pandora.structure import CameraSettings, PlannedPart, WrenchSettings
 from remoras.behaviours import Approach, Behaviour, Perception, Reference, attracted, distance_m
 from remoras.beliefs import Known
 from remoras.database import VehicleData

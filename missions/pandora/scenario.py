@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from pydantic import Field, field_validator
 
 from missions.meeting.job_mission import JobScenario, JobSettings
-from missions.pandora.sequential import threshold
+from missions.meeting.sequential_tests import threshold
 from missions.scenarios.features import water
 from remoras.table import Name, PointM, Positive, Section, Sparse
 

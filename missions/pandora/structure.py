@@ -1,24 +1,265 @@
-"""Structure: planned parts, their true state in a run, and their service jobs.
+"""Structure: planned parts, their true state in a run, their service jobs, and the sensors that perceive them.
 
-True states are sampled by seed and number of the upset in a separate stream. Strategies, losses and other faults never
-change them.
+True states are sampled by seed and number of the upset in a separate stream, readings by seed, vehicle and number of
+the reading. Strategies, losses and other faults never change them. Tools keep the state of parts, since each part is
+serviced once and not inspected afterwards.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
+from typing import ClassVar
+
+from pydantic import Field
 
 from exchange.arithmetic import TAU, distance, length, sincos
 from exchange.channel import loss
 from missions.pandora.scenario import ANY_VALVE, KINDS, PandoraScenario, UpsetTable, ValveTable, job_of
-from missions.pandora.sensors import ArmSettings, CameraSettings, Structure, TruePart, WrenchSettings
 from remoras.beliefs import Key, Known
 from remoras.database import VehicleData
+from remoras.recorder import TIME, VEHICLE, Column, Table
+from remoras.sensor import Fact, Observation, Pose, Sensor, SensorSettings, normal_error
 from remoras.work import Outlook, Point
+
+
+@dataclass(frozen=True)
+class TruePart:
+    """True state of a part; ``upset`` is its deviation from plan, or empty."""
+
+    name: str
+    kind: str
+    points_m: tuple[Point, ...]
+    work_s: float
+    state: str = "open"
+    is_stuck: bool = False
+    upset: str = ""
+
+
+BUCKET_M = 20.0
+"""Side of the squares of the spatial index."""
+
+
+@dataclass(frozen=True)
+class Structure:
+    """True parts of a run; ``seed`` is the root of observations."""
+
+    things: tuple[TruePart, ...]
+    seed: int = 0
+    _buckets: dict[tuple[int, int], list[tuple[int, TruePart, int]]] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
+
+    def __post_init__(self) -> None:
+        for number, thing in enumerate(self.things):
+            for nth, (x_m, y_m) in enumerate(thing.points_m):
+                bucket = math.floor(x_m / BUCKET_M), math.floor(y_m / BUCKET_M)
+                self._buckets.setdefault(bucket, []).append((number, thing, nth))
+
+    def near(self, at_m: Point, within_m: float) -> list[tuple[int, TruePart, int]]:
+        """Return points within a distance: (part number, part, point number), sorted."""
+        columns, rows = (
+            range(math.floor((one - within_m) / BUCKET_M), math.floor((one + within_m) / BUCKET_M) + 1) for one in at_m
+        )
+        found = [
+            one
+            for column in columns
+            for row in rows
+            for one in self._buckets.get((column, row), ())
+            if distance(at_m, one[1].points_m[one[2]]) <= within_m
+        ]
+        return sorted(found, key=lambda placed: (placed[0], placed[2]))
+
+
+LOOKS = Table("looks", (TIME, VEHICLE, Column("part", "str"), Column("point", "int")))
+"""Points truly inspected by a camera for long enough."""
+TURNS = Table("turns", (TIME, VEHICLE, Column("part", "str"), Column("state", "str")))
+"""Work truly done by a tool: final state of a valve, or clean for an anode."""
+NEEDED_SHARE = 0.5
+"""Share of a point's images that must show it; some are blank."""
+TOUCH_GAP_S = 5.0
+"""Longest gap within one attempt of a tool."""
+FELT_SHARE = 0.25
+"""Progress between two reports of a tool."""
+FELT_S = 30.0
+"""Working time without progress after which a tool reports this."""
+LOG_STREAM = 60_000
+"""Offset of the draws of logs from camera draws."""
+
+
+def error(seed: int, reading: int, node: int, which: int) -> float:
+    """Standard normal error of a reading, keyed by seed, reading, node and quantity."""
+    return normal_error(loss.uniform(seed, loss.LOOKS, reading, node, which))
+
+
+class CameraSettings(SensorSettings):
+    """Table ``[vehicle.sensor]`` of a camera."""
+
+    EQUIPMENT: ClassVar[str] = "Camera"
+
+    range_m: float = Field(6.0, gt=0.0, description="maximum range to a point of a part")
+    sigma_m: float = Field(0.2, gt=0.0, description="standard deviation of an observed position, on each axis")
+    every_s: float = Field(10.0, gt=0.0, description="time between two images")
+    p_blank: float = Field(0.1, ge=0.0, lt=1.0, description="probability of an empty image, for turbid water")
+
+    def make(self, data: VehicleData) -> Sensor:
+        """Create the camera of a vehicle."""
+        return Camera(self, data)
+
+
+class Camera:
+    """Camera: places of parts, states of valves, inspected points."""
+
+    table = LOOKS
+
+    def __init__(self, settings: CameraSettings, data: VehicleData) -> None:
+        self._settings, self._vehicle, self._node = settings, data.name, data.node
+        self._next_s, self._n_images, self._n_good = 0.0, 0, 0
+        self._n_looks: Counter[tuple[int, int]] = Counter()
+
+    def sense(self, pose: Pose, world: Structure, now_s: float) -> list[Observation]:
+        """Return the content of an image, if scheduled."""
+        if now_s < self._next_s:
+            return []
+        settings, number = self._settings, self._n_images
+        self._next_s, self._n_images = now_s + settings.every_s, number + 1
+        if loss.uniform(world.seed, loss.MISSES, number, self._node, 0) < settings.p_blank:
+            return []
+        self._n_good += 1
+        found = [Observation(((self._vehicle, "looks", self._n_good % 65_536),))]
+        for which, thing, nth in world.near((pose.x_m, pose.y_m), settings.range_m):
+            if nth == 0:
+                found.append(Observation(self._shown(which, thing, pose, world.seed, number)))
+            self._n_looks[which, nth] += 1
+            if self._n_looks[which, nth] == max(1, int(NEEDED_SHARE * thing.work_s / settings.every_s)):
+                found.append(Observation(((thing.name, "inspectedPoint", nth),), (thing.name, nth)))
+        return found
+
+    def _shown(self, which: int, thing: TruePart, pose: Pose, seed: int, number: int) -> tuple[Fact, ...]:
+        off_m = [error(seed, number, self._node, 2 * which + axis) for axis in (0, 1)]
+        seen_m = tuple(
+            at_m + believed_m + self._settings.sigma_m * one
+            for at_m, believed_m, one in zip(thing.points_m[0], pose.error_m, off_m, strict=True)
+        )
+        place: Fact = thing.name, "seenAt", (seen_m[0], seen_m[1])
+        return (place, (thing.name, "isOpen", thing.state == "open")) if thing.kind == "Valve" else (place,)
+
+
+class LogSettings(SensorSettings):
+    """Table ``[vehicle.sensor]`` of a Doppler log."""
+
+    EQUIPMENT: ClassVar[str] = "DopplerVelocityLog"
+
+    sigma_mps: float = Field(0.03, gt=0.0, description="standard deviation of a reading, on each axis")
+    every_s: float = Field(20.0, gt=0.0, description="time between two readings")
+
+    def make(self, data: VehicleData) -> Sensor:
+        """Create the log of a vehicle."""
+        return SpeedLog(self, data)
+
+
+class SpeedLog:
+    """Doppler log: speed through the water, and current over ground."""
+
+    table = None
+
+    def __init__(self, settings: LogSettings, data: VehicleData) -> None:
+        self._settings, self._vehicle, self._node = settings, data.name, data.node
+        self._next_s, self._number = 0.0, 0
+
+    def sense(self, pose: Pose, world: Structure, now_s: float) -> Sequence[Observation]:
+        """Return a reading, if scheduled."""
+        if now_s < self._next_s:
+            return ()
+        self._next_s, self._number = now_s + self._settings.every_s, self._number + 1
+        speed, east, north = (
+            self._settings.sigma_mps * error(world.seed, self._number, self._node, LOG_STREAM + which)
+            for which in range(3)
+        )
+        me, flow_mps = self._vehicle, (pose.flow_mps[0] + east, pose.flow_mps[1] + north)
+        facts: tuple[Fact, ...] = (
+            (me, "speedMeasured", pose.speed_mps + speed), (me, "flowMeasured", flow_mps),
+            (me, "logged", self._number % 65_536),
+        )  # fmt: skip
+        return (Observation(facts),)
+
+
+class ToolSettings(SensorSettings):
+    """Common settings of tools."""
+
+    EQUIPMENT: ClassVar[str] = "Manipulator"
+    STRONG: ClassVar[bool]
+    """True if it turns stuck valves."""
+
+    reach_m: float = Field(1.0, gt=0.0, description="maximum range of touch")
+    pace: float = Field(1.0, gt=0.0, description="work rate, as a multiple of the planned one")
+
+    def make(self, data: VehicleData) -> Sensor:
+        """Create the tool of a vehicle."""
+        return Tool(self.reach_m, self.pace, self.STRONG)
+
+
+class ArmSettings(ToolSettings):
+    """Table ``[vehicle.sensor]`` of an arm."""
+
+    STRONG: ClassVar[bool] = False
+
+
+class WrenchSettings(ToolSettings):
+    """Table ``[vehicle.sensor]`` of a wrench: slow and strong."""
+
+    STRONG: ClassVar[bool] = True
+    pace: float = Field(0.25, gt=0.0, description="work rate, as a multiple of the planned one")
+
+
+class Tool:
+    """Tool for the nearest valve or anode in reach; a released valve turned again opens."""
+
+    table = TURNS
+
+    def __init__(self, reach_m: float, pace: float, is_strong: bool) -> None:
+        self._reach_m, self._pace, self._is_strong = reach_m, pace, is_strong
+        self._part, self._touched_s, self._last_s, self._felt = "", 0.0, -math.inf, 0.0
+        self._felt_s = -math.inf
+        self._is_over = False
+        self._states: dict[str, str] = {}
+
+    def sense(self, pose: Pose, world: Structure, now_s: float) -> list[Observation]:
+        """Report progress occasionally, and the end of the work."""
+        at_m = pose.x_m, pose.y_m
+        near = [one for _, one, _ in world.near(at_m, self._reach_m) if one.kind in ("Valve", "Anode")]
+        if not near:
+            return []
+        thing = min(near, key=lambda part: distance(at_m, part.points_m[0]))
+        since_s, self._last_s = now_s - self._last_s, now_s
+        if thing.name != self._part or since_s > TOUCH_GAP_S:
+            self._part, self._touched_s, self._felt, self._is_over, self._felt_s = thing.name, 0.0, 0.0, False, now_s
+            return []
+        if self._is_over:
+            return []
+        moves = self._is_strong or not thing.is_stuck
+        self._touched_s += since_s * self._pace if moves else 0.0
+        share = min(1.0, self._touched_s / thing.work_s)
+        if share == 1.0:
+            return self._ended(thing)
+        is_stuck = share == self._felt and now_s - self._felt_s >= FELT_S
+        if share - self._felt < FELT_SHARE and not is_stuck:
+            return []
+        self._felt, self._felt_s = share, now_s
+        return [Observation(((thing.name, "workedShare", share),))]
+
+    def _ended(self, thing: TruePart) -> list[Observation]:
+        self._is_over = True
+        if thing.kind != "Valve":
+            return [Observation(((thing.name, "workedShare", 1.0),), (thing.name, "clean"))]
+        state = "open" if self._states.get(thing.name, thing.state) == "closed" else "closed"
+        self._states[thing.name] = state
+        return [Observation(((thing.name, "workedShare", 1.0),), (thing.name, state))]
+
 
 TOOLS = "arm", "wrench"
 """Tools that a vehicle may report dead."""

@@ -11,8 +11,7 @@ from exchange.arithmetic import distance
 from missions.meeting.meeting import Meeting
 from missions.meeting.truth import JobTruth
 from missions.metric import MeasuredRun
-from missions.pandora.sensors import LOOKS, TURNS, Structure
-from missions.pandora.structure import PlannedPart
+from missions.pandora.structure import LOOKS, TURNS, PlannedPart, Structure
 from remoras.faults import OVER
 from remoras.mission import FleetView, Milestone
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table

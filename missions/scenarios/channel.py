@@ -133,8 +133,8 @@ class ChannelTable(TraceChannel, NetworkChannel, AcousticChannel, GilbertElliott
             yield
         except LinkFileError as error:
             key = FILE_KEYS[self.name]
-            fault = ConfigurationFault(f"channel.{key}", f'"{getattr(self, key)}"', str(error))
-            raise ConfigurationError("channel", [fault]) from None
+            given = f'"{getattr(self, key)}"'
+            raise ConfigurationError.of("channel", f"channel.{key}", given, str(error)) from None
 
     def blackouts(self, nodes: Mapping[str, int]) -> tuple[Blackout, ...]:
         """Return the intervals without communication, with node numbers."""
@@ -186,7 +186,7 @@ class CheckedLink:
         return p_loss
 
     def _fault(self, what: str) -> ConfigurationError:
-        return ConfigurationError("channel", [ConfigurationFault("channel.name", f'"{self.name}"', what)])
+        return ConfigurationError.of("channel", "channel.name", f'"{self.name}"', what)
 
 
 def model_named(name: str) -> type[ChannelModel]:

@@ -194,17 +194,19 @@ PARTS_OF_TRUTH = ("milestones", "goal_fraction", "is_over", "observe", "close")
 
 def hook_faults(reference: str, made: Mission) -> Iterator[ConfigurationFault]:
     """Yield faults: hooks of a mission that raise or return an unexpected value."""
+    jobs = f"objects by name, each with {', '.join(PARTS_OF_JOB)}"
+    tasks = f"a remoras.htn.Domain whose elementary tasks have a handler among {', '.join(ELEMENTARY_TASKS)}"
     count = "a whole number, 0 or more"
     hooks: tuple[tuple[str, str, Callable[[Any], bool], Callable[[], Any]], ...] = (
-        ("jobs", f"objects by name, each with {', '.join(PARTS_OF_JOB)}", _are_jobs, lambda: made.jobs),
+        ("jobs", jobs, lambda found: all(_has(job, PARTS_OF_JOB) for job in found.values()), lambda: made.jobs),
         ("world", "what its sensors perceive", lambda found: True, lambda: made.world(0)),
         (
             "nature",
             "None, or what is called with the fleet and the time",
-            _is_nature,
+            lambda found: found is None or callable(found),
             lambda: made.nature(made.world(0)),
         ),
-        ("social_domain", _allowed_domain(), _is_domain, lambda: made.social_domain),
+        ("social_domain", tasks, _is_domain, lambda: made.social_domain),
         ("founding_objectives", "a list of Objective", _all_are(Objective), made.founding_objectives),
         (
             "figures",
@@ -213,13 +215,18 @@ def hook_faults(reference: str, made: Mission) -> Iterator[ConfigurationFault]:
             lambda: made.figures,
         ),
         ("places", "a list of missions.figure.Place", _all_are(Place), lambda: made.places),
-        ("instances", "a list of (class, name), both texts", _are_instances, lambda: made.instances),
+        (
+            "instances",
+            "a list of (class, name), both texts",
+            lambda found: all(isinstance(kind, str) and isinstance(name, str) for kind, name in found),
+            lambda: made.instances,
+        ),
         ("instances_found_per_vehicle", count, _is_count, lambda: made.instances_found_per_vehicle),
         ("most_observations", count, _is_count, lambda: made.most_observations),
         (
             "truth",
             f"an object with {', '.join(PARTS_OF_TRUTH)}",
-            _is_truth,
+            lambda found: _has(found, PARTS_OF_TRUTH),
             lambda: made.truth(Recorder(made.tables), made.world(0)),
         ),
     )
@@ -240,29 +247,12 @@ def _all_are(*kinds: type) -> Callable[[Any], bool]:
     return lambda found: all(isinstance(one, kinds) for one in found)
 
 
-def _is_nature(found: Any) -> bool:
-    return found is None or callable(found)
-
-
-def _is_truth(found: Any) -> bool:
-    return all(hasattr(found, part) for part in PARTS_OF_TRUTH)
-
-
-def _are_jobs(found: Any) -> bool:
-    jobs: Mapping[str, Job] = found
-    return all(hasattr(job, part) for job in jobs.values() for part in PARTS_OF_JOB)
-
-
-def _are_instances(found: Any) -> bool:
-    return all(isinstance(kind, str) and isinstance(name, str) for kind, name in found)
+def _has(found: Any, parts: Iterable[str]) -> bool:
+    return all(hasattr(found, part) for part in parts)
 
 
 def _is_count(found: Any) -> bool:
     return isinstance(found, int) and found >= 0
-
-
-def _allowed_domain() -> str:
-    return f"a remoras.htn.Domain whose elementary tasks have a handler among {', '.join(ELEMENTARY_TASKS)}"
 
 
 def _is_domain(found: Any) -> bool:

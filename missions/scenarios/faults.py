@@ -232,6 +232,9 @@ class DeclaredFault(Section):
         yield from faults_of(cls, DeclaredFault, COMPULSORY)
         if cls.NUMBER is not None:
             yield "has a NUMBER, which is for kinds that are shipped: leave it out"
+        for hook in ("begin", "end"):
+            if hasattr(cls, hook):
+                yield f"has {hook}, which nothing calls: all that befalls is the condition that leaves(data) gives"
         for key in DeclaredFault.model_fields:
             if cls.model_fields[key] is not DeclaredFault.model_fields[key] and key in cls.__annotations__:
                 yield f"has its own {key}, a key of every fault: rename it"

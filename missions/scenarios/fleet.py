@@ -275,14 +275,17 @@ def equipment_of(
 
 
 @lru_cache(maxsize=256)
-def capabilities_of(tbox: TBox, vehicle_type: str, parts: tuple[str, ...]) -> frozenset[str]:
-    """Return the known classes of a vehicle inferred from its type and parts."""
+def inferred_classes(tbox: TBox, of_class: str, attribute: str, others: tuple[str, ...]) -> frozenset[str]:
+    """Return the classes of an instance inferred from its class and that of ``others``, linked by ``attribute``.
+
+    Unknown others are ignored; without the class or the attribute the result is empty.
+    """
     named = {ontology_class.name: ontology_class.uid for ontology_class in tbox.classes}
-    links = [attribute.uid for attribute in tbox.attributes if attribute.name == HAS_PART]
-    if vehicle_type not in named or not links:
+    links = [known.uid for known in tbox.attributes if known.name == attribute]
+    if of_class not in named or not links:
         return frozenset()
-    classes = [named[vehicle_type], *(named[part] for part in parts if part in named)]
-    instances = [Instance(uid, of_class, str(uid)) for uid, of_class in enumerate(classes)]
+    classes = [named[of_class], *(named[other] for other in others if other in named)]
+    instances = [Instance(uid, class_uid, str(uid)) for uid, class_uid in enumerate(classes)]
     facts = [PropertyValue(0, links[0], uid) for uid in range(1, len(instances))]
     model = WorldModel(
         tbox, 0, instances, n_origins=1, run_time_instances_per_origin=0, keeping=Keeping(common_facts=facts)
@@ -324,7 +327,7 @@ def lacking(vehicle: VehicleTable, role: Role, scenario: Scenario, mission: type
     modem, tbox = modem_in(scenario), words_in(scenario, mission) if requires.capability is not None else None
     if tbox is not None and any(ontology_class.name == requires.capability for ontology_class in tbox.classes):
         parts = tuple(part.of_class for part in equipment_of(vehicle, modem, mission.sensors))
-        if requires.capability not in capabilities_of(tbox, vehicle.vehicle_type, parts):
+        if requires.capability not in inferred_classes(tbox, vehicle.vehicle_type, HAS_PART, parts):
             yield f"nothing that makes it a {requires.capability}"
     speed_mps = vehicle.survey_speed_mps
     drag_w = vehicle.drag_w_per_mps3 * (speed_mps * speed_mps * speed_mps)

@@ -9,10 +9,10 @@ from typing import NamedTuple
 from exchange.arithmetic import distance
 from missions.meeting.meeting import NEWS_FRAMES
 from missions.trident.jobs import SHARE_USED, is_to_be_surveyed, survey_speed_mps
-from missions.trident.services import EffectorSettings, FinderSettings, SurveyorSettings
-from missions.trident.site import SeabedBlock
+from missions.trident.services import EffectorSettings, FinderSettings, SeabedBlock, SurveyorSettings
 from remoras.behaviours import (
     ADVANCING,
+    BEYOND_IT,
     CAPTURE_M,
     DONE,
     DUE,
@@ -22,6 +22,7 @@ from remoras.behaviours import (
     Behaviour,
     Perception,
     Reference,
+    Standing,
     attracted,
     distance_m,
 )
@@ -32,8 +33,6 @@ from remoras.picture import Picture
 from remoras.sensor import Observation
 from remoras.work import Point
 
-BEYOND_IT = FAILED._replace(is_beyond_it=True)
-"""Failure that does not affect the vehicle's other jobs."""
 CREEP_MPS, NEAR_M, IN_PLACE_M = 0.3, 8.0, 0.1
 """Final approach: speed, distance at which it starts, and distance at which it ends."""
 LOOKS_S = 300.0
@@ -44,16 +43,12 @@ MARGIN_S = 60.0
 """Time on site in addition to the attempts."""
 
 
-class AwaitingPartner(Behaviour):
+class AwaitingPartner(Standing):
     """Wait for the service of another vehicle."""
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Return an idle perception."""
         return IDLE
-
-    def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """Return None."""
-        return None
 
 
 class Escorting(Behaviour):
@@ -98,7 +93,7 @@ class Escorting(Behaviour):
         return None
 
 
-class Missing(Behaviour):
+class Missing(Standing):
     """Report that a candidate is absent, after all services failed to find it."""
 
     def __init__(self, candidate: str) -> None:
@@ -109,10 +104,6 @@ class Missing(Behaviour):
         if not performed:
             return DUE
         return ADVANCING._replace(concludes=(Observation(((self._candidate, "verdict", "absent"),)),))
-
-    def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """Return None."""
-        return None
 
 
 class Lane(NamedTuple):

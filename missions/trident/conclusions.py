@@ -9,10 +9,9 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from missions.meeting.sequential_test import sequential_verdict
+from missions.meeting.sequential_tests import sequential_verdict
 from missions.trident.scenario import TridentSettings
-from missions.trident.services import AVAILABLE, CHOOSE, FAILED, Matching, Service, parties
-from missions.trident.site import SeabedBlock
+from missions.trident.services import AVAILABLE, CANDIDATE, CHOOSE, FAILED, Matching, SeabedBlock, Service, parties
 from remoras.beliefs import Beliefs
 from remoras.htn import FactsLike
 from remoras.mission import Finding, Nothing
@@ -20,7 +19,6 @@ from remoras.organisation import Group, Organisation
 from remoras.picture import Picture
 from remoras.work import Point
 
-CANDIDATE = "Candidate"
 NEAR_S = 1.0
 """Margin around a due time within which conclusions are evaluated at each decision."""
 

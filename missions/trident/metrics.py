@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any, cast
 
 from missions.figure import Figure, Layer, RunResults, Style, axis_end_s
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
-from missions.trident.choreography import CHOREOGRAPHY
 from missions.trident.scenario import TridentScenario
-from missions.trident.services import ATTEMPTS, CHARTED
-from missions.trident.site import TARGET, Site
+from missions.trident.services import ATTEMPTS, CHARTED, TARGET, Site
+from missions.trident.truth import CHOREOGRAPHY
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -10,14 +10,13 @@ from typing import ClassVar
 
 from missions.errors import ConfigurationFault, one_of
 from missions.figure import Mark, Place, Tiles
-from missions.meeting.job_mission import JobMission, with_needs
-from missions.meeting.meeting import Pursuit, importance_of
+from missions.meeting.job_mission import JobMission, names_apart, with_needs
+from missions.meeting.meeting import Pursuit
 from missions.meeting.truth import JOBS
 from missions.scenarios.features import locating
-from missions.scenarios.fleet import sensors_of
+from missions.scenarios.fleet import inferred_classes, sensors_of
 from missions.scenarios.knowledge import words_in
 from missions.scenarios.parts import database_of
-from missions.scenarios.scenario import VehicleTable
 from missions.trident.behaviours import (
     AwaitingPartner,
     Escorting,
@@ -27,9 +26,19 @@ from missions.trident.behaviours import (
     Reacquiring,
     Surveying,
 )
-from missions.trident.choreography import CHOREOGRAPHY, unsound
 from missions.trident.conclusions import Concluding
-from missions.trident.jobs import BlockSurvey, RecoveryJob
+from missions.trident.jobs import (
+    MISSING,
+    RANGING,
+    REACQUIRING,
+    SERVING,
+    STANDING_BY,
+    SURVEYING,
+    WORKING,
+    BlockSurvey,
+    RecoveryJob,
+    activity_domain,
+)
 from missions.trident.metrics import FIGURES, METRICS
 from missions.trident.scenario import ActivityTable, BlockTable, TridentScenario
 from missions.trident.services import (
@@ -44,20 +53,12 @@ from missions.trident.services import (
     FixerSettings,
     Matching,
     ModuleSettings,
+    SeabedBlock,
+    Site,
     SurveyorSettings,
+    lying,
 )
-from missions.trident.site import SeabedBlock, Site, lying
-from missions.trident.tasks import (
-    MISSING,
-    RANGING,
-    REACQUIRING,
-    SERVING,
-    STANDING_BY,
-    SURVEYING,
-    WORKING,
-    activity_domain,
-)
-from missions.trident.truth import TridentTruth
+from missions.trident.truth import CHOREOGRAPHY, TridentTruth, unsound
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import Behaviour
 from remoras.beliefs import Beliefs
@@ -71,33 +72,19 @@ from remoras.picture import Picture
 from remoras.recorder import Recorder
 from remoras.sensor import SensorSettings
 from remoras.work import Job, Point
-from worldmodel import Instance, Keeping, PropertyValue, TBox, WorldModel
+from worldmodel import TBox
 
 SERVICE = "Service"
 MOST_TILES = 1024
 """Largest number of tiles per block that ``chartedTile`` can encode."""
 
 
-def trident_faults(scenario: TridentScenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
-    """Yield configuration faults of survey blocks, target, services and choreography."""
-    yield from _blocks(scenario)
-    places_m = {"recovery.target_m": scenario.recovery.target_m}
-    places_m["transponder.position_m"] = scenario.transponder.position_m if scenario.transponder else None
-    yield from scenario.world.outside((key, at_m) for key, at_m in places_m.items() if at_m is not None)
-    tbox = words_in(scenario, mission)
-    if tbox is not None:
-        yield from _services(scenario, mission, tbox)
-        yield from _choreography(scenario, tbox)
-
-
 def _blocks(scenario: TridentScenario) -> Iterator[ConfigurationFault]:
     """Yield faults of blocks: outside the world, too large, overlapping, or with a name in use."""
     tile_m, before = scenario.mission.tile_m, list[BlockTable]()
-    taken = Counter([scenario.recovery.name, *(block.name for block in scenario.block), *scenario.taken_names()])
+    yield from names_apart(scenario, ("block",), "blocks", [scenario.recovery.name])
     for block in scenario.block:
         key, ((west, east), (south, north)) = f"block.{block.name}", (block.x_m, block.y_m)
-        if taken[block.name] > 1:
-            yield ConfigurationFault(f"{key}.name", "", "used twice; blocks need names of their own")
         yield from scenario.world.outside((f"{key}.x_m, y_m", at_m) for at_m in ((west, south), (east, north)))
         if (east - west) * (north - south) / (tile_m * tile_m) > MOST_TILES:
             yield ConfigurationFault(key, "", f"more than {MOST_TILES} tiles; allowed: a greater mission.tile_m")
@@ -121,7 +108,10 @@ def _services(scenario: TridentScenario, mission: type[Mission], tbox: TBox) -> 
         for module in sensors_of(vehicle, mission.sensors)
         if isinstance(module, ModuleSettings)
     }
-    offered = {name: _concluded(tbox, vehicle, module) for name, (vehicle, module) in modules.items()}
+    offered = {
+        name: inferred_classes(tbox, module.capability, "providedBy", (vehicle.vehicle_type,)) - {SERVICE}
+        for name, (vehicle, module) in modules.items()
+    }
     for vehicle, module in modules.values():
         yield from one_of(f"vehicle.{vehicle.name}.sensor.{module.name}.capability", module.capability, kinds)
     activities: list[tuple[str, ActivityTable]] = list(scenario.activity)
@@ -151,25 +141,6 @@ def _named(key: str, table: ActivityTable | BlockTable, able: Collection[str]) -
         yield ConfigurationFault(f"{key}.service", "", f"is missing; allowed: {', '.join(able)}")
     for where, given in [("service", table.service or None), *(("spare", spare) for spare in table.spare)]:
         yield from one_of(f"{key}.{where}", given, sorted(able))
-
-
-def _concluded(tbox: TBox, vehicle: VehicleTable, module: ModuleSettings) -> frozenset[str]:
-    """Return advertised and inferred classes of a service."""
-    named = {ontology_class.name: ontology_class.uid for ontology_class in tbox.classes}
-    of_class, kind = named.get(module.capability), named.get(vehicle.vehicle_type)
-    if of_class is None or kind is None:
-        return frozenset()
-    instances = [Instance(0, kind, "vehicle"), Instance(1, of_class, "service")]
-    provided = PropertyValue(1, tbox.attribute_named("providedBy").uid, 0)
-    model = WorldModel(
-        tbox, 0, instances, n_origins=1, run_time_instances_per_origin=0, keeping=Keeping(common_facts=[provided])
-    )
-    seen, above = model.inference.classes(1), named[SERVICE]
-    return frozenset(
-        ontology_class.name
-        for ontology_class in tbox.classes
-        if seen >> ontology_class.uid & 1 and ontology_class.uid != above
-    )
 
 
 # The choreography
@@ -252,7 +223,14 @@ class TridentMission(JobMission):
     @classmethod
     def check(cls, scenario: TridentScenario) -> Iterable[ConfigurationFault]:
         """Yield configuration faults of survey blocks, target, services and choreography."""
-        return trident_faults(scenario, cls)
+        yield from _blocks(scenario)
+        places_m = {"recovery.target_m": scenario.recovery.target_m}
+        places_m["transponder.position_m"] = scenario.transponder.position_m if scenario.transponder else None
+        yield from scenario.world.outside((key, at_m) for key, at_m in places_m.items() if at_m is not None)
+        tbox = words_in(scenario, cls)
+        if tbox is not None:
+            yield from _services(scenario, cls, tbox)
+            yield from _choreography(scenario, tbox)
 
     @classmethod
     def completed(cls, scenario: TridentScenario) -> TridentScenario:
@@ -329,13 +307,7 @@ class TridentMission(JobMission):
 
     def founding_objectives(self) -> Sequence[Objective]:
         """Supervision by leaders; service by all initially assigned roles."""
-        serving = [
-            Objective(group.name, role.name, SERVING, group.name)
-            for group in self._groups.values()
-            for role in group.roles
-            if role.founding
-        ]
-        return [*super().founding_objectives(), *serving]
+        return [*super().founding_objectives(), *self.meeting.objectives(SERVING)]
 
     def is_individual(self, objective: Objective) -> bool:
         """Return True for own and requested work."""
@@ -369,8 +341,7 @@ class TridentMission(JobMission):
             service = self.matching.services[step.args[1] if step.name == SURVEYING else step.args[2]]
             modules = (service.settings.name,) if service.vehicle == data.name else ()
             doing = Activity(step.name, ActivityType.GUIDANCE, (service.name, *step.args), modules)
-        importance = importance_of({WORKING: self.meeting.importance["Work"], **self.meeting.importance}, objective)
-        return ActivitySet(objective, ActivityKind.INDIVIDUAL, (doing,), importance)
+        return ActivitySet(objective, ActivityKind.INDIVIDUAL, (doing,), self.importance_of_work(objective))
 
     def activity_sets(self, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point) -> Pursuit:
         """Activity sets of the rendezvous; service means requested surveys and escorts."""

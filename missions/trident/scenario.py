@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Literal
 
 from pydantic import Field
 
 from missions.meeting.job_mission import JobScenario, JobSettings
-from remoras.table import Name, PointM, Positive, Section
+from remoras.table import Name, PointM, Positive, Section, SpanM
 
 Response = Literal["fixed", "repair", "matching"]
 
@@ -59,20 +58,10 @@ class BlockTable(Section):
     """One ``[[block]]``: a part of the site to survey."""
 
     name: Name = Field(description="name of the block")
-    x_m: PointM = Field(description="west and east border")
-    y_m: PointM = Field(description="south and north border")
+    x_m: SpanM = Field(description="west and east border")
+    y_m: SpanM = Field(description="south and north border")
     service: str = Field(description="planned service, as `vehicle module`")
     spare: tuple[str, ...] = Field((), description="alternative services in the plan")
-
-    def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Yield borders in the wrong order."""
-        yield from (
-            (key, "allowed: the smaller border first") for key in ("x_m", "y_m") if not _rises(getattr(self, key))
-        )
-
-
-def _rises(span_m: PointM) -> bool:
-    return span_m[0] < span_m[1]
 
 
 class RecoveryTable(Section):

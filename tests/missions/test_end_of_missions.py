@@ -14,7 +14,7 @@ from missions.arrows.detectors import CONTACTS
 from missions.arrows.truth import IDENTIFIED, ArrowsTruth
 from missions.meeting import Meeting
 from missions.meeting.truth import JOBS, JobTruth
-from missions.pandora.sensors import LOOKS, TURNS
+from missions.pandora.structure import LOOKS, TURNS
 from missions.pandora.truth import MET, SERVICED, PandoraTruth
 from remoras.organisation import Organisation, RoleSpecification
 from remoras.recorder import Recorder

@@ -12,7 +12,7 @@ from scipy import stats
 from benchmarks.intervals import SHAPES, coverage, error_rate
 from missions.comparison.ranking import Contender, column_ranks, family_of
 from missions.comparison.treatments import Treatment
-from missions.meeting.sequential_test import sequential_verdict
+from missions.meeting.sequential_tests import sequential_verdict
 from missions.metric import Better
 from missions.statistics import (
     FEW,

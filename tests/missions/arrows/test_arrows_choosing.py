@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from searching import Facts, mission
 
 from missions.arrows.behaviours import HELD_S, Held
-from missions.arrows.choosing import Choosing, Leg, Return, Trail, goes_on, lawnmower_track
-from missions.arrows.contact import Find, Hearers, Leash, Reach
+from missions.arrows.choosing import Choosing, Find, Hearers, Leash, Leg, Reach, Return, Trail, goes_on, lawnmower_track
 from remoras.picture import Peers
 
 SEA = mission()

@@ -11,7 +11,20 @@ from matplotlib.figure import Figure as Sheet
 from plain_style import PlainStyle
 from searching import Facts, mission, run
 
-from missions.arrows.belief_map import CONTACT, SWEPT, disagreement, divergence, log2_of, look_information, posterior
+from missions.arrows.belief_map import (
+    CONTACT,
+    SWEPT,
+    CellGrid,
+    contact_code,
+    contact_of,
+    disagreement,
+    divergence,
+    log2_of,
+    look_information,
+    posterior,
+    swept_code,
+    swept_of,
+)
 from missions.arrows.detectors import (
     AcousticSettings,
     ClassifyingCameraSettings,
@@ -20,7 +33,6 @@ from missions.arrows.detectors import (
     shown_of,
 )
 from missions.arrows.metrics import LEVELS, draw_maps, found_at_s, sites_of
-from missions.arrows.seafloor import CellGrid, contact_code, contact_of, swept_code, swept_of
 from missions.arrows.truth import looks_known
 from missions.runs.results import MemoryResults
 from remoras.sensor import Pose

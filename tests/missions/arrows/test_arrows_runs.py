@@ -98,7 +98,7 @@ EVEN = "[" + ", ".join([ROW] * 20) + "]"
 
 @pytest.mark.parametrize(("old", "new", "expected"), [
     ("x_m = [0.0, 1200.0]", "x_m = [0.0, 1400.0]", "search.x_m = [0, 1400]: within world.x_m = [-100, 1300]"),
-    ("x_m = [0.0, 1200.0]", "x_m = [1200.0, 0.0]", "search.x_m = [1200.0, 0.0]: the lower border first"),
+    ("x_m = [0.0, 1200.0]", "x_m = [1200.0, 0.0]", "search.x_m = [1200.0, 0.0]: allowed: the lower end first"),
     ("cell_m = 40.0", "cell_m = 10.0", "search.cell_m = 10: 120 x 80 cells; at most 4096"),
     ("expected = 4.0", f"expected = 4.0\nmap = {EVEN.replace('67]', '67, 0.1]')}", "kind.amphorae.map = 20 rows of 31"),
     ("expected = 4.0", f"expected = 4.0\nmap = {EVEN.replace('0.0016666667', '0.002')}",

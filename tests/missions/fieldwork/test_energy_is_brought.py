@@ -10,8 +10,16 @@ from varied import Varied, tracks
 
 from missions.errors import ConfigurationError
 from missions.fieldwork import ResupplyMission
-from missions.fieldwork.boring import Bringing, HelpAtBerth
-from missions.fieldwork.energy import BORING, HALTED, ChargerSettings, Drill, DrillSettings, Energies
+from missions.fieldwork.energy import (
+    BORING,
+    HALTED,
+    Bringing,
+    ChargerSettings,
+    Drill,
+    DrillSettings,
+    Energies,
+    HelpAtBerth,
+)
 from missions.nodes import NodePlan
 from missions.runs.assembly import assemble
 from missions.runs.run import Run, run

@@ -5,7 +5,7 @@ from sample_vehicles import AUV
 from varied import Varied, tracks
 
 from exchange.arithmetic import distance
-from missions.fieldwork.lines import SurveyingLine, SurveyLine
+from missions.fieldwork.jobs import SurveyingLine, SurveyLine
 from missions.fieldwork.truth import PASSED_M
 from remoras.motion import Motion
 from remoras.picture import Picture

@@ -7,7 +7,7 @@ from sample_vehicles import AUV
 from varied import Varied
 
 from missions.fieldwork.helping import Help
-from missions.fieldwork.lifting import Helping, Lift
+from missions.fieldwork.jobs import Helping, Lift
 from missions.runs.run import Run
 from remoras.motion import Motion
 from remoras.picture import Picture

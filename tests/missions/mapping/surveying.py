@@ -8,8 +8,7 @@ from sample_vehicles import AUV
 from watched import Facts
 
 from missions.mapping.behaviours import ZigzagExploring
-from missions.mapping.ground import ground_of
-from missions.mapping.jobs import SurveyJob
+from missions.mapping.jobs import SurveyJob, ground_of
 from missions.mapping.sensors import Seabed, SwathSettings
 from remoras.behaviours import Perception
 from remoras.database import VehicleData

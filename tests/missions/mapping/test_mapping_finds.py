@@ -11,7 +11,7 @@ from surveying import mapper
 from watched import Facts
 
 from missions.errors import ConfigurationError
-from missions.mapping.detections import PATIENCE_S, Inspecting, InspectionJob, find_names, seabed_with_finds
+from missions.mapping.detections import PATIENCE_S, Inspecting, InspectionJob, seabed_with_finds
 from missions.mapping.scenario import FindsTable
 from missions.mapping.sensors import Seabed, SeabedFeature, Stays, SwathSensor
 from missions.runs.results import summary
@@ -67,7 +67,7 @@ def test_each_feature_lies_in_a_cell_of_its_own_and_more_leave_the_first_as_they
     few, many = (seabed_with_finds(SEABED, FINDS.model_copy(update={"number": n}), 5).features for n in (3, 16))
     assert set(many) == set(SEABED.cells)
     assert list(few.items()) == list(many.items())[:3]
-    assert [feature.name for feature in few.values()] == list(find_names(3))
+    assert [feature.name for feature in few.values()] == [f"find {n}" for n in (1, 2, 3)]
     for (column, row), feature in many.items():
         assert feature.position_m == ((column + 0.5) * 25.0, (row + 0.5) * 25.0)
         assert FINDS.shortest_stay_s <= feature.stay_s <= FINDS.longest_stay_s

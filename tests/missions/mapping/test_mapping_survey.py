@@ -9,8 +9,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from sample_vehicles import AUV, WITHOUT_SENSOR
 
-from missions.mapping.ground import Ground, Survey, ground_of
-from missions.mapping.jobs import SurveyJob
+from missions.mapping.jobs import Ground, Survey, SurveyJob, ground_of
 from missions.mapping.survey import Point, contains, length_m, rows, to_and_fro, zigzag
 from remoras.work import Outlook
 

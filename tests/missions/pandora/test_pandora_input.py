@@ -10,8 +10,8 @@ import pytest
 from servicing import raw, written
 
 from missions.errors import ConfigurationError
+from missions.meeting.sequential_tests import Cusum, readings_between_alarms, threshold
 from missions.pandora.assessment import SPARE_MPS, ActionMonitor
-from missions.pandora.sequential import Cusum, readings_between_alarms, threshold
 from missions.scenarios import load
 from remoras.database import VehicleData
 

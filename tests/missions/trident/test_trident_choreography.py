@@ -15,9 +15,9 @@ from missions.errors import ConfigurationError, ConfigurationFault
 from missions.runs.results import MemoryResults
 from missions.scenarios import load
 from missions.trident import TridentMission
-from missions.trident.choreography import CHOREOGRAPHY, Monitor, unsound
 from missions.trident.metrics import draw_choreography, draw_services, draw_site, statuses, uses
 from missions.trident.scenario import ChoreographyTable
+from missions.trident.truth import CHOREOGRAPHY, Monitor, unsound
 from remoras.recorder import Recorder
 
 PATTERN = {
@@ -151,8 +151,8 @@ HOLD = "allowed: IAUV00 clamp, IAUV00 hover"
 
 @pytest.mark.parametrize(("path", "value", "key", "given", "allowed"), [
     ("block/east/x_m", [150.0, 300.0], "block.east", "", "overlaps block west; allowed: blocks side by side"),
-    ("block/east/x_m", [380.0, 220.0], "block.east.x_m", "[380.0, 220.0]", "allowed: the smaller border first"),
-    ("block/east/name", "recovery", "block.recovery.name", '"recovery"', "used twice; blocks need names of their"),
+    ("block/east/x_m", [380.0, 220.0], "block.east.x_m", "[380.0, 220.0]", "allowed: the lower end first"),
+    ("block/east/name", "recovery", "block.recovery.name", '"recovery"', "used 2 times; blocks need names of their"),
     ("activity/hold/service", "IAUV00 arm", "activity.hold.service", '"IAUV00 arm"', HOLD),
     ("activity/hold/service", None, "activity.hold.service", "", f"is missing; {HOLD}"),
     ("vehicle/ASV00/sensor/console/self_test", False, "vehicle.ASV00.sensor.console.self_test", "false", ""),

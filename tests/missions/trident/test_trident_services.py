@@ -12,19 +12,24 @@ from missions.trident.conclusions import WithMembers
 from missions.trident.mission import TridentMission
 from missions.trident.scenario import TridentScenario
 from missions.trident.services import (
+    APART_M,
     CHOOSE,
     FIND,
     FIX,
     HANDLE,
     HOLD,
+    RIM_M,
     EffectorSettings,
     FinderSettings,
     FixerSettings,
+    Lying,
     Matching,
     ModuleSettings,
+    SeabedBlock,
+    Site,
     SurveyorSettings,
+    lying,
 )
-from missions.trident.site import APART_M, RIM_M, Lying, SeabedBlock, Site, lying
 from remoras.beliefs import Beliefs
 from remoras.organisation import Organisation
 from remoras.sensor import Pose
