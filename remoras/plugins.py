@@ -14,7 +14,7 @@ import importlib
 import inspect
 import os
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from importlib.machinery import ModuleSpec, PathFinder
@@ -56,6 +56,33 @@ def named_object(reference: str) -> Any:
     has_home = inspect.isroutine(found) or isinstance(found, type)
     refuse_unshipped(str((found if has_home else type(found)).__module__), reference)
     return found
+
+
+def known_or_named(name: str, known: Mapping[str, Any], *more: str) -> Any:
+    """Return the ``known`` object of a name, or the one named ``package.module:object``.
+
+    Raises PluginError for any other name; ``more`` are further allowed ones.
+    """
+    if ":" in name:
+        return named_object(name)
+    if name not in known:
+        from worldmodel import suggestion  # loaded for mistyped names only
+
+        raise PluginError(f"allowed: {', '.join([*known, *more])}{suggestion(name, known)}")
+    return known[name]
+
+
+def refuse(what: str, faults: Iterable[str]) -> None:
+    """Raise PluginError for an object (``what``) with faults."""
+    if found := "; ".join(faults):
+        raise PluginError(f"{what}: {found}")
+
+
+def refuse_other(found: Any, base: type, name: str) -> None:
+    """Raise PluginError for any object except a subclass of ``base``; ``name`` is that of users."""
+    if not (isinstance(found, type) and issubclass(found, base)):
+        what = f"class {found.__name__}" if isinstance(found, type) else f"object of {type(found).__name__}"
+        raise PluginError(f"a subclass of {name} is needed, not the {what}")
 
 
 def faults_of(found: Any, seam: type, compulsory: tuple[str, ...]) -> Iterator[str]:

@@ -38,7 +38,7 @@ from missions.files import is_number, text_of
 from missions.scenarios.communication import modem_in
 from missions.scenarios.features import used_in
 from remoras.errors import PluginError
-from remoras.plugins import faults_of, named_object
+from remoras.plugins import faults_of, known_or_named, refuse, refuse_other
 from remoras.table import NotNegative, Section, Sparse
 from worldmodel import suggestion
 
@@ -191,19 +191,14 @@ class CheckedLink:
 
 def model_named(name: str) -> type[ChannelModel]:
     """Return a shipped or plug-in (``package.module:Class``) model, or raise PluginError."""
-    if ":" not in name:
-        if name not in CHANNELS:
-            raise PluginError(f"allowed: {', '.join(CHANNELS)}{suggestion(name, CHANNELS)}")
-        return CHANNELS[name]
-    found = named_object(name)
-    if not (isinstance(found, type) and issubclass(found, ChannelModel)):
-        what = f"class {found.__name__}" if isinstance(found, type) else f"object of {type(found).__name__}"
-        raise PluginError(f"a subclass of exchange.channel.models.ChannelModel is needed, not the {what}")
+    found: type[ChannelModel] = known_or_named(name, CHANNELS)
+    if name in CHANNELS:
+        return found
+    refuse_other(found, ChannelModel, "exchange.acoustics.models.ChannelModel")
     lacking = [part for part in COMPULSORY if getattr(found, part) is getattr(ChannelModel, part)]
     if lacking or not found.title:
         raise PluginError(f"a channel model: lacks {', '.join([*lacking, *([] if found.title else ['title'])])}")
-    if faults := list(faults_of(found, ChannelModel, COMPULSORY)):
-        raise PluginError(f"a channel model: {'; '.join(faults)}")
+    refuse("a channel model", faults_of(found, ChannelModel, COMPULSORY))
     if taken := OF_EVERY_CHANNEL & found.model_fields.keys():
         raise PluginError(f"a channel model: rename its setting {', '.join(sorted(taken))}, a key of every channel")
     if unset := [key for key, info in found.model_fields.items() if info.is_required()]:

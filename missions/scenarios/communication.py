@@ -25,9 +25,8 @@ from missions.errors import ConfigurationFault, one_of
 from missions.files import LARGEST_BYTES, is_file, shown, text_of
 from missions.scenarios.features import with_features
 from remoras.errors import PluginError
-from remoras.plugins import faults_of, named_object
+from remoras.plugins import faults_of, known_or_named, refuse
 from remoras.table import NotNegative, Section, Sparse
-from worldmodel import suggestion
 
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario
@@ -222,26 +221,17 @@ def value_rule_of(name: str) -> ValueRule:
     >>> value_rule_of("goby").name
     'goby'
     """
-    if ":" not in name:
-        if name not in VALUE_RULES:
-            raise PluginError(f"allowed: {', '.join(VALUE_RULES)}{suggestion(name, VALUE_RULES)}")
-        return VALUE_RULES[name]
-    found = named_object(name)
-    rule = found() if isinstance(found, type) else found
-    faults = list(faults_of(rule, ValueRule, ("name", "place", "value")))
-    if faults:
-        raise PluginError("; ".join(faults))
-    made: ValueRule = rule
-    return made
+    found = known_or_named(name, VALUE_RULES)
+    rule: ValueRule = found() if isinstance(found, type) else found
+    refuse("a value rule", faults_of(rule, ValueRule, ("name", "place", "value")))
+    return rule
 
 
 def policy_of(name: str) -> AckPolicy:
     """Return a shipped or plug-in (``package.module:object``) policy, or raise PluginError."""
-    if ":" not in name:
-        if name not in POLICIES:
-            raise PluginError(f"allowed: {', '.join(POLICIES)}{suggestion(name, POLICIES)}")
-        return POLICIES[name]
-    found = named_object(name)
+    found: AckPolicy = known_or_named(name, POLICIES)
+    if name in POLICIES:
+        return found
     try:
         return checked_policy(found, name)
     except ExchangeError as error:

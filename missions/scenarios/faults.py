@@ -34,7 +34,7 @@ from remoras.errors import PluginError
 from remoras.faults import ANY, HEAD_OF, Fault
 from remoras.mission import Mission
 from remoras.organisation import Group
-from remoras.plugins import answer, faults_of, named_object
+from remoras.plugins import answer, faults_of, known_or_named, refuse, refuse_other
 from remoras.table import PointM, Positive, Section
 from worldmodel import suggestion
 
@@ -342,17 +342,10 @@ class FaultOfSensors(DeclaredFault):
 @cache
 def kind_named(name: str) -> type[DeclaredFault]:
     """Return a shipped or plug-in (``package.module:Class``) kind, or raise PluginError."""
-    known: dict[str, type[DeclaredFault]] = kinds()
-    if ":" not in name:
-        if name not in known:
-            raise PluginError(f"allowed: {', '.join(known)}, package.module:Class{suggestion(name, known)}")
-        return known[name]
-    found = named_object(name)
-    if not (isinstance(found, type) and issubclass(found, DeclaredFault)):
-        what = f"class {found.__name__}" if isinstance(found, type) else f"object of {type(found).__name__}"
-        raise PluginError(f"a subclass of remoras.DeclaredFault is needed, not the {what}")
-    if faults := list(found.faults_of_kind()):
-        raise PluginError(f"a fault kind: {'; '.join(faults)}")
+    found: type[DeclaredFault] = known_or_named(name, kinds(), "package.module:Class")
+    if name not in kinds():
+        refuse_other(found, DeclaredFault, "remoras.DeclaredFault")
+        refuse("a fault kind", found.faults_of_kind())
     return found
 
 

@@ -32,10 +32,10 @@ from missions.scenarios.scenario import MAX_VEHICLES, SPACING_M, Role, Scenario,
 from remoras.errors import PluginError
 from remoras.mission import Mission
 from remoras.motion.separation import SAME_DEPTH_M, TOLERANCE_M
-from remoras.plugins import named_object
+from remoras.plugins import known_or_named
 from remoras.sensor import SensorSettings
 from remoras.table import PointM
-from worldmodel import Instance, Keeping, PropertyValue, TBox, WorldModel, suggestion
+from worldmodel import Instance, Keeping, PropertyValue, TBox, WorldModel
 
 LAYER_M = 4.0
 """Distance between layers, more than ``remoras.motion.separation.SAME_DEPTH_M``."""
@@ -227,16 +227,10 @@ def sensor_kind(reference: str, kinds: Mapping[str, type[SensorSettings]]) -> ty
     """
     if not reference and kinds:
         return next(iter(kinds.values()))
-    if ":" not in reference:
-        if reference not in kinds:
-            known = ", ".join([*kinds, "package.module:Class"])
-            raise PluginError(f"allowed: {known}{suggestion(reference, kinds)}")
-        return kinds[reference]
-    found: Any = named_object(reference)
+    found: type[SensorSettings] = known_or_named(reference, kinds, "package.module:Class")
     if not makes_sensors(found):
         raise PluginError("a subclass of remoras.SensorSettings that defines make(data)")
-    kind: type[SensorSettings] = found
-    return kind
+    return found
 
 
 def sensor_settings(

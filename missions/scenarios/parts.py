@@ -25,7 +25,7 @@ from remoras.database import AUVDatabase, VehicleData
 from remoras.errors import PluginError
 from remoras.mission import Mission
 from remoras.organisation import Group, RoleKey, RoleSpecification
-from remoras.plugins import asked_for, faults_of, look_in, named_object, refuse_unshipped
+from remoras.plugins import asked_for, faults_of, look_in, named_object, refuse, refuse_unshipped
 from remoras.recorder import Table
 from remoras.sensor import SensorSettings
 from remoras.strategies import configured, shipped, strategies
@@ -72,11 +72,9 @@ def importable(given: str, folder: Path | None = None) -> str:
 
 def metric_named(reference: str) -> Metric:
     """Return the metric that a user names, as for ``importable``, or raise PluginError."""
-    found: Any = named_object(importable(reference))
-    if faults := list(faults_of_metric(found)):
-        raise PluginError(f"a metric: {'; '.join(fault.text for fault in faults)}")
-    metric: Metric = found
-    return metric
+    found: Metric = named_object(importable(reference))
+    refuse("a metric", (fault.text for fault in faults_of_metric(found)))
+    return found
 
 
 def metric_given(given: str | Metric, where: str) -> Metric:
@@ -84,8 +82,7 @@ def metric_given(given: str | Metric, where: str) -> Metric:
     try:
         if isinstance(given, str):
             return metric_named(given)
-        if faults := list(faults_of_metric(given)):
-            raise PluginError(f"a metric: {'; '.join(fault.text for fault in faults)}")
+        refuse("a metric", (fault.text for fault in faults_of_metric(given)))
     except PluginError as error:
         raise PluginError(f"{where} {given!r}: {error}") from None
     return given
@@ -107,12 +104,10 @@ def with_figures(
             continue
         where = f"figure {kind!r}" if isinstance(kind, str) else "figure"
         try:
-            found = named_object(importable(kind)) if isinstance(kind, str) else kind
-            if faults := list(faults_of_figure(found)):
-                raise PluginError(f"a figure: {'; '.join(faults)}")
+            own: Declared = named_object(importable(kind)) if isinstance(kind, str) else kind
+            refuse("a figure", faults_of_figure(own))
         except PluginError as error:
             raise PluginError(f"{where}: {error}") from None
-        own: Declared = found
         if isinstance(own, Figure) and own not in figures:
             known = [*taken, *(figure.name for figure in figures if isinstance(figure, Figure))]
             if own.name in known:
@@ -176,11 +171,9 @@ def mission_class(reference: str) -> type[Mission]:
     tables = getattr(found, "Scenario", Scenario)
     if not (isinstance(tables, type) and issubclass(tables, Scenario)):
         raise PluginError("its Scenario must be missions.scenarios.Scenario or a subclass of it")
-    if faults := list(faults_of(found, Mission, COMPULSORY_OF_MISSION)):
-        raise PluginError(f"a mission: {'; '.join(faults)}")
+    refuse("a mission", faults_of(found, Mission, COMPULSORY_OF_MISSION))
     mission: type[Mission] = found
-    if faults := [*_wrongly_held(mission), *_wrong_sensors(mission.sensors)]:
-        raise PluginError(f"a mission: {'; '.join(faults)}")
+    refuse("a mission", [*_wrongly_held(mission), *_wrong_sensors(mission.sensors)])
     return mission
 
 
@@ -228,8 +221,7 @@ def strategy_named(name: str) -> Strategy:
         except Exception as error:  # user code may raise anything
             why = f"{type(error).__name__}: {error}"
             raise PluginError(f"a class that needs no arguments, or an object; {name} raised {why}") from error
-    if faults := list(faults_of_strategy(found)):
-        raise PluginError(f"a strategy: {'; '.join(faults)}")
+    refuse("a strategy", faults_of_strategy(found))
     strategy: Strategy = found
     return strategy
 
