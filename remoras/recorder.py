@@ -7,7 +7,7 @@ column and time order. Lists within the newest rows may change while packets are
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -217,6 +217,17 @@ TABLES = (
     ITEMS, PLANS, PEERS, LINKS, FAULTS, REFUSED,
 )  # fmt: skip
 """Tables of every run."""
+
+
+class Unread:
+    """Rows of a table that were appended since the last iteration."""
+
+    def __init__(self, rows: Sequence[Row]) -> None:
+        self._rows, self._n_read = rows, 0
+
+    def __iter__(self) -> Iterator[Row]:
+        since, self._n_read = self._n_read, len(self._rows)
+        return iter(self._rows[since:]) if since < self._n_read else iter(())
 
 
 class Recorder:

@@ -170,18 +170,14 @@ class Obeying(Behaviour):
         """Pending until the search ends."""
         if picture.body.now_s >= self._until_s:
             return DONE
-        target_m = self._target_m(picture)
+        target_m = picture.facts.get((TARGET, self._data.name))
         if performed and target_m is not None and distance_m(motion, target_m) <= ARRIVED_M:
             self._done_m = target_m
         return ADVANCING if performed else DUE
 
-    def _target_m(self, picture: Picture) -> Point | None:
-        target_m: Point | None = picture.facts.get((TARGET, self._data.name))
-        return target_m
-
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """Head for the target; else return into contact and wait there."""
-        target_m, speed_mps = self._target_m(picture), self._data.survey_speed_mps
+        target_m, speed_mps = picture.facts.get((TARGET, self._data.name)), self._data.survey_speed_mps
         if target_m is None or target_m == self._done_m:
             is_back = self._reach.holds(motion.position_m)
             return Reference(motion.position_m if is_back else self._reach.point_m, 0.0 if is_back else speed_mps)

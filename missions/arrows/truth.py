@@ -12,7 +12,7 @@ from missions.arrows.scenario import NOTHING, SITES, ArrowsScenario
 from missions.meeting.meeting import Meeting
 from missions.meeting.truth import JobTruth
 from remoras.mission import FleetView, Milestone
-from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
+from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table, Unread
 from remoras.truth import left
 from remoras.work import Point
 
@@ -65,9 +65,8 @@ class ArrowsTruth(JobTruth):
         super().__init__(meeting, "", recorder)
         self._scenario, self._seafloor, self._recorder = scenario, seafloor, recorder
         self._chart, self._vehicles = chart, vehicles
-        self._contacts, self._identified_rows = recorder.rows(CONTACTS.name), recorder.rows(IDENTIFIED.name)
-        self._items = recorder.items
-        self._n_contacts = self._n_items = 0
+        self._contacts, self._identified_rows = Unread(recorder.rows(CONTACTS.name)), recorder.rows(IDENTIFIED.name)
+        self._statements = Unread(recorder.items)
         self._places_m: dict[str, Point] = {}
         self._sites = {cell for cell, thing in seafloor.things.items() if thing.name in SITES}
         self._found: set[int] = set()
@@ -97,21 +96,16 @@ class ArrowsTruth(JobTruth):
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
         """Record detections and identifications since the last call."""
-        n_contacts = len(self._contacts)
-        new = self._contacts[self._n_contacts :]
-        for time_s, vehicle, _, cell, kind, _, _ in new:
+        for time_s, vehicle, _, cell, kind, _, _ in self._contacts:
             if kind in SITES and cell not in self._found:
                 self._found.add(cell)
                 self.milestones.append(Milestone(time_s, "site_found", vehicle))
-        self._n_contacts = n_contacts
-        n_items = len(self._items)
-        for _, origin, _, recorded_s, subject, attribute, value, _, uncertainty in self._items[self._n_items :]:
+        for _, origin, _, recorded_s, subject, attribute, value, _, uncertainty in self._statements:
             if attribute == "location":
                 x_m, y_m = (float(part) for part in value.removeprefix("POINT (").removesuffix(")").split())
                 self._places_m[subject] = x_m, y_m
             elif attribute == "identity" and subject in self._places_m:
                 self._note_identity(recorded_s, origin, subject, value, float(uncertainty or 0.0))
-        self._n_items = n_items
 
     def _note_identity(self, time_s: float, vehicle: str, anomaly: str, identity: str, p: float) -> None:
         at_m = self._places_m[anomaly]

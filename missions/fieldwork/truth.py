@@ -17,7 +17,7 @@ from missions.meeting.meeting import Meeting
 from missions.meeting.truth import JOBS, JobTruth
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 from remoras.mission import FleetView, VehicleView
-from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
+from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table, Unread
 from remoras.work import Job
 
 if TYPE_CHECKING:
@@ -148,11 +148,10 @@ class EnergyTruth(FieldTruth):
         self, meeting: Meeting, objective: str, recorder: Recorder, borings: Mapping[str, Boring], energies: Energies
     ) -> None:
         super().__init__(meeting, objective, recorder, ENERGY, borings)
-        self._borings, self._energies = borings, energies
+        self._borings, self._energies, self._new_events = borings, energies, Unread(energies.events)
         self._starved: set[str] = set()
         self._halted_s: dict[str, float] = {}  # start of halts without a giver
         self._is_left = False
-        self._n_noted = 0
 
     @property
     def jobs_as_they_are(self) -> Mapping[str, Job]:
@@ -206,8 +205,7 @@ class EnergyTruth(FieldTruth):
         return any(role.job not in done and plays(vehicle.name, group, role.name) for group, role in roles)
 
     def _note_events(self) -> None:
-        events = self._energies.events
-        for event in events[self._n_noted :] if len(events) > self._n_noted else ():
+        for event in self._new_events:
             self._events.append(event)
             if event[3] == BORED:
                 self._open.pop(event[2], None)
@@ -215,7 +213,6 @@ class EnergyTruth(FieldTruth):
                 self._halted_s[event[2]] = event[0]
             elif event[3] in (CAME, BORED):
                 self._halted_s.pop(event[2], None)
-        self._n_noted = len(events)
 
     def close(self, fleet: FleetView, now_s: float) -> str:
         """Return the reason of failure, with drill sites without energy."""

@@ -177,7 +177,7 @@ class Inspecting(Behaviour):
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Pending once the find is known; fails ``PATIENCE_S`` after the longest dwell on site."""
-        place_m, now_s = self._place(picture), picture.body.now_s
+        place_m, now_s = picture.facts.get(("foundAt", self._find)), picture.body.now_s
         if place_m is None:
             return IDLE
         if picture.facts.get(("inspectedBy", self._find)) is not None:
@@ -196,7 +196,7 @@ class Inspecting(Behaviour):
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """Head for the find in transit, brake near it, then hold; None while its place is unknown."""
-        place_m = self._place(picture)
+        place_m = picture.facts.get(("foundAt", self._find))
         if place_m is None:
             return None
         to_go_m = distance_m(motion, place_m)
@@ -205,10 +205,6 @@ class Inspecting(Behaviour):
         if to_go_m > self._slow_within_m:
             return Reference(place_m, self._transit_mps)
         return Reference(place_m, self._finds.close_speed_mps, is_over_ground=True)
-
-    def _place(self, picture: Picture) -> Point | None:
-        place_m: Point | None = picture.facts.get(("foundAt", self._find))
-        return place_m
 
 
 class FindsWatch:

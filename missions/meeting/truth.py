@@ -20,7 +20,7 @@ from remoras.mission import FleetView, Milestone, VehicleView
 from remoras.motion.separation import NEAR_M
 from remoras.organisation import Group
 from remoras.organisation.nesting import height
-from remoras.recorder import CANNOT, FAULTS, TIME, VEHICLE, Column, Recorder, Table
+from remoras.recorder import CANNOT, FAULTS, TIME, VEHICLE, Column, Recorder, Table, Unread
 from remoras.truth import COMPLETE, left, reachable_by_jobs, within_reach
 from remoras.work import IS_IMPOSSIBLE, Job, Point
 
@@ -325,7 +325,8 @@ class JobTruth(MeetingTruth):
         self._rows, self._faults = recorder.rows(JOBS.name), recorder.rows(FAULTS.name)
         self._noted: set[tuple[str, str]] = set()
         self._done: set[str] = set()
-        self._says_impossible, self._items, self._n_read = meeting.says_impossible, recorder.items, 0
+        self._says_impossible, self._items = meeting.says_impossible, recorder.items
+        self._new_items = Unread(recorder.items)
         self._impossible: dict[str, float] = {}  # reported since, by job
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
@@ -338,8 +339,7 @@ class JobTruth(MeetingTruth):
                     self.note(vehicle.name, objective.argument, now_s)
 
     def _note_impossible(self, now_s: float) -> None:
-        since, self._n_read = self._n_read, len(self._items)
-        for _, origin, _, _, job, attribute, value, *_ in self._items[since:]:
+        for _, origin, _, _, job, attribute, value, *_ in self._new_items:
             if attribute != IS_IMPOSSIBLE:
                 continue
             if value != "true":

@@ -13,7 +13,7 @@ from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 from missions.minehunting.imagery import CLASSIFIED, MINE, REVISITS, ROCK, STRIPS, Minefield
 from remoras.mission import FleetView, Milestone
 from remoras.organisation import Group
-from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
+from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table, Unread
 from remoras.truth import left
 
 if TYPE_CHECKING:
@@ -35,17 +35,14 @@ class MinehuntingTruth(JobTruth):
     ) -> None:
         super().__init__(meeting, objective, recorder)
         self._contacts, self._world = contacts, world
-        self._items = recorder.items
-        self._n_items = 0
+        self._claims = Unread(recorder.items)
         self._classification_rows = recorder.rows(CLASSIFICATIONS.name)
         self._classified: set[str] = set()
 
     def watch(self, fleet: FleetView, now_s: float) -> None:
         """Record classifications since the last call."""
         super().watch(fleet, now_s)
-        while self._n_items < len(self._items):
-            _, by, _, _, subject, attribute, value, *_ = self._items[self._n_items]
-            self._n_items += 1
+        for _, by, _, _, subject, attribute, value, *_ in self._claims:
             if attribute == CLASSIFIED and subject not in self._classified:
                 self._classified.add(subject)
                 truth = MINE if subject in self._world.mines else ROCK

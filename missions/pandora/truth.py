@@ -14,7 +14,7 @@ from missions.metric import MeasuredRun
 from missions.pandora.structure import LOOKS, TURNS, PlannedPart, Structure
 from remoras.faults import OVER
 from remoras.mission import FleetView, Milestone
-from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
+from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table, Unread
 from remoras.work import Job
 
 if TYPE_CHECKING:
@@ -123,9 +123,8 @@ class PandoraTruth(JobTruth):
         parts: Mapping[str, PlannedPart],
     ) -> None:
         super().__init__(meeting, objective, recorder)
-        self._looks, self._turns = recorder.rows(LOOKS.name), recorder.rows(TURNS.name)
+        self._looks, self._turns = Unread(recorder.rows(LOOKS.name)), Unread(recorder.rows(TURNS.name))
         self._serviced_rows, self._met_rows = recorder.rows(SERVICED.name), recorder.rows(MET.name)
-        self._n_looks = self._n_turns = 0
         self._left: dict[str, set[int]] = {
             thing.name: set(range(len(thing.points_m)))
             for thing in structure.things
@@ -158,22 +157,19 @@ class PandoraTruth(JobTruth):
         """Record services since the last call."""
         claimed = len(self._done)
         super().watch(fleet, now_s)
-        n_looks = len(self._looks)
-        n_turns = len(self._turns)
-        for time_s, vehicle, name, point in self._looks[self._n_looks :]:
+        for time_s, vehicle, name, point in self._looks:
             left = self._left.get(name)
             if left is not None and point in left:
                 left.remove(point)
                 if not left:
                     self._note(time_s, vehicle, name)
-        for time_s, vehicle, name, state in self._turns[self._n_turns :]:
+        for time_s, vehicle, name, state in self._turns:
             if name in self._states:
                 self._states[name] = state
                 if state == "open" and name in self._serviced:
                     self._serviced.remove(name)
             if state != "open":
                 self._note(time_s, vehicle, name)
-        self._n_looks, self._n_turns = n_looks, n_turns
         if claimed < len(self._done):
             self._note_turned(now_s)
         self._meet(fleet, now_s)

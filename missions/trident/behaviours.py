@@ -293,7 +293,7 @@ class Reacquiring(Behaviour):
         """Pending until class and place are known; fails if unseen or undecided."""
         if self._is_known(picture.facts):
             return IDLE
-        place_m = self._place(picture.facts)
+        place_m = picture.facts.get(("chosenAt", self._job))
         if place_m is None:
             return IDLE
         now_s = picture.body.now_s
@@ -328,10 +328,6 @@ class Reacquiring(Behaviour):
     def _n_corners(self) -> int:
         return 4 * math.ceil(self._search_m / self._step_m)
 
-    def _place(self, facts: Known) -> Point | None:
-        found: Point | None = facts.get(("chosenAt", self._job))
-        return found
-
     def _next(self, place_m: Point) -> Point:
         """The expected place, then corners of squares around it."""
         x_m, y_m = place_m
@@ -344,7 +340,7 @@ class Reacquiring(Behaviour):
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """Head there in transit, then at the finder's speed."""
-        place_m = self._place(picture.facts)
+        place_m = picture.facts.get(("chosenAt", self._job))
         if place_m is None:
             return None
         if self._at_m is not None:
@@ -372,7 +368,7 @@ class Intervening(Behaviour):
         by = picture.facts.get((self._done, self._candidate))
         if by is not None and (self._ends or by == self._data.name):
             return DONE if self._ends else IDLE
-        place_m = self._place(picture.facts)
+        place_m = picture.facts.get(("location", self._candidate))
         if place_m is None:
             return IDLE
         now_s, to_go_m = picture.body.now_s, distance_m(motion, place_m)
@@ -381,13 +377,9 @@ class Intervening(Behaviour):
         self._since_s = now_s if self._since_s is None else self._since_s
         return BEYOND_IT if now_s - self._since_s > self._longest_s else ADVANCING
 
-    def _place(self, facts: Known) -> Point | None:
-        found: Point | None = facts.get(("location", self._candidate))
-        return found
-
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """Head for the candidate, slowly at the end; hold there."""
-        place_m = self._place(picture.facts)
+        place_m = picture.facts.get(("location", self._candidate))
         if place_m is None:
             return None
         to_go_m = distance_m(motion, place_m)

@@ -18,7 +18,7 @@ from missions.trident.jobs import WORKING
 from missions.trident.scenario import ChoreographyTable, MessageTable, TridentScenario
 from missions.trident.services import ATTEMPTS, CHARTED, TARGET, Site, Tile
 from remoras.mission import FleetView, Milestone
-from remoras.recorder import TIME, VEHICLE, Column, Recorder, Row, Table
+from remoras.recorder import TIME, VEHICLE, Column, Recorder, Row, Table, Unread
 from remoras.truth import within_reach
 
 CHOREOGRAPHY = Table("choreography", (
@@ -90,12 +90,10 @@ class Monitor:
         for message in pattern.message:
             self._allowed[message.state].append(message)
         self._alphabet = {message.says for message in pattern.message}
-        self._items, self._packets, self._roles = recorder.items, recorder.packets, recorder.roles
-        self._n_roles = 0
+        self._items, self._packets, self._roles = map(Unread, (recorder.items, recorder.packets, recorder.roles))
         self._plays: dict[tuple[str, str], list[tuple[float, bool]]] = defaultdict(list)
         self._is_by_role = any(message.by for message in pattern.message)
         self._rows = recorder.rows(CHOREOGRAPHY.name)
-        self._n_items = self._n_packets = 0
         self._unsaid: dict[str, list[StatedFact]] = {}
         self.state = pattern.state[0].name if pattern.state else ""
         self._since_s, self._is_overdue = 0.0, False
@@ -104,20 +102,17 @@ class Monitor:
         """Process transmissions since the last call."""
         if not self.state:
             return
-        n_items = len(self._items)
-        for uid, origin, _, recorded_s, subject, attribute, value, kind, _ in self._items[self._n_items :]:
+        for uid, origin, _, recorded_s, subject, attribute, value, kind, _ in self._items:
             if attribute in self._alphabet and kind == "told":
                 fact = StatedFact(0.0, origin, subject, attribute, value, recorded_s)
                 self._unsaid.setdefault(uid.partition(".")[0], []).append(fact)
         if self._is_by_role:
             self._note_roles()
-        n_packets = len(self._packets)
-        for packet in self._packets[self._n_packets :]:
+        for packet in self._packets:
             if self._unsaid:
                 for said in self._said(packet):
                     self._check_time(said.time_s)
                     self._move(said)
-        self._n_items, self._n_packets = n_items, n_packets
         self._check_time(now_s)
 
     def _said(self, packet: Row) -> Iterator[StatedFact]:
@@ -127,8 +122,7 @@ class Monitor:
                 yield from (fact._replace(time_s=packet[PACKET_TIME]) for fact in self._unsaid.pop(uid))
 
     def _note_roles(self) -> None:
-        since, self._n_roles = self._n_roles, len(self._roles)
-        for time_s, vehicle, _, role, event in self._roles[since:]:
+        for time_s, vehicle, _, role, event in self._roles:
             if event in PLAYING:
                 self._plays[vehicle, role].append((time_s, PLAYING[event]))
 
@@ -187,9 +181,8 @@ class TridentTruth(JobTruth):
         self._site = site
         self._n_tiles = len(site.numbers)
         self._monitor = Monitor(scenario.choreography, recorder)
-        self._charted_rows, self._attempt_rows = recorder.rows(CHARTED.name), recorder.rows(ATTEMPTS.name)
-        self._items = recorder.items
-        self._n_charted = self._n_attempts = self._n_items = 0
+        self._new_tiles, self._attempts = Unread(recorder.rows(CHARTED.name)), Unread(recorder.rows(ATTEMPTS.name))
+        self._statements = Unread(recorder.items)
         self._charted: set[Tile] = set()
         self.is_recovered = False
         self._reached: tuple[tuple[object, ...], float] | None = None  # cached reachable fraction with its inputs
@@ -200,20 +193,16 @@ class TridentTruth(JobTruth):
         return super().observe(fleet, now_s)
 
     def _take_note(self, now_s: float) -> None:
-        charted, attempts, items = self._charted_rows, self._attempt_rows, self._items
-        n_charted, n_attempts = len(charted), len(attempts)
-        n_items = len(items)
-        for _, _, column, row in charted[self._n_charted :]:
+        for _, _, column, row in self._new_tiles:
             self._charted.add((column, row))
-        for time_s, vehicle, _, does, of, _, succeeded in attempts[self._n_attempts :]:
+        for time_s, vehicle, _, does, of, _, succeeded in self._attempts:
             if succeeded:
                 self._note_success(time_s, vehicle, does == "handle", of == TARGET)
-        for _, origin, _, recorded_s, subject, attribute, *_ in items[self._n_items :]:
+        for _, origin, _, recorded_s, subject, attribute, *_ in self._statements:
             if attribute == "chosen":
                 self.milestones.append(Milestone(recorded_s, "chosen", origin))
             elif attribute == "surveyedBy":  # a survey on request is no objective
                 self.note(origin, subject, now_s)
-        self._n_charted, self._n_attempts, self._n_items = n_charted, n_attempts, n_items
         self._monitor.look(now_s)
 
     def _note_success(self, time_s: float, vehicle: str, is_handled: bool, is_target: bool) -> None:
