@@ -1,19 +1,18 @@
 """Swarm: one process per vehicle.
 
-A process reads its job (first line), prints its port, reads the ports of the others and the mission start, and prints
-its outcome or a fault (last line).
+A process sends its port, receives the ports of the others and the mission start, and sends its outcome or a fault.
 """
 
 from __future__ import annotations
 
-import json
-import os
-import subprocess
+import multiprocessing
 import sys
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
+from multiprocessing.connection import Connection
+from multiprocessing.context import SpawnProcess
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -25,9 +24,8 @@ from missions.nodes.alone import NodePlan, alone
 from missions.nodes.logs import NodeLog
 from missions.nodes.node import Mishaps, VehicleNode
 from remoras.errors import RemorasError
-from remoras.plugins import SAFE_PATH, look_in, plugin_folders
+from remoras.plugins import look_in, plugin_folders, safe_path
 
-MODULE = "missions.nodes.swarm"
 LOOPBACK = "127.0.0.1"
 
 
@@ -36,58 +34,40 @@ class NodeJob:
     """Job of the process of one vehicle.
 
     Attributes:
-        plan: ``NodePlan`` as JSON.
         port: UDP port, 0 for a free one.
         speed: seconds of the mission per second.
-        out: folder of its log; empty for none.
+        out: folder of its log; None for none.
         folders: search path of plug-ins.
     """
 
-    plan: dict[str, Any]
+    plan: NodePlan
     port: int
     speed: float
-    p_lost: float
-    p_doubled: float
-    out: str
+    mishaps: Mishaps
+    out: Path | None
     folders: Sequence[str] = ()
 
 
-def work(job: NodeJob) -> dict[str, Any]:
-    """Run the vehicle of a job until its end; return its outcome."""
-    plan = NodePlan(**job.plan)
-    own = alone(plan)
-    port = Socket((LOOPBACK, job.port))
-    say({"port": port.address[1]})
-    given = json.loads(sys.stdin.readline())
-    pace = Paced(given["start_s"], job.speed)
-    driver = UdpDriver(port, [(LOOPBACK, number) for number in given["ports"]], pace, own.setup.modem.packet_s)
-    log = NodeLog(Path(job.out), plan) if job.out else None
-    return asdict(VehicleNode(own, driver, pace, log, Mishaps(job.p_lost, job.p_doubled)).run())
-
-
-def say(value: dict[str, Any]) -> None:
-    """Print a JSON line."""
-    print(json.dumps(value), flush=True)
-
-
-def main() -> None:
-    """Run the job read from standard input."""
-    job = NodeJob(**json.loads(sys.stdin.readline()))
+def work(job: NodeJob, others: Connection) -> None:
+    """Run the vehicle of a job until its end; send port, then outcome or error."""
     look_in(job.folders)
     try:
-        say({"outcome": work(job)})
+        own = alone(job.plan)
+        port = Socket((LOOPBACK, job.port))
+        others.send(port.address[1])
+        start_s, ports = others.recv()
+        pace = Paced(start_s, job.speed)
+        driver = UdpDriver(port, [(LOOPBACK, number) for number in ports], pace, own.setup.modem.packet_s)
+        log = NodeLog(job.out, job.plan) if job.out is not None else None
+        others.send(asdict(VehicleNode(own, driver, pace, log, job.mishaps).run()))
     except (ExchangeError, MissionsError, RemorasError) as error:
-        say({"error": str(error)})
-    except KeyboardInterrupt:
+        others.send(str(error))
+    except (KeyboardInterrupt, EOFError):  # the process of the swarm has ended
         sys.exit(130)
 
 
-if __name__ == "__main__":
-    main()
-
-
 LEAD_S = 0.3
-"""Time between start message and mission start (s), for all processes to read it."""
+"""Time between start message and mission start (s), for all processes to receive it."""
 PATIENCE_S = 5.0
 """Time to terminate before a process is killed (s)."""
 
@@ -113,11 +93,11 @@ class Swarm:
 
 
 class Processes:
-    """Processes of a swarm, by vehicle name."""
+    """Processes of a swarm, by vehicle name, each with the connection to it."""
 
     def __init__(self, jobs: dict[str, NodeJob]) -> None:
         self._jobs = jobs
-        self._running: dict[str, subprocess.Popen[str]] = {}
+        self._running: dict[str, tuple[SpawnProcess, Connection]] = {}
         self.ended: dict[str, str] = {}
 
     def __enter__(self) -> Processes:
@@ -126,80 +106,59 @@ class Processes:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        for process in self._running.values():
-            if process.poll() is None:
-                process.terminate()
-        for process in self._running.values():
-            try:
-                process.wait(PATIENCE_S)
-            except subprocess.TimeoutExpired:
+        for process, _ in self._running.values():
+            process.terminate()
+        for process, own in self._running.values():
+            process.join(PATIENCE_S)
+            if process.exitcode is None:
                 process.kill()
-                process.wait()
-            for stream in (process.stdin, process.stdout):
-                if stream is not None:
-                    with suppress(OSError):
-                        stream.close()
+                process.join()
+            own.close()
 
     @property
     def pids(self) -> dict[str, int]:
         """Process ids, by vehicle."""
-        return {name: process.pid for name, process in self._running.items()}
+        return {name: process.pid or 0 for name, (process, _) in self._running.items()}
 
     def begin(self) -> None:
         """Start all processes and their mission; raises SwarmError if one could not start."""
-        environment = {
-            **os.environ,
-            "PYTHONPATH": os.pathsep.join(sys.path),
-            SAFE_PATH: "1",
-        }  # same module search path as this process
-        for name, job in self._jobs.items():
-            self._running[name] = subprocess.Popen(
-                [sys.executable, "-c", f"from {MODULE} import main; main()"],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                text=True,
-                env=environment,
-            )
-            self._tell(name, asdict(job))
+        context = multiprocessing.get_context("spawn")
+        with safe_path():
+            for name, job in self._jobs.items():
+                own, theirs = context.Pipe()
+                process = context.Process(target=work, args=(job, theirs), daemon=True)
+                process.start()
+                theirs.close()  # so that the end of the process ends the connection
+                self._running[name] = process, own
         ports: dict[str, int] = {}
         for name in self._jobs:
-            said = self._said(name)
-            if "port" not in said:
-                raise SwarmError(f"{name}: {said.get('error', 'its process ended before it began')}")
-            ports[name] = said["port"]
+            port = self._said(name)
+            if not isinstance(port, int):
+                raise SwarmError(f"{name}: {port or 'its process ended before it began'}")
+            ports[name] = port
         start_s = time.monotonic() + LEAD_S
-        for name in self._jobs:
-            others = [port for other, port in ports.items() if other != name]
-            self._tell(name, {"start_s": start_s, "ports": others})
+        for name, (_, own) in self._running.items():
+            with suppress(OSError):  # ``_said`` reports a process that has ended
+                own.send((start_s, [port for other, port in ports.items() if other != name]))
 
     def outcomes(self) -> list[dict[str, Any]]:
         """Wait for all processes; return the outcomes of the completed ones."""
         found = []
-        for name, process in self._running.items():
+        for name, (process, _) in self._running.items():
             said = self._said(name)
-            process.wait()
-            if "outcome" in said:
-                found.append(said["outcome"])
+            process.join()
+            if isinstance(said, dict):
+                found.append(said)
             else:
-                self.ended[name] = said.get("error", f"its process ended with {process.returncode}")
+                self.ended[name] = said or f"its process ended with {process.exitcode}"
         return found
 
-    def _tell(self, name: str, value: dict[str, Any]) -> None:
-        stdin = self._running[name].stdin
-        with suppress(OSError):  # ``_said`` reports a process that has ended
-            assert stdin is not None
-            stdin.write(json.dumps(value) + "\n")
-            stdin.flush()
-
-    def _said(self, name: str) -> dict[str, Any]:
-        stdout = self._running[name].stdout
-        assert stdout is not None
-        line = stdout.readline()
+    def _said(self, name: str) -> Any:
+        """Return the next message of a process; None if it has ended."""
         try:
-            value: dict[str, Any] = json.loads(line)
-        except ValueError:
-            return {}
-        return value
+            return self._running[name][1].recv()
+        except (EOFError, OSError):
+            return None
 
 
 def swarm(
@@ -223,11 +182,9 @@ def swarm(
 
     Raises SwarmError if a vehicle could not start.
     """
-    folder = "" if out is None else str(out)
+    mishaps, folders = Mishaps(*lost_and_doubled), plugin_folders()
     jobs = {
-        plan.vehicle: NodeJob(
-            asdict(plan), first_port and first_port + number, speed, *lost_and_doubled, folder, plugin_folders()
-        )
+        plan.vehicle: NodeJob(plan, first_port and first_port + number, speed, mishaps, out, folders)
         for number, plan in enumerate(plans)
     }
     with Processes(jobs) as processes:
