@@ -112,7 +112,7 @@ def _names(scenario: MappingScenario, missions: Sequence[str]) -> Iterator[Confi
     forms_groups = any(group.formed_by is not None for group in scenario.group)
     if forms_groups and (kind := scenario.taken_names("area").get(INSPECTION)):
         yield ConfigurationFault(f"{kind}.{INSPECTION}.name", "", "is the name of a mission")
-    yield from names_apart(scenario, ("area",), "areas")
+    yield from names_apart(scenario, ("area",))
     for name in dict.fromkeys(area.name for area in scenario.area if area.name in missions):
         yield ConfigurationFault(f"area.{name}.name", "", "is the name of a mission")
 

@@ -195,19 +195,17 @@ def listed_faults(
     """Yield faults: jobs of tables ``[[kind]]`` outside the world (``keys``), ``taken`` names."""
     tables = getattr(scenario, kind)
     yield from scenario.world.outside((f"{kind}.{one.name}.{key}", getattr(one, key)) for one in tables for key in keys)
-    yield from names_apart(scenario, (kind,), f"{kind}s", taken)
+    yield from names_apart(scenario, (kind,), taken)
 
 
-def names_apart(
-    scenario: Scenario, kinds: Sequence[str], what: str, taken: Collection[str] = ()
-) -> Iterator[ConfigurationFault]:
-    """Yield faults: names in tables of these kinds (``what``) used twice, ``taken``, or of vehicles, groups, places."""
+def names_apart(scenario: Scenario, kinds: Sequence[str], taken: Collection[str] = ()) -> Iterator[ConfigurationFault]:
+    """Yield faults: names in tables of these kinds used twice, ``taken``, or of vehicles, groups or rally points."""
     others = {*taken, *scenario.taken_names()}
     listed = [(kind, one.name) for kind in kinds for one in getattr(scenario, kind)]
     counts = Counter(name for _, name in listed)
     for kind, name in dict.fromkeys(listed):
         if (n_uses := counts[name] + (name in others)) > 1:
-            allowed = f"used {n_uses} times; {what} need names of their own"
+            allowed = f"used {n_uses} times; each {kind} needs a name of its own"
             yield ConfigurationFault(f"{kind}.{name}.name", "", allowed)
 
 

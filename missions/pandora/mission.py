@@ -165,7 +165,7 @@ class PandoraMission(JobMission):
         if not scenario.parts:
             tables = ", ".join(f"[[{kind}]]" for kind in KINDS)
             yield ConfigurationFault("panel", "", f"there is nothing to be serviced: give one of {tables}")
-        yield from names_apart(scenario, tuple(KINDS), "parts")
+        yield from names_apart(scenario, tuple(KINDS))
         for kind, part, _ in scenario.parts:
             if part.name == ANY_VALVE:
                 yield ConfigurationFault(f"{kind}.{part.name}.name", "", "stands for a valve that is drawn")

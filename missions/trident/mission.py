@@ -82,7 +82,7 @@ MOST_TILES = 1024
 def _blocks(scenario: TridentScenario) -> Iterator[ConfigurationFault]:
     """Yield faults of blocks: outside the world, too large, overlapping, or with a name in use."""
     tile_m, before = scenario.mission.tile_m, list[BlockTable]()
-    yield from names_apart(scenario, ("block",), "blocks", [scenario.recovery.name])
+    yield from names_apart(scenario, ("block",), [scenario.recovery.name])
     for block in scenario.block:
         key, ((west, east), (south, north)) = f"block.{block.name}", (block.x_m, block.y_m)
         yield from scenario.world.outside((f"{key}.x_m, y_m", at_m) for at_m in ((west, south), (east, north)))

@@ -34,7 +34,7 @@ def with_areas(*areas: Any, cell_m: float = 10.0) -> dict[str, Any]:
 def test_an_area_needs_a_name_of_its_own(name: str) -> None:
     (fault,) = faults(with_areas({"name": name, "corners_m": SQUARE}))
     assert (fault.key, fault.given) == (f"area.{name}.name", f'"{name}"')
-    assert fault.allowed == "used 2 times; areas need names of their own"
+    assert fault.allowed == "used 2 times; each area needs a name of its own"
 
 
 @pytest.mark.parametrize(("depth_m", "is_allowed"), [(30.0, True), (31.0, False)])

@@ -152,7 +152,7 @@ HOLD = "allowed: IAUV00 clamp, IAUV00 hover"
 @pytest.mark.parametrize(("path", "value", "key", "given", "allowed"), [
     ("block/east/x_m", [150.0, 300.0], "block.east", "", "overlaps block west; allowed: blocks side by side"),
     ("block/east/x_m", [380.0, 220.0], "block.east.x_m", "[380.0, 220.0]", "allowed: the lower end first"),
-    ("block/east/name", "recovery", "block.recovery.name", '"recovery"', "used 2 times; blocks need names of their"),
+    ("block/east/name", "recovery", "block.recovery.name", '"recovery"', "used 2 times; each block needs a name"),
     ("activity/hold/service", "IAUV00 arm", "activity.hold.service", '"IAUV00 arm"', HOLD),
     ("activity/hold/service", None, "activity.hold.service", "", f"is missing; {HOLD}"),
     ("vehicle/ASV00/sensor/console/self_test", False, "vehicle.ASV00.sensor.console.self_test", "false", ""),
