@@ -202,10 +202,7 @@ def prior_of(scenario: ArrowsScenario) -> Array:
     """Prior by kind and cell, shape (1 + kinds, n_cells); columns sum to 1, nothing first."""
     grid = grid_of(scenario)
     rows = [expected_of(grid, kind, scenario) for kind in scenario.kinds]
-    occupied = rows[0].copy()
-    for row in rows[1:]:
-        occupied += row
-    return np.vstack([1.0 - occupied, *rows])
+    return np.vstack([1.0 - total_of(rows), *rows])
 
 
 def expected_of(grid: CellGrid, kind: KindTable, scenario: ArrowsScenario) -> Array:
@@ -307,14 +304,14 @@ def posterior(prior: Array, p_yes: Array, n_yes: Counts, n_no: Counts) -> Array:
                 powers[n] = powers[n - 1] * chances
                 powers[n] /= powers[n].max()  # only ratios matter: avoids underflow
             weights = np.maximum(weights * powers[counts].T, SMALLEST)
-            weights /= _total(weights)
-    return np.asarray(weights / _total(weights), dtype=np.float64)
+            weights /= total_of(weights)
+    return np.asarray(weights / total_of(weights), dtype=np.float64)
 
 
-def _total(weights: Array) -> Array:
-    """Sum over kinds in a fixed order."""
-    total: Array = weights[0].copy()
-    for row in weights[1:]:
+def total_of(rows: Array | Sequence[Array]) -> Array:
+    """Sum of rows, in their order."""
+    total: Array = rows[0].copy()
+    for row in rows[1:]:
         total += row
     return total
 
@@ -363,13 +360,7 @@ def disagreement(charts: list[Array]) -> float:
     """
     if len(charts) < 2:
         return 0.0
-    mean = charts[0].copy()
-    for chart in charts[1:]:
-        mean += chart
-    mean /= len(charts)
-    within = entropy(charts[0])
-    for chart in charts[1:]:
-        within += entropy(chart)
+    mean, within = total_of(charts) / len(charts), total_of([entropy(chart) for chart in charts])
     return max(0.0, summed(entropy(mean) - within / len(charts)))
 
 

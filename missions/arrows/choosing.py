@@ -179,13 +179,8 @@ Way = tuple[Point, Point]
 
 def beside(grid: CellGrid, way: Way) -> Array:
     """Distance of each cell centre from a path (m), shape (n_cells,)."""
-    (x_m, y_m), (to_x_m, to_y_m) = way
-    east_m, north_m = to_x_m - x_m, to_y_m - y_m
-    length2 = east_m * east_m + north_m * north_m
-    dx_m, dy_m = grid.x_m - x_m, grid.y_m - y_m
-    along = np.clip((dx_m * east_m + dy_m * north_m) / length2, 0.0, 1.0) if length2 > 0.0 else np.zeros(grid.n_cells)
-    off_x, off_y = dx_m - along * east_m, dy_m - along * north_m
-    return np.asarray(np.sqrt(off_x * off_x + off_y * off_y))
+    from_m, (to_x_m, to_y_m) = way
+    return np.asarray(np.sqrt(_off_squared(grid, from_m, np.array([to_x_m]), np.array([to_y_m]))[0]))
 
 
 class Leg(NamedTuple):

@@ -237,12 +237,9 @@ def draw_maps(axes: Axes, results: RunResults, style: Style) -> str:
     for row in results.rows("items"):
         if row["attribute"] in (SWEPT, CONTACT):
             chart.add(row["attribute"], (int(float(row["value"])),))
-    of_site = [number for number, kind in enumerate(scenario.kinds, 1) if kind.name in SITES]
     shape, extent = (grid.n_rows, grid.n_columns), _extent_m(grid)
     colours = [style.tint(style.black, 0.8 * n / len(LEVELS)) for n in range(len(LEVELS) + 1)]
-    shares = np.zeros(len(chart.shares[0]))
-    for kind in of_site:
-        shares = shares + chart.shares[kind]
+    shares = chart.sites(chart.shares)
     tones = np.searchsorted(LEVELS, shares, side="right").reshape(shape)
     axes.imshow(tones, cmap=ListedColormap(colours), vmin=-0.5, vmax=len(LEVELS) + 0.5, origin="lower", extent=extent)
     for level, colour in zip(LEVELS, colours[1:], strict=True):

@@ -32,6 +32,7 @@ from missions.arrows.belief_map import (
     halved,
     prior_of,
     rates_of,
+    total_of,
 )
 from missions.arrows.choosing import Choosing, Hearers, Reach, contact_range_m, lawnmower_track
 from missions.arrows.detectors import AcousticSettings, ClassifyingCameraSettings, DetectorSettings, MagneticSettings
@@ -84,10 +85,7 @@ def _kinds(scenario: ArrowsScenario) -> Iterator[ConfigurationFault]:
     yield from faults
     expected = {} if faults else {kind.name: expected_of(grid, kind, scenario) for kind in scenario.kind}
     if expected:
-        together = np.zeros(grid.n_cells)
-        for chances in expected.values():
-            together += chances
-        fullest = float(together.max())
+        fullest = float(total_of(list(expected.values())).max())
         name = max(expected, key=lambda name: float(expected[name].max()))
         if fullest > 1.0:
             allowed = "at most 1 of all kinds together: expect fewer, spread them farther, or take smaller cells"
