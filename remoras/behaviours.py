@@ -61,7 +61,8 @@ class Perception(NamedTuple):
     Attributes:
         stimulus: 0..1; 0: nothing to do now.
         advance: progress rate, -1..1: 1 as planned, 0 none, -1 backwards. None if not applicable, or not observable
-            while not performed. It enters the satisfaction of the role even if the activity is not performed.
+            while not performed. It enters the satisfaction of the role even if the activity is not performed. Or its
+            function of motion and picture, called at every decision while the perception is valid.
         done: True once complete, irrevocably.
         failed: True if this vehicle cannot do it, for example by a failed sensor.
         makes_no_way: True if it failed since the vehicle does not reach the place, not by a sensor.
@@ -72,10 +73,13 @@ class Perception(NamedTuple):
             this makes calls of job holders effective.
         is_beyond_it: True if it failed since this job exceeds the vehicle, which still takes others, with its sensors.
         waits: condition awaited while this activity guides; None if it progresses.
+        until_s: the perception is valid until before this time, see ``Behaviour.perceive``; by default it is asked for
+            at every decision.
+        peer: a valid perception ends with the next position received of this vehicle; empty for none.
     """
 
     stimulus: float
-    advance: float | None = None
+    advance: float | Callable[[Motion, Picture], float | None] | None = None
     done: bool = False
     failed: bool = False
     answers: float | Callable[[], float] = 1.0
@@ -84,11 +88,17 @@ class Perception(NamedTuple):
     ends: Callable[[str, str], float] | None = None
     is_beyond_it: bool = False
     waits: Wait | None = None
+    until_s: float = -math.inf
+    peer: str = ""
 
     @property
     def settled(self) -> float:
         """Share of a call that would be settled, 0..1."""
         return self.answers() if callable(self.answers) else self.answers
+
+    def progress(self, motion: Motion, picture: Picture) -> float | None:
+        """Return the advance now."""
+        return self.advance(motion, picture) if callable(self.advance) else self.advance
 
 
 class Reference(NamedTuple):
@@ -114,9 +124,15 @@ class Behaviour(Protocol):
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Return stimulus and progress of the activity now.
 
-        Called by the functional layer at every decision, also for sets not performed. It may keep state, since progress
-        compares with the last call. It must not change ``motion`` or ``picture``, draw random numbers or read a clock;
-        the time is ``picture.body.now_s``. ``performed``: True if performed since the last decision.
+        Called by the functional layer at every decision, also for sets not performed, while the last answer is not
+        valid. One with ``until_s`` is valid until then, unless before one of these changes: ``performed``; a fact in
+        ``picture.facts.values``; ``picture.groups``; whether the energy lasts and the vehicle is in its area; its
+        sensors. The answer of the guiding set is also invalid within ``Reference.holds_m`` of its target. An answer
+        that depends on anything else, such as the position or a peer, states no ``until_s``.
+
+        It may keep state, since progress compares with the last call. It must not change ``motion`` or ``picture``,
+        draw random numbers or read a clock; the time is ``picture.body.now_s``. ``performed``: True if performed since
+        the last decision.
         """
         ...
 
@@ -140,11 +156,15 @@ class Behaviour(Protocol):
 
 
 IDLE = Perception(0.0)
+UNDUE = Perception(0.0, until_s=math.inf)
+"""Nothing to do until facts or groups change."""
 DONE = Perception(0.0, done=True)
 FAILED = Perception(0.0, failed=True)
 STUCK = Perception(0.0, failed=True, makes_no_way=True)
 BEYOND_IT = Perception(0.0, failed=True, is_beyond_it=True)
 DUE = Perception(1.0)
+ALWAYS_DUE = Perception(1.0, until_s=math.inf)
+"""Pending until facts or groups change."""
 ADVANCING = Perception(1.0, 1.0)
 STANDING = Perception(1.0, 0.0)
 
@@ -202,7 +222,7 @@ class Standing(Behaviour):
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Return full stimulus."""
-        return DUE
+        return ALWAYS_DUE
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """Return None."""
@@ -214,7 +234,7 @@ class Planning(Standing):
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Return full stimulus while planning is pending."""
-        return DUE if picture.groups.planning_due else IDLE
+        return ALWAYS_DUE if picture.groups.planning_due else UNDUE
 
 
 class Supervision(Standing):
@@ -227,7 +247,7 @@ class Supervision(Standing):
         """Return full progress while the last news are fresh, then decreasing with their age."""
         late_s = picture.body.now_s - picture.peers.last_news_s - self._patience_s
         if late_s <= 0.0:
-            return ADVANCING
+            return Perception(1.0, 1.0, until_s=picture.peers.last_news_s + self._patience_s)
         return Perception(1.0, max(0.0, 1.0 - late_s / self._patience_s)) if late_s < math.inf else DUE
 
 
@@ -240,8 +260,10 @@ class Working(Standing):
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Return progress while the last yield is fresh; none before the first one."""
         if not performed or picture.body.last_yield_s == -math.inf:  # still on the way to its work
-            return DUE
-        return ADVANCING if picture.body.now_s - picture.body.last_yield_s <= self._patience_s else STANDING
+            return DUE if performed else ALWAYS_DUE
+        if picture.body.now_s - picture.body.last_yield_s > self._patience_s:
+            return STANDING
+        return Perception(1.0, 1.0, until_s=picture.body.last_yield_s + self._patience_s)
 
 
 def awaited(group: str, picture: Picture) -> float:
@@ -271,8 +293,6 @@ class Homing(Behaviour):
         after: Collection[str] = (),
     ) -> None:
         self._answers, self._after = answers, after
-        self._picture: Picture | None = None  # of the last pending perception
-        self._due = IDLE  # that perception
         self._point_m = point_m
         self._radius_m = radius_m
         self._group = group
@@ -291,16 +311,13 @@ class Homing(Behaviour):
         is_gathered = self._group in picture.groups.gathered
         self._has_met = is_gathered and (self._has_met or to_go_m + picture.body.uncertainty_m <= self._radius_m)
         if self._has_met or not picture.groups.gathered.issuperset(self._after):
-            return IDLE
-        advance = None
-        if performed or self._approach.is_on:
-            advance = self._approach.advance(to_go_m, picture.body.now_s, performed)
-        if self._answers is awaited and not picture.groups.awaited:
-            return Perception(1.0, advance)
-        if self._picture is not picture or self._due.advance != advance:
-            self._picture, answers = picture, partial(self._answers, self._group, picture)
-            self._due = Perception(1.0, advance, answers=answers)
-        return self._due
+            return UNDUE if self._has_met or not is_gathered else IDLE
+        until_s = -math.inf if is_gathered else math.inf
+        advance = self._progress if performed else self._approach.advance(to_go_m, picture.body.now_s, performed)
+        return Perception(1.0, advance, answers=partial(self._answers, self._group, picture), until_s=until_s)
+
+    def _progress(self, motion: Motion, picture: Picture) -> float | None:
+        return self._approach.advance(distance_m(motion, self._point_m), picture.body.now_s, True)
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """Return the rally point in transit; after arrival stay, or make room for arrivals."""
@@ -365,14 +382,16 @@ class FollowingLeader(Behaviour):
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Return a stimulus while lagging, see ``Gap``, once the preceding groups are gathered."""
+        if not picture.groups.gathered.issuperset(self._after):
+            return UNDUE
         leader = self._leader(picture)
-        if leader is None or not picture.groups.gathered.issuperset(self._after):
+        if leader is None:
             return IDLE
         to_go_m = distance_m(motion, picture.peers.positions_m[leader])
-        if not self._gaps[leader].is_open(leader, to_go_m, picture):
-            return IDLE
-        if not performed and not self._approach.is_on:
-            return DUE
+        is_open = self._gaps[leader].is_open(leader, to_go_m, picture)
+        if not is_open or not (performed or self._approach.is_on):
+            until_s = math.inf if leader == self._leaders[0] else -math.inf
+            return Perception(float(is_open), until_s=until_s, peer=leader)
         advance = self._approach.advance(to_go_m, picture.body.now_s, performed)
         return Perception(1.0, None if advance is None else max(0.0, advance))  # a leader moving on is no setback
 
@@ -403,7 +422,7 @@ class LeadingFollowers(Behaviour):
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Return a stimulus while a follower of the gathered group lags, if it ever came."""
         if self._group not in picture.groups.gathered:
-            return IDLE
+            return UNDUE
         positions_m = picture.peers.positions_m
         known = {name for name in self._gaps if name in positions_m}
         behind = {
@@ -434,6 +453,8 @@ class Positioning(Behaviour):
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Return a stimulus while the position is known, with the progress of the approach."""
+        if self._group not in picture.groups.gathered:
+            return UNDUE
         place = self._place(picture)
         if place is None:
             return IDLE

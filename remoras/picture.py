@@ -17,7 +17,7 @@ class Body:
     """State of the vehicle itself; owned by its functional layer.
 
     Attributes:
-        now_s: last motion tick.
+        now_s: last motion tick; decided_s: last decision before this one.
         battery: share of energy left; reserve: share for the way home, margin included.
         outside_m: distance outside the area of operations.
         last_yield_s: last detection by own sensors.
@@ -30,6 +30,7 @@ class Body:
     """
 
     now_s: float = 0.0
+    decided_s: float = 0.0
     battery: float = 1.0
     reserve: float = 0.0
     outside_m: float = 0.0

@@ -23,7 +23,6 @@ from remoras.behaviours import (
     CAPTURE_M,
     DONE,
     FAILED,
-    IDLE,
     Approach,
     Behaviour,
     Perception,
@@ -188,8 +187,6 @@ class ZigzagExploring(Behaviour):
         self._left = job.bits
         self._n_told, self._rest = -1, job.bits  # remaining cells as of fact number `_n_told`
         self._ahead: Reference | None = None
-        self._seen_s = 0.0
-        self._due = IDLE  # last perception under way
         self._approach = Approach(self._speed_mps)
 
     @property
@@ -207,29 +204,29 @@ class ZigzagExploring(Behaviour):
             return DONE
         if not performed or (self._others and not self._begun):
             self._passage = None
-        seen_s, self._seen_s = self._seen_s, picture.body.now_s
         if self._rest != self._left:
-            self._hear(self._rest, motion, picture.body.now_s - seen_s)
-        to_go_m = math.inf
+            self._hear(self._rest, motion, picture.body.now_s - picture.body.decided_s)
         if performed:
             if picture.body.n_fixes != self._n_fixes:
                 self._note_fixes(picture)
-            to_go_m = self._follow(motion, picture)
+            self._follow(motion, picture)
         elif self._passage is None:
             self._plan(motion, picture)
         if self._passage is None:
             return FAILED
-        if not performed:
-            to_go_m = distance_m(motion, self._passage.target_m)
-        advance = self._approach.advance(to_go_m, picture.body.now_s, performed)
         stimulus = self._work.stimulus(facts)
-        if not self._begun and not performed:
-            return Perception(stimulus * attracted(to_go_m).stimulus)
-        if advance is not None:
-            advance = abs(advance)
-        if self._due.stimulus != stimulus or self._due.advance != advance:
-            self._due = Perception(stimulus, advance)
-        return self._due
+        if performed:
+            return Perception(
+                stimulus, self._progress, until_s=math.inf if self._begun or not self._others else -math.inf
+            )
+        to_go_m = distance_m(motion, self._passage.target_m)
+        self._approach.advance(to_go_m, picture.body.now_s, performed)
+        return Perception(stimulus if self._begun else stimulus * attracted(to_go_m).stimulus)
+
+    def _progress(self, motion: Motion, picture: Picture) -> float | None:
+        to_go_m = math.inf if self._passage is None else distance_m(motion, self._passage.target_m)
+        advance = self._approach.advance(to_go_m, picture.body.now_s, True)
+        return None if advance is None else abs(advance)
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """Head for the begin of the next row, then its end; None if no cell can be mapped."""
@@ -389,11 +386,7 @@ class MappingAlong(Working):
     def __init__(self, patience_s: float, work: WorkLeft) -> None:
         super().__init__(patience_s)
         self._work = work
-        self._due = IDLE  # last perception
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Pending while work remains; progress is that of all productive work."""
-        advance, stimulus = super().perceive(motion, picture, performed).advance, self._work.stimulus(picture.facts)
-        if self._due.stimulus != stimulus or self._due.advance != advance:
-            self._due = Perception(stimulus, advance)
-        return self._due
+        return super().perceive(motion, picture, performed)._replace(stimulus=self._work.stimulus(picture.facts))

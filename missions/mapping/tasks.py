@@ -16,7 +16,7 @@ from missions.mapping.jobs import SurveyJob
 from missions.mapping.sensors import swath_m
 from missions.meeting.meeting import MEET, Meeting, entrusted, expected_of
 from remoras.activities import Objective
-from remoras.behaviours import IDLE, Behaviour, Perception, Reference, awaited
+from remoras.behaviours import Behaviour, Perception, Reference, awaited
 from remoras.beliefs import Beliefs, Known
 from remoras.database import VehicleData
 from remoras.htn import ANY, Domain, Expected, FactsLike, Method, Operator, Task
@@ -131,17 +131,13 @@ class AfterWork(Behaviour):
     def __init__(self, meeting: Behaviour, unfinished: Unfinished) -> None:
         self._meeting = meeting
         self._unfinished = unfinished
-        self._found = self._perceived = IDLE  # last pending perception, original and modified
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Perceive as the behaviour, with the effect on calls replaced."""
         found = self._meeting.perceive(motion, picture, performed)
         if found.stimulus <= 0.0:
             return found
-        if found != self._found:
-            self._found, answers = found, partial(self._unfinished.settled, found, picture.facts)
-            self._perceived = found._replace(answers=answers)
-        return self._perceived
+        return found._replace(answers=partial(self._unfinished.settled, found, picture.facts))
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """Reference of the behaviour."""

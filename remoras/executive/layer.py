@@ -28,6 +28,7 @@ STILL_PASSING = -32
 """Weakest call of a vehicle that has called for passage and is still obstructed."""
 ANSWERING = 1.0 / 16.0
 """Bonus of the call being answered, above the satisfaction change of a few decisions."""
+NO_PROGRESS: Mapping[int, float | None] = MappingProxyType({})
 NO_EQUALS: Mapping[RoleKey, Collection[RoleKey]] = MappingProxyType({})
 """Roles of equal rank of a fleet without any."""
 
@@ -95,9 +96,11 @@ class ExecutiveLayer:
         self._calling: set[Call] = set()  # signals of dissatisfied emitters
         self._waiting: set[Call] = set()  # signals of dissatisfied emitters in roles with a job
         self._ending: dict[int, Call] = {}  # by set that ends a wait: its call
-        self._at_rest: Sequence[Perception] | None = None  # perceptions without any change at the last decision
         self._perceived: Sequence[Perception] | None = None  # at the last decision
-        self._weighed_for: tuple[int, ...] | None = None  # decision at the last full evaluation
+        self._is_weighed = False  # motivations are current, except for satisfaction that has evolved
+        self._has_evolved = False
+        self._given: dict[int, float | None] = {}  # advances that perceptions state
+        self._stated: dict[int, float | None] = {}  # with those of functions
         self._advances: dict[RoleKey, float] = {}
         self.sets: tuple[ActivitySet, ...] = ()
         self.satisfaction: dict[RoleKey, float] = {}
@@ -128,7 +131,7 @@ class ExecutiveLayer:
         self._calling = {caller for caller in self._calling if caller[0] in self.satisfaction}
         self._waiting = {caller for caller in self._waiting if caller[0] in self.satisfaction}
         self._ending = {}
-        self._at_rest = self._perceived = self._weighed_for = None
+        self._perceived, self._is_weighed = None, False
         self.motivations = [0.0] * len(sets)
         self._stimuli, self._external = [0.0] * len(sets), [0.0] * len(sets)
         self.decision = self._decision(tuple(index for index, s in enumerate(sets) if s in going_on))
@@ -177,24 +180,35 @@ class ExecutiveLayer:
         guiding = next((index for index in self.decision.chosen if self.sets[index].types & _GUIDING), None)
         return None if guiding is None else self._role_of[guiding]
 
-    def decide(self, perceptions: Sequence[Perception], now_s: float, dt_s: float) -> Decision:
-        """Return the best combination (the same object while unchanged), then evolve satisfactions."""
+    def decide(
+        self,
+        perceptions: Sequence[Perception],
+        now_s: float,
+        dt_s: float,
+        progress: Mapping[int, float | None] = NO_PROGRESS,
+    ) -> Decision:
+        """Return the best combination (the same object while unchanged), then evolve satisfactions.
+
+        The same list of perceptions means that none has changed; ``progress`` has the advances that they leave open.
+        """
         self._now_s = now_s
-        if self._at_rest == perceptions and not (self._calling or self._waiting):
-            return self.decision
-        constants = self._constants
-        stimuli = self._stimuli if perceptions is self._perceived else self._stimuli_of(perceptions)
+        constants, performed = self._constants, self.decision.chosen
+        before = self._stimuli, self._stated
+        if perceptions is not self._perceived:
+            self._perceived, self._is_weighed = perceptions, False
+            self._stimuli = self._stimuli_of(perceptions)
+            self._given = {n: of.advance for n, of in enumerate(perceptions) if isinstance(of.advance, float | int)}
+        self._stated = {**self._given, **progress}
+        stimuli = self._stimuli
         calls = self._strongest_calls(now_s) if self._calling else {}
         waits = self._louder_waits(now_s) if self._waiting else ()
         own = self._contentment(stimuli) if calls or waits else 0.0
         motivations, external = self.motivations, self._external
-        performed = self.decision.chosen
-        if calls or waits or performed != self._weighed_for or stimuli != self._stimuli:
+        if calls or waits or not self._is_weighed:
             weighed = self._effective
-            self._weighed_for = None if calls or waits else performed
-        else:  # only satisfaction has changed
-            weighed = [one for one in self._effective if one[0] in performed]
-        self._stimuli = stimuli
+        else:  # only satisfaction may have changed
+            weighed = [one for one in self._effective if one[0] in performed] if self._has_evolved else []
+        self._is_weighed = not (calls or waits)
         for index, role, importance, listens in weighed:
             stimulus = stimuli[index]
             if stimulus <= 0.0:
@@ -208,12 +222,13 @@ class ExecutiveLayer:
             satisfaction = None if role is None or index not in performed else self.satisfaction[role]
             motivations[index] = motivation(importance, stimulus, satisfaction, heeded, constants)
             external[index] = constants.weight_external * heeded
-        chosen = self._choice.best(motivations)
+        chosen = self._choice.best(motivations) if weighed else performed
         if chosen != performed:
-            self.decision = self._decision(chosen)
-        is_steady = dt_s > 0.0 and self._evolve(perceptions, dt_s)
-        self._perceived = perceptions
-        self._at_rest = perceptions if is_steady and chosen == performed else None
+            self.decision, self._is_weighed = self._decision(chosen), False
+        if dt_s > 0.0:
+            if before != (stimuli, self._stated):
+                self._advances = self._advances_of(self._stated)
+            self._has_evolved = self._evolve(dt_s)
         return self.decision
 
     def candidates(self, now_s: float) -> list[WeighedSet]:
@@ -339,27 +354,23 @@ class ExecutiveLayer:
             found[role] = max(strength, found.get(role, 0.0))
         return found
 
-    def _evolve(self, perceptions: Sequence[Perception], dt_s: float) -> bool:
-        """Update satisfactions by progress, whatever was chosen; return whether all are steady."""
-        if perceptions is not self._perceived:
-            self._advances = self._advances_of(perceptions)
+    def _evolve(self, dt_s: float) -> bool:
+        """Update satisfactions by progress, whatever was chosen; return whether any changed."""
         advances = self._advances
-        is_steady, satisfaction, constants = True, self.satisfaction, self._constants
+        has_evolved, satisfaction, constants = False, self.satisfaction, self._constants
         for role, value in satisfaction.items():
             after = evolved(value, advances.get(role), dt_s, constants)
             if after != value:
-                satisfaction[role], is_steady = after, False
-        return is_steady
+                satisfaction[role], has_evolved = after, True
+        return has_evolved
 
-    def _advances_of(self, perceptions: Sequence[Perception]) -> dict[RoleKey, float]:
-        advances: dict[RoleKey, float] = {}
-        for perception, role in zip(perceptions, self._role_of, strict=True):
-            perceived = perception.advance
-            if perceived is not None and role is not None:
-                known = advances.get(role)
-                if known is None or perceived > known:
-                    advances[role] = perceived
-        return advances
+    def _advances_of(self, advances: Mapping[int, float | None]) -> dict[RoleKey, float]:
+        """Return the greatest advance of each role, from those of sets."""
+        found: dict[RoleKey, float] = {}
+        for index, advance in advances.items():
+            if advance is not None and (role := self._role_of[index]) is not None:
+                found[role] = max(advance, found.get(role, advance))
+        return found
 
     def _decision(self, chosen: tuple[int, ...]) -> Decision:
         types = 0

@@ -81,7 +81,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         self.has_resigned = False
         self._may_have_replanned = True  # since the last rows of plans
         self._weighed: tuple[ActivitySet, ...] = ()
-        self._uneventful: Sequence[Perception] = ()  # last perceptions, if without results
+        self._perceived: Sequence[Perception] = ()  # last perceptions without results
         self._organisation = self.social.organisation
         self._shared: dict[str, tuple[str, ...]] = {}  # by peer: common groups
         for tell in made:
@@ -144,9 +144,9 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         functional, executive = self.functional, self.executive
         functional.picture.groups.planning_due = bool(self.social.planner.due)
         perceptions: Sequence[Perception] = functional.perceive(executive.decision.chosen)
-        if perceptions is not self._uneventful:
+        if perceptions is not self._perceived:
             perceptions = self._note_events(perceptions, now_s)
-        before, decision = executive.decision, executive.decide(perceptions, now_s, dt_s)
+        before, decision = executive.decision, executive.decide(perceptions, now_s, dt_s, functional.progress)
         if decision is not before or executive.sets is not self._weighed:
             self._weighed = executive.sets
             self._run_log.decided(now_s, decision.driving, executive.candidates(now_s))
@@ -181,7 +181,7 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
     def _note_events(self, perceptions: Sequence[Perception], now_s: float) -> Sequence[Perception]:
         """Record results of activities; return the perceptions afterwards."""
         if not [of for of in perceptions if of.done or of.failed or of.concludes]:
-            self._uneventful = perceptions
+            self._perceived = perceptions
             return perceptions
         functional, executive = self.functional, self.executive
         sets = executive.sets

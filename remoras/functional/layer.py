@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping, Sequence, Set
 from typing import Any, Protocol
 
 from remoras.activities import ActivityKind, ActivitySet, ActivityType, Wait
-from remoras.behaviours import STUCK, Behaviour, Homing, Perception, Reference
+from remoras.behaviours import IDLE, STUCK, Behaviour, Homing, Perception, Reference, distance_m
 from remoras.condition import Condition
 from remoras.database import VehicleData
 from remoras.errors import PluginError
@@ -95,7 +95,8 @@ class FunctionalLayer:
         guidance: may be replaced by features that add to motion.
         positioning: source of position fixes; None if the position is known.
         sigma_m: standard deviation of the position per axis (m), if a real body reports it.
-        held: last reference of the guiding behaviour, until the next decision.
+        held: last reference of the guiding behaviour, while valid.
+        progress: by activity set whose ``Perception.advance`` is a function: its value at the last decision.
         stranded: activity without headway, if vital or on the way to a rally point; else empty.
     """
 
@@ -134,6 +135,11 @@ class FunctionalLayer:
         self.held: Reference | None = None
         self.headway, self.stranded = Headway(), ""
         self._perceived: list[Perception] = []
+        self._rests_on: tuple[Any, ...] | None = None  # what valid perceptions depend on, as they saw it
+        self._until_s = -math.inf  # the first deadline
+        self._peers: list[tuple[int, str, int]] = []  # sets that wait for news of a peer, and its number of positions
+        self._advancing: list[int] = []  # sets whose advance is a function
+        self.progress: dict[int, float | None] = {}
         picture.body.answering = _answering(data, ())
         self._drain_w = 0.0
 
@@ -154,6 +160,7 @@ class FunctionalLayer:
         self.guidance.slow_down(speed_factor)
         self.picture.body.answering = _answering(self.data, dead_sensors)
         self._reserve_per_m = _reserve_per_m(self.data, speed_factor * self.data.survey_speed_mps)
+        self._rests_on = None
         self.sensors.impair(dead_sensors)
 
     def stop(self) -> None:
@@ -213,7 +220,7 @@ class FunctionalLayer:
 
     def perform(self, decision: Sequence[int]) -> None:
         """Start the activities of ``decision``: set the guiding one and switch sensors."""
-        self._guiding = self.held = None
+        self._guiding = self.held = self._rests_on = None
         named: set[str] = set()
         for index in decision:
             for activity in self._sets[index].activities:
@@ -257,40 +264,91 @@ class FunctionalLayer:
     def perceive(self, performed: Sequence[int]) -> list[Perception]:
         """Return stimulus and progress of every activity set; the same list while unchanged.
 
-        Raises PluginError if a behaviour raises, or returns anything but a Perception with a stimulus of 0..1.
+        Behaviours whose last perception is valid are not asked, see ``Behaviour.perceive``. Raises PluginError if a
+        behaviour raises, or returns anything but a Perception with a stimulus of 0..1.
         """
-        motion, picture, reference, self.held = self.believed, self.picture, self.held, None
-        perceptions: list[Perception] = []
+        body, reference = self.picture.body, self.held
         if self.positioning is not None:
             self.positioning.before_decision(self.guiding)
-        try:
-            for index, behaviour in enumerate(self._behaviours):
-                perceptions.append(behaviour.perceive(motion, picture, index in performed))
-        except Exception as error:
-            raise self._broken(len(perceptions), "perceive", PERCEPTION, error) from error
         waits = self.guidance.withdraws or self.guidance.queues
-        is_hindered = waits or picture.body.contacts_m  # by another vehicle, which will move
-        is_stuck = self.headway.is_missing(None if is_hindered else reference, motion, picture.body.now_s)
+        rests_on = None if waits or self.positioning is not None else self._basis(performed)
+        if rests_on is None or rests_on != self._rests_on:
+            self._ask(range(len(self._behaviours)), performed)
+        else:
+            is_on_leg = reference is not None and distance_m(self.believed, reference.target_m) > reference.holds_m
+            if due := self._due(is_on_leg):
+                self._ask(due, performed)
+        self._rests_on = rests_on
+        if self._advancing:
+            self.progress = self._progress()
+        is_hindered = waits or body.contacts_m  # by another vehicle, which will move
+        is_stuck = self.headway.is_missing(None if is_hindered else reference, self.believed, body.now_s)
         if is_stuck and self._guiding is not None:
             guiding = self._sets[self._guiding]
             if guiding.kind is ActivityKind.INDIVIDUAL:
-                perceptions[self._guiding] = STUCK
+                self._replace(self._guiding, STUCK)
             elif guiding.kind is ActivityKind.VITAL or isinstance(self.guiding, Homing):
                 self.stranded = guiding.name
-        if perceptions == self._perceived and not waits:
-            return self._perceived  # already checked
-        try:  # one check of all; search for the wrong one only on failure
-            wrong = [p for p in perceptions if p.__class__ is not Perception or not 0.0 <= p.stimulus <= 1.0]
-        except TypeError:
-            wrong = perceptions
-        if wrong:
-            index, unsound = _unsound(perceptions)
-            raise self._broken(index, "perceive", PERCEPTION, unsound)
         if waits and self._guiding is not None:  # yielding or queueing is no setback
-            perceptions[self._guiding] = perceptions[self._guiding]._replace(advance=None)
+            self._replace(self._guiding, self._perceived[self._guiding]._replace(advance=None))
+        body.decided_s = body.now_s
+        return self._perceived
+
+    def _basis(self, performed: Sequence[int]) -> tuple[Any, ...]:
+        """Return what perceptions with a deadline depend on besides time."""
+        body, groups = self.picture.body, self.picture.groups
+        return (
+            performed, self.picture.facts.n_told, body.battery <= body.reserve, body.outside_m > 0.0,
+            groups.planning_due, frozenset(groups.gathered),
+        )  # fmt: skip
+
+    def _due(self, is_on_leg: bool) -> list[int]:
+        """Return the sets whose last perception is no longer valid, if its basis is."""
+        now_s, due = self.picture.body.now_s, []
+        if now_s >= self._until_s:
+            due = [index for index, perceived in enumerate(self._perceived) if now_s >= perceived.until_s]
+        if self._guiding is not None and not is_on_leg and self._guiding not in due:
+            due.append(self._guiding)
+        n_positions = self.picture.peers.n_positions
+        return due + [index for index, peer, n in self._peers if n_positions.get(peer, 0) != n and index not in due]
+
+    def _ask(self, due: Collection[int], performed: Sequence[int]) -> None:
+        """Ask the behaviours of these sets."""
+        motion, picture = self.believed, self.picture
+        perceptions = [*self._perceived] if len(due) < len(self._behaviours) else [IDLE] * len(self._behaviours)
+        if self._guiding in due:
+            self.held = None
+        for index in due:
+            try:
+                perceived = self._behaviours[index].perceive(motion, picture, index in performed)
+            except Exception as error:
+                raise self._broken(index, "perceive", PERCEPTION, error) from error
+            if not (isinstance(perceived, Perception) and _is_share(perceived.stimulus)):
+                raise self._broken(index, "perceive", PERCEPTION, perceived)
+            perceptions[index] = perceived
         if perceptions != self._perceived:
             self._perceived = perceptions
-        return self._perceived
+            self._until_s = min([one.until_s for one in perceptions])
+            self._advancing = [index for index, one in enumerate(perceptions) if callable(one.advance)]
+            self.progress = {}
+        n_positions = picture.peers.n_positions
+        self._peers = [(n, one.peer, n_positions.get(one.peer, 0)) for n, one in enumerate(perceptions) if one.peer]
+
+    def _progress(self) -> dict[int, float | None]:
+        found: dict[int, float | None] = {}
+        for index in self._advancing:
+            try:
+                found[index] = self._perceived[index].progress(self.believed, self.picture)
+            except Exception as error:  # plug-in code may raise anything
+                raise self._broken(index, "perceive", PERCEPTION, error) from error
+        return found
+
+    def _replace(self, index: int, perception: Perception) -> None:
+        """Replace a perception until the next decision."""
+        self._perceived = [*self._perceived]
+        self._perceived[index] = perception
+        self.progress.pop(index, None)
+        self._rests_on = None
 
     def act(self, dt_s: float, neighbours: Sequence[Neighbour] = (), since_s: float = 0.0) -> None:
         """Move for ``dt_s`` as guidance and neighbours allow; slow down to a stop without guidance.
@@ -355,16 +413,8 @@ def _behaviour(layer: FunctionalLayer, activity_set: ActivitySet) -> Behaviour:
     )
 
 
-def _unsound(perceptions: Sequence[Perception]) -> tuple[int, object]:
-    return next(
-        (index, perception)
-        for index, perception in enumerate(perceptions)
-        if not (
-            isinstance(perception, Perception)
-            and isinstance(perception.stimulus, float | int)
-            and 0.0 <= perception.stimulus <= 1.0
-        )
-    )
+def _is_share(value: object) -> bool:
+    return isinstance(value, float | int) and 0.0 <= value <= 1.0
 
 
 def embody(layer: FunctionalLayer, before: FunctionalLayer) -> None:

@@ -9,7 +9,7 @@ last.
 from __future__ import annotations
 
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType
-from remoras.behaviours import CAPTURE_M, DUE, IDLE, Behaviour, Perception, Reference, Standing, distance_m
+from remoras.behaviours import ALWAYS_DUE, CAPTURE_M, UNDUE, Behaviour, Perception, Reference, Standing, distance_m
 from remoras.database import VehicleData
 from remoras.motion import Motion
 from remoras.motion.avoidance import Bounds
@@ -28,7 +28,7 @@ class ReturningHome(Behaviour):
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Return a stimulus from the reserve on, and while performed."""
-        return DUE if performed or picture.body.battery <= picture.body.reserve else IDLE
+        return ALWAYS_DUE if performed or picture.body.battery <= picture.body.reserve else UNDUE
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """Return the start position; speed 0 on arrival."""
@@ -45,7 +45,7 @@ class ReturningToArea(Behaviour):
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Return a stimulus outside the area of operations."""
-        return DUE if picture.body.outside_m > 0.0 else IDLE
+        return ALWAYS_DUE if picture.body.outside_m > 0.0 else UNDUE
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """Return the centre at transit speed."""

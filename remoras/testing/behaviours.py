@@ -8,11 +8,11 @@ import math
 import pickle
 import random
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import lru_cache
 from typing import Any
 
-from remoras.behaviours import Behaviour, Perception, Reference, distance_m
+from remoras.behaviours import IDLE, Behaviour, Perception, Reference, distance_m
 from remoras.database import VehicleData
 from remoras.fleet.radio import note_position
 from remoras.motion import Motion
@@ -125,23 +125,42 @@ def check(
 
     Raises:
         AssertionError: wrong type, stimulus outside 0..1, done state revoked, inputs modified, invalid reference or
-            premature change of it, or nondeterminism.
+            premature change of it, a change before the stated deadline, or nondeterminism.
     """
     for seed in (1, 2):
         moments = story(data, tuple(peers), tuple(groups), seed)
         first, second = (_answers(make_behaviour(), moments) for _ in range(2))
         for number, (one, other) in enumerate(zip(first, second, strict=True)):
             assert one == other, f"moment {number}: two behaviours made alike answer {one} and {other}"
+        for number, (one, other) in enumerate(zip(first, _answers(make_behaviour(), moments, True), strict=True)):
+            states = "asked only when its until_s, peer and holds_m require it, its answer is"
+            assert one[0] == other[0], f"moment {number}: {states} {other[0]}; asked at every decision, {one[0]}"
 
 
-def _answers(behaviour: Behaviour, moments: Sequence[DecisionInputs]) -> list[tuple[Perception, Reference | None]]:
+def _answers(
+    behaviour: Behaviour, moments: Sequence[DecisionInputs], by_deadline: bool = False
+) -> list[tuple[Perception, Reference | None]]:
+    """Return the answers at all moments; with ``by_deadline``, a valid perception is not asked for again."""
     answers = []
     was_done = False
+    perceived, reference, n_heard = IDLE, None, 0
+    rests_on: tuple[object, ...] = ()
+    motion, picture = pickle.loads(moments[0].kept)
     for number, moment in enumerate(moments):
         where = f"moment {number}"
-        motion, picture = pickle.loads(moment.kept)
-        perceived = behaviour.perceive(motion, picture, moment.performed)
-        _check_perception(perceived, where)
+        _become(motion, picture, moment)
+        rested_on, rests_on = rests_on, _basis(picture, moment.performed)
+        is_on_leg = reference is not None and distance_m(motion, reference.target_m) > reference.holds_m
+        is_valid = picture.body.now_s < perceived.until_s and rested_on == rests_on
+        is_valid &= n_heard == picture.peers.n_positions.get(perceived.peer, 0)
+        is_valid &= is_on_leg or reference is None or not moment.performed
+        if not (by_deadline and is_valid):
+            perceived = behaviour.perceive(motion, picture, moment.performed)
+            assert isinstance(perceived, Perception), f"{where}: perceive returned {perceived!r}, expected a Perception"
+            n_heard = picture.peers.n_positions.get(perceived.peer, 0)
+        progress = perceived.progress(motion, picture)
+        picture.body.decided_s = picture.body.now_s
+        _check_perception(perceived, where, progress)
         assert perceived.done or not was_done, f"{where}: what was done comes back: {perceived}"
         was_done = perceived.done
         reference = behaviour.reference(motion, picture)
@@ -149,15 +168,31 @@ def _answers(behaviour: Behaviour, moments: Sequence[DecisionInputs]) -> list[tu
         assert behaviour.reference(motion, picture) == reference, f"{where}: asked again, reference answers differently"
         if reference is not None:
             _check_holding(behaviour, reference, motion, picture, where)
+        picture.body.decided_s = moment.picture.body.decided_s
         assert motion == moment.motion, f"{where}: the behaviour changed the motion, which only the control may"
         assert picture == moment.picture, f"{where}: the behaviour changed the picture, which only its owners may"
-        answers.append((perceived._replace(answers=perceived.settled, ends=None), reference))
+        answer = perceived._replace(answers=perceived.settled, ends=None, until_s=-math.inf, peer="")
+        answers.append((answer._replace(advance=progress), reference))
     return answers
 
 
-def _check_perception(perceived: object, where: str) -> None:
-    assert isinstance(perceived, Perception), f"{where}: perceive returned {perceived!r}, expected a Perception"
-    stimulus, advance, concludes, ends = perceived.stimulus, perceived.advance, perceived.concludes, perceived.ends
+def _become(motion: Motion, picture: Picture, moment: DecisionInputs) -> None:
+    """Set motion and picture to those of a moment; they remain the same objects, as in a run."""
+    motion_then, picture_then = pickle.loads(moment.kept)
+    for name in Motion.__slots__:
+        setattr(motion, name, getattr(motion_then, name))
+    for part in fields(Picture):
+        setattr(picture, part.name, getattr(picture_then, part.name))
+    picture.facts = moment.picture.facts  # none, equal only to itself
+
+
+def _basis(picture: Picture, performed: bool) -> tuple[object, ...]:
+    body = picture.body
+    return performed, picture.groups, picture.facts.n_told, body.battery <= body.reserve, body.outside_m > 0.0
+
+
+def _check_perception(perceived: Perception, where: str, advance: float | None) -> None:
+    stimulus, concludes, ends = perceived.stimulus, perceived.concludes, perceived.ends
     is_share = isinstance(stimulus, float | int) and 0.0 <= stimulus <= 1.0
     assert is_share, f"{where}: stimulus is {stimulus!r}, expected a number of 0..1"
     is_degree = advance is None or (isinstance(advance, float | int) and -1.0 <= advance <= 1.0)

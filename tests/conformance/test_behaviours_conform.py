@@ -82,6 +82,10 @@ PERCEIVES: list[tuple[Answer, str]] = [
     (lambda *asked: Perception(1.0, "forward"), "advance is 'forward'"),
     (counted(lambda n: DONE if n == 3 else DUE), "moment 3: what was done comes back"),
     (moving, "changed the motion"),
+    (
+        lambda self, motion, *asked: Perception(1.0 if motion.x_m > 0.0 else 0.5, until_s=math.inf),
+        "asked only when its until_s, peer and holds_m require it",
+    ),
     (individual, "two behaviours made alike"),
 ]
 REFERS: list[tuple[Answer, str]] = [

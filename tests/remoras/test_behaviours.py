@@ -1,5 +1,7 @@
 """How activities perceive themselves, and where they lead."""
 
+import math
+
 import pytest
 from sample_vehicles import AUV
 
@@ -8,6 +10,7 @@ from remoras.behaviours import (
     DUE,
     IDLE,
     STANDING,
+    Behaviour,
     FollowingLeader,
     Homing,
     LeadingFollowers,
@@ -25,6 +28,12 @@ def at(x_m: float, y_m: float = 0.0) -> Motion:
     return Motion(x_m, y_m)
 
 
+def seen(behaviour: Behaviour, motion: Motion, picture: Picture, performed: bool) -> Perception:
+    """A perception with its advance now, and without how long it is valid."""
+    found = behaviour.perceive(motion, picture, performed)
+    return found._replace(advance=found.progress(motion, picture), answers=1.0, until_s=-math.inf, peer="")
+
+
 # Rally points -------------------------------------------------------------------------------------
 
 
@@ -33,24 +42,24 @@ def test_homing_goes_waits_and_ends_when_the_group_is_together() -> None:
     perceived = []
     for now_s, x_m in ((0.0, 0.0), (1.0, 2.0), (2.0, 1.0), (3.0, 1.04)):  # the last is less than 5 cm
         picture.body.now_s = now_s
-        perceived.append(homing.perceive(at(x_m), picture, True))
+        perceived.append(seen(homing, at(x_m), picture, True))
     assert perceived == [DUE, ADVANCING, Perception(1.0, -0.5), STANDING]  # its transit speed is 2 m/s
     assert homing.reference(at(79.0), picture) == Reference((100.0, 0.0), 2.0, 20.0)
     assert homing.reference(at(80.0), picture) == Reference((100.0, 0.0), 0.0)
     picture.groups.gathered.add("Coordination")
-    assert homing.perceive(at(80.0), picture, True).stimulus == 1.0  # another group's meeting is not this one's
+    assert seen(homing, at(80.0), picture, True).stimulus == 1.0  # another group's meeting is not this one's
     picture.groups.gathered.add("Operational")
-    assert homing.perceive(at(80.0), picture, True) == IDLE
+    assert seen(homing, at(80.0), picture, True) == IDLE
 
 
 def test_who_was_away_when_the_group_met_comes_once_more_and_may_then_go() -> None:
     homing, picture = Homing((100.0, 0.0), 20.0, "Operational", AUV), Picture()
-    homing.perceive(at(100.0), picture, True)  # it was there before
-    homing.perceive(at(0.0), picture, False)
+    seen(homing, at(100.0), picture, True)  # it was there before
+    seen(homing, at(0.0), picture, False)
     picture.groups.gathered.add("Operational")
-    assert homing.perceive(at(0.0), picture, False).stimulus == 1.0
-    assert homing.perceive(at(90.0), picture, True) == IDLE
-    assert homing.perceive(at(0.0), picture, False) == IDLE
+    assert seen(homing, at(0.0), picture, False).stimulus == 1.0
+    assert seen(homing, at(90.0), picture, True) == IDLE
+    assert seen(homing, at(0.0), picture, False) == IDLE
 
 
 # Leading and following ----------------------------------------------------------------------------
@@ -58,43 +67,43 @@ def test_who_was_away_when_the_group_met_comes_once_more_and_may_then_go() -> No
 
 def test_following_keeps_up_with_the_leader() -> None:
     following, picture = FollowingLeader(("AUV01", "AUV00"), 40.0, AUV), Picture()
-    assert following.perceive(at(0.0), picture, False) == IDLE  # nobody has been heard
+    assert seen(following, at(0.0), picture, False) == IDLE  # nobody has been heard
     assert following.reference(at(0.0), picture) is None
     note_position(picture.peers, "AUV00", (100.0, 0.0))
-    assert following.perceive(at(0.0), picture, True) == DUE
+    assert seen(following, at(0.0), picture, True) == DUE
     assert following.reference(at(0.0), picture) == Reference((100.0, 0.0), 2.0)
     picture.body.now_s = 1.0
-    assert following.perceive(at(2.0), picture, True) == ADVANCING
+    assert seen(following, at(2.0), picture, True) == ADVANCING
     note_position(picture.peers, "AUV00", (110.0, 0.0))
     picture.body.now_s = 2.0
-    assert following.perceive(at(4.0), picture, True) == STANDING  # a leader that leads on is no setback
-    assert following.perceive(at(92.0), picture, True).stimulus == 1.0  # near to where the leader was
+    assert seen(following, at(4.0), picture, True) == STANDING  # a leader that leads on is no setback
+    assert seen(following, at(92.0), picture, True).stimulus == 1.0  # near to where the leader was
     assert following.reference(at(92.0), picture) == Reference((110.0, 0.0), 0.0)
     note_position(picture.peers, "AUV00", (114.0, 0.0))
-    assert following.perceive(at(92.0), picture, True).stimulus == 1.0  # less than 40 m, but not half of that
+    assert seen(following, at(92.0), picture, True).stimulus == 1.0  # less than 40 m, but not half of that
     note_position(picture.peers, "AUV00", (110.0, 0.0))
-    assert following.perceive(at(92.0), picture, True) == IDLE  # now it knows that it has caught up
-    assert following.perceive(at(60.0), picture, False) == IDLE  # and not yet that it has fallen behind again
+    assert seen(following, at(92.0), picture, True) == IDLE  # now it knows that it has caught up
+    assert seen(following, at(60.0), picture, False) == IDLE  # and not yet that it has fallen behind again
     note_position(picture.peers, "AUV00", (110.0, 0.0))
-    assert following.perceive(at(60.0), picture, False) == DUE
+    assert seen(following, at(60.0), picture, False) == DUE
 
 
 def test_a_leader_waits_for_who_falls_behind() -> None:
     leading, picture = LeadingFollowers(("AUV01", "AUV02"), "Operational", 80.0, AUV), Picture(frame_s=0.0)
     note_position(picture.peers, "AUV01", (0.0, 100.0))
-    assert leading.perceive(at(0.0), picture, False) == IDLE  # they are not moving together yet
+    assert seen(leading, at(0.0), picture, False) == IDLE  # they are not moving together yet
     picture.groups.gathered.add("Operational")
-    assert leading.perceive(at(0.0), picture, False) == IDLE  # it has never come
+    assert seen(leading, at(0.0), picture, False) == IDLE  # it has never come
     note_position(picture.peers, "AUV01", (0.0, 100.0))
-    assert leading.perceive(at(0.0, 40.0), picture, False) == IDLE  # now it has
-    assert leading.perceive(at(0.0), picture, False) == IDLE  # the leader has gone on, and the other one may have, too
+    assert seen(leading, at(0.0, 40.0), picture, False) == IDLE  # now it has
+    assert seen(leading, at(0.0), picture, False) == IDLE  # the leader has gone on, and the other one may have, too
     note_position(picture.peers, "AUV01", (0.0, 100.0))
-    assert leading.perceive(at(0.0), picture, False) == DUE
+    assert seen(leading, at(0.0), picture, False) == DUE
     assert leading.reference(at(3.0, 4.0), picture) == Reference((3.0, 4.0), 0.0)
     note_position(picture.peers, "AUV01", (0.0, 70.0))
-    assert leading.perceive(at(0.0), picture, False) == DUE  # a quarter of 80 m is not made up for yet
+    assert seen(leading, at(0.0), picture, False) == DUE  # a quarter of 80 m is not made up for yet
     note_position(picture.peers, "AUV01", (0.0, 60.0))
-    assert leading.perceive(at(0.0), picture, False) == IDLE
+    assert seen(leading, at(0.0), picture, False) == IDLE
 
 
 def test_a_leader_allows_for_its_way_between_two_slots_of_its_own() -> None:
@@ -104,7 +113,7 @@ def test_a_leader_allows_for_its_way_between_two_slots_of_its_own() -> None:
     picture.groups.gathered.add("Operational")
     for to_go_m, perceived in ((0.0, IDLE), (99.0, IDLE), (101.0, DUE), (81.0, DUE), (79.0, IDLE)):
         note_position(picture.peers, "AUV01", (0.0, to_go_m))
-        assert leading.perceive(at(0.0), picture, False) == perceived
+        assert seen(leading, at(0.0), picture, False) == perceived
 
 
 @pytest.mark.parametrize(
@@ -115,9 +124,9 @@ def test_places_in_the_formation_turn_with_the_leader(offset: tuple[float, float
     positioning, picture = Positioning(("AUV00",), "Operational", offset, AUV), Picture()
     picture.groups.gathered.add("Operational")
     note_position(picture.peers, "AUV00", (100.0, -10.0))
-    assert positioning.perceive(at(0.0), picture, False) == IDLE  # its course is not known yet
+    assert seen(positioning, at(0.0), picture, False) == IDLE  # its course is not known yet
     note_position(picture.peers, "AUV00", (100.0, 0.0))
-    assert positioning.perceive(at(0.0), picture, False) == DUE
+    assert seen(positioning, at(0.0), picture, False) == DUE
     reference = positioning.reference(at(0.0), picture)
     assert reference.target_m == pytest.approx(place)
     in_place = positioning.reference(at(*place), picture)
@@ -129,10 +138,10 @@ def test_places_in_the_formation_turn_with_the_leader(offset: tuple[float, float
 
 def test_a_supervisor_is_content_while_news_come() -> None:
     supervision, picture = Supervision(60.0), Picture()
-    assert supervision.perceive(at(0.0), picture, True) == DUE  # nothing has been heard yet
+    assert seen(supervision, at(0.0), picture, True) == DUE  # nothing has been heard yet
     picture.body.now_s, picture.peers.last_news_s = 160.0, 100.0
-    assert supervision.perceive(at(0.0), picture, True) == ADVANCING
+    assert seen(supervision, at(0.0), picture, True) == ADVANCING
     picture.body.now_s = 175.0  # 15 of 60 s late: three quarters
-    assert supervision.perceive(at(0.0), picture, False) == Perception(1.0, 0.75)
+    assert seen(supervision, at(0.0), picture, False) == Perception(1.0, 0.75)
     picture.body.now_s = 300.0
-    assert supervision.perceive(at(0.0), picture, True) == STANDING
+    assert seen(supervision, at(0.0), picture, True) == STANDING

@@ -86,7 +86,8 @@ def test_what_is_under_way_goes_on_when_activities_are_chosen_anew() -> None:
     perform(functional, 1)
     functional.act(1.0)
     functional.picture.body.now_s = 1.0
-    assert perceived(functional, 1)[1] == Perception(1.0, 0.5)  # 1 m/s of 2 after two seconds of 0.5 m/s^2
+    perceived(functional, 1)
+    assert functional.progress == {N_VITAL + 1: 0.5}  # 1 m/s of 2 after two seconds of 0.5 m/s^2
 
 
 def test_no_behaviour_drives_a_vehicle_faster_than_it_is() -> None:

@@ -73,6 +73,7 @@ class Surveyor:
                 self.facts.cells["area"].add(float(index))
         if now_s % 2.0 == 0.0:
             self.last = self.exploring.perceive(motion, self.picture, True)
+            self.picture.body.decided_s = now_s
 
 
 def survey(*vehicles: Surveyor, until_s: float = 4000.0) -> float:

@@ -15,7 +15,7 @@ from missions.mapping.survey import zigzag
 from missions.runs.setup import resolved
 from missions.scenarios import load
 from remoras.activities import Objective
-from remoras.behaviours import ADVANCING, CAPTURE_M, DONE, Reference
+from remoras.behaviours import CAPTURE_M, DONE, Reference
 from remoras.htn import Task
 from remoras.motion import Motion
 from remoras.picture import Picture
@@ -54,11 +54,13 @@ def test_transit_to_the_first_point_then_as_fast_as_the_sensor_maps() -> None:
     along = Reference((337.5, 112.5), 1.25, CAPTURE_M, is_over_ground=True)
     assert zigzagging.reference(at(112.0, 112.5), picture) == along
     picture.body.now_s = 2.0
-    zigzagging.perceive(at(114.5, 112.5), picture, True)
+    assert zigzagging.perceive(at(114.5, 112.5), picture, True).progress(at(114.5, 112.5), picture) is None
     picture.body.now_s = 4.0
-    assert zigzagging.perceive(at(117.0, 112.5), picture, True) == ADVANCING  # 2.5 m in 2 s are 1.25 m/s
+    perceived = zigzagging.perceive(at(117.0, 112.5), picture, True)
+    assert perceived.stimulus == 1.0
+    assert perceived.progress(at(117.0, 112.5), picture) == 1.0  # 2.5 m in 2 s are 1.25 m/s
     picture.body.now_s = 6.0
-    assert zigzagging.perceive(at(118.25, 112.5), picture, True).advance == pytest.approx(0.5)
+    assert perceived.progress(at(118.25, 112.5), picture) == pytest.approx(0.5)
 
 
 # What is left -------------------------------------------------------------------------------------
