@@ -223,6 +223,11 @@ class Work:
         """Roles with an unfinished job."""
         return tuple(role for role in self.roles if role.job not in self.done)
 
+    @property
+    def is_begun(self) -> bool:
+        """True if any job is held or done."""
+        return any(self.holders(role) or role.job in self.done for role in self.roles)
+
     @cached_property
     def open(self) -> tuple[RoleSpecification, ...]:
         """Unfinished roles with all prerequisites done.
@@ -335,6 +340,14 @@ class Work:
         while left:
             outlook = self.job(self._nearest(left, outlook)).after(outlook, data) or outlook
         return outlook
+
+    def arrival_s(
+        self, outlook: Outlook, data: VehicleData, roles: Iterable[RoleSpecification], place_m: Point | None
+    ) -> float:
+        """Return when (s) a vehicle has done all feasible jobs of ``roles`` and come to a place, if any."""
+        end = self.after_all(outlook, data, roles)
+        way_m = 0.0 if place_m is None else distance(end.position_m, place_m)
+        return end.free_s + way_m / data.transit_speed_mps
 
     def affordable(
         self, outlook: Outlook, data: VehicleData, roles: Iterable[RoleSpecification]

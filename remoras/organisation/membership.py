@@ -250,9 +250,8 @@ def patience_with(
                 continue
             since_s = known_s.get(data.name, 0.0)
             own = [role for role in work.unfinished if data.name in of[role.name]]
-            end = work.after_all(Outlook(since_s, work.position_m(data.name)), data, own)
-            way_m = 0.0 if rally_m is None else distance(end.position_m, rally_m)
-            until_s = max(until_s, since_s + LATE * (end.free_s + way_m / data.transit_speed_mps - since_s))
+            end_s = work.arrival_s(Outlook(since_s, work.position_m(data.name)), data, own, rally_m)
+            until_s = max(until_s, since_s + LATE * (end_s - since_s))
         if rally_m is not None and me in work.members:
             way_m = max(distance(rally_m, other_m) for other_m in rallies_m.values())
             way_s = max(way_s, way_m / work.database[me].transit_speed_mps)

@@ -13,8 +13,8 @@ from remoras.motion import Motion
 from remoras.organisation import Organisation
 from remoras.picture import Picture
 from remoras.plugins import answer
+from remoras.recorder import OBJECTIVES
 from remoras.social.negotiation import Negotiation
-from remoras.social.view import OBJECTIVE_PREFIX
 from remoras.social.workload import BATTERY, Workload
 from worldmodel import Change
 
@@ -78,10 +78,10 @@ class Gatherings:
 class Conclusions:
     """Findings of a mission for one vehicle, as facts."""
 
-    def __init__(self, me: str, mission: SocialPart, mission_name: str, beliefs: Beliefs) -> None:
+    def __init__(self, me: str, mission: SocialPart, beliefs: Beliefs) -> None:
         self._me = me
         self._mission = mission
-        self._mission_name = mission_name
+        self._mission_name = f"mission {type(mission).__name__}"
         self._beliefs = beliefs
         self._until_s = -math.inf  # no findings before, unless facts change
         self._asked_of: tuple[Organisation, tuple[str, ...]] | None = None
@@ -108,9 +108,7 @@ class Conclusions:
         over: set[Key] = set()
         met_s = {objective: self._beliefs.observed_s((GATHERED_AT, objective.group)) for objective in objectives}
         for objective, before_s in met_s.items():
-            said_s = self._beliefs.observed_s(
-                (OBJECTIVE_PREFIX + objective.name, f"{objective.group}.{objective.role}")
-            )
+            said_s = self._beliefs.observed_s((OBJECTIVES + objective.name, f"{objective.group}.{objective.role}"))
             if before_s is not None and said_s is not None and before_s < said_s and (ends := self._ends(objective)):
                 over |= ends | gatherings.begin(objective.group, said_s)
                 for key in ends:

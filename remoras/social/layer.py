@@ -154,7 +154,6 @@ class SocialLayer:
         self.finished: list[Objective] = []
         self.beliefs = beliefs
         self._mission = mission
-        self._mission_name = f"mission {type(mission).__name__}"
         self._picture = picture
         self._rallies_m = rally_points_m
         picture.facts = beliefs
@@ -163,7 +162,7 @@ class SocialLayer:
         }
         self._founding = frozenset(agreement.objectives)
         self._jobs = mission.jobs
-        self.conclusions = Conclusions(me, mission, self._mission_name, beliefs)
+        self.conclusions = Conclusions(me, mission, beliefs)
         self.gatherings = Gatherings(beliefs, [group.name for group in agreement.groups], agreement.meets_after)
         rules = Rules(database, self._declaration.authorities, self._jobs, agreement.supervisors, agreement.at_sea)
         self._rules, lease = rules, lease or Lease(math.inf, picture.frame_s)
@@ -181,7 +180,7 @@ class SocialLayer:
         self._patience = Patience()
         self._take_over(View.founded(agreement.organisation, rules))
         self.workload = Workload(me, rules, mission, beliefs, until_s)
-        self.pursuit = Pursuit(database[me], mission, self._mission_name, self.workload.has_words)
+        self.pursuit = Pursuit(database[me], mission, self.workload.has_words)
         self.says_impossible = self.workload.has_words
         self._impossible: dict[str, frozenset[str]] = {}  # infeasible jobs by group that it leads
         self.judged: list[tuple[str, list[Fact]]] = []
@@ -507,9 +506,7 @@ class SocialLayer:
             self._picture.groups.works = work
             self._picture.groups.awaited = Computed(work, lambda group: work[group].awaited(self.me, now_s))
         unheard = {name: roles for name, roles in peers.unheard.items() if name not in self.absent}
-        for statement in self._negotiation.negotiate(
-            told_s, work, peers.known_s, unheard, calls, self.missions, peers.links, is_news
-        ):
+        for statement in self._negotiation.negotiate(told_s, work, peers, unheard, calls, self.missions, is_news):
             is_order = any(attribute in ROLE_ATTRIBUTES for _, attribute, _ in statement.facts)
             facts = self._in_place_of_the_absent(own := [self.beliefs.fact(*fact) for fact in statement.facts])
             self._negotiation.note_added(now_s, [fact for fact in facts if fact not in own])

@@ -9,6 +9,7 @@ from remoras.beliefs import Beliefs, Fact
 from remoras.organisation import Group, Organisation
 from remoras.organisation.authority import Rules
 from remoras.organisation.leadership import LEFT_ROLE, ROLE_ATTRIBUTES
+from remoras.picture import Peers
 from remoras.strategy import (
     JOB_DONE,
     Heard,
@@ -25,7 +26,6 @@ from remoras.work import Job, Outlook, Point, Work
 from worldmodel import Block, Change, TBox
 
 if TYPE_CHECKING:
-    from exchange.manager.peers import PeerLinks
     from remoras.organisation.leadership import Age
 
 LEG = 1.5
@@ -178,11 +178,10 @@ class Negotiation:
         self,
         now_s: float,
         work: Mapping[str, Work],
-        heard_s: Mapping[str, float],
+        peers: Peers,
         unheard: Mapping[str, Collection[str]],
         calls: Mapping[str, float],
         missions: Collection[str],
-        links: Mapping[str, PeerLinks],
         is_news: bool = True,
     ) -> list[Statement]:
         """Return this vehicle's statements at the end of a round.
@@ -198,7 +197,7 @@ class Negotiation:
             PluginError: the strategy raises, or returns something other than a move.
         """
         self._round += 1
-        heard = self._take_heard()
+        heard, known_s = self._take_heard(), peers.known_s
         statements: list[Statement] = []
         holding = list[str]()
         self.silent, expected = False, set[str]()
@@ -213,7 +212,7 @@ class Negotiation:
             if group not in missions:
                 holding.append(group)
                 continue
-            about = heard, heard_s, unheard, calls, links
+            about = heard, known_s, unheard, calls, peers.links
             situation = Situation(now_s, self._round, work[group], self._rally_m[group], *about)
             move = ask(self._strategy, negotiator, situation)
             statements += move.statements

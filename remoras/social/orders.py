@@ -16,7 +16,8 @@ from remoras.beliefs import Beliefs, Fact
 from remoras.mission_parts import SocialPart
 from remoras.organisation import Group, RoleAssignment
 from remoras.organisation.leadership import PLAYS_ROLE, is_able_to_lead
-from remoras.social.view import DISSOLVED, FORMATION, FORMED_UNDER, OBJECTIVE_PREFIX
+from remoras.recorder import OBJECTIVES
+from remoras.social.view import DISSOLVED, FORMATION, FORMED_UNDER
 from remoras.strategy import Strategy, adapt_roles
 from remoras.work import Outlook, Work
 from worldmodel import Change, PropertyValue
@@ -45,7 +46,7 @@ def by_receiver(
     for fact, (attribute, role) in named:
         if attribute == PLAYS_ROLE:
             parts[beliefs.name(fact[0])].append(fact)
-        elif role not in players or not attribute.startswith(OBJECTIVE_PREFIX):
+        elif role not in players or not attribute.startswith(OBJECTIVES):
             shared.append(fact)
         elif is_individual(_objective(role, attribute, beliefs.name(fact[2]))):
             for name in players[role]:
@@ -57,7 +58,7 @@ def by_receiver(
 
 def _objective(path: str, attribute: str, argument: str) -> Objective:
     group, role = path.split(".")
-    return Objective(group, role, attribute.removeprefix(OBJECTIVE_PREFIX), argument)
+    return Objective(group, role, attribute.removeprefix(OBJECTIVES), argument)
 
 
 def aims(
@@ -72,7 +73,7 @@ def aims(
     if not roles:
         return []
     return [
-        beliefs.fact(f"{objective.group}.{objective.role}", OBJECTIVE_PREFIX + objective.name, objective.argument)
+        beliefs.fact(f"{objective.group}.{objective.role}", OBJECTIVES + objective.name, objective.argument)
         for objective in objectives
         if objective not in founding
         and f"{objective.group}.{objective.role}" in roles
@@ -189,7 +190,7 @@ class Orders:
         self._proposed[objective] = None
         self.issued_objectives.add(objective)
         subject = f"{objective.group}.{objective.role}"
-        return [self._beliefs.fact(subject, OBJECTIVE_PREFIX + objective.name, objective.argument)]
+        return [self._beliefs.fact(subject, OBJECTIVES + objective.name, objective.argument)]
 
     def allocate(self, work: Work) -> list[Fact]:
         """Allocate roles by the strategy, given the proposals of this round; recruit members first."""

@@ -265,12 +265,11 @@ class Pursuit:
     ``hopeless`` objectives have no plan: the vehicle reports and ``leaves`` them, or the mission is at fault.
     """
 
-    def __init__(self, data: VehicleData, mission: SocialPart, mission_name: str, leaves: bool = False) -> None:
+    def __init__(self, data: VehicleData, mission: SocialPart, leaves: bool = False) -> None:
         self._data = data
         self._leaves = leaves
         self.hopeless: set[Objective] = set()
         self._mission = mission
-        self._mission_name = mission_name
         self._domain = mission.activity_domain
         self._means: dict[Objective, Means] = {}
         self._mended: set[Objective] = set()
@@ -362,7 +361,7 @@ class Pursuit:
 
     def _answer(self, objective: Objective, hook: str, asked: Callable[[], Means]) -> Means:
         return answer(
-            f"{self._mission_name}, objective {objective}",
+            f"mission {type(self._mission).__name__}, objective {objective}",
             hook,
             "a tuple of ActivitySet, and a frozenset of the keys that it rests on",
             _are_means,

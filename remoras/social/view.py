@@ -28,11 +28,10 @@ from remoras.organisation.leadership import (
     Claim,
     Leadership,
 )
+from remoras.recorder import OBJECTIVES
 from remoras.social.workload import takes_sensors
 from worldmodel import Block, PropertyValue
 
-OBJECTIVE_PREFIX = "objective"
-"""Prefix of attributes that give a role an objective."""
 HAS_MISSION = "hasMission"
 FORMED_UNDER, FORMATION, DISSOLVED = FORMATION_ATTRIBUTES = ("formedUnder", "formation", "dissolved")
 
@@ -56,7 +55,7 @@ class Requests:
         self._of_roles = frozenset(
             attribute.uid
             for attribute in self._attributes
-            if attribute.name in ROLE_ATTRIBUTES or attribute.name.startswith(OBJECTIVE_PREFIX)
+            if attribute.name in ROLE_ATTRIBUTES or attribute.name.startswith(OBJECTIVES)
         )
         uids = {attribute.name: attribute.uid for attribute in self._attributes}
         acts = {HAS_MISSION: Act.MISSION, HEADED_BY: Act.SUCCEED, FORMED_UNDER: Act.CREATE, DISSOLVED: Act.DISSOLVE}
@@ -70,7 +69,7 @@ class Requests:
         if fact.attribute not in self._of_roles:
             return None
         name = self._attributes[fact.attribute].name
-        return name, self._name(fact.subject if name.startswith(OBJECTIVE_PREFIX) else fact.target)
+        return name, self._name(fact.subject if name.startswith(OBJECTIVES) else fact.target)
 
     def of(self, block: Block) -> list[DatedRequest]:
         """Return the requests in a block."""
@@ -92,8 +91,8 @@ class Requests:
                 return Request(issuer, leads, group, self._groups[group].head_role or "", name(fact.target))
         attribute, path = self.role_named(fact) or ("", "")
         group, _, role = path.partition(".")
-        if attribute.startswith(OBJECTIVE_PREFIX):
-            objective = attribute.removeprefix(OBJECTIVE_PREFIX)
+        if attribute.startswith(OBJECTIVES):
+            objective = attribute.removeprefix(OBJECTIVES)
             return Request(issuer, Act.OBJECTIVE, group, role, objective=objective, argument=name(fact.target))
         act = Act.ASSIGN if attribute == PLAYS_ROLE else Act.RELEASE
         return Request(issuer, act, group, role, name(fact.subject))

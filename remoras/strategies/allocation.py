@@ -101,20 +101,24 @@ class Expectations:
         due_s, from_s = self._at[data.name][1], now_s if seen_s is None else seen_s
 
         def ending() -> Outlook:
-            return work.after_all(_after(at, data, work, now_s, from_s, due_s), data, begun[1:])
+            end_s, place_m = expected_end(at, data, work, now_s, from_s, due_s)
+            return work.after_all(Outlook(max(now_s, end_s), place_m), data, begun[1:])
 
         return Engagement(tuple(begun), tuple(role for role in held if role not in begun), ending)
 
 
-def _after(
+def expected_end(
     role: RoleSpecification, data: VehicleData, work: Work, now_s: float, seen_s: float, due_s: float
 ) -> Outlook:
-    """Time and place at the end of a job due by ``due_s``, re-estimated from the last sighting."""
+    """Time and place at the end of a job due by ``due_s``.
+
+    Once parts of the job are known to be done, it is estimated from the remainder and the last sighting.
+    """
     seen = work.after(Outlook(seen_s, work.position_m(data.name)), data, role)
     place_m = work.position_m(data.name) if seen is None else seen.position_m
     if seen is not None and share_left(work.job(role)) < 1.0:
         due_s = seen.free_s if due_s <= now_s else min(due_s, seen.free_s)
-    return Outlook(max(now_s, due_s), place_m)
+    return Outlook(due_s, place_m)
 
 
 # Planning ----------------------------------------------------------------------------------------

@@ -30,7 +30,7 @@ from pydantic import Field
 from exchange.arithmetic import exp
 from remoras.organisation import Group, RoleSpecification
 from remoras.strategies.allocation import planned
-from remoras.strategies.factors import AtSea, Factors
+from remoras.strategies.factors import AtSea
 from remoras.strategies.negotiator import Claims, KnownFromStart, Member, RoleClaim, frames, taking
 from remoras.strategy import Heard, Move, Situation, Statement
 from remoras.work import Outlook, Work
@@ -298,6 +298,7 @@ class Cbba(KnownFromStart):
     common_plan: AtSea = "missions"
 
     name: ClassVar[str] = "cbba"
+    content: ClassVar[str] = "claims"
     planned = taking(
         "Choi, Brunet, How 2009; Johnson, Ponda, Choi, How 2010; Johnson, Choi, How 2012",
         {
@@ -306,12 +307,6 @@ class Cbba(KnownFromStart):
         },
         blocks_per_round=2,
     )
-
-    @property
-    def factors(self) -> Factors:
-        """Factor levels of this strategy."""
-        plan = "all" if self.plans_for_all else "own"
-        return Factors(self.common_plan, "each", plan, "claims", "no", "changes")
 
     def negotiator(self, me: str, group: Group) -> Bidder:
         """Return the bidder of one member."""

@@ -26,7 +26,7 @@ from pydantic import Field
 from remoras.organisation import Group, RoleSpecification
 from remoras.organisation.authority import Authority
 from remoras.strategies.allocation import Engagement, planned
-from remoras.strategies.factors import AtSea, Factors
+from remoras.strategies.factors import AtSea
 from remoras.strategies.negotiator import MARGIN, QUEUE, Claims, KnownFromStart, Member, RoleClaim, frames, in_blocks
 from remoras.strategy import JOB_DONE, Declaration, Heard, Move, Situation, Statable, Statement
 from remoras.work import Outlook
@@ -321,6 +321,7 @@ class ContractNet(KnownFromStart):
     common_plan: AtSea = "missions"
 
     name: ClassVar[str] = "contract-net"
+    content: ClassVar[str] = "bids"
     planned = Declaration(
         source="Smith 1980; Sariel, Balch, Erdogan 2008",
         messages={
@@ -333,12 +334,6 @@ class ContractNet(KnownFromStart):
         blocks_per_round=2,
         authorities=frozenset({Authority.RECRUIT}),
     )
-
-    @property
-    def factors(self) -> Factors:
-        """Factor levels of this strategy."""
-        plan = "all" if self.looks_ahead else "own"
-        return Factors(self.common_plan, "each", plan, "bids", "no", "changes")
 
     def negotiator(self, me: str, group: Group) -> Contractor:
         """Return the announcer and bidder of one member."""

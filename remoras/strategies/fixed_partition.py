@@ -14,7 +14,6 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from exchange.arithmetic import distance
 from remoras.beliefs import Key
 from remoras.database import VehicleData
 from remoras.organisation import Group, RoleAssignment, RoleSpecification
@@ -22,6 +21,7 @@ from remoras.organisation.authority import Authority
 from remoras.strategies.allocation import all_jobs
 from remoras.strategies.factors import Factors
 from remoras.strategies.founding import common_roles, founded
+from remoras.strategies.negotiator import Member
 from remoras.strategy import Declaration, Move, Situation, Statement
 from remoras.work import Job, Outlook, Point, Work
 
@@ -121,13 +121,11 @@ def chained(work: Work) -> Work:
     return replace(work, group=replace(work.group, roles=roles), jobs=jobs)
 
 
-class Timetable:
+class Timetable(Member["FixedPartition"]):
     """One vehicle's copy of the plan: its next job and the time of the rendezvous."""
 
-    def __init__(self, me: str, group: Group, margin: float) -> None:
-        self._me = me
-        self._group = group
-        self._margin = margin
+    def __init__(self, me: str, group: Group, strategy: FixedPartition) -> None:
+        super().__init__(me, group, strategy)
         self._meeting_s: float | None = None
         self._to_follow: tuple[RoleSpecification, ...] = ()
         self._planned: frozenset[str] = frozenset()
@@ -145,8 +143,7 @@ class Timetable:
         held = work.held_by(self._me)
         following = [role for role in self._to_follow if role in work.vacant] or self._come_up(situation)
         if not held and following:
-            taken = self._me, "playsRole", self._group.path(following[0].name)
-            return Move((Statement((taken,), told=False),), holding=True)
+            return Move((self._takes(following[0].name),), holding=True)
         if situation.now_s < self._meeting_s or held:
             return Move(holding=True)
         if self._met or self._group.rally_point is None or self._me not in work.heads:
@@ -161,12 +158,11 @@ class Timetable:
 
     def _expected_s(self, situation: Situation) -> float:
         plan = chained(replace(situation.work, done=frozenset(), positions_m={}))
-        last_s = 0.0
-        for data in plan.workers:
-            outlook = plan.after_all(Outlook(0.0, data.start_m), data, plan.held_by(data.name))
-            way_m = 0.0 if situation.rally_m is None else distance(outlook.position_m, situation.rally_m)
-            last_s = max(last_s, outlook.free_s + way_m / data.transit_speed_mps)
-        return (1.0 + self._margin) * last_s
+        arrivals_s = (
+            plan.arrival_s(Outlook(0.0, data.start_m), data, plan.held_by(data.name), situation.rally_m)
+            for data in plan.workers
+        )
+        return (1.0 + self._with.margin) * max(arrivals_s, default=0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,7 +190,7 @@ class FixedPartition:
 
     def negotiator(self, me: str, group: Group) -> Timetable:
         """Return the timetable of one member."""
-        return Timetable(me, group, self.margin)
+        return Timetable(me, group, self)
 
 
 STRATEGY = FixedPartition()

@@ -102,8 +102,7 @@ class HeadLed:
 
         If missions are sent at run time, only vehicles with a job get common roles, since each role takes time to send.
         """
-        is_begun = any(work.holders(role) or role.job in work.done for role in work.roles)
-        if self.common_plan == "missions" or (self.repairs == "never" and is_begun):
+        if self.common_plan == "missions" or (self.repairs == "never" and work.is_begun):
             return common_roles(work)
         given = all_jobs(work, self.help_s) if self.announces == "plan" else ()
         if self.common_plan == "jobs" or not work.roles:

@@ -16,7 +16,7 @@ from remoras.database import VehicleData
 from remoras.organisation import Group, RoleSpecification
 from remoras.organisation.authority import Authority
 from remoras.strategies.allocation import Engagement, Expectations
-from remoras.strategies.factors import AtSea, known_from
+from remoras.strategies.factors import NO_HELP_S, SETTINGS, AtSea, Factors, helps, known_from
 from remoras.strategies.founding import common_roles, founded
 from remoras.strategy import JOB_DONE, Declaration, Situation, Statable, Statement
 from remoras.work import Work
@@ -58,16 +58,29 @@ class DividedAtSea:
 
 
 class KnownFromStart(DividedAtSea):
-    """Strategy with ``common_plan``; ``planned`` is its declaration with missions known at 0 s."""
+    """Strategy with ``common_plan``; ``planned`` is its declaration with missions known at 0 s.
+
+    ``deciders`` and ``content`` are the levels of the factors ``decides`` and ``announces``.
+    """
 
     __slots__ = ()
     common_plan: AtSea
     planned: ClassVar[Declaration]
+    deciders: ClassVar[str] = "each"
+    content: ClassVar[str]
 
     @property
     def declaration(self) -> Declaration:
         """Declaration for the current ``common_plan``."""
         return known_from(self.common_plan, self.planned)
+
+    @property
+    def factors(self) -> Factors:
+        """Factor levels of this strategy."""
+        plans = all(getattr(self, switch, True) for switch in SETTINGS["plan"])
+        help_s = getattr(self, "help_s", NO_HELP_S)
+        plan = "all" if plans else "own"
+        return Factors(self.common_plan, self.deciders, plan, self.content, helps(help_s), "changes")
 
 
 class Member(Generic[S]):

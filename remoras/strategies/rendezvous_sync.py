@@ -13,7 +13,6 @@ Source: rendezvous point synchronisation as cited by Carlesi et al. 2011, sectio
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, NamedTuple
 
@@ -66,7 +65,7 @@ class Convener(Member["RendezvousSync"]):
         said: list[Statable] = []
         if self._to_take:
             if here.isdisjoint(situation.unheard):
-                said = self._saying(self._me, self._to_take)
+                said = [self._given(self._me, role.name) for role in self._to_take]
                 self._to_take = ()
         elif work.unfinished and here.issuperset(d.name for d in work.workers) and not self._held(work):
             said = self._given_out(situation)
@@ -104,12 +103,7 @@ class Convener(Member["RendezvousSync"]):
     def _back_s(self, data: VehicleData, situation: Situation) -> float:
         work = situation.work
         here = Outlook(situation.now_s, work.position_m(data.name))
-        end = work.after_all(here, data, work.held_by(data.name))
-        way_m = 0.0 if situation.rally_m is None else distance(end.position_m, situation.rally_m)
-        return end.free_s + way_m / data.transit_speed_mps
-
-    def _saying(self, vehicle: str, roles: Sequence[RoleSpecification]) -> list[Statable]:
-        return [(vehicle, "playsRole", self._group.path(role.name)) for role in roles]
+        return work.arrival_s(here, data, work.held_by(data.name), situation.rally_m)
 
     def _given_out(self, situation: Situation) -> list[Statable]:
         """Assign the first jobs of a new plan to others; own jobs start once these acknowledge."""
@@ -118,7 +112,7 @@ class Convener(Member["RendezvousSync"]):
         plan = planned(work, work.vacant, work.workers, outlooks)
         legs = {name: roles[: self._with.jobs_per_leg] for name, roles in plan.roles.items()}
         self._to_take = legs.get(self._me, ())
-        return [fact for name, roles in legs.items() if name != self._me for fact in self._saying(name, roles)]
+        return [self._given(name, role.name) for name, roles in legs.items() if name != self._me for role in roles]
 
 
 @dataclass(frozen=True, slots=True)

@@ -106,8 +106,7 @@ class Reorganiser(Member["Reorganising"]):
                 self._stated.take_over(situation)
             given_up = [role for role in work.held_by(self._me) if not self._stated.is_at(role.name)]
             if given_up:  # else others find no vacancy
-                path = self._group.path
-                said.append(Statement(tuple((self._me, "leftRole", path(role.name)) for role in given_up)))
+                said.append(Statement(tuple(self._left(self._me, role.name) for role in given_up)))
             move = self._stated.negotiate(_without(given_up, situation, self._me))
         return replace(move, statements=(*said, *move.statements), until_news=False)
 
@@ -161,8 +160,7 @@ class Reorganising:
 
     def adapt(self, work: Work) -> tuple[RoleAssignment, ...]:
         """Assign as ``plan-and-dispatch``; after the first assignment negotiators assign new jobs."""
-        is_begun = any(work.holders(role) or role.job in work.done for role in work.roles)
-        return common_roles(work) if is_begun else PLAN.adapt(work)
+        return common_roles(work) if work.is_begun else PLAN.adapt(work)
 
     def negotiator(self, me: str, group: Group) -> Reorganiser:
         """Return the reorganiser of one member."""

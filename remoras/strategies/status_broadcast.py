@@ -23,8 +23,8 @@ from typing import Annotated, ClassVar
 
 from remoras.database import VehicleData
 from remoras.organisation import Group
-from remoras.strategies.allocation import AllocationPlan, helped, planned
-from remoras.strategies.factors import AtSea, Factors, helps
+from remoras.strategies.allocation import AllocationPlan, expected_end, helped, planned
+from remoras.strategies.factors import AtSea
 from remoras.strategies.negotiator import HELP, KnownFromStart, Member, frames, in_blocks, taking
 from remoras.strategy import Heard, Move, Situation, Statable, Statement
 from remoras.work import Outlook, Point, Work, share_left
@@ -141,10 +141,7 @@ class Broadcaster(Member["StatusBroadcast"]):
     # Prediction
 
     def _outlook(self, data: VehicleData, work: Work, situation: Situation) -> Outlook:
-        """Predicted end of a vehicle's job; without a job, its last known position and time.
-
-        Once parts of the job are known to be done, the prediction uses the remainder from the last known position.
-        """
+        """Predicted end of a vehicle's job; without a job, its last known position and time."""
         now_s, place_m = situation.now_s, work.position_m(data.name)
         heard_s = now_s if data.name == self._me else situation.heard_s.get(data.name, 0.0)
         at = self._at.get(data.name)
@@ -152,12 +149,7 @@ class Broadcaster(Member["StatusBroadcast"]):
         if at is None or role is None or data.name == self._me:
             is_recent = now_s - heard_s <= RECENT_ROUNDS * now_s / situation.round
             return Outlook(now_s if is_recent else heard_s, place_m)
-        seen, due_s = work.after(Outlook(heard_s, place_m), data, role), at.due_s
-        if seen is None:
-            return Outlook(due_s, place_m)
-        if share_left(work.job(role)) < 1.0:
-            due_s = seen.free_s if due_s <= now_s else min(due_s, seen.free_s)
-        return Outlook(due_s, seen.position_m)
+        return expected_end(role, data, work, now_s, heard_s, at.due_s)
 
     def _is_late(self, vehicle: str, free_s: float, situation: Situation) -> bool:
         doubt_s = self._with.doubt_rounds * situation.now_s / situation.round
@@ -243,6 +235,8 @@ class StatusBroadcast(KnownFromStart):
     common_plan: AtSea = "missions"
 
     name: ClassVar[str] = "status-broadcast"
+    deciders: ClassVar[str] = "all"
+    content: ClassVar[str] = "states"
     planned = taking(
         "Sotzing, Lane 2010 (DELPHIS)",
         {
@@ -251,11 +245,6 @@ class StatusBroadcast(KnownFromStart):
             "knownDone": "a job that the sender knows to be done; not acknowledged",
         },
     )
-
-    @property
-    def factors(self) -> Factors:
-        """Factor levels of this strategy."""
-        return Factors(self.common_plan, "all", "all", "states", helps(self.help_s), "changes")
 
     def negotiator(self, me: str, group: Group) -> Broadcaster:
         """Return the broadcaster of one member."""

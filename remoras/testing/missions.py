@@ -158,7 +158,7 @@ def check_activities(setup: Setup) -> None:
     mission, knowledge = setup.mission, InitialFacts(setup)
     for objective in objectives(setup):
         players = [data for data in setup.database.values() if data.can_play(objective.group, objective.role)]
-        pursuits = [Pursuit(data, mission, "the mission") for data in players]
+        pursuits = [Pursuit(data, mission) for data in players]
         pursued = [
             pursuit.sets([objective], knowledge, data.start_m) for pursuit, data in zip(pursuits, players, strict=True)
         ]
