@@ -1,24 +1,13 @@
-"""Faults of vehicles: times and effects; kinds of faults are defined elsewhere.
-
-The schedule of a run is a pure function of (declared faults, seed, agreement). Each draw is keyed by the kind, the
-selector (vehicle, ``any``, leader of a group), the sensor, and the number of equal faults before it. So loss rate,
-strategy and other faults shift no draw. Of two rates the higher never gives a later time.
-"""
+"""Faults of vehicles: times and effects; kinds of faults are defined elsewhere."""
 
 from __future__ import annotations
 
 import math
-from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Protocol
 
-from exchange.arithmetic import log1p
-from exchange.channel import loss
 from remoras.condition import SOUND, Condition
-from remoras.database import AUVDatabase, VehicleData
 from remoras.events import Host, Observer, Priority
-from remoras.organisation import Group, Organisation
 
 ANY = "any"
 """Selector of a vehicle drawn among those that a fault may affect."""
@@ -26,9 +15,6 @@ HEAD_OF = "head of "
 """Selector prefix: the agreed leader of a group."""
 OVER = "over"
 """Detail in the table of faults at the end of a fault."""
-
-_SELECTORS = 1 << 16
-"""Number of selectors: 0 for any, then nodes; leaders of groups from half of this."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,43 +35,6 @@ class Fault:
     leaves: Condition = SOUND
     detail: str = ""
     remembers: bool | None = None
-
-
-class Declared(Protocol):
-    """Fault as declared in a scenario, before sampling."""
-
-    @property
-    def vehicle(self) -> str:
-        """Name of the vehicle, ``any``, or ``head of GROUP``."""
-        ...
-
-    @property
-    def number(self) -> int:
-        """Unique number of its kind, below 2^25."""
-        ...
-
-    @property
-    def sensor_meant(self) -> str | None:
-        """Name of the affected sensor; None for none or all."""
-        ...
-
-    @property
-    def span_s(self) -> tuple[float, float] | None:
-        """Earliest and latest start (s); None with a rate."""
-        ...
-
-    @property
-    def rate_per_h(self) -> float | None:
-        """Rate of its start, in faults per hour; None with a time."""
-        ...
-
-    def able(self, database: AUVDatabase, groups: Mapping[str, Group]) -> list[VehicleData]:
-        """Return the vehicles among which ``any`` is drawn, in node order."""
-        ...
-
-    def befalling(self, data: VehicleData, at_s: float) -> Fault:
-        """Return the fault of a vehicle from a time (s) on."""
-        ...
 
 
 def condition_under(faults: Iterable[Fault]) -> Condition:
@@ -158,57 +107,3 @@ def hears_throughout(faults: Iterable[Fault], vehicle: str, from_s: float, until
         if fault.vehicle == vehicle and fault.from_s <= until_s and is_early and not fault.leaves.hears:
             return False
     return True
-
-
-def drawn(
-    faults: Sequence[Declared], seed: int, database: AUVDatabase, organisation: Organisation, duration_s: float
-) -> tuple[Fault, ...]:
-    """Return the faults of one run by start; omit those after the mission or their own end."""
-    known = {name: number for number, name in enumerate(dict.fromkeys(_all_sensors(database)), 1)}
-    counts: Counter[int] = Counter()
-    found: list[tuple[tuple[float, int, int, float], Fault]] = []
-    for one in faults:
-        number = one.number * _SELECTORS + _selector(one.vehicle, database, organisation)
-        stream = number * _SELECTORS + known.get(one.sensor_meant or "", 0)
-        nth = counts[stream]
-        counts[stream] += 1
-        at_s = _time_s(one, seed, stream, nth)
-        data = database[_name(one, seed, stream, nth, database, organisation)]
-        fault = one.befalling(data, at_s)
-        if fault.from_s < min(duration_s, fault.until_s):
-            found.append(((fault.from_s, data.node, one.number, at_s), fault))
-    return tuple(fault for _, fault in sorted(found, key=lambda dated: dated[0]))
-
-
-def _selector(vehicle: str, database: AUVDatabase, organisation: Organisation) -> int:
-    """Return the number of a selector, independent of names of vehicles and groups."""
-    if vehicle in database:
-        return database[vehicle].node + 1
-    return 0 if vehicle == ANY else _SELECTORS // 2 + list(organisation.groups).index(vehicle.removeprefix(HEAD_OF))
-
-
-def _time_s(fault: Declared, seed: int, stream: int, nth: int) -> float:
-    """Return the start of the fault; drawn unless the scenario fixes it."""
-    earliest_s, latest_s = fault.span_s or (0.0, 0.0)
-    if fault.rate_per_h is None and earliest_s == latest_s:
-        return earliest_s
-    share = loss.uniform(seed, loss.FAULTS, stream, nth, 0)
-    if fault.rate_per_h is not None:
-        return -3600.0 * log1p(-share) / fault.rate_per_h
-    return earliest_s + share * (latest_s - earliest_s)
-
-
-def _name(fault: Declared, seed: int, stream: int, nth: int, database: AUVDatabase, organisation: Organisation) -> str:
-    """Return the affected vehicle; the n-th ``any`` of a kind is n-th in one drawn order."""
-    if fault.vehicle in database:
-        return fault.vehicle
-    if fault.vehicle != ANY:
-        heads = organisation.heads(fault.vehicle.removeprefix(HEAD_OF))
-        return min(heads, key=lambda name: database[name].node)
-    able = fault.able(database, organisation.groups)
-    order = sorted(able, key=lambda data: loss.uniform(seed, loss.FAULTS, stream, 0, data.node + 1))
-    return order[nth].name
-
-
-def _all_sensors(database: AUVDatabase) -> list[str]:
-    return [settings.name for data in database.values() for settings in data.sensors]

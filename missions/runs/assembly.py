@@ -13,12 +13,13 @@ from exchange.wire.codec import renewed
 from missions.feature import Joining
 from missions.runs.setup import Setup, recorder_of_mission, sensors_of, world_model
 from missions.scenarios.communication import value_rule_of
+from missions.scenarios.faults import drawn
 from missions.scenarios.parts import groups_of
 from remoras.beliefs import Beliefs
 from remoras.database import AUVDatabase, VehicleData
 from remoras.events import Observer, ShownTime, listening
 from remoras.executive.layer import ExecutiveLayer
-from remoras.faults import Fault, Faults, drawn
+from remoras.faults import Fault, Faults
 from remoras.fleet.fleet import Fleet, Makers
 from remoras.fleet.radio import Radio, RenewedNeeds
 from remoras.fleet.solo import Solo

@@ -1,6 +1,10 @@
 """Tables ``[[fault]]``: faults of vehicles, and their checks against the fleet.
 
 A table names its kind: a class in ``missions.faults`` or a plug-in.
+
+The schedule of a run is a pure function of (declared faults, seed, agreement). Each draw is keyed by the kind, the
+selector (vehicle, ``any``, leader of a group), the sensor, and the number of equal faults before it. So loss rate,
+strategy and other faults shift no draw. Of two rates the higher never gives a later time.
 """
 
 from __future__ import annotations
@@ -8,6 +12,7 @@ from __future__ import annotations
 import json
 import math
 import zlib
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache, partial
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
@@ -24,6 +29,8 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
+from exchange.arithmetic import log1p
+from exchange.channel import loss
 from missions.document import well_formed
 from missions.errors import ConfigurationFault, one_of
 from missions.fault import Absence, kinds
@@ -33,7 +40,7 @@ from remoras.database import AUVDatabase, VehicleData
 from remoras.errors import PluginError
 from remoras.faults import ANY, HEAD_OF, Fault
 from remoras.mission import Mission
-from remoras.organisation import Group
+from remoras.organisation import Group, Organisation
 from remoras.plugins import answer, faults_of, known_or_named, refuse, refuse_other
 from remoras.table import PointM, Positive, Section
 from worldmodel import suggestion
@@ -440,3 +447,65 @@ def _whose(key: str, fault: DeclaredFault, scenario: Scenario) -> Iterator[Confi
     elif vehicle != ANY:
         allowed = f"allowed: {', '.join(vehicles)}, {ANY}, {HEAD_OF}GROUP{suggestion(vehicle, vehicles)}"
         yield ConfigurationFault(f"{key}.vehicle", "", allowed)
+
+
+# Draws --------------------------------------------------------------------------------------------
+
+_SELECTORS = 1 << 16
+"""Number of selectors: 0 for any, then nodes; leaders of groups from half of this."""
+
+
+def drawn(
+    faults: Sequence[DeclaredFault], seed: int, database: AUVDatabase, organisation: Organisation, duration_s: float
+) -> tuple[Fault, ...]:
+    """Return the faults of one run by start; omit those after the mission or their own end."""
+    known = {name: number for number, name in enumerate(dict.fromkeys(_all_sensors(database)), 1)}
+    counts: Counter[int] = Counter()
+    found: list[tuple[tuple[float, int, int, float], Fault]] = []
+    for one in faults:
+        number = one.number * _SELECTORS + _selector(one.vehicle, database, organisation)
+        stream = number * _SELECTORS + known.get(one.sensor_meant or "", 0)
+        nth = counts[stream]
+        counts[stream] += 1
+        at_s = _time_s(one, seed, stream, nth)
+        data = database[_name(one, seed, stream, nth, database, organisation)]
+        fault = one.befalling(data, at_s)
+        if fault.from_s < min(duration_s, fault.until_s):
+            found.append(((fault.from_s, data.node, one.number, at_s), fault))
+    return tuple(fault for _, fault in sorted(found, key=lambda dated: dated[0]))
+
+
+def _selector(vehicle: str, database: AUVDatabase, organisation: Organisation) -> int:
+    """Return the number of a selector, independent of names of vehicles and groups."""
+    if vehicle in database:
+        return database[vehicle].node + 1
+    return 0 if vehicle == ANY else _SELECTORS // 2 + list(organisation.groups).index(vehicle.removeprefix(HEAD_OF))
+
+
+def _time_s(fault: DeclaredFault, seed: int, stream: int, nth: int) -> float:
+    """Return the start of the fault; drawn unless the scenario fixes it."""
+    earliest_s, latest_s = fault.span_s or (0.0, 0.0)
+    if fault.rate_per_h is None and earliest_s == latest_s:
+        return earliest_s
+    share = loss.uniform(seed, loss.FAULTS, stream, nth, 0)
+    if fault.rate_per_h is not None:
+        return -3600.0 * log1p(-share) / fault.rate_per_h
+    return earliest_s + share * (latest_s - earliest_s)
+
+
+def _name(
+    fault: DeclaredFault, seed: int, stream: int, nth: int, database: AUVDatabase, organisation: Organisation
+) -> str:
+    """Return the affected vehicle; the n-th ``any`` of a kind is n-th in one drawn order."""
+    if fault.vehicle in database:
+        return fault.vehicle
+    if fault.vehicle != ANY:
+        heads = organisation.heads(fault.vehicle.removeprefix(HEAD_OF))
+        return min(heads, key=lambda name: database[name].node)
+    able = fault.able(database, organisation.groups)
+    order = sorted(able, key=lambda data: loss.uniform(seed, loss.FAULTS, stream, 0, data.node + 1))
+    return order[nth].name
+
+
+def _all_sensors(database: AUVDatabase) -> list[str]:
+    return [settings.name for data in database.values() for settings in data.sensors]
