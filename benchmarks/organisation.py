@@ -14,9 +14,9 @@ from typing import Any
 from benchmarks.dividing import rows as rows_of_dividing
 from benchmarks.dividing import vehicle
 from benchmarks.measuring import row
+from remoras.authority import Act, Request, Rules, may_assign
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
-from remoras.organisation.authority import Act, Request, Rules, may_assign
 
 SIZES = (10, 1000)
 CALLS = 2000

@@ -23,9 +23,9 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from exchange.manager.peers import PeerLinks
+from remoras.authority import Authority
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment
-from remoras.organisation.authority import Authority
 from remoras.plugins import answer, faults_of
 from remoras.recorder import DONE, OBJECTIVES
 from remoras.work import Point, Work

@@ -30,10 +30,10 @@ from missions.errors import OutputError
 from missions.runs.assembly import assemble
 from missions.runs.setup import resolved
 from missions.scenarios.parts import database_of, groups_of, mission_class
+from remoras.authority import Authority
 from remoras.fleet.fleet import Fleet
 from remoras.fleet.vehicle import Vehicle
 from remoras.organisation import Group, RoleSpecification
-from remoras.organisation.authority import Authority
 from remoras.plugins import named_object
 from remoras.strategies.founding import common_roles, founded
 from remoras.strategy import JOB_DONE, Declaration, Move, Situation, Statement

@@ -22,8 +22,8 @@ from remoras.database import VehicleData
 from remoras.htn import ANY, Domain, Expected, FactsLike, Method, Operator, Task
 from remoras.mission import ALLOCATE_ROLES, ASSIGN_OBJECTIVE, DISSOLVE_GROUP, FORM_GROUP, GIVE_MISSION, PURSUE, Finding
 from remoras.motion import Motion
+from remoras.nesting import supervised_by
 from remoras.organisation import Group, Organisation
-from remoras.organisation.nesting import supervised_by
 from remoras.picture import Picture
 from remoras.work import Job
 

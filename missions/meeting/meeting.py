@@ -45,8 +45,8 @@ from remoras.database import VehicleData
 from remoras.htn import ANY, Expected, FactsLike, Method, Operator, Task
 from remoras.mission import ALLOCATE_ROLES, ASSIGN_OBJECTIVE, DISSOLVE_GROUP, FORM_GROUP, GIVE_MISSION, Finding
 from remoras.motion import Motion
+from remoras.nesting import meets_after
 from remoras.organisation import Group, Organisation
-from remoras.organisation.nesting import meets_after
 from remoras.picture import Picture
 from remoras.work import Job, Outlook, Point
 
@@ -310,7 +310,7 @@ class Meeting:
         return picture.body.now_s - since_s >= self.deadline_s
 
     def _before(self, group: Group) -> tuple[str, ...]:
-        """Groups that meet before this one, which supervises them; see ``remoras.organisation.nesting``."""
+        """Groups that meet before this one, which supervises them; see ``remoras.nesting``."""
         return self.meets_after.get(group.name, ())
 
     @cached_property

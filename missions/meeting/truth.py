@@ -18,8 +18,8 @@ from typing import ClassVar
 from missions.meeting.meeting import Meeting
 from remoras.mission import FleetView, Milestone, VehicleView
 from remoras.motion.separation import NEAR_M
+from remoras.nesting import height
 from remoras.organisation import Group
-from remoras.organisation.nesting import height
 from remoras.recorder import CANNOT, FAULTS, TIME, VEHICLE, Column, Recorder, Table, Unread
 from remoras.truth import COMPLETE, left, reachable_by_jobs, within_reach
 from remoras.work import IS_IMPOSSIBLE, Job, Point

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 from missions.fault import absences
 from missions.metric import MeasuredRun
+from remoras.nesting import Malformed, specification_faults
 from remoras.organisation import Organisation, RoleAssignment
-from remoras.organisation.nesting import Malformed, specification_faults
 
 RoleKey = tuple[str, str]
 
@@ -157,7 +157,7 @@ def malformed_spells(run: MeasuredRun) -> Iterator[tuple[float, tuple[Malformed,
 
 
 def malformed_s(run: MeasuredRun) -> float:
-    """Time (s) in which the organisation was not well formed, see ``remoras.organisation.nesting``."""
+    """Time (s) in which the organisation was not well formed, see ``remoras.nesting``."""
     return round(math.fsum(spell_s for spell_s, faults in malformed_spells(run) if faults), 4)
 
 

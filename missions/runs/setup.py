@@ -22,16 +22,16 @@ from missions.scenarios.fleet import common_equipment
 from missions.scenarios.knowledge import pruning_of, sources_of
 from missions.scenarios.parts import database_of, groups_of, mission_class, strategy_of
 from missions.scenarios.scenario import BY_GROUPS, HELD, Scenario, StrategyTable
+from remoras.authority import CONSULTING
 from remoras.database import AUVDatabase, VehicleData
 from remoras.errors import PluginError
 from remoras.executive.satisfaction import DecisionConstants
 from remoras.fleet.run_log import DELIVERIES, UNSAID
 from remoras.mission import Mission
+from remoras.nesting import Defect, specification_faults
 from remoras.organisation import Group
-from remoras.organisation.authority import CONSULTING
 from remoras.organisation.leadership import ROLE_ATTRIBUTES
 from remoras.organisation.needs import Path, Subjects
-from remoras.organisation.nesting import Defect, specification_faults
 from remoras.plugins import answer, faults_of
 from remoras.recorder import Recorder, Table
 from remoras.sensor import Sensor

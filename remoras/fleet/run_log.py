@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 from exchange.manager.manager import ExchangeManager
 from exchange.packets import Met, Reception, Transmission
 from remoras.activities import Objective, WeighedSet
+from remoras.authority import Act, Request, Ruling
 from remoras.htn import Execution, Task
 from remoras.organisation import Organisation, Outcome, RoleAssignment
-from remoras.organisation.authority import Act, Request, Ruling
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Row, Table
 from remoras.work import Computed
 

@@ -27,7 +27,7 @@ __all__: list[str] = []
 
 
 class Outcome(Enum):
-    """Outcome of an operation on the organisation, or of its check by ``remoras.organisation.authority``."""
+    """Outcome of an operation on the organisation, or of its check by ``remoras.authority``."""
 
     SUCCESS = "success"
     NOT_GROUP = "not group"

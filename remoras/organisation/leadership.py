@@ -30,9 +30,9 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
+from remoras.authority import NOBODY
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment
-from remoras.organisation.authority import NOBODY
 
 HEADED_BY, HEAD_TERM = "headedBy", "headTerm"
 ROLE_ATTRIBUTES = PLAYS_ROLE, LEFT_ROLE = ("playsRole", "leftRole")

@@ -15,8 +15,8 @@ from remoras.database import AUVDatabase
 from remoras.errors import PlanningError
 from remoras.htn import NoPlan, Plan, Task, plan
 from remoras.mission_parts import ALLOCATE_ROLES, ASSIGN_OBJECTIVE, GIVE_MISSION, SocialPart
+from remoras.nesting import meets_after, supervisors_of
 from remoras.organisation import Group, Organisation
-from remoras.organisation.nesting import meets_after, supervisors_of
 from remoras.social.workload import scarce_energy_j
 from remoras.strategy import Strategy, adapt_roles, form_groups
 from remoras.work import jobs_left, precedence, works

@@ -2,7 +2,7 @@
 
 In a TDMA frame every vehicle transmits once. Vehicles that receive assignments in different slots therefore start
 together, and none acts on half a discussion. Requests take effect in the world model's order of facts, not in the order
-of reception, and only if ``remoras.organisation.authority`` permits them. For the role of a vehicle, an objective of a
+of reception, and only if ``remoras.authority`` permits them. For the role of a vehicle, an objective of a
 role and the mission of a group, the newest request is valid. Missions take effect at once: planning them takes the rest
 of the frame. Requests are deferred while facts that may still arrive could permit them: the leadership of the issuer,
 the membership of the assignee. Claims to lead a group whose leader is present are deferred as well
@@ -27,8 +27,8 @@ import math
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import replace
 
+from remoras.authority import NOBODY, Act, Request, may_assign
 from remoras.organisation import Group, Organisation, Outcome, RoleKey
-from remoras.organisation.authority import NOBODY, Act, Request, may_assign
 from remoras.organisation.leadership import (
     Age,
     Claim,

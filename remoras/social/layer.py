@@ -23,12 +23,12 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from remoras.activities import ActivitySet, Objective
+from remoras.authority import Act, Request, Rules, Ruling, may_assign
 from remoras.beliefs import Beliefs, Fact, Key
 from remoras.database import AUVDatabase
 from remoras.mission_parts import SocialPart
 from remoras.motion import Motion
 from remoras.organisation import Outcome, RoleAssignment
-from remoras.organisation.authority import Act, Request, Rules, Ruling, may_assign
 from remoras.organisation.leadership import (
     HEAD_TERM,
     HEADED_BY,

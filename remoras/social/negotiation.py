@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from typing import TYPE_CHECKING
 
+from remoras.authority import Rules
 from remoras.beliefs import Beliefs, Fact
 from remoras.organisation import Group, Organisation
-from remoras.organisation.authority import Rules
 from remoras.organisation.leadership import LEFT_ROLE, ROLE_ATTRIBUTES
 from remoras.picture import Peers
 from remoras.strategy import (

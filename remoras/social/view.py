@@ -15,9 +15,9 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from remoras.activities import Objective
+from remoras.authority import NOBODY, Act, Request, Rules, Ruling
 from remoras.beliefs import Beliefs, Key
 from remoras.organisation import Group, Organisation, Outcome, RoleAssignment, RoleKey
-from remoras.organisation.authority import NOBODY, Act, Request, Rules, Ruling
 from remoras.organisation.leadership import (
     AGREED_BEFORE,
     HEAD_TERM,

@@ -10,11 +10,11 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 from typing import cast
 
+from remoras.authority import Request, Rules
 from remoras.beliefs import Beliefs, Fact, Key
 from remoras.database import AUVDatabase, VehicleData
 from remoras.mission_parts import SocialPart
 from remoras.organisation import Group
-from remoras.organisation.authority import Request, Rules
 from remoras.organisation.membership import Footing
 from remoras.picture import Picture
 from remoras.plugins import answer

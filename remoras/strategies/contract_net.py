@@ -23,8 +23,8 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
+from remoras.authority import Authority
 from remoras.organisation import Group, RoleSpecification
-from remoras.organisation.authority import Authority
 from remoras.strategies.allocation import Engagement, planned
 from remoras.strategies.factors import AtSea
 from remoras.strategies.negotiator import MARGIN, QUEUE, Claims, KnownFromStart, Member, RoleClaim, frames, in_blocks

@@ -14,10 +14,10 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
+from remoras.authority import Authority
 from remoras.beliefs import Key
 from remoras.database import VehicleData
 from remoras.organisation import Group, RoleAssignment, RoleSpecification
-from remoras.organisation.authority import Authority
 from remoras.strategies.allocation import all_jobs
 from remoras.strategies.factors import Factors
 from remoras.strategies.founding import common_roles, founded

@@ -20,8 +20,8 @@ from itertools import combinations
 from typing import Any
 
 from remoras.database import AUVDatabase, VehicleData
+from remoras.nesting import apart
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
-from remoras.organisation.nesting import apart
 from remoras.work import Work
 
 Row = tuple[dict[int, float], float, float]

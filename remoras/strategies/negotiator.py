@@ -12,9 +12,9 @@ from typing import Any, ClassVar, Generic, TypeVar
 
 from pydantic import Field
 
+from remoras.authority import Authority
 from remoras.database import VehicleData
 from remoras.organisation import Group, RoleSpecification
-from remoras.organisation.authority import Authority
 from remoras.strategies.allocation import Engagement, Expectations
 from remoras.strategies.factors import NO_HELP_S, SETTINGS, AtSea, Factors, helps, known_from
 from remoras.strategies.founding import common_roles, founded

@@ -17,10 +17,10 @@ from hypothesis import strategies as st
 from missions.runs.run import Run, run
 from missions.scenarios import load
 from missions.scenarios.parts import strategy_named
+from remoras.authority import CONSULTING, Act, Authority, Request, Rules, may_assign
 from remoras.deciding import InTime
 from remoras.errors import StrategyError
 from remoras.organisation import Outcome
-from remoras.organisation.authority import CONSULTING, Act, Authority, Request, Rules, may_assign
 from remoras.plugins import named_object
 from remoras.strategies import configured, parameters
 from remoras.strategy import INFLUENCE_SIGNAL, JOB_DONE, OBJECTIVE, Situation, Strategy, division_of, faults_of_strategy

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from samples import auv, database
 
+from remoras.authority import Act, Authority, Request, Rules, may_assign
 from remoras.organisation import Group, Organisation, Outcome, RoleAssignment, RoleSpecification
-from remoras.organisation.authority import Act, Authority, Request, Rules, may_assign
 
 HQ = Group(
     "HQ",

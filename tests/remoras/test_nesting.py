@@ -1,7 +1,7 @@
 """Nesting: who supervises whom, who meets before whom, and who should not be in two groups."""
 
+from remoras.nesting import apart, height, meets_after, supervised_by, supervisors_of
 from remoras.organisation import Group
-from remoras.organisation.nesting import apart, height, meets_after, supervised_by, supervisors_of
 
 
 def group(name: str, within: str | None = None, mission: str | None = None, rally: str | None = "point") -> Group:

@@ -1,9 +1,9 @@
 """The run log of a vehicle: rows are written when a view or a choice changes, and say what changed."""
 
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective, WeighedSet
+from remoras.authority import Act, Request, Ruling
 from remoras.fleet.run_log import RunLog
 from remoras.organisation import Outcome
-from remoras.organisation.authority import Act, Request, Ruling
 from remoras.recorder import Recorder
 
 EXPLORING = Objective("Operational", "LeftWinger", "Exploring", "left")

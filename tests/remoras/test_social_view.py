@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from samples import auv, database
 
+from remoras.authority import Act, Authority, Request, Rules
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
-from remoras.organisation.authority import Act, Authority, Request, Rules
 from remoras.social.consultation import come_back, consult, give_missions
 from remoras.social.view import DatedRequest, Now, View
 from remoras.testing.sample_worlds import Visit

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
+from remoras.nesting import Defect, Malformed, specification_faults
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification, Subgroups
-from remoras.organisation.nesting import Defect, Malformed, specification_faults
 
 FLEET = Group(
     "Fleet",

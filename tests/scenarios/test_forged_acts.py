@@ -13,10 +13,10 @@ import pytest
 from resting import Said, fleet_at_rest, miss, named, stated
 from sampling import sampled
 
+from remoras.authority import Authority
 from remoras.fleet.fleet import Fleet
 from remoras.fleet.vehicle import Vehicle
 from remoras.organisation import Organisation, Outcome
-from remoras.organisation.authority import Authority
 from remoras.strategies import strategies
 from worldmodel import merge
 

@@ -10,8 +10,8 @@ from stress.reference_record import Breach, Flaw
 from stress.schedules import AWAY, DAMAGE, FOR_GOOD
 
 from remoras.fleet.vehicle import Vehicle
+from remoras.nesting import Defect, specification_faults
 from remoras.organisation import Organisation
-from remoras.organisation.nesting import Defect, specification_faults
 from remoras.recorder import ORGANISATION
 
 MANY = 3

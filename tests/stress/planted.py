@@ -19,7 +19,7 @@ from exchange.wire.sealing import Checksum
 from missions.meeting.meeting import Meeting
 from missions.meeting.truth import MeetingTruth
 from missions.runs import assembly
-from remoras import motion
+from remoras import authority, motion
 from remoras.database import VehicleData
 from remoras.executive.decision import Choice
 from remoras.fleet import radio, vehicle
@@ -27,7 +27,6 @@ from remoras.fleet.radio import Jumps
 from remoras.functional.sensing import Sensing
 from remoras.motion import Motion
 from remoras.motion.separation import Separation
-from remoras.organisation import authority
 from remoras.social import consultation
 from remoras.social.layer import SocialLayer
 from worldmodel.facts import Merged

@@ -5,7 +5,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from remoras.organisation.authority import Authority
+from remoras.authority import Authority
 from remoras.strategies.founding import common_roles, founded
 from remoras.strategy import JOB_DONE, Declaration, Move, Statement
 from remoras.work import Outlook

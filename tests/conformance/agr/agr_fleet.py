@@ -1,7 +1,7 @@
 """What becomes of blocks that a vehicle hears."""
 
+from remoras.authority import Ruling
 from remoras.fleet.vehicle import Vehicle
-from remoras.organisation.authority import Ruling
 from worldmodel import Block, merge
 
 

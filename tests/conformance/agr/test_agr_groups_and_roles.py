@@ -7,9 +7,9 @@ from agr_fleet import hear
 from resting import fleet_at_rest, named
 from sample_vehicles import AUV
 
+from remoras.authority import Act, Authority, Request, Rules, may_assign
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, Outcome, RoleAssignment, RoleSpecification
-from remoras.organisation.authority import Act, Authority, Request, Rules, may_assign
 from remoras.organisation.leadership import Age, Claim, Claimed, Leadership, stepping_down
 from remoras.testing.sample_worlds import Visit
 
