@@ -5,7 +5,7 @@ Variable data (position, battery) are received facts and live in the world model
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any, Protocol, TypeVar
 
@@ -92,21 +92,12 @@ class VehicleData:
         )
 
 
-class AUVDatabase(Mapping[str, VehicleData]):
-    """Static data by vehicle name, in node order."""
+class AUVDatabase(dict[str, VehicleData]):
+    """Static data by vehicle name, in node order; nobody changes it."""
 
-    def __init__(self, vehicles: tuple[VehicleData, ...]) -> None:
-        self._vehicles = {data.name: data for data in sorted(vehicles, key=lambda data: data.node)}
-        self.names = tuple(self._vehicles)
-
-    def __getitem__(self, name: str) -> VehicleData:
-        return self._vehicles[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._vehicles)
-
-    def __len__(self) -> int:
-        return len(self._vehicles)
+    def __init__(self, vehicles: Iterable[VehicleData]) -> None:
+        super().__init__((data.name, data) for data in sorted(vehicles, key=lambda data: data.node))
+        self.names = tuple(self)
 
     def able_to_play(self, group: str, role: str) -> tuple[VehicleData, ...]:
         """Return the vehicles able to play that role, in node order."""

@@ -183,9 +183,6 @@ class PluginFolders:
                 return spec
         return None
 
-    def invalidate_caches(self) -> None:
-        """Do nothing: the finder has no cache."""
-
 
 def _importer() -> str:
     """Return the top package of the importing code; empty if none."""
