@@ -126,9 +126,9 @@ class Behaviour(Protocol):
 
         Called by the functional layer at every decision, also for sets not performed, while the last answer is not
         valid. One with ``until_s`` is valid until then, unless before one of these changes: ``performed``; a fact in
-        ``picture.facts.values``; ``picture.groups``; whether the energy lasts and the vehicle is in its area; its
-        sensors. The answer of the guiding set is also invalid within ``Reference.holds_m`` of its target. An answer
-        that depends on anything else, such as the position or a peer, states no ``until_s``.
+        ``picture.facts.values``; ``picture.groups``; its sensors; whether the energy lasts and the vehicle is in its
+        area of operations. The answer of the guiding set is also invalid within ``Reference.holds_m`` of its target. An
+        answer that depends on anything else, such as the position or a peer, states no ``until_s``.
 
         It may keep state, since progress compares with the last call. It must not change ``motion`` or ``picture``,
         draw random numbers or read a clock; the time is ``picture.body.now_s``. ``performed``: True if performed since
