@@ -234,10 +234,9 @@ class Beliefs:
     def gained(self) -> tuple[tuple[int, ItemUid], ...]:
         """Return sorted pairs of peer and item with belief gained since ``before``."""
         gained: list[tuple[int, ItemUid]] = []
-        for peer, held in enumerate(self.held):
-            items = held & ~self.before[peer]
-            for column in members(items) if items and peer != self.me else ():
-                gained.append((peer, self.uids[column]))
+        for peer, (held, before) in enumerate(zip(self.held, self.before, strict=True)):
+            if held != before and peer != self.me:
+                gained += [(peer, self.uids[column]) for column in members(held & ~before)]
         return tuple(gained)
 
     def ease(self, column: int) -> bool:

@@ -82,21 +82,21 @@ def slots_ago(n_nodes: int, sender: int, row: int, column: int) -> int:
     return (sender - row) % n_nodes + (row - column) % n_nodes
 
 
+@lru_cache(maxsize=4096)  # per header of a fleet; N * N calls of ``carries``
+def fields(kind: Acknowledgement, n_nodes: int, frame: int, sender: int) -> tuple[tuple[int, int], ...]:
+    """Return row and column of each bit of a header, in wire order."""
+    nodes = range(n_nodes)
+    return tuple([(i, j) for i in nodes for j in nodes if i != j and kind.carries(n_nodes, frame, sender, i, j)])
+
+
 @lru_cache(maxsize=4096)  # per header of a fleet; used in every own slot
 def layout(kind: Acknowledgement, n_nodes: int, frame: int, sender: int) -> tuple[tuple[int, int], ...]:
     """Return pairs of slots ago and nodes whose acknowledgement of it the header can carry."""
     carried: dict[int, int] = {}
-    for row in range(n_nodes):
-        for column in range(n_nodes):
-            if row != column and kind.carries(n_nodes, frame % kind.period_frames, sender, row, column):
-                ago = slots_ago(n_nodes, sender, row, column)
-                carried[ago] = carried.get(ago, 0) | 1 << row
+    for row, column in fields(kind, n_nodes, frame, sender):
+        ago = slots_ago(n_nodes, sender, row, column)
+        carried[ago] = carried.get(ago, 0) | 1 << row
     return tuple(sorted(carried.items()))
-
-
-def bits_carried(kind: Acknowledgement, n_nodes: int, frame: int, sender: int) -> int:
-    """Size of the acknowledgement header that `sender` sends in a TDMA frame."""
-    return sum([nodes.bit_count() for _, nodes in layout(kind, n_nodes, frame % kind.period_frames, sender)])
 
 
 def acknowledged(rows: Sequence[int], n_nodes: int, slot: int) -> int:
@@ -131,7 +131,7 @@ class PacketLog:
         """Nodes whose last packet this node received (bit mask)."""
         self._items = [0] * self._ring  # item set of a packet received or sent, by place
         self._loaded = 0  # places of packets with items
-        self._received = 0  # all nodes at the places of packets received
+        self._received = 0  # places of packets received
         self._said = 0  # receivers reported by peers
 
     def open(self, slot: int) -> None:
@@ -147,8 +147,9 @@ class PacketLog:
             sender, place = passed % n_nodes, passed % ring
             self.heard &= ~(1 << sender)
             self._loaded &= ~(1 << place)
-            self._received &= ~(self._all << place * n_nodes)
-            self._said &= ~(self._both << sender * n_nodes)
+            self._received &= ~(1 << place)
+            if self._said:
+                self._said &= ~(self._both << sender * n_nodes)
             self._items[place] = 0
         self.slot = max(slot, self.slot)
 
@@ -168,7 +169,7 @@ class PacketLog:
         self._loaded = self._loaded | 1 << place if items else self._loaded & ~(1 << place)
         if sender != self.me:
             self.heard |= 1 << sender
-            self._received |= self._all << place * self.n_nodes
+            self._received |= 1 << place
 
     def compose(self, slot: int, items: int, held: Sequence[int]) -> list[int]:
         """Record the own packet of the open slot; return its acknowledgement matrix.
@@ -180,8 +181,11 @@ class PacketLog:
         carried, may = layout(kind, n_nodes, slot // n_nodes % kind.period_frames, me), 0
         for ago, nodes in carried:
             may |= nodes << (slot - ago) % ring * n_nodes
-        inferred = self._inferred(may & self._received, held) if kind.infers else 0
-        facts = kind.header(self._said, self._each << me, self._received, inferred) & may
+        received = 0
+        for place in members(self._received):
+            received |= self._all << place * n_nodes
+        inferred = self._inferred(may & received, held) if kind.infers else 0
+        facts = kind.header(self._said, self._each << me, received, inferred) & may
         for ago, _ in carried:
             place = (slot - ago) % ring
             nodes = facts >> place * n_nodes & self._all
@@ -211,16 +215,15 @@ class PacketLog:
             slot: of the packet; facts about senders with a later slot up to now are void.
             heeded: nodes (bit mask) whose acknowledgements count.
         """
-        facts &= (heeded & self._all) * self._each
+        heeded, places = heeded & self._all, self._loaded
         for later in range(max(slot, self.slot - self.n_nodes) + 1, self.slot + 1):
             facts &= ~(self._both << later % self.n_nodes * self.n_nodes)
         if self._kind.relays:
-            self._said |= facts
-        places = self._loaded
-        while places and facts:
+            self._said |= facts & heeded * self._each
+        while places:
             place = places.bit_length() - 1
             places ^= 1 << place
-            nodes, items = facts >> place * self.n_nodes & self._all, self._items[place]
+            nodes, items = facts >> place * self.n_nodes & heeded, self._items[place]
             while nodes:
                 node = nodes.bit_length() - 1
                 nodes ^= 1 << node
@@ -230,7 +233,7 @@ class PacketLog:
         """Clear the receptions and packets of a node."""
         self._items[node] = self._items[node + self.n_nodes] = 0
         self._loaded &= ~(1 << node | 1 << node + self.n_nodes)
-        self._received &= ~(self._both << node * self.n_nodes)
+        self._received &= ~(1 << node | 1 << node + self.n_nodes)
         self.heard &= ~(1 << node)
         if node != self.me:
             self._said &= ~(self._each << node)

@@ -10,7 +10,7 @@ from functools import lru_cache
 from types import FunctionType
 
 from exchange.errors import ConfigurationError
-from exchange.policy.acknowledgement import Acknowledgement, bits_carried
+from exchange.policy.acknowledgement import Acknowledgement, fields
 from exchange.policy.planning import COUNT_BITS, END_BITS
 from worldmodel import suggestion
 
@@ -198,5 +198,6 @@ def header_bits(policy: AckPolicy, n_nodes: int, frame: int | None = None, sende
     kind = policy.acknowledgement
     beside = bits_beside(kind)
     if frame is not None:
-        return bits_carried(kind, n_nodes, frame, sender) + beside
-    return max(bits_carried(kind, n_nodes, f, s) for f in range(kind.period_frames) for s in range(n_nodes)) + beside
+        return len(fields(kind, n_nodes, frame % kind.period_frames, sender)) + beside
+    frames = range(kind.period_frames)
+    return max(len(fields(kind, n_nodes, f, s)) for f in frames for s in range(n_nodes)) + beside

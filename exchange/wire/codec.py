@@ -35,7 +35,6 @@ import zlib
 from collections.abc import Callable, Collection, Iterable, Sequence
 from copy import copy
 from functools import lru_cache
-from itertools import product
 from typing import NamedTuple
 
 from exchange.errors import ConfigurationError, DefinitionFault, PeerFault
@@ -52,7 +51,7 @@ from exchange.packets import (
     Summary,
     name_of_item,
 )
-from exchange.policy.acknowledgement import Acknowledgement, acknowledged
+from exchange.policy.acknowledgement import Acknowledgement, acknowledged, fields
 from exchange.policy.policies import AckPolicy, bits_beside
 from exchange.wire import codes
 from exchange.wire.accounts import AccountCodec
@@ -129,18 +128,14 @@ class AckHeader:
     def __init__(self, kind: Acknowledgement, n_nodes: int) -> None:
         self._n_nodes = n_nodes
         self._fields = [
-            [self._carried(kind, frame, sender) for sender in range(n_nodes)] for frame in range(kind.period_frames)
+            [fields(kind, n_nodes, frame, sender) for sender in range(n_nodes)] for frame in range(kind.period_frames)
         ]
-        largest = max(len(fields) for of_frame in self._fields for fields in of_frame)
+        sizes = {len(of_sender) for of_frame in self._fields for of_sender in of_frame}
         self._beside_bits = bits_beside(kind)
-        self.largest_bits = largest + self._beside_bits
+        self.largest_bits = max(sizes) + self._beside_bits
         """Size of the largest header."""
-        self.varies = any(len(fields) != largest for of_frame in self._fields for fields in of_frame)
+        self.varies = len(sizes) > 1
         """True if headers differ in size."""
-
-    def _carried(self, kind: Acknowledgement, frame: int, sender: int) -> list[tuple[int, int]]:
-        pairs = product(range(self._n_nodes), repeat=2)
-        return [(i, j) for i, j in pairs if i != j and kind.carries(self._n_nodes, frame, sender, i, j)]
 
     def size_bits(self, sender: int, frame: int) -> int:
         """Return the header size of ``sender`` in a TDMA frame."""
@@ -234,7 +229,7 @@ class Codec:
 
     Args:
         n_instances: instance uids 0..n_instances-1 have wire names.
-        n_nodes: 2..64.
+        n_nodes: 2..256, by the byte that names a sender to the encryption.
         policy: fixes the acknowledgement bits of the header.
         n_items: expected items per vehicle and epoch; later ones take more bits.
         duration_s: latest expected time of observation; later ones take more bits.

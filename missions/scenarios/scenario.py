@@ -25,7 +25,7 @@ from remoras.table import Name, NotNegative, PointM, Positive, Section, Sparse, 
 
 BY_GROUPS: Final = "groups"
 """Needs follow from groups; otherwise all vehicles have equal needs."""
-MAX_VEHICLES: Final = 64
+MAX_VEHICLES: Final = 256
 """Most vehicles of one fleet, by the number of TDMA slots."""
 SPACING_M: Final = 10.0
 """Distance between copies in one layer: twice the separation of passing vehicles."""

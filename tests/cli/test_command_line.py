@@ -250,7 +250,7 @@ def test_no_key_is_explained_by_a_type_of_python():
         ("vehicle.vehicle_type", 'one of "AUV", "ASV"'),
         ("communication.needs", "table of whole numbers"),
         ("fault.at_s", "number or list of 2 numbers, may be left out"),
-        ("fleet.size", "whole number, at least 2, at most 64, may be left out"),
+        ("fleet.size", "whole number, at least 2, at most 256, may be left out"),
         ("study.sampling", 'one of "grid", "list", "latin", "factorial", default "grid"'),
     ],
 )
