@@ -194,7 +194,7 @@ def model_named(name: str) -> type[ChannelModel]:
     found: type[ChannelModel] = known_or_named(name, CHANNELS)
     if name in CHANNELS:
         return found
-    refuse_other(found, ChannelModel, "exchange.acoustics.models.ChannelModel")
+    refuse_other(found, ChannelModel, "exchange.channel.models.ChannelModel")
     lacking = [part for part in COMPULSORY if getattr(found, part) is getattr(ChannelModel, part)]
     if lacking or not found.title:
         raise PluginError(f"a channel model: lacks {', '.join([*lacking, *([] if found.title else ['title'])])}")
