@@ -27,9 +27,6 @@ ADRIFT = 'fault=[{kind="lost",vehicle="AUV01",at_s=100,until_s=500}]'
 SLOWED = 'fault=[{kind="slow",vehicle="AUV01",at_s=100,factor=0.2}]'
 TIDE = ("current.east_mps=-0.2", "current.north_mps=0.25", "current.tide_period_h=1.5")
 RUNS = {
-    "cbba": ("mapping-rendezvous", ["strategy.name=cbba", "channel.per=0.4"]),
-    "central": ("mapping-patches", ["strategy.name=central"]),
-    "silent": ("mapping-rendezvous", ["strategy.name=fixed-partition"]),
     "oracle": ("mapping-rendezvous", ["strategy.name=oracle"]),
     "clocks": ("mapping-rendezvous", ["communication.clocks.offset_s=0.2", "communication.clocks.apart_s=1.0"]),
     "lost and anew, tide": ("mapping-rendezvous", [LOST, *TIDE]),
