@@ -6,6 +6,9 @@ scenario)``, which raises ``AssertionError``.
 
 import hashlib
 import json
+import os
+import subprocess
+import sys
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -29,11 +32,11 @@ from remoras.errors import PluginError
 from remoras.fleet.fleet import Fleet
 from remoras.htn import NoPlan, Task, plan
 from remoras.mission import FleetView, Milestone, Mission
+from remoras.plugins import plugin_folders
 from remoras.recorder import TABLES
 from remoras.social.planning import Pursuit
 from remoras.testing.behaviours import check as check_behaviour
 from remoras.testing.behaviours import difference, picture_of
-from remoras.testing.hashes import printed_by_each
 from worldmodel import UnknownNameError
 
 SEED = 1
@@ -286,3 +289,27 @@ def check_free_of_hashes(scenario: Scenario) -> None:
 def mission_digest(scenario: str) -> str:
     """Return a digest of all rows of a run of a scenario file."""
     return hashlib.sha256(json.dumps(recorded_rows(finished(resolved(load(scenario))))).encode()).hexdigest()
+
+
+HASH_SEEDS = ("1", "2")
+
+
+def printed_by_each(code: str) -> list[str]:
+    """Run code in each process, with the import paths of this one; return the outputs."""
+    program = (
+        f"import sys; sys.path[:0] = {sys.path!r}\n"
+        f"from remoras.plugins import look_in\nlook_in({plugin_folders()!r})\n{code}"
+    )
+    started = [
+        subprocess.Popen(
+            [sys.executable, "-c", program],
+            env={**os.environ, "PYTHONHASHSEED": seed},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        for seed in HASH_SEEDS
+    ]
+    said = [process.communicate() for process in started]
+    assert all(process.returncode == 0 for process in started), f"cannot be run in another process: {said[0][1]}"
+    return [printed for printed, _ in said]

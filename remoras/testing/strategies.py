@@ -24,7 +24,7 @@ from remoras.organisation import Outcome
 from remoras.plugins import named_object
 from remoras.strategies import configured, parameters
 from remoras.strategy import INFLUENCE_SIGNAL, JOB_DONE, OBJECTIVE, Situation, Strategy, division_of, faults_of_strategy
-from remoras.testing.hashes import printed_by_each
+from remoras.testing.missions import printed_by_each
 from remoras.testing.sample_worlds import (
     GROUPS,
     NAMES,

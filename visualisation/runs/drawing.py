@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from visualisation.page import DrawnPage
 
 ORGANISATION = "organisation"
+HEATMAPS = ("delivery", "knowledge", "links")
+"""Kinds in one module; each of the others has its own."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +93,8 @@ def run_picture(
         from visualisation.runs import organisation
 
         return organisation.picture(results, moment.at_s, moment.viewer, *widths)
-    drawn: DrawnPage = import_module(f"visualisation.runs.{kind}").picture(results, *widths)
+    module = import_module(f"visualisation.runs.{'heatmaps' if kind in HEATMAPS else kind}")
+    drawn: DrawnPage = getattr(module, kind if kind in HEATMAPS else "picture")(results, *widths)
     return drawn
 
 

@@ -13,7 +13,7 @@ from missions.figure import RunResults, axis_end_s
 from visualisation import page, style, words
 from visualisation.page import DrawnPage
 from visualisation.run_records import Floats, Span
-from visualisation.runs import captions, news, shades
+from visualisation.runs import captions, heatmaps, news
 from visualisation.runs.news import Flags, RunPackets
 
 ROWS_IN, LANES_IN = (0.055, 0.18, 1.8), (0.075, 0.24, 2.4)
@@ -29,7 +29,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     """Draw loss shares by sender and by receiver over all frames, and one stretch slot by slot."""
     traffic = news.traffic(results)
     names, n = traffic.vehicles, max(1, len(traffic.vehicles))
-    row_in, lane_in = shades.row_in(n, *ROWS_IN), shades.row_in(n, *LANES_IN)
+    row_in, lane_in = heatmaps.row_in(n, *ROWS_IN), heatmaps.row_in(n, *LANES_IN)
     stretch = worst_stretch(traffic)
     by_sender, by_receiver = _by_frame(traffic)
     titles = (
@@ -37,16 +37,16 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
         "receivers: share of the frame's packets that were lost",
         f"slot by slot, {words.time(stretch.start_s)} to {words.time(stretch.end_s)}",
     )
-    span = shades.Timespan(traffic.end_s, axis_end_s(results), {})
+    span = heatmaps.Timespan(traffic.end_s, axis_end_s(results), {})
     bodies_in = row_in * n, row_in * n, lane_in * n
     with style.paper():
         figure = page.opened(width_in, sum(bodies_in))
         strips = page.panels(figure, 3, 1, titles, framed=True)
         for axes, values in zip(strips, (by_sender, by_receiver), strict=False):
-            shades.strip(axes, names, values, 1.0, span, row_in)
+            heatmaps.strip(axes, names, values, 1.0, span, row_in)
             if values.size:
                 axes.set_facecolor(UNHEARD)
-        shades.key(figure, strips[1], bodies_in[1], 1.0, "share lost", percent=True)
+        heatmaps.key(figure, strips[1], bodies_in[1], 1.0, "share lost", percent=True)
         _slots(strips[2], traffic, stretch, lane_in, width_in)
         page.legend(figure, _legend(traffic))
         page.lay_out(figure, strips, bodies_in)
@@ -137,7 +137,7 @@ def _slots(axes: Axes, traffic: RunPackets, stretch: Span, lane_in: float, width
         traffic.time_s[inside] + 0.5 * slot_s, traffic.sender[inside], marker="D", linestyle="none", color=style.GREY,
         markersize=size_pt, zorder=3,
     )  # fmt: skip
-    shades.name_rows(axes, traffic.vehicles, lane_in)
+    heatmaps.name_rows(axes, traffic.vehicles, lane_in)
     axes.set_xlabel(words.axis("time", "s"))
 
 

@@ -18,9 +18,8 @@ from matplotlib.patches import Patch, Polygon
 from matplotlib.ticker import MaxNLocator
 
 from missions.figure import Layer, Mark, Place, PointM, RunResults
-from visualisation import labels, page, run_records, style, words
-from visualisation.labels import Label
-from visualisation.page import DrawnPage
+from visualisation import page, run_records, style, words
+from visualisation.page import DrawnPage, Label
 from visualisation.run_records import PlanTrack, Span, outages
 from visualisation.runs import captions, declared
 
@@ -383,7 +382,7 @@ def _name_places(axes: Axes, scene: MapContents, panel: Panel) -> None:
     (west_m, east_m), (south_m, north_m) = axes.get_xlim(), axes.get_ylim()
     shown = Frame(west_m, south_m, east_m, north_m)
     keep_clear = [point_m for point_m, _ in _marks(scene, panel.span)]
-    labels.place(axes, [name for name in names if shown.holds((name.x, name.y))], keep_clear)
+    page.place_labels(axes, [name for name in names if shown.holds((name.x, name.y))], keep_clear)
 
 
 def _legend(scene: MapContents) -> list[Artist]:

@@ -311,7 +311,7 @@ def _caption(results: SweepResults, numbers: Numbers, chart: SweepChart) -> str:
 def _charts(kind: str, numbers: Numbers) -> Iterator[SweepChart]:
     """Yield the figures of a kind: one for all combinations, or one for each."""
     if kind in FACTORIAL_KINDS:
-        from visualisation.sweeps import effects as drawn
+        from visualisation.sweeps import charts as drawn
 
         text = captions.effects_caption(numbers.effects, numbers.ranked_by)
         yield SweepChart("", numbers.effects, text, partial(drawn.effects_figure, numbers.effects, numbers.ranked_by))

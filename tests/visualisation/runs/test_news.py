@@ -11,7 +11,7 @@ from synthetic_runs import FICTIONS, Fiction
 
 from missions.runs.results import Results
 from visualisation.run_records import Span, packets_refused
-from visualisation.runs import links, news, tdma
+from visualisation.runs import heatmaps, news, tdma
 from visualisation.runs.news import PacketOutcome, RunPackets
 
 
@@ -132,7 +132,7 @@ def test_the_slots_tell_apart_how_a_packet_was_lost(collisions: Results, tmp_pat
 
 def test_estimates_are_those_of_the_table(collisions: Results) -> None:
     """They rise by 1/20 with the number of the peer and over the run; the last peer has none."""
-    found = links.link_estimates(collisions)
+    found = heatmaps.link_estimates(collisions)
     assert found.incoming[1, 0, -1] == pytest.approx(59 / 60 / 20, abs=1e-6)  # of A, as B saw it last before 998.75 s
     assert found.incoming[0, 2, 0] == pytest.approx(2 / 20)
     assert found.outgoing[2, 0] == pytest.approx((2 + 0.5 + 1.0) / 20, abs=1e-6)  # from A to C, as A has it
@@ -142,14 +142,14 @@ def test_estimates_are_those_of_the_table(collisions: Results) -> None:
 
 def test_a_peer_is_parked_until_it_is_heard_again(collisions: Results) -> None:
     """Of three others A parks D from 200 to 600 s, B from 250 s on, C from 900 s on."""
-    found = links.link_estimates(collisions)
+    found = heatmaps.link_estimates(collisions)
     shares = {time_s: found.without[3, np.searchsorted(found.at_s, time_s)] for time_s in (190, 210, 300, 700, 950)}
     assert shares == pytest.approx({190: 0.0, 210: 1 / 3, 300: 2 / 3, 700: 1 / 3, 950: 2 / 3})
     assert not found.without[:3].any()
 
 
 def test_the_figure_of_links_says_what_it_shows(collisions: Results) -> None:
-    drawn = links.picture(collisions)
+    drawn = heatmaps.links(collisions)
     assert "Crossed: no estimate." in drawn.caption
     numbers = [text.get_text() for text in drawn.figure.axes[2].texts]
     assert numbers == ["10", "15", "5", "15", "5", "10", "5", "10", "15"]
@@ -171,4 +171,4 @@ def test_a_peer_is_done_without_until_it_is_heard(
     tmp_path: Path, events: list[tuple[float, str]], span_s: tuple[float, float]
 ) -> None:
     parked = [(time_s, "A", "B", event) for time_s, event in events]
-    assert links.spans_without(Fiction(parked=parked).write(tmp_path / "run"), 1000.0)["A", "B"] == [Span(*span_s)]
+    assert heatmaps.spans_without(Fiction(parked=parked).write(tmp_path / "run"), 1000.0)["A", "B"] == [Span(*span_s)]

@@ -1,0 +1,314 @@
+"""Figures ``delivery``, ``knowledge`` and ``links``: shares and ages as shades of grey, darker is worse.
+
+Colours denote vehicles in run figures; numbers are therefore grey.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import LinearSegmentedColormap, Normalize
+from matplotlib.figure import Figure
+
+from missions.figure import RunResults, axis_end_s
+from visualisation import page, run_records, style, words
+from visualisation.page import DrawnPage, panel_in
+from visualisation.run_records import Floats, Span, outages, outages_until, spans
+from visualisation.runs import captions, news
+
+SHADES = LinearSegmentedColormap.from_list("shades", ["#FFFFFF", "#000000"])
+NAME_ROOM_IN = 0.9
+LEAST_NAME_IN = 0.095
+"""Minimum row height at which each row has its name."""
+KEY_IN, KEY_BAR_IN = 2.0, 0.07
+"""Length and height of a key."""
+MOST_NUMBERS = 8
+"""Maximum fleet size for numbers in matrices."""
+
+
+class Timespan(NamedTuple):
+    """Time of a run: its end, end of the axis, and spans out of the mission by vehicle."""
+
+    end_s: float
+    axis_end_s: float
+    out: Mapping[str, Sequence[Span]]
+
+
+def row_in(n: int, least_in: float, most_in: float, all_in: float) -> float:
+    """Return the height of one of ``n`` rows with ``all_in`` as target for their sum."""
+    return min(most_in, max(least_in, all_in / max(1, n)))
+
+
+def draw_shades(
+    axes: Axes, values: Floats, top: float, extent: tuple[float, float, float, float] | None = None
+) -> None:
+    """Draw rows of values from 0 (white) to ``top`` (black); NaN stays white.
+
+    Args:
+        extent: left, right, bottom and top in data; None for numbers of columns and rows.
+    """
+    axes.imshow(
+        np.ma.masked_invalid(values), cmap=SHADES, vmin=0.0, vmax=top, aspect="auto", interpolation="nearest",
+        extent=extent,
+    )  # fmt: skip
+
+
+def name_rows(axes: Axes, names: Sequence[str], row_in: float) -> None:
+    """Label the rows, as many as fit."""
+    axes.set_yticks(*_ticks(names, row_in))
+    axes.tick_params(axis="y", length=0, labelsize=style.TINY_PT, pad=2)
+
+
+def _ticks(names: Sequence[str], room_in: float) -> tuple[list[int], list[str]]:
+    step = max(1, int(np.ceil(LEAST_NAME_IN / room_in)))
+    numbers = list(range(0, len(names), step))
+    return numbers, [style.fitted(names[number], NAME_ROOM_IN, style.TINY_PT) for number in numbers]
+
+
+def matrix(axes: Axes, names: Sequence[str], values: Floats, top: float, percent: bool, side_in: float) -> None:
+    """Draw a square of shades, receivers down and senders across, with numbers for small fleets.
+
+    Args:
+        values: by receiver (row) and sender (column); NaN is crossed.
+        top: value of black.
+        percent: whether values are shares.
+        side_in: approximate side of the square.
+    """
+    axes.set_xlabel("sender", fontsize=style.SMALL_PT)
+    axes.set_ylabel("receiver", fontsize=style.SMALL_PT)
+    n = max(1, len(names))
+    if names:
+        draw_shades(axes, values, top)
+    name_rows(axes, names, side_in / n)
+    axes.set_xticks(*_ticks(names, side_in / n), rotation=90)
+    axes.tick_params(axis="x", length=0, labelsize=style.TINY_PT, pad=2)
+    for at in range(len(names)):
+        axes.plot([at - 0.5, at + 0.5], [at + 0.5, at - 0.5], color=style.GREY, linewidth=0.4)
+    for receiver in range(len(names)):
+        for sender in range(len(names)):
+            value = values[receiver, sender]
+            if np.isnan(value):
+                if receiver != sender:
+                    axes.plot([sender], [receiver], marker="x", color=style.GREY, markersize=2.5)
+            elif n <= MOST_NUMBERS:
+                text = f"{100 * value:.0f}" if percent else f"{value:.0f}"
+                colour = "white" if value > 0.5 * top else style.BLACK
+                axes.text(sender, receiver, text, ha="center", va="center", fontsize=style.SMALL_PT, color=colour)
+    axes.set_xlim(-0.5, n - 0.5)
+    axes.set_ylim(n - 0.5, -0.5)
+
+
+def strip(axes: Axes, names: Sequence[str], values: Floats, top: float, span: Timespan, row_in: float) -> None:
+    """Draw a row of shades per vehicle over mission time, hatched while out of the mission."""
+    n = max(1, len(names))
+    if values.size:
+        draw_shades(axes, values, top, (0.0, span.end_s, n - 0.5, -0.5))
+    axes.set_xlim(0.0, span.axis_end_s)
+    name_rows(axes, names, row_in)
+    for at in range(1, n):
+        axes.axhline(at - 0.5, color="white", linewidth=min(1.0, 6.0 * row_in))
+    for row, name in enumerate(names):
+        for start, end in outages_until(span.out.get(name, ()), span.end_s):
+            axes.barh(row, end - start, 1.0, start, facecolor="none", edgecolor=style.GREY, hatch="////", linewidth=0)
+    axes.set_xlabel(words.axis("time", "s"))
+
+
+def key(figure: Figure, below: Axes, body_in: float, top: float, label: str, percent: bool = False) -> None:
+    """Draw the scale of shades from 0 to ``top`` below a panel of height ``body_in``."""
+    share = min(1.0, KEY_IN / panel_in(below)[0])
+    bar = figure.colorbar(
+        ScalarMappable(Normalize(0.0, top), SHADES), ax=below, location="bottom", shrink=share, pad=0.05 / body_in,
+        fraction=KEY_BAR_IN / body_in, aspect=share * panel_in(below)[0] / KEY_BAR_IN,
+    )  # fmt: skip
+    ends = [0.0, top / 2, top]
+    bar.set_ticks(ends, labels=[f"{100 * end:.0f} %" if percent else f"{end:.0f}" for end in ends])
+    bar.ax.tick_params(length=1.5, labelsize=style.TINY_PT, pad=1)
+    bar.set_label(label, fontsize=style.TINY_PT, labelpad=1)
+
+
+LEAST_FOR_TWO_IN = 5.0
+"""Minimum page width for two matrices side by side."""
+POINTS = 400
+"""Number of sampling times."""
+
+
+def _sampled(end_s: float) -> Floats:
+    """Return evenly spaced times (s) of a run."""
+    found: Floats = (np.arange(POINTS) + 0.5) * end_s / POINTS
+    return found
+
+
+def delivery(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
+    """Draw two matrices, receivers down and senders across, stacked on a narrow page."""
+    traffic = news.traffic(results)
+    worst_s = news.worst_age_s(traffic)
+    panels: list[tuple[str, Floats, float, str, bool]] = [
+        ("packets lost", traffic.lost_shares, 1.0, "share of the sender's packets that were lost", True),
+        ("age of news", traffic.mean_ages_s, worst_s, "mean age of the news of the sender (s)", False),
+    ]
+    columns = 2 if width_in >= LEAST_FOR_TWO_IN else 1
+    side_in = width_in / columns - 0.7
+    with style.paper():
+        figure = page.opened(width_in, 2 * side_in)
+        squares = page.panels(figure, 2, columns, [title for title, *_ in panels], framed=True)
+        for axes, (_, values, top, label, percent) in zip(squares, panels, strict=True):
+            matrix(axes, traffic.vehicles, values, top, percent, side_in)
+            key(figure, axes, side_in, top, label, percent)
+        first = squares[::columns]
+        page.lay_out(figure, first, lambda: [page.panel_in(axes)[0] for axes in first])
+    heard, lost = traffic.outcome.heard.sum(), traffic.outcome.lost.sum()
+    text = captions.of_run(
+        results,
+        "Who heard whom: rows are receivers, columns senders, darker is worse.",
+        f"(a) Share of the sender's packets that the receiver lost: {lost} of {heard + lost} in all.",
+        "(b) Time since the sender sent what the receiver heard last, as a mean while both were in the mission.",
+        f"Black is {news.WORST_FRAMES} TDMA frames or more, whatever the run.",
+        "Crossed: nothing was sent that could be heard.",
+    )
+    return DrawnPage(figure, text)
+
+
+AGE_ROWS_IN = 0.065, 0.3, 2.9
+"""Minimum and maximum height of a row, and target height of a panel."""
+WORST_ITEMS = 5.0
+"""Missing items per vehicle of the fleet that are drawn black."""
+
+
+def knowledge(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
+    """Draw strips per vehicle: mean age of information on peers, and missing items of peers."""
+    traffic = news.traffic(results)
+    names = traffic.vehicles
+    high_in = row_in(len(names), *AGE_ROWS_IN)
+    body_in = high_in * max(1, len(names))
+    at_s = _sampled(traffic.end_s)
+    ages_s = np.ma.masked_invalid(traffic.ages_s(at_s)).mean(axis=1).filled(np.nan)
+    lacking = news.items_lacking(results, at_s)
+    panels = (
+        ("mean age of the news of the others", ages_s, words.axis("age", "s"), news.worst_age_s(traffic)),
+        ("items of the others that the vehicle lacks", lacking, "items", WORST_ITEMS * max(1.0, len(names))),
+    )
+    span = Timespan(traffic.end_s, axis_end_s(results), traffic.out)
+    with style.paper():
+        figure = page.opened(width_in, 2 * body_in)
+        strips = page.panels(figure, 2, 1, [title for title, *_ in panels], framed=True)
+        for axes, (_, values, label, top) in zip(strips, panels, strict=True):
+            strip(axes, names, values, top, span, high_in)
+            key(figure, axes, body_in, top, label)
+        page.lay_out(figure, strips, [body_in] * 2)
+    text = captions.of_run(
+        results,
+        "Knowledge of the vehicles over mission time, darker is worse.",
+        "(a) Time since a peer sent what the vehicle heard of it last, as a mean over its peers.",
+        "(b) Items that others have told and the vehicle has not received.",
+        f"Black is {news.WORST_FRAMES} TDMA frames, and {WORST_ITEMS:g} items for each vehicle, or more.",
+        "Hatched: the vehicle is out of the mission." if traffic.out else "",
+    )
+    return DrawnPage(figure, text)
+
+
+LOSS_ROWS_IN = 0.055, 0.18, 1.8
+"""Minimum and maximum height of a row, and target height of a panel."""
+INCOMING, OUTGOING = "incoming", "outgoing"
+"""Directions of a link in table ``links``: from the peer to the vehicle, and the reverse."""
+THERE, SLOT_CONFLICT = ("heard again", "begins anew"), "slot conflict"
+"""Events in table ``peers``: peer present, duplicate slot. All others declare absence."""
+
+
+class LinkEstimates(NamedTuple):
+    """Contents of table ``links``, sampled.
+
+    Attributes:
+        incoming: loss estimated by the receiver, as receiver x sender x time.
+        outgoing: last loss estimated by the sender, as receiver x sender.
+        without: share of peers that declare a vehicle (row) absent at each time (column).
+    """
+
+    vehicles: tuple[str, ...]
+    at_s: Floats
+    incoming: Floats
+    outgoing: Floats
+    without: Floats
+
+
+def link_estimates(results: RunResults) -> LinkEstimates:
+    """Return estimates of a run at evenly spaced times; NaN before the first one."""
+    vehicles = tuple(run_records.vehicle_names(results))
+    number = {name: at for at, name in enumerate(vehicles)}
+    n, end_s = len(vehicles), run_records.end_s(results)
+    at_s = _sampled(end_s)
+    rows = [row for row in results.rows("links") if {row["vehicle"], row["peer"]} <= number.keys()]
+    incoming, outgoing = np.full((n, n, POINTS), np.nan), np.full((n, n), np.nan)
+    for row in rows:  # in time order
+        vehicle, peer = number[row["vehicle"]], number[row["peer"]]
+        estimate = np.nan if row["p_loss"] is None else row["p_loss"]
+        if row["direction"] == INCOMING:
+            incoming[vehicle, peer, np.searchsorted(at_s, row["time_s"]) :] = estimate
+        else:
+            outgoing[peer, vehicle] = estimate
+    without = np.zeros((n, POINTS))
+    for (_, name), without_it in spans_without(results, end_s).items():
+        for span in without_it if name in number else ():
+            without[number[name]] += (span.start_s <= at_s) & (at_s < span.end_s)
+    return LinkEstimates(vehicles, at_s, incoming, outgoing, without / max(1, n - 1))
+
+
+def spans_without(results: RunResults, end_s: float) -> dict[tuple[str, str], list[Span]]:
+    """Return spans in which a vehicle declared a peer absent, by vehicle and peer."""
+    told: dict[tuple[str, str], list[tuple[float, bool]]] = defaultdict(list)
+    for row in results.rows("peers"):
+        if row["event"] != SLOT_CONFLICT:
+            told[row["vehicle"], row["peer"]].append((row["time_s"], row["event"] not in THERE))
+    return {pair: spans(events, end_s) for pair, events in told.items()}
+
+
+def links(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
+    """Draw strips of estimated loss and absent peers, above matrices of last estimates."""
+    found = link_estimates(results)
+    names, n, end_s = found.vehicles, max(1, len(found.vehicles)), run_records.end_s(results)
+    high_in = row_in(n, *LOSS_ROWS_IN)
+    columns = 2 if width_in >= LEAST_FOR_TWO_IN else 1
+    side_in = width_in / columns - 0.7
+    strips = (
+        ("(a) receivers: estimated loss of what is sent to them", _mean(found.incoming)),
+        ("(b) peers: share of the others that do without them", found.without),
+    )
+    squares = (
+        ("(c) last estimates of the receivers", found.incoming[:, :, -1]),
+        ("(d) last estimates of the senders", found.outgoing),
+    )
+    span = Timespan(end_s, axis_end_s(results), outages(results))
+    rows: list[Any] = [["a"] * columns, ["b"] * columns, *([["c", "d"]] if columns == 2 else [["c"], ["d"]])]
+    with style.paper():
+        figure = page.opened(width_in, 2 * high_in * n + 2 * side_in)
+        panels = figure.subplot_mosaic(rows)
+        for axes, (title, values) in zip(panels.values(), strips, strict=False):
+            axes.set_title(title)
+            strip(axes, names, values, 1.0, span, high_in)
+        key(figure, panels["b"], high_in * n, 1.0, "estimated loss; share", percent=True)
+        for letter, (title, values) in zip("cd", squares, strict=True):
+            panels[letter].set_title(title)
+            matrix(panels[letter], names, values, 1.0, True, side_in)
+        column = [panels[letter] for letter, *_ in rows]
+        page.lay_out(figure, column, lambda: [high_in * n] * 2 + [page.panel_in(axes)[0] for axes in column[2:]])
+    text = captions.of_run(
+        results,
+        "What the vehicles take the links to lose, darker is worse.",
+        "(a) Estimates of a receiver, from the packets that it missed, as a mean over the senders.",
+        "(b) Share of the others that wait for nothing that the vehicle lacks, since it is silent for too long.",
+        "(c) The same estimates by link, in percent, as they were last.",
+        "(d) Those of the senders, from the acknowledgements that they heard.",
+        "Crossed: no estimate." if np.isnan(squares[0][1]).sum() + np.isnan(squares[1][1]).sum() > 2 * n else "",
+        "Hatched: the vehicle is out of the mission." if span.out else "",
+    )
+    return DrawnPage(figure, text)
+
+
+def _mean(estimates: Floats) -> Floats:
+    """Return the mean over senders; NaN without estimates."""
+    found: Floats = np.ma.masked_invalid(estimates).mean(axis=1).filled(np.nan)
+    return found
