@@ -72,7 +72,9 @@ ROOMS: dict[str, set[str]] = {
     },
     "missions.verification": {"missions.verification"},
     "missions.comparison": {"missions.comparison", "missions.sweeps", "missions", "worldmodel"},
-    "visualisation": {"visualisation", "missions", "exchange.study", "exchange", "worldmodel"},
+    "visualisation": {
+        "visualisation", "missions", "exchange.study", "exchange.channel", "exchange", "worldmodel",
+    },
     "visualisation.runs": {"visualisation.runs", "visualisation", "missions", "worldmodel"},
     "visualisation.sweeps": {"visualisation.sweeps", "visualisation", "missions", "missions.comparison", "worldmodel"},
     "visualisation.replay": {"visualisation.replay", "visualisation", "missions", "worldmodel"},

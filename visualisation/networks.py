@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -12,6 +11,9 @@ from matplotlib.patches import FancyArrowPatch
 
 from visualisation import page, style, words
 from visualisation.output import as_csv, check_format
+
+if TYPE_CHECKING:
+    from exchange.channel.network import Network
 
 BODY_IN, RANGES_IN, LONGEST_NAME_IN = 2.9, 2.0, 1.2
 BEND = 0.12
@@ -24,51 +26,7 @@ DARK = 0.6
 """Loss from which numbers are white."""
 
 
-class MeasuredNode(Protocol):
-    """Drawn properties of a node."""
-
-    @property
-    def name(self) -> str:
-        """Name of the node."""
-
-    @property
-    def position_m(self) -> tuple[float, float] | None:
-        """(x east, y north); None if unknown."""
-
-    @property
-    def depth_m(self) -> float | None:
-        """Depth; None if unknown."""
-
-
-class MeasuredNetwork(Protocol):
-    """Drawn properties of a network."""
-
-    @property
-    def name(self) -> str:
-        """Name of the network."""
-
-    @property
-    def citation(self) -> str:
-        """Source of the measurement."""
-
-    @property
-    def packet(self) -> str:
-        """Kind of packets counted."""
-
-    @property
-    def node(self) -> Sequence[MeasuredNode]:
-        """Nodes; empty for losses over range."""
-
-    @property
-    def per(self) -> Mapping[tuple[str, str], float]:
-        """Packet error rate by (sender, receiver)."""
-
-    @property
-    def per_over_range(self) -> Sequence[tuple[float, float]]:
-        """(range in metres, packet error rate), by range."""
-
-
-def network_contents(network: MeasuredNetwork, format: str) -> list[tuple[str, bytes]]:
+def network_contents(network: Network, format: str) -> list[tuple[str, bytes]]:
     """Return names and contents of figure, caption and CSV; DrawingError for an unknown format."""
     check_format(format)
     name = f"network-{network.name}"
@@ -79,7 +37,7 @@ def network_contents(network: MeasuredNetwork, format: str) -> list[tuple[str, b
     ]
 
 
-def network_figure(network: MeasuredNetwork) -> Figure:
+def network_figure(network: Network) -> Figure:
     """Draw losses over range; else the loss matrix, beside the map if all positions are known."""
     with style.paper():
         has_map, has_ranges = _has_map(network), bool(network.per_over_range)
@@ -95,11 +53,11 @@ def network_figure(network: MeasuredNetwork) -> Figure:
     return figure
 
 
-def _has_map(network: MeasuredNetwork) -> bool:
+def _has_map(network: Network) -> bool:
     return bool(network.node) and all(node.position_m is not None for node in network.node)
 
 
-def _over_range(axes: Axes, network: MeasuredNetwork) -> None:
+def _over_range(axes: Axes, network: Network) -> None:
     ranges_m, per = zip(*network.per_over_range, strict=True)
     axes.plot((0.0, *ranges_m), (per[0], *per), color=style.BLUE, zorder=2)
     axes.plot(ranges_m, per, color=style.BLUE, marker="o", linestyle="", zorder=3)
@@ -109,7 +67,7 @@ def _over_range(axes: Axes, network: MeasuredNetwork) -> None:
     axes.set_ylabel("share lost")
 
 
-def _map(axes: Axes, network: MeasuredNetwork) -> None:
+def _map(axes: Axes, network: Network) -> None:
     """Nodes and one arrow per directed link: wider for less loss, curved to its left."""
     at_m = {node.name: node.position_m for node in network.node if node.position_m is not None}
     for (sender, receiver), per in network.per.items():
@@ -144,7 +102,7 @@ def _map(axes: Axes, network: MeasuredNetwork) -> None:
     axes.set_ylabel(words.axis("north", "m"))
 
 
-def _matrix(axes: Axes, network: MeasuredNetwork) -> None:
+def _matrix(axes: Axes, network: Network) -> None:
     """Grey matrix of losses, darker for more: rows send, columns receive."""
     names = [node.name for node in network.node]
     n = len(names)
@@ -173,7 +131,7 @@ def _matrix(axes: Axes, network: MeasuredNetwork) -> None:
     axes.set_ylabel("sends")
 
 
-def network_caption(network: MeasuredNetwork) -> str:
+def network_caption(network: Network) -> str:
     """Return the caption: content, conditions and source."""
     source = f" {network.citation}." if network.citation else ""
     packet = f" Counted: {network.packet}." if network.packet else ""
@@ -189,7 +147,7 @@ def network_caption(network: MeasuredNetwork) -> str:
     return f"Network {network.name}: {text}.{packet}{source}"
 
 
-def network_csv(network: MeasuredNetwork) -> bytes:
+def network_csv(network: Network) -> bytes:
     """Return one line per directed link, readable as a network again; or per range."""
     if network.per_over_range:
         return as_csv(("range_m", "per"), ((f"{range_m:g}", f"{per:g}") for range_m, per in network.per_over_range))

@@ -15,6 +15,7 @@ or not. Type facts of the checked block count as known.
 
 import math
 from dataclasses import dataclass
+from operator import itemgetter
 
 from worldmodel.facts import EPOCHS, MOST_ITEMS, STATUS, Block, Fault, FaultCode, PropertyValue
 from worldmodel.ontology.tbox import TYPE_UID, Attribute, ValueKind
@@ -31,6 +32,7 @@ class CheckResult:
 
 _SOUND = CheckResult()
 _UIDS = (ValueKind.TYPE, ValueKind.LINK)
+_ATTRIBUTE = itemgetter(1)
 
 
 def check_form(store: Store, block: Block, judged: bool = False) -> tuple[Fault, ...]:
@@ -44,7 +46,7 @@ def check_form(store: Store, block: Block, judged: bool = False) -> tuple[Fault,
         faults.append((FaultCode.BAD_SEQUENCE, f"sequence {block.sequence} is outside 0..{MOST_ITEMS - 1}"))
     elif block.sequence < STATUS and block.origin != store.owner:
         faults.append((FaultCode.BAD_SEQUENCE, f"block {block.sequence} is private to origin {block.origin}"))
-    elif block.is_status and not store.latest_only.issuperset(fact.attribute for fact in block.facts):
+    elif block.sequence == STATUS and not store.latest_only.issuperset(map(_ATTRIBUTE, block.facts)):
         detail = "a status has facts of attributes with rm:latestOnly alone"
         faults.append((FaultCode.BAD_SEQUENCE, detail))
     if not math.isfinite(block.time_s) or block.time_s < 0:
@@ -92,10 +94,14 @@ def _check_value(store: Store, attribute: Attribute, fact: PropertyValue, faults
 
 def check_fit(store: Store, block: Block) -> CheckResult:
     """Check the fit of a block of valid form with the store, see the module docstring."""
+    masks = store.index.masks
     for fact in block.facts:
-        if not _fits_as_known(store, fact):
+        attribute = store.tbox.attributes[fact.attribute]
+        if attribute.kind is ValueKind.TYPE or not masks.get(fact.subject, 0) >> attribute.domain & 1:
             break
-    else:
+        if attribute.range_class is not None and not masks.get(fact.target, 0) >> attribute.range_class & 1:
+            break
+    else:  # subjects and targets are known to have the required classes
         return _SOUND
     fit = _Fit(store, block)
     for fact in block.facts:
@@ -109,14 +115,6 @@ def check_fit(store: Store, block: Block) -> CheckResult:
     if fit.found:
         return CheckResult(_faults(block, fit.found))
     return CheckResult(missing=tuple(fit.missing)) if fit.missing else _SOUND
-
-
-def _fits_as_known(store: Store, fact: PropertyValue) -> bool:
-    """True if subject and target have the required classes; False for type facts."""
-    attribute = store.tbox.attributes[fact.attribute]
-    if attribute.kind is ValueKind.TYPE or not store.class_mask(fact.subject) >> attribute.domain & 1:
-        return False
-    return attribute.range_class is None or bool(store.class_mask(fact.target) >> attribute.range_class & 1)
 
 
 class _Fit:

@@ -168,6 +168,7 @@ class StoredItems:
         except ValueError as error:
             raise FactError(f"time_resolution_s: {error}") from None
         self.time_resolution_s = time_resolution_s
+        self._time_ratio = self.clock_grid.ratio
         self.logs: dict[tuple[int, int], BlockLog] = {}
         """Items, by (origin, epoch)."""
         self._private: dict[tuple[int, int], BlockLog] = {}  # private blocks, numbered upwards here
@@ -275,7 +276,8 @@ class StoredItems:
 
     def quantise_time(self, time_s: float) -> float:
         """Return the grid time nearest to ``time_s`` (s)."""
-        return self.clock_grid.value_at(self.clock_grid.index_of(time_s))
+        step, denominator = self._time_ratio
+        return round(time_s / self.time_resolution_s) * step / denominator
 
     def _place(self, guid: Guid, create: bool = False) -> tuple[BlockLog | None, int]:
         origin, epoch, sequence = guid

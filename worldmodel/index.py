@@ -55,10 +55,15 @@ class Index:
 
     def enter(self, observation: Observation) -> None:
         """Add a fact."""
-        fact, block = observation.fact, observation.block
+        block, position = observation
+        fact = block.facts[position]
         subject, attribute = fact.subject, fact.attribute
-        entries = self._slots_of(block).setdefault(attribute, {}).setdefault(subject, [])
-        insort(entries, observation, key=sort_key)
+        slots = self._slots_of(block) if self.trust.from_s else self.slots
+        entries = slots.setdefault(attribute, {}).setdefault(subject, [])
+        if not entries or entries[-1].block.time_s < block.time_s:
+            entries.append(observation)
+        else:
+            insort(entries, observation, key=sort_key)
         if attribute in self.heeded:
             self.touched.add((subject, attribute))
         if attribute == TYPE_UID:
@@ -134,17 +139,34 @@ class Index:
         """Replace older statuses of the origin, fact by fact; return the facts stored now."""
         placed = []
         for fact in status.facts:
-            single = Observation(status._replace(facts=(fact,)), 0)
+            single = Observation(status if len(status.facts) == 1 else status._replace(facts=(fact,)), 0)
             slot = (fact.subject, fact.attribute, status.origin)
             held = self.statuses.get(slot)
             if held is not None:
                 if status.time_s <= held.time_s and self._order(single.block) <= self._order(held):
+                    continue
+                if self._replaces_newest(held, single):
+                    placed.append(single)
                     continue
                 self.leave(Observation(held, 0))
             self.statuses[slot] = single.block
             self.enter(single)
             placed.append(single)
         return placed
+
+    def _replaces_newest(self, held: Block, new: Observation) -> bool:
+        """Replace the newest fact of a property if nothing else follows from it; else return False."""
+        subject, attribute, _, _ = held.facts[0]
+        if attribute in self.heeded or self.trust.from_s or attribute == self.trust.attribute:
+            return False
+        entries = self.slots[attribute][subject]
+        if self._tbox.attributes[attribute].range_class is not None or entries[-1].block is not held:
+            return False
+        if new.block.time_s <= held.time_s:
+            return False
+        entries[-1] = new
+        self.statuses[subject, attribute, held.origin] = new.block
+        return True
 
     def _order(self, status: Block) -> tuple[float, int, tuple[int, ...], bool, float]:
         """Return the order of statuses of one property and origin; content breaks ties."""

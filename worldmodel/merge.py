@@ -29,7 +29,7 @@ from collections.abc import Iterable
 
 from worldmodel.arrivals import NOTHING
 from worldmodel.checks import check_fit, check_form
-from worldmodel.facts import Block, Change, Fault, FaultCode, Guid, Merged
+from worldmodel.facts import STATUS, Block, Change, Fault, FaultCode, Guid, Merged
 from worldmodel.ontology.tbox import TYPE_UID
 from worldmodel.store import Store
 
@@ -133,8 +133,10 @@ def merge(store: Store, blocks: Iterable[Block], now_s: float | None = None, jud
     unreported, arrivals.unreported = arrivals.unreported, NOTHING
     changes, faults = [*unreported.changes], [*unreported.faults]
     arrivals.now_s = now_s
-    latest_s = math.inf if now_s is None else store.latest_time_s(now_s)
+    latest_s = math.inf if now_s is None else now_s
     for block in blocks:
+        if block.time_s > latest_s and now_s is not None:
+            latest_s = store.latest_time_s(now_s)
         went_in, refused = _taken(store, block, latest_s, judged)
         changes += went_in
         faults += refused
@@ -182,7 +184,8 @@ def enter(store: Store, block: Block, known: Block | None = None) -> Merged:
 def _taken(store: Store, block: Block, latest_s: float, judged: bool) -> Merged:
     """Check and add a block, unless it is known."""
     known = None
-    if not block.is_status:
+    is_status = block.sequence == STATUS
+    if not is_status:
         known = store.arrived(block.guid)
         if known == block if known is not None else store.has_arrived(block.guid):
             return NOTHING
@@ -191,7 +194,7 @@ def _taken(store: Store, block: Block, latest_s: float, judged: bool) -> Merged:
     if block.time_s > latest_s:
         detail = f"time {block.time_s} s is later than {latest_s:g} s, its arrival and the clock tolerance"
         return Merged((), (Fault(FaultCode.FUTURE, block.origin, detail, block.sequence, block.epoch),))
-    return _take_status(store, block) if block.is_status else enter(store, block, known)
+    return _take_status(store, block) if is_status else enter(store, block, known)
 
 
 def _take_status(store: Store, block: Block) -> Merged:

@@ -189,22 +189,20 @@ class Store(StoredItems):
 
     def _indexed(self, block: Block) -> Change:
         entries = [Observation(block, position) for position in range(len(block.facts))]
-        for entry in entries:
+        watching = self.subscriptions.watching
+        for fact, entry in zip(block.facts, entries, strict=True):
             self.index.enter(entry)
-            self._note(entry)
+            if fact.attribute in watching:
+                self.subscriptions.note(entry)
         return Change(block, self._turned() if self.index.turned else self._latest_of(entries))
 
-    def _note(self, entry: Observation) -> None:
-        if entry.fact.attribute in self.subscriptions.watching:
-            self.subscriptions.note(entry)
-
     def _latest_of(self, entries: Iterable[Observation]) -> tuple[PropertyValue, ...]:
-        slots = self.index.slots
-        return tuple(
-            entry.fact
-            for entry in entries
-            if slots.get(entry.fact.attribute, EMPTY).get(entry.fact.subject, _NONE)[-1] is entry
-        )
+        latest = []
+        for entry in entries:
+            fact = entry.block.facts[entry.position]
+            if self.index.slots.get(fact.attribute, EMPTY).get(fact.subject, _NONE)[-1] is entry:
+                latest.append(fact)
+        return tuple(latest)
 
     def _turned(self) -> tuple[PropertyValue, ...]:
         """Return the latest facts of all properties whose valid facts an exclusion changed."""
@@ -217,7 +215,8 @@ class Store(StoredItems):
         placed = self.index.place(block)
         self.version += bool(placed)
         for entry in placed:
-            self._note(entry)
+            if entry.block.facts[0].attribute in self.subscriptions.watching:
+                self.subscriptions.note(entry)
         return Change(block, self._latest_of(placed))
 
     def facts_of(self, subject: int, attribute: int) -> list[Observation]:

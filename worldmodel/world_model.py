@@ -10,6 +10,7 @@ attribute whose values all matter, such as detections. A pruned item cannot be c
 
 import math
 from collections.abc import Iterable, Iterator
+from operator import itemgetter
 from typing import NamedTuple
 
 from worldmodel.checks import CheckResult, check_fit, check_form
@@ -19,6 +20,7 @@ from worldmodel.holdings import PruneRule
 from worldmodel.index import EMPTY
 from worldmodel.merge import enter, expire, merge
 from worldmodel.ontology.fields import Value
+from worldmodel.ontology.tbox import TYPE_UID
 from worldmodel.store import Store
 
 Stated = tuple[int, int, Value] | tuple[int, int, Value, float | None]
@@ -61,6 +63,9 @@ class WorldModel(Store):
             )
         if block.is_status:
             return self.place_status(block)
+        if TYPE_UID not in map(itemgetter(1), stored):  # it creates nothing that others wait for
+            self.note_creations(block)
+            return self.insert(block)
         changes, faults = enter(self, block)
         change = next(change for change in changes if change.block is block)
         others = tuple(c for c in changes if c is not change)

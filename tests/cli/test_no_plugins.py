@@ -126,8 +126,13 @@ def test_the_variable_holds_in_python_and_shipped_names_do_not_lead_elsewhere(mo
             named_object(reference)
 
 
-@pytest.mark.parametrize("name", ["a/b", "..", "/tmp/a", "a\\b", ".hidden", "a\nb", "a\0b", "=2+3", "-a"])
-@pytest.mark.parametrize("table", ["scenario", "group", "vehicle", "role", "study"])
+@pytest.mark.parametrize(
+    ("table", "name"),
+    [
+        *(("scenario", name) for name in ("a/b", "..", "/tmp/a", "a\\b", ".hidden", "a\nb", "a\0b", "=2+3", "-a")),
+        *((table, "a/b") for table in ("group", "vehicle", "role", "study")),
+    ],
+)
 def test_names_lead_to_no_other_folder_and_are_no_formula(tmp_path: Path, table: str, name: str) -> None:
     raw = tomllib.loads(shipped()["mapping-rendezvous"].read_text(encoding="utf-8"))
     changed = {"scenario": raw["scenario"], "vehicle": raw["vehicle"][0], "group": raw["group"][0]}
