@@ -4,8 +4,8 @@
 ``missions.mapping``, combine ``Meeting`` and ``MeetingTruth`` themselves.
 """
 
-from missions.meeting.job_mission import JobMission, JobScenario, JobSettings
+from missions.meeting.job_mission import AnyonesJob, JobMission, JobScenario, JobSettings, Stay
 from missions.meeting.meeting import Meeting
 from missions.meeting.truth import JobTruth, MeetingTruth
 
-__all__ = ["JobMission", "JobScenario", "JobSettings", "JobTruth", "Meeting", "MeetingTruth"]
+__all__ = ["AnyonesJob", "JobMission", "JobScenario", "JobSettings", "JobTruth", "Meeting", "MeetingTruth", "Stay"]

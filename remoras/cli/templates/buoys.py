@@ -8,11 +8,11 @@ from pathlib import Path
 
 from pydantic import Field
 
+from missions.meeting import AnyonesJob, Stay
 from missions.scenarios import Name, PointM, Section
 from remoras import (
-    ADVANCING, DONE, SELF, TIME, VEHICLE, Approach, Behaviour, Better, Column, Figure, JobMission, JobScenario,
-    JobSettings, Mark, Metric, Observation, Outlook, Perception, Reference, SensorSettings, Table, attracted,
-    distance_m,
+    DONE, SELF, TIME, VEHICLE, Behaviour, Better, Column, Figure, JobMission, JobScenario, JobSettings, Mark, Metric,
+    Observation, SensorSettings, Table, distance_m,
 )  # fmt: skip
 
 SIGHTINGS = Table("sightings", (TIME, VEHICLE, Column("x_m", "float", "m"), Column("y_m", "float", "m")))
@@ -36,48 +36,31 @@ class BuoyScenario(JobScenario):
 
 
 # A job: the data that a strategy needs to assign it
-@dataclass(frozen=True)
-class Service:
-    name: str
+@dataclass(frozen=True, kw_only=True)
+class Service(AnyonesJob):
     place_m: tuple[float, float]
     stay_s: float
     needs: tuple[str, ...]
 
-    @property
-    def done(self):
-        return "jobDone", self.name
-
-    def is_able(self, data):
-        return True
-
     def after(self, outlook, data):
-        way_s = math.dist(outlook.position_m, self.place_m) / data.transit_speed_mps
-        return Outlook(outlook.free_s + way_s + self.stay_s, self.place_m)
+        return outlook.stayed(self.place_m, self.stay_s, data)
 
 
 # A behaviour: execution of a job by a vehicle
 class Servicing(Behaviour):
     def __init__(self, buoy, data):
-        self._buoy, self._speed_mps = buoy, data.transit_speed_mps
-        self._approach, self._since_s, self._done = Approach(self._speed_mps), None, False
+        self._buoy, self._stay, self._done = buoy, Stay(data), False
 
     def perceive(self, motion, picture, performed):
-        to_go_m, now_s = distance_m(motion, self._buoy.place_m), picture.body.now_s
-        if to_go_m > 2.0 or not performed:
-            self._since_s = None  # restart after an interruption
-        elif self._since_s is None:
-            self._since_s = now_s
-        self._done = self._done or (self._since_s is not None and now_s - self._since_s >= self._buoy.stay_s)
         if self._done:
             return DONE
-        if self._since_s is not None:
-            return ADVANCING
-        advance = self._approach.advance(to_go_m, now_s, performed)
-        return Perception(1.0, advance) if performed else attracted(to_go_m)
+        to_go_m = distance_m(motion, self._buoy.place_m)
+        found = self._stay.perceive(to_go_m, self._buoy.stay_s, picture.body.now_s, performed)
+        self._done = found.done
+        return found
 
     def reference(self, motion, picture):
-        arrived = distance_m(motion, self._buoy.place_m) <= 1.0
-        return Reference(self._buoy.place_m, 0.0 if arrived else self._speed_mps)
+        return self._stay.reference(self._buoy.place_m, motion)
 
 
 # A sensor: a detection becomes an instance with a position, and a table row
@@ -136,7 +119,10 @@ class BuoyMission(JobMission):
     )
 
     def jobs_of(self, scenario):
-        return [Service(buoy.name, buoy.position_m, buoy.service_s, buoy.after) for buoy in scenario.buoy]
+        return [
+            Service(buoy.name, place_m=buoy.position_m, stay_s=buoy.service_s, needs=buoy.after)
+            for buoy in scenario.buoy
+        ]
 
     def behaviour_at(self, job, data):
         return Servicing(job, data)
