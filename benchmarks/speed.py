@@ -11,7 +11,7 @@ import importlib.util
 import math
 import random
 import tracemalloc
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from typing import Any
 
 from mesa import Agent, Model
@@ -64,13 +64,13 @@ def network(duration_s: float) -> None:
     clock = simpy.Environment()
     acknowledged: list[set[tuple[int, int, int]]] = [set() for _ in walkers]
 
-    def motion() -> Iterator[Any]:
+    def motion() -> Generator[Any, Any, Any]:
         while True:
             for walker in walkers:
                 walker.step()
             yield clock.timeout(1.0)
 
-    def slots(node: int) -> Iterator[Any]:
+    def slots(node: int) -> Generator[Any, Any, Any]:
         yield clock.timeout(node * SLOT_S)
         n_items = 0
         while True:

@@ -83,8 +83,11 @@ def write_synced(path: Path, text: str) -> None:
         draft.write_text(text, encoding="utf-8")
 
 
-def lock(path: Path, flags: int = os.O_RDONLY) -> int | None:
-    """Open and lock a file or folder until its handle is closed or the process exits; None if held elsewhere."""
+def lock(path: Path, flags: int = os.O_RDONLY, *, is_required: bool = False) -> int | None:
+    """Open and lock a file or folder until its handle is closed or the process exits; None if held elsewhere.
+
+    On a file system without locks, a required lock raises OSError, another one is left out.
+    """
     handle = os.open(path, flags, 0o644)
     if sys.platform != "win32":
         try:
@@ -93,7 +96,9 @@ def lock(path: Path, flags: int = os.O_RDONLY) -> int | None:
             os.close(handle)
             return None
         except OSError:  # file system without locks
-            pass
+            if is_required:
+                os.close(handle)
+                raise
     return handle
 
 

@@ -351,7 +351,7 @@ class SweepFolder:
             raise OutputError(f"--out {folder}: holds the results of a single run; name another folder")
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            held = lock(folder / LOCK, os.O_RDWR | os.O_CREAT)
+            held = lock(folder / LOCK, os.O_RDWR | os.O_CREAT, is_required=True)
             if held is None:
                 raise OutputError(f"--out {folder}: another sweep is writing this folder")
             self._lock = held

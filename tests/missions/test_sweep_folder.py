@@ -1,5 +1,7 @@
 """The folder of a sweep: nothing lost, nothing doubled, whatever its file ends with and however the study grows."""
 
+import errno
+import os
 import shutil
 from pathlib import Path
 
@@ -49,6 +51,19 @@ def test_a_torn_tail_is_cut_and_its_run_made_again(folder: Path, tmp_path: Path,
     log.close()
     status = SweepResults.read(folder).status()
     assert (status.planned, status.done, status.remaining) == (8, 8, 0)
+
+
+def test_a_sweep_is_refused_on_a_file_system_without_locks(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two sweeps could write there at once."""
+
+    def without_locks(*_: object) -> None:
+        raise OSError(errno.ENOLCK, os.strerror(errno.ENOLCK))
+
+    monkeypatch.setattr("fcntl.flock", without_locks)
+    with pytest.raises(OutputError, match="No locks available"):
+        SweepFolder(folder, plan_of(tmp_path))
 
 
 def test_status_leaves_a_torn_tail_alone(folder: Path) -> None:
