@@ -100,7 +100,6 @@ class ExecutiveLayer:
         self._is_weighed = False  # motivations are current, except for satisfaction that has evolved
         self._has_evolved = False
         self._given: dict[int, float | None] = {}  # advances that perceptions state
-        self._stated: dict[int, float | None] = {}  # with those of functions
         self._advances: dict[RoleKey, float] = {}
         self.sets: tuple[ActivitySet, ...] = ()
         self.satisfaction: dict[RoleKey, float] = {}
@@ -193,12 +192,11 @@ class ExecutiveLayer:
         """
         self._now_s = now_s
         constants, performed = self._constants, self.decision.chosen
-        before = self._stimuli, self._stated
         if perceptions is not self._perceived:
             self._perceived, self._is_weighed = perceptions, False
             self._stimuli = self._stimuli_of(perceptions)
             self._given = {n: of.advance for n, of in enumerate(perceptions) if isinstance(of.advance, float | int)}
-        self._stated = {**self._given, **progress}
+            self._advances = self._advances_of(self._given)
         stimuli = self._stimuli
         calls = self._strongest_calls(now_s) if self._calling else {}
         waits = self._louder_waits(now_s) if self._waiting else ()
@@ -226,9 +224,8 @@ class ExecutiveLayer:
         if chosen != performed:
             self.decision, self._is_weighed = self._decision(chosen), False
         if dt_s > 0.0:
-            if before != (stimuli, self._stated):
-                self._advances = self._advances_of(self._stated)
-            self._has_evolved = self._evolve(dt_s)
+            advances = self._advances_of({**self._given, **progress}) if progress else self._advances
+            self._has_evolved = self._evolve(dt_s, advances)
         return self.decision
 
     def candidates(self, now_s: float) -> list[WeighedSet]:
@@ -354,9 +351,8 @@ class ExecutiveLayer:
             found[role] = max(strength, found.get(role, 0.0))
         return found
 
-    def _evolve(self, dt_s: float) -> bool:
+    def _evolve(self, dt_s: float, advances: Mapping[RoleKey, float]) -> bool:
         """Update satisfactions by progress, whatever was chosen; return whether any changed."""
-        advances = self._advances
         has_evolved, satisfaction, constants = False, self.satisfaction, self._constants
         for role, value in satisfaction.items():
             after = evolved(value, advances.get(role), dt_s, constants)

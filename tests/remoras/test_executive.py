@@ -162,6 +162,15 @@ def test_a_role_gets_on_as_its_activities_do(one: Perception, other: Perception,
         assert executive.satisfaction[PERFORMER] == pytest.approx(rate)
 
 
+def test_a_decision_between_periods_does_not_delay_progress() -> None:
+    """Satisfaction follows what was last perceived, also where nothing changed since a decision of no duration."""
+    executive, advancing = layer(HOMING), [ADVANCING]
+    executive.decide([STANDING], 0.0, 1.0)
+    executive.decide(advancing, 1.0, 0.0)
+    executive.decide(advancing, 1.0, 1.0)
+    assert executive.satisfaction[PERFORMER] == pytest.approx(CONSTANTS.tedium_per_s + CONSTANTS.gain_per_s)
+
+
 def test_new_activities_keep_what_goes_on() -> None:
     executive = layer(EXPLORING, HOMING)
     executive.decide([ADVANCING, DUE], 0.0, 1.0)
