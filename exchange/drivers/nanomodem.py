@@ -16,7 +16,7 @@ import tty
 from contextlib import suppress
 from pathlib import Path
 
-from exchange.drivers.seam import Paced, TimedPacket
+from exchange.drivers.driver import Paced, TimedPacket
 from exchange.errors import ConfigurationError
 
 LEAST_BYTES, MOST_BYTES = 2, 64

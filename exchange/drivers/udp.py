@@ -15,7 +15,7 @@ import time
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 
-from exchange.drivers.seam import Paced, TimedPacket
+from exchange.drivers.driver import Paced, TimedPacket
 from exchange.errors import ConfigurationError
 
 Address = tuple[str, int]

@@ -24,7 +24,7 @@ import uuid
 from contextlib import suppress
 from typing import Any
 
-from exchange.drivers.seam import Paced, TimedPacket
+from exchange.drivers.driver import Paced, TimedPacket
 from exchange.drivers.udp import Address
 from exchange.errors import ConfigurationError
 

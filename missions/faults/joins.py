@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 from missions.errors import ConfigurationFault
 from missions.fault import Absence
 from missions.scenarios.faults import DeclaredFault
-from remoras.condition import Condition
+from remoras.faults import Condition
 
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario

@@ -10,7 +10,7 @@ from pydantic import Field
 from missions.errors import ConfigurationFault
 from missions.fault import Absence
 from missions.scenarios.faults import DeclaredFault
-from remoras.condition import Condition
+from remoras.faults import Condition
 
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario

@@ -14,7 +14,7 @@ from remoras.cli.app import FAILED, Json, command, fail, show_json
 from remoras.cli.runs import ScenarioName, Seed, Settings
 
 if TYPE_CHECKING:
-    from exchange.drivers.seam import Driver, Paced
+    from exchange.drivers.driver import Driver, Paced
     from exchange.drivers.udp import Address, Socket
     from missions.nodes.alone import LoneVehicle, NodePlan
     from missions.nodes.frontseat import Frontseat
@@ -215,7 +215,7 @@ def _begun(
     plan: NodePlan, begins_s: float | None, speed: float, port: Socket | None, others: list[Address]
 ) -> tuple[LoneVehicle, Paced]:
     """Return the vehicle and its mission clock; it joins a mission that is under way."""
-    from exchange.drivers.seam import Paced
+    from exchange.drivers.driver import Paced
     from missions.nodes.alone import alone
 
     own = alone(plan)
