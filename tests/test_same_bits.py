@@ -21,7 +21,7 @@ FROM_NUMPY = {
     "angle", "arccos", "arccosh", "arcsin", "arcsinh", "arctan", "arctan2", "arctanh", "average", "cbrt", "convolve",
     "corrcoef", "cos", "cosh", "cov", "cross", "dot", "einsum", "exp", "exp2", "expm1", "fft", "float_power", "hypot",
     "inner", "interp", "linalg", "log", "log10", "log1p", "log2", "logaddexp", "matmul", "mean", "nanmean", "nansum",
-    "norm", "outer", "percentile", "polyfit", "polyval", "power", "quantile", "sin", "sinc", "sinh", "std", "sum",
+    "norm", "outer", "percentile", "polyfit", "polyval", "power", "sin", "sinc", "sinh", "std", "sum",
     "tan", "tanh", "tensordot", "trapezoid", "vdot", "var", "vecdot",
 }  # fmt: skip
 METHODS = {"dot", "mean", "std", "sum", "trace", "var"}

@@ -93,7 +93,7 @@ class Beliefs:
         self.held = [0] * n_nodes
         """Items (set) that a node is believed to hold, by node, this one included."""
         self.before = [0] * n_nodes
-        """The same before the present packet."""
+        """State of ``held`` before the present packet."""
         self.spared = [0] * n_nodes
         """Sendable items (set) that a node does not need, by node."""
         self.sendable: dict[int, Sendable] = {}

@@ -226,7 +226,7 @@ class ArrowsMission(JobMission):
         Else around the cell with the least mean distance to the expected sites, known to all from the prior (median of
         a network; Hakimi, Operations Research 12, 1964).
         """
-        settings, point = self.scenario.mission, next(iter(self._groups.values())).rally_point
+        settings, point = self.scenario.mission, next(iter(self.groups.values())).rally_point
         at_m = self._rally_points_m[point or ""]
         if settings.search != "central":
             grid, sites = self.grid, self.chart().sites(self.prior)
@@ -249,7 +249,7 @@ class ArrowsMission(JobMission):
         names = [SEARCHING, IDENTIFYING]
         founding = [
             Objective(group.name, role.name, name, AREA)
-            for group in self._groups.values()
+            for group in self.groups.values()
             for role in group.roles
             if role.founding
             for name in ([DIRECTING] if role.head and self.scenario.mission.search == "central" else [])

@@ -295,7 +295,7 @@ class MappingMission(JobMission):
     @cached_property
     def social_domain(self) -> Domain:
         """Decomposition of Supervision and AreaMapping into objectives of roles."""
-        return social_domain(self._groups, self.meeting, self.jobs, self._inspections)
+        return social_domain(self.groups, self.meeting, self.jobs, self._inspections)
 
     def jobs_of(self, scenario: MappingScenario) -> Iterable[Job]:
         """One survey per area, one inspection per find."""
@@ -342,7 +342,7 @@ class MappingMission(JobMission):
 
     def founding_objectives(self) -> Sequence[Objective]:
         """Supervision of the groups by their leaders, and the inspections, which need no order."""
-        return [*self.meeting.founding_objectives(), *inspecting(self._groups.values(), self._inspections)]
+        return [*self.meeting.founding_objectives(), *inspecting(self.groups.values(), self._inspections)]
 
     def is_individual(self, objective: Objective) -> bool:
         """Return True for exploring and mapping."""
@@ -387,7 +387,7 @@ class MappingMission(JobMission):
         self, name: str, objective: Objective, data: VehicleData, facts: FactsLike, position_m: Point
     ) -> tuple[tuple[Any, ...], set[Key]]:
         """Return the parameters of an activity and the keys of the facts used."""
-        group = self._groups[objective.group]
+        group = self.groups[objective.group]
         head_key = ("members", f"{group.name}.{group.head_role}")
         match name:
             case "ZigzagExploring":
@@ -438,7 +438,7 @@ class MappingMission(JobMission):
         return not self._unfinished_by_all.is_work_left(facts)
 
     def _work(self, group: str) -> WorkLeft:
-        jobs = [self._surveys[role.job] for role in self._groups[group].roles if role.job in self._surveys]
+        jobs = [self._surveys[role.job] for role in self.groups[group].roles if role.job in self._surveys]
         return WorkLeft(jobs, self.scenario.mission.half_left)
 
     def findings(
@@ -458,7 +458,7 @@ class MappingMission(JobMission):
         )
         if not found or self.meeting.is_overdue(group, beliefs, picture):
             return found
-        of = [other for other in self._groups.values() if group.name in (other.name, other.formed_by)]
+        of = [other for other in self.groups.values() if group.name in (other.name, other.formed_by)]
         is_left = (
             is_open_again(group, self._surveys, beliefs)
             or (is_alone_with_work(group, organisation, self._surveys, beliefs) and not picture.groups.meets_unheard)

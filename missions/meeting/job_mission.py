@@ -258,11 +258,11 @@ class JobMission(Mission):
             raise PluginError(f"{type(self).__name__} lacks objective, the name of what roles with a job pursue")
         self.scenario = scenario
         self._jobs = {job.name: job for job in self.jobs_of(scenario)}
-        self._groups = {group.name: group for group in groups_of(scenario)}
+        self.groups = {group.name: group for group in groups_of(scenario)}
         self._rally_points_m = {point.name: point.position_m for point in scenario.rally_point}
         settings = scenario.mission
         self.meeting = Meeting(
-            self._groups,
+            self.groups,
             self._rally_points_m,
             settings.arrival_radius_m,
             settings.follow_distance_m,
@@ -328,7 +328,7 @@ class JobMission(Mission):
 
     def _methods(self) -> list[Method]:
         def unfinished(facts: FactsLike, group: str) -> list[tuple[str, str]]:
-            return self._unfinished(facts, self._groups[group])
+            return self._unfinished(facts, self.groups[group])
 
         def together(facts: FactsLike, group: str) -> bool:
             return facts.get(("gatheredAt", group)) is not None
@@ -344,7 +344,7 @@ class JobMission(Mission):
         ]
 
     def _orders(self, group: str, role: str) -> list[Task]:
-        of = self._groups[group].role(role)
+        of = self.groups[group].role(role)
         job = None if of is None else of.job
         return [] if job is None else [Task(ASSIGN_OBJECTIVE, (group, role, self.objective, job))]
 

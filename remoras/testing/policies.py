@@ -8,12 +8,12 @@ import dataclasses
 import math
 import random
 from collections.abc import Callable, Iterator
-from itertools import pairwise
+from itertools import pairwise, permutations
 from random import Random
 
 import numpy as np
 
-from exchange.policy.acknowledgement import PacketLog, acknowledged, members
+from exchange.policy.acknowledgement import PacketLog, acknowledged, fields, members
 from exchange.policy.policies import AckPolicy, header_bits, policy_fault, policy_named
 from exchange.policy.values import Moment, QueuePlace, ValueRule, Waiting
 from exchange.study.compiler import as_python, slot_loops
@@ -143,6 +143,10 @@ def check_header_bits(policy: AckPolicy) -> None:
             for sender in range(n_nodes):
                 promised = header_bits(policy, n_nodes, frame, sender)
                 where = f"header of node {sender} of {n_nodes} in frame {frame}"
+                place = n_nodes, frame % kind.period_frames, sender
+                pairs = permutations(range(n_nodes), 2)
+                carried = {pair for pair in pairs if kind.carries(*place, *pair)}
+                assert carried == set(fields(kind, *place)), f"{where} differs when ``carries`` is asked again"
                 assert header_bits(policy, n_nodes) >= promised, f"{where} is larger than the largest"
                 repeated = header_bits(policy, n_nodes, frame + kind.period_frames, sender)
                 assert repeated == promised, f"{where} does not repeat after period_frames = {kind.period_frames}"

@@ -53,7 +53,7 @@ def folder(made: Path, tmp_path: Path) -> Path:
 def test_every_source_that_makes_runs_has_a_digest() -> None:
     found = code.program()
     assert {
-        "remoras/motion.py",
+        "remoras/motion/__init__.py",
         "missions/mapping/rendezvous.toml",
         "exchange/manager/manager.py",
         "numpy",
@@ -84,9 +84,9 @@ def test_what_a_plug_in_imports_from_its_project_counts_and_nothing_else(
 
 def test_code_that_changed_is_refused_by_name(tmp_path: Path, folder: Path) -> None:
     record = json.loads((folder / STUDY).read_text())
-    record["code"]["remoras/motion.py"] = "0" * 12
+    record["code"]["remoras/motion/__init__.py"] = "0" * 12
     (folder / STUDY).write_text(json.dumps(record))
-    with pytest.raises(StudyChangedError, match=r'motion\.py: was "0{12}", now (.|\n)*--accept-code'):
+    with pytest.raises(StudyChangedError, match=r'motion/__init__\.py: was "0{12}", now (.|\n)*--accept-code'):
         sweep(tiny(tmp_path), folder)
     assert sweep(tiny(tmp_path), folder, accept_code=True).remaining == 0
 

@@ -134,7 +134,7 @@ class Follows(Invariant):
         report = CheckReport()
         verify_run(Record(written, run.seed, json.loads(json.dumps(scene.summary)), tables, profile), report)
         untold = set[str]().union(*(UNTOLD[kind] for kind in scene.schedule.kinds & UNTOLD.keys()))
-        untold |= RELATIONS if scene.schedule.kinds - KINDS.keys() else set()
+        untold |= RELATIONS if scene.schedule.kinds - KINDS else set()
         return next((str(finding) for finding in report.findings if finding.check not in untold), None)
 
 
