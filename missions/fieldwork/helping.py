@@ -202,7 +202,7 @@ class HelpMission(JobMission):
         rests_on = {("gatheredAt", objective.group)}
         sets = []
         importance = self.meeting.importance.get(HELPING, HELPING_IMPORTANCE)
-        for role in self._groups[objective.group].roles:
+        for role in self.groups[objective.group].roles:
             if role.job is None or role.job not in self.helped:
                 continue
             key = "members", f"{objective.group}.{role.name}"

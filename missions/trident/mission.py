@@ -217,8 +217,8 @@ class TridentMission(JobMission):
         }
         super().__init__(scenario)
         recovery = scenario.recovery.name
-        self.concluding = Concluding(self.matching, self._groups, self.blocks, recovery, scenario.mission)
-        self._activity_domain = activity_domain(self.matching, self._groups, recovery)
+        self.concluding = Concluding(self.matching, self.groups, self.blocks, recovery, scenario.mission)
+        self._activity_domain = activity_domain(self.matching, self.groups, recovery)
 
     @classmethod
     def check(cls, scenario: TridentScenario) -> Iterable[ConfigurationFault]:
@@ -357,7 +357,7 @@ class TridentMission(JobMission):
                 doing = Activity(SURVEYING, ActivityType.GUIDANCE, of, (service.settings.name,))
                 sets.append(ActivitySet(objective, ActivityKind.INDIVIDUAL, (doing,), importance))
         if self.scenario.mission.escort_m > 0.0 and (names := self._escorted(data)):
-            home_m = self._rally_points_m.get(self._groups[objective.group].rally_point or "", data.start_m)
+            home_m = self._rally_points_m.get(self.groups[objective.group].rally_point or "", data.start_m)
             doing = Activity(ESCORTING, ActivityType.GUIDANCE, (names, home_m))
             sets.append(ActivitySet(objective, ActivityKind.INDIVIDUAL, (doing,), ESCORT_IMPORTANCE))
         return tuple(sets), frozenset()
