@@ -31,7 +31,6 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Callable, Collection, Sequence
-from functools import partial
 from typing import NamedTuple, Protocol
 
 from exchange.arithmetic import distance
@@ -301,6 +300,7 @@ class Homing(Behaviour):
         self._room, self._stay = Reference(point_m, data.survey_speed_mps), Reference(point_m, 0.0)
         self._approach = Approach(data.transit_speed_mps)
         self._has_met = False
+        self._picture: Picture | None = None
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Return a stimulus until the group is gathered and the vehicle has surely arrived.
@@ -314,7 +314,11 @@ class Homing(Behaviour):
             return UNDUE if self._has_met or not is_gathered else IDLE
         until_s = -math.inf if is_gathered else math.inf
         advance = self._progress if performed else self._approach.advance(to_go_m, picture.body.now_s, performed)
-        return Perception(1.0, advance, answers=partial(self._answers, self._group, picture), until_s=until_s)
+        self._picture = picture
+        return Perception(1.0, advance, answers=self._settled, until_s=until_s)
+
+    def _settled(self) -> float:
+        return 0.0 if self._picture is None else self._answers(self._group, self._picture)
 
     def _progress(self, motion: Motion, picture: Picture) -> float | None:
         return self._approach.advance(distance_m(motion, self._point_m), picture.body.now_s, True)

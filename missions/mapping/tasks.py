@@ -8,7 +8,6 @@ call others away from work that remains undone.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Hashable, Iterable, Mapping
-from functools import partial
 from typing import Any
 
 from missions.mapping.detections import INSPECTING
@@ -109,10 +108,6 @@ class Unfinished:
         """Effect of joining the rendezvous on a call, 0..1; 0 before the goal is reached."""
         return 0.0 if self.holds(picture.facts) else awaited(group, picture)
 
-    def settled(self, found: Perception, facts: Known) -> float:
-        """Effect of the rendezvous behaviour's perception on a call; 0 before the goal is reached."""
-        return 0.0 if self.holds(facts) else found.settled
-
     def is_work_left(self, facts: Known) -> bool:
         """Evaluate ``holds`` for any vehicle's knowledge, without the cache."""
         if any(facts.values(("foundAt", find)) and not facts.values(("inspectedBy", find)) for find in self._finds):
@@ -131,13 +126,22 @@ class AfterWork(Behaviour):
     def __init__(self, meeting: Behaviour, unfinished: Unfinished) -> None:
         self._meeting = meeting
         self._unfinished = unfinished
+        self._before: tuple[Perception, Known] | None = None  # of the meeting alone, and the facts it was asked with
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Perceive as the behaviour, with the effect on calls replaced."""
         found = self._meeting.perceive(motion, picture, performed)
         if found.stimulus <= 0.0:
             return found
-        return found._replace(answers=partial(self._unfinished.settled, found, picture.facts))
+        self._before = found, picture.facts
+        return found._replace(answers=self._settled)
+
+    def _settled(self) -> float:
+        """Effect of the meeting on a call, 0..1."""
+        if self._before is None:
+            return 0.0
+        found, facts = self._before
+        return 0.0 if self._unfinished.holds(facts) else found.settled
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """Reference of the behaviour."""

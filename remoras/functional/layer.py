@@ -315,7 +315,8 @@ class FunctionalLayer:
     def _ask(self, due: Collection[int], performed: Sequence[int]) -> None:
         """Ask the behaviours of these sets."""
         motion, picture = self.believed, self.picture
-        perceptions = [*self._perceived] if len(due) < len(self._behaviours) else [IDLE] * len(self._behaviours)
+        is_new = len(self._perceived) != len(self._behaviours)
+        perceptions = [IDLE] * len(self._behaviours) if is_new else [*self._perceived]
         if self._guiding in due:
             self.held = None
         for index in due:
@@ -325,12 +326,16 @@ class FunctionalLayer:
                 raise self._broken(index, "perceive", PERCEPTION, error) from error
             if not (isinstance(perceived, Perception) and _is_share(perceived.stimulus)):
                 raise self._broken(index, "perceive", PERCEPTION, perceived)
-            perceptions[index] = perceived
-        if perceptions != self._perceived:
+            if perceived != perceptions[index]:
+                is_new |= perceived._replace(until_s=perceptions[index].until_s) != perceptions[index]
+                perceptions[index] = perceived
+        self._until_s = min([one.until_s for one in perceptions])
+        if is_new:
             self._perceived = perceptions
-            self._until_s = min([one.until_s for one in perceptions])
             self._advancing = [index for index, one in enumerate(perceptions) if callable(one.advance)]
             self.progress = {}
+        else:  # the same list says that nothing but deadlines has changed
+            self._perceived[:] = perceptions
         n_positions = picture.peers.n_positions
         self._peers = [(n, one.peer, n_positions.get(one.peer, 0)) for n, one in enumerate(perceptions) if one.peer]
 
