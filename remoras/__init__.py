@@ -39,9 +39,9 @@ if TYPE_CHECKING:
         distance_m,
     )
     from remoras.beliefs import Known
+    from remoras.condition import Condition
     from remoras.database import VehicleData
     from remoras.errors import RemorasError
-    from remoras.faults import Condition
     from remoras.mission import Finding, FleetView, Milestone, Mission, Truth, VehicleView
     from remoras.motion import Motion
     from remoras.organisation import Group

@@ -13,7 +13,7 @@ from missions.errors import ConfigurationFault, one_of
 from missions.files import is_number
 from missions.scenarios.faults import DeclaredFault, FaultOfSensors
 from missions.scenarios.knowledge import words_in
-from remoras.faults import Condition
+from remoras.condition import Condition
 from remoras.sensor import Observation
 from remoras.table import PointM
 from worldmodel import TBox

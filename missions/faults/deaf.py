@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from missions.scenarios.faults import DeclaredFault
-from remoras.faults import Condition
+from remoras.condition import Condition
 
 
 class Deaf(DeclaredFault):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 from pydantic import Field
 
 from missions.scenarios.faults import DeclaredFault
-from remoras.faults import Condition
+from remoras.condition import Condition
 from remoras.table import Positive
 
 if TYPE_CHECKING:

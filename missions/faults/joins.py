@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 from missions.errors import ConfigurationFault
 from missions.fault import Absence
 from missions.scenarios.faults import DeclaredFault
-from remoras.faults import Condition
+from remoras.condition import Condition
 
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario

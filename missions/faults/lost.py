@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 from missions.errors import ConfigurationFault
 from missions.fault import Absence
 from missions.scenarios.faults import DeclaredFault
-from remoras.faults import ANY, Condition
+from remoras.condition import Condition
+from remoras.faults import ANY
 
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario

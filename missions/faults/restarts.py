@@ -10,7 +10,7 @@ from pydantic import Field
 from missions.errors import ConfigurationFault
 from missions.fault import Absence
 from missions.scenarios.faults import DeclaredFault
-from remoras.faults import Condition
+from remoras.condition import Condition
 
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario

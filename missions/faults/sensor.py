@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from missions.scenarios.faults import FaultOfSensors
-from remoras.faults import Condition
+from remoras.condition import Condition
 
 if TYPE_CHECKING:
     from remoras.database import VehicleData

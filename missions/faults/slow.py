@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from pydantic import Field
 
 from missions.scenarios.faults import DeclaredFault
-from remoras.faults import Condition
+from remoras.condition import Condition
 
 if TYPE_CHECKING:
     from remoras.database import VehicleData

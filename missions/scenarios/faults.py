@@ -35,9 +35,10 @@ from missions.document import well_formed
 from missions.errors import ConfigurationFault, one_of
 from missions.fault import Absence, kinds
 from missions.files import is_number, shown
+from remoras.condition import SOUND, Condition
 from remoras.database import AUVDatabase, VehicleData
 from remoras.errors import PluginError
-from remoras.faults import ANY, HEAD_OF, SOUND, Condition, Fault
+from remoras.faults import ANY, HEAD_OF, Fault
 from remoras.mission import Mission
 from remoras.organisation import Group, Organisation
 from remoras.plugins import answer, faults_of, known_or_named, refuse, refuse_other

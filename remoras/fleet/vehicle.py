@@ -21,10 +21,10 @@ from exchange.packets import Reception, Transmission
 from remoras.activities import ActivitySet, ActivityType, Objective
 from remoras.behaviours import Perception
 from remoras.beliefs import Beliefs, Fact
+from remoras.condition import SOUND, Condition
 from remoras.database import VehicleData
 from remoras.errors import PluginError
 from remoras.executive.layer import ExecutiveLayer
-from remoras.faults import SOUND, Condition
 from remoras.fleet.radio import Radio
 from remoras.fleet.run_log import RunLog
 from remoras.functional.layer import FunctionalLayer, embody

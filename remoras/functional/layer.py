@@ -8,9 +8,9 @@ from typing import Any, Protocol
 
 from remoras.activities import ActivityKind, ActivitySet, ActivityType, Wait
 from remoras.behaviours import IDLE, STUCK, Behaviour, Homing, Perception, Reference, distance_m
+from remoras.condition import Condition
 from remoras.database import VehicleData
 from remoras.errors import PluginError
-from remoras.faults import Condition
 from remoras.functional.guidance import Guidance, Headway
 from remoras.functional.sensing import Sensed, Sensing
 from remoras.functional.vital import VITAL_NAMES, VITAL_SETS, vital_behaviour

@@ -16,8 +16,8 @@ from missions.runs.assembly import assemble, faults_in
 from missions.runs.setup import Setup, resolved
 from missions.scenarios import load
 from missions.scenarios.faults import DeclaredFault, kind_named
+from remoras.condition import SOUND
 from remoras.errors import PluginError
-from remoras.faults import SOUND
 from remoras.fleet.fleet import Fleet
 from remoras.fleet.vehicle import Vehicle
 

@@ -48,8 +48,8 @@ def ask_every_time(monkeypatch: pytest.MonkeyPatch, n_spared: list[int]) -> None
         return True
 
     def decide_anew(self: ExecutiveLayer, *args: Any) -> Decision:
-        n_spared[1] += self._at_rest is not None
-        self._at_rest = None
+        n_spared[1] += self._is_weighed
+        self._is_weighed = False
         return decide(self, *args)
 
     def best_anew(self: Choice, motivations: Sequence[float]) -> tuple[int, ...]:

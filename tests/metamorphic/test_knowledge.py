@@ -44,7 +44,7 @@ def test_acknowledgements_change_plans(strategy: str, monkeypatch: pytest.Monkey
 
     def without_rows(listener: Listener, judged: Judged, *more: Any) -> Reception:
         packet = judged.packet._replace(rows=(0,) * len(judged.packet.rows))
-        return listen(listener, judged._replace(packet=packet, facts=()), *more)
+        return listen(listener, judged._replace(packet=packet, facts=0), *more)
 
     monkeypatch.setattr(Listener, "listen", without_rows)
     ignoring = of("mapping-patches", strategy, 0.7, "communication.summaries=false")

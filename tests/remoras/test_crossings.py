@@ -3,7 +3,7 @@
 import pytest
 from crossings import KINDS, Crossing, crossing, travel, traveller
 
-from remoras.faults import Condition
+from remoras.condition import Condition
 from remoras.functional import guidance
 from remoras.motion import Motion
 

@@ -15,8 +15,9 @@ from missions.runs.run import Run, run
 from missions.runs.setup import resolved
 from missions.scenarios import load
 from missions.scenarios.faults import DeclaredFault, drawn, kind_named
+from remoras.condition import SOUND, Condition
 from remoras.database import AUVDatabase
-from remoras.faults import ANY, SOUND, Condition, Fault, condition_under, hears_throughout
+from remoras.faults import ANY, Fault, condition_under, hears_throughout
 from remoras.organisation import Organisation, RoleAssignment
 from remoras.testing.sample_worlds import GROUPS
 

@@ -12,7 +12,8 @@ from missions.runs.assembly import assemble
 from missions.runs.setup import resolved
 from missions.scenarios import load
 from missions.trident import TridentMission
-from remoras.faults import Condition, Fault, condition_under
+from remoras.condition import Condition
+from remoras.faults import Fault, condition_under
 from remoras.mission import Finding
 
 NAME = "trident-intervention"

@@ -13,8 +13,9 @@ from sample_vehicles import AUV
 
 from missions.mapping.sensors import SwathSettings
 from remoras.activities import Objective
+from remoras.condition import Condition
 from remoras.database import VehicleData
-from remoras.faults import Condition, Fault, condition_under
+from remoras.faults import Fault, condition_under
 from remoras.organisation import Group, RoleSpecification
 from remoras.truth import VehicleView, reachable_by_jobs, within_reach
 

@@ -70,7 +70,7 @@ def believe_that_all_hold_what_is_new_here(patch: Patch) -> None:
 
     def added(self: Beliefs, *item: Any) -> int:
         column = add(self, *item)
-        self.believe(column, (1 << self.n_nodes) - 1)
+        self.held = [items | 1 << column for items in self.held]
         return column
 
     patch.setattr(Beliefs, "add", added)
