@@ -124,7 +124,7 @@ def _peers() -> Iterator[dict[str, Any]]:
     if peer_s:
         yield row(f"{MISSION}, PER {PER}", mission_s, "s CPU", "Mesa and SimPy, network", peer_s[0], goal="<= 6")
     else:
-        yield row(f"{MISSION}, PER {PER}", None, "s CPU", "Mesa and SimPy", 0.0, why="SimPy is not installed")
+        yield row(f"{MISSION}, PER {PER}", None, "s CPU", "Mesa and SimPy, network", 0.0, why="SimPy is not installed")
 
 
 def _idle() -> Iterator[dict[str, Any]]:
@@ -157,7 +157,8 @@ def _growth() -> Iterator[dict[str, Any]]:
             )
             for size in SIZES
         ]  # fmt: skip
-        few_us, many_us = (1e6 * min(vehicle_s(setup) for _ in range(REPEATS)) for setup in sizes)
+        rounds = [[vehicle_s(setup) for setup in sizes] for _ in range(REPEATS)]
+        few_us, many_us = (1e6 * min(times) for times in zip(*rounds, strict=True))
         yield row(f"vehicle-second, {strategy}, {many}", many_us, "us CPU", f"{few} vehicles", few_us, goal="<= 1.2")
     few_mb, many_mb = (
         peak_bytes(setup_of(MISSION, f"fleet.size={size}", f"scenario.duration_s={GROWTH_S}")) / 1e6 for size in (4, 32)

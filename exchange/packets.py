@@ -16,6 +16,7 @@ from worldmodel.facts import Guid
 _new = tuple.__new__  # makes a named tuple of a tuple, in half the time
 MASK_BITS = 8
 """Sequences in the mask of a summary."""
+FULL_MASK = (1 << MASK_BITS) - 1
 
 
 class Met(Enum):

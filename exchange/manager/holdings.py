@@ -131,7 +131,7 @@ class Stating:
     def _items(self, life: Life, numbers: int) -> int:
         """Return the item set of the known blocks with these numbers (bit mask)."""
         items = 0
-        for number in members(numbers):
+        for number in members(numbers & (1 << self._beliefs.ends.get(life, 0)) - 1):
             items |= item_set(self._beliefs.parts((*life, number)))
         return items
 
@@ -423,9 +423,10 @@ class Stating:
         if one.length == MOST_STATED:
             end = min(end, one.first + one.length)
         for number in range(one.first, end):
-            if one.held >> number & 1:
+            parts = beliefs.parts((*life, number))
+            if not parts or one.held >> number & 1:
                 continue
-            items = self._items(life, 1 << number)
+            items = item_set(parts)
             for column in members(items):
                 self._lacks_of(column)[sender] = 1.0
             if items and not items & ~beliefs.held[sender] and beliefs.is_whole((*life, number)):

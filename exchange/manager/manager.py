@@ -6,8 +6,8 @@ callbacks.
 A slot follows the cooperation paper (section IV, "Selecting information to be shared"): ``interests`` finds the nodes
 that need an item (1, 2); ``offer`` adds candidates, and the acknowledgement timer is one frame, so that every item sent
 in the last frame is a candidate again (3); items that all interested peers are believed to hold are dropped (4);
-``queue`` raises weights, sorts and fills the packet as the policy study does (5, 6, 7). ``ack`` keeps the holders of an
-item; the policy fixes its senders.
+``queue`` raises weights, sorts and fills the packet as the policy study does (5, 6, 7). ``beliefs`` has the holders of
+an item; the policy fixes its senders.
 
 The TBox distinguishes two kinds of information. An attribute of which only the latest value matters (such as a
 position) is a *status*: its newest value waits in the same queue, is sent once and never acknowledged; the paper
@@ -114,7 +114,6 @@ class ExchangeManager:
         self._definitions = ProvenDefinitions() if codec.is_sealed else ComparedDefinitions()
         self._codec = codec
         self._schedule = schedule
-        self._options = options
         self._room_bits = payload_bits - codec.overhead_bits
         self._signal_room_bits = max(codec.signal_bits, self._room_bits // SIGNAL_SHARE)
         if self._room_bits < 2 * codec.signal_bits:

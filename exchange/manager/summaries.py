@@ -17,12 +17,11 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from exchange.manager.beliefs import Beliefs, Holdings, Life
-from exchange.packets import MASK_BITS, ItemUid, Summary
+from exchange.packets import FULL_MASK, MASK_BITS, ItemUid, Summary
 from worldmodel.facts import MOST_ITEMS
 
 TIMES_TOLD = 2
 """Transmissions of an unchanged summary, against packet loss."""
-FULL_MASK = (1 << MASK_BITS) - 1
 
 
 def summary_of(life: Life, held: int) -> Summary:

@@ -12,10 +12,8 @@ Layout of the holdings section behind the acknowledgement vector; a bit precedes
 
     statement   origin w(nodes) | usual 1 [else epoch 2 or more, all 1] | first w(items) | length 4 | mask
                 all items of the origin below ``first`` are held; ``usual``: first epoch, and all nodes are known to
-                hold
-                them. The mask covers the ``length`` items from ``first`` on; a statement of own items has none, since
-                all
-                are held. Items behind it are lacked if the length is below 15
+                hold them. The mask covers the ``length`` items from ``first`` on; a statement of own items has none,
+                since all are held. Items behind it are lacked if the length is below 15
     holder set  origin w(nodes) | usual 1 [else epoch 2 or more] | number w(items) | holders, nodes - 1
 
 With coded repairs the number of symbols follows: 3 [size in bytes 6 | symbols].

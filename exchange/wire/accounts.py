@@ -13,7 +13,7 @@ from exchange.wire import codes
 from exchange.wire.codes import Bits, Reader
 from exchange.wire.fragmentcodec import EPOCH_BITS, FragmentCodec
 from worldmodel import EPOCHS, Block
-from worldmodel.facts import Guid
+from worldmodel.facts import MOST_ITEMS, Guid
 
 
 class AccountCodec:
@@ -94,6 +94,8 @@ class AccountCodec:
                 raise PeerFault("a usual statement in a longer form than it has")
         first = codes.read_natural(reader.take, self._fragments.sequence_bits)
         length = reader.take(LENGTH_BITS)
+        if first + length > MOST_ITEMS:
+            raise PeerFault(f"an account of {first + length} items: allowed are up to {MOST_ITEMS}")
         mask = (1 << length) - 1 if origin == sender else reader.take(length)
         return OriginStatement(origin, epoch, first, length, mask, is_known)
 
@@ -103,6 +105,8 @@ class AccountCodec:
         if epoch == 0 and not is_usual:
             raise PeerFault("a usual holder set in a longer form than it has")
         sequence = codes.read_natural(reader.take, self._fragments.sequence_bits)
+        if sequence >= MOST_ITEMS:
+            raise PeerFault(f"holders of item {sequence}: allowed are 0 to {MOST_ITEMS - 1}")
         others = reader.take(self._n_nodes - 1)
         holders = others >> sender << sender + 1 | 1 << sender | others & (1 << sender) - 1
         return HolderSet(origin, epoch, sequence, holders)

@@ -39,6 +39,7 @@ from typing import NamedTuple
 
 from exchange.errors import ConfigurationError, DefinitionFault, PeerFault
 from exchange.packets import (
+    FULL_MASK,
     MASK_BITS,
     NO_ACCOUNT,
     Account,
@@ -82,7 +83,6 @@ ERA_FACTORS = (0x01, 0x9D, 0x3B, 0xE7)
 No era imitates another frame in all four bytes.
 """
 ERA_INVERSES = (0x01, 0xB5, 0xF3, 0xD7)
-FULL_MASK = (1 << MASK_BITS) - 1
 SIGNAL_BITS, SUMMARY_BITS = (0b1100, 4), (0b1101, 4)
 RECENT_S = 30.0
 """Default age (s) of observations up to which a time takes the fewest bits."""

@@ -62,22 +62,9 @@ class FactCodec:
             return attribute.most_bytes + 1  # its length stands first
         return self._n_values.get(attribute.kind) or len(attribute.symbols) or 2
 
-    @property
-    def n_attributes(self) -> int:
-        """Number of attributes of the TBox."""
-        return len(self._attributes)
-
     def attribute(self, uid: int) -> Attribute:
         """Return the attribute with that uid."""
         return self._attributes[uid]
-
-    def count(self, uid: int) -> int:
-        """Return the number of values of a non-numeric attribute; 0 for a numeric one."""
-        return self._counts[uid]
-
-    def value_bits(self, uid: int) -> int:
-        """Return the bits of an in-range value; for a text, of its length."""
-        return self._value_bits[uid]
 
     def listing(self) -> list[FieldSize]:
         """List the fields of a fact in wire order."""

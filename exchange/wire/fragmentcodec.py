@@ -16,6 +16,7 @@ from exchange.wire import codes
 from exchange.wire.codes import Bits, FieldSize, Reader, width
 from exchange.wire.factcodec import FactCodec
 from worldmodel import EPOCHS, STATUS, Field, PropertyValue
+from worldmodel.facts import MOST_ITEMS
 
 _new = tuple.__new__  # makes a named tuple of a tuple, in half the time
 
@@ -245,6 +246,8 @@ class FragmentCodec:
             sequence = last + 1
         else:
             sequence = codes.read_further(reader.take, last, self.sequence_bits)
+        if sequence >= MOST_ITEMS:
+            raise PeerFault(f"item {sequence}: allowed are 0 to {MOST_ITEMS - 1}")
         before[life] = sequence
         return sequence
 

@@ -261,10 +261,8 @@ class MappingMission(JobMission):
         mapping = {name for of_area in self.swaths_m.values() for name in of_area}
         mappers = [data for data in database.values() if data.name in mapping]
         self.corners_m = {area.name: area.corners_m for area in scenario.area}
-        self.formation, self._room_m = (
-            formation_of(scenario),
-            room_of(database.values(), scenario.guidance.separation_m),
-        )
+        self.formation = formation_of(scenario)
+        self._room_m = room_of(database.values(), scenario.guidance.separation_m)
         fix_m = place_error_m(scenario, mappers) or 0.0
         grounds = grounds_of(scenario.world.cell_m, tuple(self.corners_m.items()), fix_m)
         self._surveys = {
@@ -274,9 +272,7 @@ class MappingMission(JobMission):
         self.finds = finds = scenario.finds or NO_FINDS
         self._find_weight = weight_in_cells(finds, scenario.world.cell_m, mappers)
         self._objects = tuple(thing.lying() for thing in scenario.object)
-        self._inspections = {
-            name: InspectionJob(name, self.finds.mean_stay_s) for name in numbered("find", self.finds.number)
-        }
+        self._inspections = {name: InspectionJob(name, finds.mean_stay_s) for name in numbered("find", finds.number)}
         self._forms_groups = any(group.formed_by is not None for group in groups)
         self._goal_known = partial(Unfinished, goal=scenario.mission.goal, finds=self._inspections)
         self._unfinished_by_all = self._goal_known(self._surveys.values())
@@ -342,7 +338,7 @@ class MappingMission(JobMission):
 
     def founding_objectives(self) -> Sequence[Objective]:
         """Supervision of the groups by their leaders, and the inspections, which need no order."""
-        return [*self.meeting.founding_objectives(), *inspecting(self.groups.values(), self._inspections)]
+        return [*super().founding_objectives(), *inspecting(self.groups.values(), self._inspections)]
 
     def is_individual(self, objective: Objective) -> bool:
         """Return True for exploring and mapping."""
@@ -465,10 +461,6 @@ class MappingMission(JobMission):
             or any(waiting(beliefs, other, self._inspections) for other in of)
         )
         return () if is_left else found
-
-    def completion(self, objective: Objective, vehicle: str) -> Finding | None:
-        """Report an explored area as done."""
-        return Finding(objective.argument, "areaDone", vehicle) if objective.name == "Exploring" else None
 
 
 def _own(

@@ -290,13 +290,14 @@ def forming_methods(by_name: Mapping[str, Group], finds: Collection[str]) -> lis
 def activity_domain(jobs: Mapping[str, Job]) -> Domain:
     """Objectives into activities; task arguments are the objective and the vehicle data.
 
-    ==================  ====================  ==========================  ============================ elementary task
-    test                  effect                      expected ==================  ====================
-    ==========================  ============================ ZigzagExploring     a mapping sensor      the area is
-    explored        travel and work of its job Inspecting          the find is known     it is inspected
-    travel and work of its job Mapping             a mapping sensor      the group has met           unknown Positioning
-    none                  none: it is permanent       unknown ==================  ====================
-    ==========================  ============================
+    ==================  ====================  ==========================  ============================
+    elementary task     test                  effect                      expected
+    ==================  ====================  ==========================  ============================
+    ZigzagExploring     a mapping sensor      the area is explored        travel and work of its job
+    Inspecting          the find is known     it is inspected             travel and work of its job
+    Mapping             a mapping sensor      the group has met           unknown
+    Positioning         none                  none: it is permanent       unknown
+    ==================  ====================  ==========================  ============================
     """
 
     def has_sensor(facts: FactsLike, objective: Objective, data: VehicleData) -> bool:

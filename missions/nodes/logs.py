@@ -28,6 +28,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from exchange.drivers import Paced
+from missions.disk import MANIFEST
 from missions.errors import ConfigurationError, OutputError
 from missions.files import text_of
 from missions.nodes.alone import LoneVehicle, NodePlan, Pause, alone
@@ -62,7 +63,9 @@ class LogEntry(NamedTuple):
 
 
 def refuse_written(folder: Path, plan: NodePlan) -> Path:
-    """Return the log file of a plan; raises OutputError if it exists."""
+    """Return the log file of a plan; raises OutputError if it exists, or the folder has the results of a run."""
+    if (folder / MANIFEST).is_file():
+        raise OutputError(f"--out {folder}: holds the results of a run; name another folder")
     path = folder / f"{plan.vehicle}{ENDING}"
     if path.exists():
         raise OutputError(f"{path}: is there already; name another folder by --out")

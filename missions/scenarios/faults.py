@@ -459,7 +459,8 @@ def drawn(
     faults: Sequence[DeclaredFault], seed: int, database: AUVDatabase, organisation: Organisation, duration_s: float
 ) -> tuple[Fault, ...]:
     """Return the faults of one run by start; omit those after the mission or their own end."""
-    known = {name: number for number, name in enumerate(dict.fromkeys(_all_sensors(database)), 1)}
+    sensors = dict.fromkeys(settings.name for data in database.values() for settings in data.sensors)
+    known = {name: number for number, name in enumerate(sensors, 1)}
     counts: Counter[int] = Counter()
     found: list[tuple[tuple[float, int, int, float], Fault]] = []
     for one in faults:
@@ -505,7 +506,3 @@ def _name(
     able = fault.able(database, organisation.groups)
     order = sorted(able, key=lambda data: loss.uniform(seed, loss.FAULTS, stream, 0, data.node + 1))
     return order[nth].name
-
-
-def _all_sensors(database: AUVDatabase) -> list[str]:
-    return [settings.name for data in database.values() for settings in data.sensors]

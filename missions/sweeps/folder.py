@@ -293,16 +293,17 @@ class SweepResults:
             raise OutputError(f"{path}: no such table; the study keeps tables of study.keep_tables repeats")
         return self.arrow_table(name).to_pandas()
 
-    def arrow_table(self, name: str) -> Any:
-        """Return a table of the sampled runs in Arrow format; raise OutputError if damaged."""
+    def arrow_table(self, name: str, key: str | None = None) -> Any:
+        """Return a table of the sampled runs, or of the run of a key, in Arrow format; raise OutputError if damaged."""
         import pyarrow as pa
+        import pyarrow.compute as pc
         import pyarrow.parquet as pq
 
         path = self.folder / TABLES / f"{name}.parquet"
         if path.name in self.damaged:
             raise OutputError(f"{path}: {DAMAGED}")
         try:
-            return pq.read_table(path)
+            return pq.read_table(path, filters=None if key is None else pc.field("key") == key)
         except (pa.ArrowException, OSError) as error:
             raise OutputError(f"{path}: {DAMAGED} ({error})") from None
 

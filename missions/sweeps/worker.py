@@ -20,7 +20,7 @@ from missions.runs.run import run_of
 from missions.runs.setup import resolved
 from missions.runs.tables import decoded, encoded
 from missions.sweeps.code import code_with, references
-from missions.sweeps.folder import SweepResults, own_rows
+from missions.sweeps.folder import SweepResults
 from missions.sweeps.ledger import DONE, FAILED, FinishedRun
 from missions.sweeps.plan import RunTask, SweepPlan, version
 from remoras.process import rare_collections
@@ -135,5 +135,5 @@ def _is_kept(results: SweepResults, name: str, key: str, now: Any) -> bool:
     """True if the kept table has the same rows of a run."""
     if name not in results.kept_tables:
         return not now.num_rows
-    kept = own_rows(results.arrow_table, key, name)
+    kept = results.arrow_table(name, key)
     return bool(kept.equals(now.cast(kept.schema)))

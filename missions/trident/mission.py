@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import ClassVar
 
@@ -218,7 +219,6 @@ class TridentMission(JobMission):
         super().__init__(scenario)
         recovery = scenario.recovery.name
         self.concluding = Concluding(self.matching, self.groups, self.blocks, recovery, scenario.mission)
-        self._activity_domain = activity_domain(self.matching, self.groups, recovery)
 
     @classmethod
     def check(cls, scenario: TridentScenario) -> Iterable[ConfigurationFault]:
@@ -313,10 +313,10 @@ class TridentMission(JobMission):
         """Return True for own and requested work."""
         return objective.name in (WORKING, SERVING)
 
-    @property
+    @cached_property
     def activity_domain(self) -> Domain:
         """Decomposition of work into steps bound to services."""
-        return self._activity_domain
+        return activity_domain(self.matching, self.groups, self.scenario.recovery.name)
 
     def activities(
         self,

@@ -1,7 +1,7 @@
 """Checks of mapping: covered cells, by time and vehicle, and their share of the goal.
 
 A cell is covered if its centre is within half a swath of a vehicle with an active, working mapping sensor, whose ground
-speed does not exceed the sensor's limit (docs/model/mapping.md, "Survey").
+speed does not exceed the sensor's limit (docs/model/mapping.md, "Survey rows").
 """
 
 from __future__ import annotations

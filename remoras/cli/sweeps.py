@@ -183,6 +183,8 @@ def compare(
     For a single run, print the named metrics.
     """
     if (folder / SUMMARY).is_file():
+        if out is not None or baseline is not None or of_factors:
+            fail(f"{folder}: holds a single run; --baseline, --effects and --out are about a sweep")
         _show_metrics(folder, metrics or (), as_json)
         return
     from missions.comparison.baseline import compare as compared

@@ -313,7 +313,6 @@ SLACK_M = 50.0
 """Distance (m) by which any report may deviate."""
 MARGIN = 2.0
 """Factor on the distance at top speed."""
-_new = tuple.__new__  # named tuple from a tuple, in half the time
 
 
 class PositionReport(NamedTuple):

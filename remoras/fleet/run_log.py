@@ -78,7 +78,7 @@ observation.
 UNSAID = Table("unsaid", (
     Column("slot", "int"), TIME, VEHICLE, Column("reason", "str"), Column("candidates", "int"),
 ))  # fmt: skip
-"""Queued items and statuses not sent in a slot, by reason (``queueing.limits.Unsaid``)."""
+"""Queued items and statuses not sent in a slot, by reason (``exchange.policy.limits.Unsaid``)."""
 
 
 def note_acknowledged(

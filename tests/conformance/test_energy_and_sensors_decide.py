@@ -120,12 +120,12 @@ def test_energy_is_what_was_told_last_less_what_work_has_taken_since() -> None:
     short = [("--set", f"vehicle.AUV01.energy_j={2e5}"), ("--set", "scenario.duration_s=7200")]
     fleet = assemble(resolved(load("mapping-rendezvous", short)), seed=1)
     head, told = fleet.vehicles[1], fleet.vehicles[2]
-    reports, data = head.social.workload, told.data
+    workload, data = head.social.workload, told.data
     survey_w = data.hotel_w + data.drag_w_per_mps3 * data.survey_speed_mps**3
-    assert reports.scarce_energy_j(100.0) == {"AUV01": pytest.approx(2e5 - 100.0 * survey_w)}
+    assert workload.scarce_energy_j(100.0) == {"AUV01": pytest.approx(2e5 - 100.0 * survey_w)}
     block = told.beliefs.model.record([told.beliefs.fact("AUV01", "batteryFraction", 0.5)], 60.0).block
     head._consider(merge(head.beliefs.model, [block]).changes, 61.0)
-    assert reports.scarce_energy_j(100.0) == {"AUV01": pytest.approx(1e5 - 40.0 * survey_w)}
+    assert workload.scarce_energy_j(100.0) == {"AUV01": pytest.approx(1e5 - 40.0 * survey_w)}
     fleet.close()
 
 

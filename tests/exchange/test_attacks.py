@@ -3,15 +3,20 @@
 import random
 from collections.abc import Callable, Iterator
 from functools import partial
+from typing import Any
+from unittest.mock import patch
 
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from storms import AREA, DOUBLED, HEARD, LOST, Fate, Storm, chances, creates, damaged, late, maps, replayed, storm_of
 
-from benchmarks.manager_fleet import AREA_DONE, POSITION
+from benchmarks.manager_fleet import AREA_DONE, PLAYS_ROLE, POSITION, ManagerFleet
+from exchange.manager.beliefs import Beliefs
+from exchange.packets import Account, Fragment, HolderSet, OriginStatement
 from exchange.policy.policies import POLICIES
-from worldmodel import TYPE_UID
+from worldmodel import TYPE_UID, PropertyValue
+from worldmodel.facts import MOST_ITEMS
 
 EVERY_POLICY = pytest.mark.parametrize("policy", sorted(POLICIES))
 
@@ -222,3 +227,40 @@ def run(storm: Storm, phases: list[tuple[int | None, int, Links]]) -> None:
 @example(KNOWN)
 def test_nobody_believes_what_an_earlier_life_of_a_peer_held(policy: str, phases) -> None:
     run(storm_of(N_NODES, policy), phases)
+
+
+# Numbers beyond all items -------------------------------------------------------------------------
+
+
+def numbered(n: int) -> list[tuple[str, dict[str, Any]]]:
+    """Packets of node 1 that name an item of this number, by policy."""
+    item = Fragment(1, n, 1.0, (PropertyValue(1, PLAYS_ROLE, 6),))
+    return [
+        ("ack", {"fragments": [item]}),
+        ("adaptive", {"account": Account((OriginStatement(2, 0, n, 0, 0, False),))}),
+        ("adaptive", {"account": Account((), (HolderSet(2, 0, n, 2),))}),
+    ]
+
+
+@pytest.mark.parametrize("case", range(3))
+@pytest.mark.parametrize("n", [MOST_ITEMS + 1, 1 << 45])
+def test_a_number_beyond_all_items_is_refused_at_once(case: int, n: int):
+    """A set of so many items would fill the memory; a vehicle cannot have recorded them."""
+    policy, content = numbered(n)[case]
+    fleet = ManagerFleet(5, policy)
+    opens_s = fleet.schedule.start_s(1)
+    data = fleet.codec.encode(1, [0] * 5, **{"fragments": [], "slot_start_s": opens_s, **content})
+    reception = fleet.managers[0].receive(data, opens_s + 1.6)
+    assert reception.fault is not None
+    assert "allowed are" in str(reception.fault)
+
+
+def test_a_statement_of_many_items_that_nobody_knows_takes_little_work():
+    """Beliefs are about known items alone."""
+    fleet = ManagerFleet(5, "adaptive")
+    opens_s = fleet.schedule.start_s(1)
+    account = Account((OriginStatement(2, 0, 20_000, 0, 0, False),))
+    data = fleet.codec.encode(1, [0] * 5, [], slot_start_s=opens_s, account=account)
+    with patch.object(Beliefs, "parts", autospec=True, side_effect=Beliefs.parts) as parts:
+        assert fleet.managers[0].receive(data, opens_s + 1.6).fault is None
+    assert parts.call_count < 10

@@ -15,6 +15,7 @@ from resting import fleet_at_rest, miss, named, say, stated
 from remoras.fleet.fleet import Fleet
 from remoras.fleet.vehicle import Vehicle
 from remoras.organisation.leadership import HEAD_TERM, HEADED_BY
+from remoras.social.conclusions import Gatherings
 from remoras.social.consultation import holders_after
 from remoras.social.view import Instruction
 from worldmodel import Block, merge
@@ -126,3 +127,17 @@ def test_an_assignment_finds_room_or_waits(name: str) -> None:
     ]
     for order in permutations(words):
         assert holders_after(order, 1) == (set(holders), waiting)
+
+
+# Meeting ------------------------------------------------------------------------------------------
+
+
+def test_a_meeting_that_was_concluded_alone_counts_only_while_the_vehicle_is_cut_off(fleet: Fleet) -> None:
+    beliefs, key = named(fleet, "AUV00").beliefs, ("gatheredAt", "Operational")
+    gatherings = Gatherings(beliefs, ["Operational", "Coordination"], {})
+    for group in ("Operational", "Coordination"):
+        say(named(fleet, "AUV00"), (group, "gatheredAt", f"{group.lower()} rally"), now_s=10.0)
+    gatherings.note_alone([key, ("areaDone", "left")], 10.0)
+    assert gatherings.believed(cut_off=True) == {"Operational", "Coordination"}
+    assert gatherings.believed(cut_off=False) == {"Coordination"}
+    assert gatherings.concluded_alone == {key}

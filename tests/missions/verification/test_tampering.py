@@ -183,6 +183,11 @@ def _damaged(folder: Path) -> None:
 
 CASES: dict[str, tuple[str, Callable[[Path], None]]] = {
     "distance": ("figures", _scaled("distance_m", 1.002)),
+    "energy of all": ("figures", _scaled("energy_j", 0.999)),
+    "modem energy": ("figures", _scaled("modem_energy_j", 1.01)),
+    "latency": ("figures", _scaled("mean_latency_s", 0.99)),
+    "delivery": ("figures", _scaled("delivery_ratio", 1.01)),
+    "covered": ("figures", _scaled("coverage_fraction", 0.99)),
     "the 95 % latency is the 90 %": ("figures", _scaled("p95_latency_s", 0.7)),
     "packets": ("figures", in_summary(lambda s: s.update(n_packets=s["n_packets"] - 1))),
     "idle time": ("figures", _scaled("idle_s", 1.05)),

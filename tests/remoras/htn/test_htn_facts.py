@@ -1,11 +1,32 @@
-"""Methods that give one decomposition per binding."""
+"""States of the search, and methods that give one decomposition per binding."""
 
 from collections.abc import Iterator
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from remoras.errors import PlanningError
 from remoras.htn import Domain, FactsLike, Method, NoPlan, Operator, Plan, Task, plan
+from remoras.htn.facts import Facts
+
+atoms = st.tuples(st.sampled_from("pq"), st.sampled_from("ab"), st.sampled_from("ab"))
+values = st.sampled_from([True, False, None])
+changes = st.lists(st.dictionaries(atoms, values, max_size=3), max_size=4)
+
+
+@given(st.dictionaries(atoms, values), changes, changes)
+def test_two_states_have_one_word_if_and_only_if_they_are_equal(given_facts, one, other) -> None:
+    facts = Facts(given_facts)
+    for effects in one:
+        facts.make_true(effects)
+    middle = len(facts.trail)
+    before = {key: facts.get(key) for key in [("p", a, b) for a in "ab" for b in "ab"]}
+    before |= {key: facts.get(key) for key in [("q", a, b) for a in "ab" for b in "ab"]}
+    for effects in other:
+        facts.make_true(effects)
+    after = {key: facts.get(key) for key in before}
+    assert (facts.word(middle) == facts.word(len(facts.trail))) == (before == after)
 
 
 def drive(facts: FactsLike, goal: str) -> Iterator[list[Task]]:

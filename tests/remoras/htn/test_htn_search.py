@@ -1,5 +1,6 @@
 """Loops, depth and task networks, and the faults of domains."""
 
+import gc
 import pickle
 from collections.abc import Iterator
 
@@ -70,6 +71,18 @@ DEEP = Domain.of(
         "look": [Method("look", lambda facts: [])],
     },
 )
+
+
+def test_the_collector_hardly_looks_at_a_plan_that_grows_and_is_left_as_it_was() -> None:
+    looked: list[str] = []
+    before = gc.get_threshold()
+    gc.callbacks.append(watch := lambda phase, _: looked.append(phase))
+    try:
+        plan(DEEP, {}, Task("down", (10_000,)))
+    finally:
+        gc.callbacks.remove(watch)
+    assert looked.count("start") <= 2  # the end lets it look at once; it looked 137 times
+    assert gc.get_threshold() == before
 
 
 def test_a_deep_plan_is_compared_copied_shown_and_checked_without_recursion() -> None:

@@ -111,6 +111,14 @@ def test_a_link_opens_its_moment_and_follows(chrome: Any, results: Results, tmp_
         assert window.ask("() => R.app.selected") is None
 
 
+def test_the_theme_follows_the_reader_and_the_button(chrome: Any, results: Results, tmp_path: Path) -> None:
+    with opened(chrome, written(tmp_path, results), scheme="dark") as window:
+        theme = "() => document.documentElement.dataset.theme"
+        assert window.ask(theme) == "dark"
+        window.page.get_by_label("Light or dark (D)").click()
+        assert window.ask(theme) == "light"
+
+
 def test_no_text_is_smaller_than_12_px_and_nothing_needs_scrolling(window: Window) -> None:
     sizes = "() => [...document.querySelectorAll('#app *')].map((one) => parseFloat(getComputedStyle(one).fontSize))"
     assert min(window.ask(sizes)) >= 12.0

@@ -346,3 +346,9 @@ def test_lengths_come_back_within_half_a_step(values: list[float]) -> None:
     assert found["a"] == [3, 1, 2]
     assert len(found["b"]) == len(values)
     assert all(abs(got - value) <= 0.0625 for got, value in zip(found["b"], values, strict=True))
+
+
+def test_what_is_missing_or_not_finite_counts_as_nothing() -> None:
+    columns = Columns()
+    columns.add("a", np.array([1.0, np.nan, np.inf, 2.0]), 1, 0.5)
+    assert opened(columns.block({}))[1]["a"] == [1.0, 0.0, 0.0, 2.0]
