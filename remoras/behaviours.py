@@ -4,7 +4,7 @@ A behaviour belongs to one activity set of one vehicle in one run, so it may kee
 vehicle and a ``Picture`` of received and derived data, never the truth. Calls:
 
 * ``Mission.behaviour_for`` creates it when the vehicle takes on an activity set, by the first activity;
-* ``perceive`` is called at every decision for every set, performed or not;
+* ``perceive`` is called at a decision for every set, performed or not, whose last perception is no longer valid;
 * ``reference`` is called in every motion tick for the guiding set, unless its last answer still holds.
 
 A behaviour does not decide when it is performed: that follows from motivations alone. Example, a behaviour that circles
@@ -104,8 +104,8 @@ class Reference(NamedTuple):
     """Guidance output: target (m) and speed (m/s, 0 to stay).
 
     Attributes:
-        holds_m: until the next decision, the answer is constant while the target is farther than this; infinite: ask in
-            every motion tick.
+        holds_m: until ``perceive`` is called again, the answer is constant while the target is farther than this;
+            infinite: ask in every motion tick.
         is_over_ground: True for a speed over ground, as limited by sensors: held in a current up to the greatest speed.
             Else through the water.
     """
@@ -116,6 +116,15 @@ class Reference(NamedTuple):
     is_over_ground: bool = False
 
 
+def basis(picture: Picture, performed: object) -> tuple[object, ...]:
+    """Return what a valid perception depends on besides time, its peer and its target, see ``Behaviour.perceive``."""
+    body, groups = picture.body, picture.groups
+    return (
+        performed, picture.facts.n_told, body.battery <= body.reserve, body.outside_m > 0.0, groups.planning_due,
+        frozenset(groups.gathered),
+    )  # fmt: skip
+
+
 class Behaviour(Protocol):
     """Execution of an activity set; see the module docstring."""
 
@@ -124,10 +133,11 @@ class Behaviour(Protocol):
         """Return stimulus and progress of the activity now.
 
         Called by the functional layer at every decision, also for sets not performed, while the last answer is not
-        valid. One with ``until_s`` is valid until then, unless before one of these changes: ``performed``; a fact in
-        ``picture.facts.values``; ``picture.groups``; its sensors; whether the energy lasts and the vehicle is in its
-        area of operations. The answer of the guiding set is also invalid within ``Reference.holds_m`` of its target. An
-        answer that depends on anything else, such as the position or a peer, states no ``until_s``.
+        valid. One with ``until_s`` is valid until then, unless before one of these changes: the sets performed; a fact
+        in ``picture.facts.values``; ``planning_due`` or ``gathered`` of ``picture.groups``; its sensors; whether the
+        energy lasts and the vehicle is in its area of operations; the position received of its ``peer``. The answer of
+        the guiding set is also invalid within ``Reference.holds_m`` of its target. An answer that depends on anything
+        else, such as the own position, states no ``until_s``.
 
         It may keep state, since progress compares with the last call. It must not change ``motion`` or ``picture``,
         draw random numbers or read a clock; the time is ``picture.body.now_s``. ``performed``: True if performed since
@@ -313,9 +323,10 @@ class Homing(Behaviour):
         if self._has_met or not picture.groups.gathered.issuperset(self._after):
             return UNDUE if self._has_met or not is_gathered else IDLE
         until_s = -math.inf if is_gathered else math.inf
-        advance = self._progress if performed else self._approach.advance(to_go_m, picture.body.now_s, performed)
+        if not performed:
+            self._approach.advance(to_go_m, picture.body.now_s, performed)  # ends it
         self._picture = picture
-        return Perception(1.0, advance, answers=self._settled, until_s=until_s)
+        return Perception(1.0, self._progress if performed else None, answers=self._settled, until_s=until_s)
 
     def _settled(self) -> float:
         return 0.0 if self._picture is None else self._answers(self._group, self._picture)

@@ -1,4 +1,4 @@
-"""Faults of vehicles: times and effects; kinds of faults are defined elsewhere."""
+"""Faults of vehicles in one run: times and effects (`remoras.condition`); kinds are declared in `missions.faults`."""
 
 from __future__ import annotations
 

@@ -188,7 +188,8 @@ class ExecutiveLayer:
     ) -> Decision:
         """Return the best combination (the same object while unchanged), then evolve satisfactions.
 
-        The same list of perceptions means that none has changed; ``progress`` has the advances that they leave open.
+        The same list of perceptions means that nothing but deadlines has changed; ``progress`` has the advances that
+        they leave open.
         """
         self._now_s = now_s
         constants, performed = self._constants, self.decision.chosen

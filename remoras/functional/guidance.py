@@ -227,7 +227,7 @@ class Guidance:
     ) -> Velocity:
         """Return the velocity (m/s) that yields to the vehicle ahead; else the preferred one."""
         motion, weights = self.motion, self.constants
-        nearest = ahead(goal, motion.position_m, neighbours, LANES * weights.separation_m)
+        nearest = ahead(goal, neighbours, LANES * weights.separation_m)
         if nearest is None:
             return preferred
         at_m = motion.x_m + nearest.dx_m, motion.y_m + nearest.dy_m

@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping, Sequence, Set
 from typing import Any, Protocol
 
 from remoras.activities import ActivityKind, ActivitySet, ActivityType, Wait
-from remoras.behaviours import IDLE, STUCK, Behaviour, Homing, Perception, Reference, distance_m
+from remoras.behaviours import IDLE, STUCK, Behaviour, Homing, Perception, Reference, basis, distance_m
 from remoras.condition import Condition
 from remoras.database import VehicleData
 from remoras.errors import PluginError
@@ -26,7 +26,8 @@ from remoras.work import HOME_MARGIN, Point
 
 KNOWN_M = (0.0, 0.0)
 """Position error of a vehicle that knows its position."""
-PERCEPTION = "a Perception, stimulus 0..1"
+PERCEPTION = "a Perception, stimulus 0..1, until_s no NaN"
+PROGRESS = "a function of motion and picture that returns -1..1 or None"
 REFERENCE = "None, or a Reference with a finite target_m and a speed_mps and holds_m of 0 or more"
 
 
@@ -96,7 +97,8 @@ class FunctionalLayer:
         positioning: source of position fixes; None if the position is known.
         sigma_m: standard deviation of the position per axis (m), if a real body reports it.
         held: last reference of the guiding behaviour, while valid.
-        progress: by activity set whose ``Perception.advance`` is a function: its value at the last decision.
+        progress: by activity set whose ``Perception.advance`` is a function: its value at the last decision; without
+            sets whose perception was replaced.
         stranded: activity without headway, if vital or on the way to a rally point; else empty.
     """
 
@@ -262,7 +264,7 @@ class FunctionalLayer:
         return sensed
 
     def perceive(self, performed: Sequence[int]) -> list[Perception]:
-        """Return stimulus and progress of every activity set; the same list while unchanged.
+        """Return stimulus and progress of every activity set; the same list while nothing but deadlines changes.
 
         Behaviours whose last perception is valid are not asked, see ``Behaviour.perceive``. Raises PluginError if a
         behaviour raises, or returns anything but a Perception with a stimulus of 0..1.
@@ -271,7 +273,7 @@ class FunctionalLayer:
         if self.positioning is not None:
             self.positioning.before_decision(self.guiding)
         waits = self.guidance.withdraws or self.guidance.queues
-        rests_on = None if waits or self.positioning is not None else self._basis(performed)
+        rests_on = None if waits or self.positioning is not None else basis(self.picture, performed)
         if rests_on is None or rests_on != self._rests_on:
             self._ask(range(len(self._behaviours)), performed)
         else:
@@ -293,14 +295,6 @@ class FunctionalLayer:
             self._replace(self._guiding, self._perceived[self._guiding]._replace(advance=None))
         body.decided_s = body.now_s
         return self._perceived
-
-    def _basis(self, performed: Sequence[int]) -> tuple[Any, ...]:
-        """Return what perceptions with a deadline depend on besides time."""
-        body, groups = self.picture.body, self.picture.groups
-        return (
-            performed, self.picture.facts.n_told, body.battery <= body.reserve, body.outside_m > 0.0,
-            groups.planning_due, frozenset(groups.gathered),
-        )  # fmt: skip
 
     def _due(self, is_on_leg: bool) -> list[int]:
         """Return the sets whose last perception is no longer valid, if its basis is."""
@@ -324,7 +318,9 @@ class FunctionalLayer:
                 perceived = self._behaviours[index].perceive(motion, picture, index in performed)
             except Exception as error:
                 raise self._broken(index, "perceive", PERCEPTION, error) from error
-            if not (isinstance(perceived, Perception) and _is_share(perceived.stimulus)):
+            if not (
+                isinstance(perceived, Perception) and _is_share(perceived.stimulus) and _is_time(perceived.until_s)
+            ):
                 raise self._broken(index, "perceive", PERCEPTION, perceived)
             if perceived != perceptions[index]:
                 is_new |= perceived._replace(until_s=perceptions[index].until_s) != perceptions[index]
@@ -345,7 +341,7 @@ class FunctionalLayer:
             try:
                 found[index] = self._perceived[index].progress(self.believed, self.picture)
             except Exception as error:  # plug-in code may raise anything
-                raise self._broken(index, "perceive", PERCEPTION, error) from error
+                raise self._broken(index, "the advance of perceive", PROGRESS, error) from error
         return found
 
     def _replace(self, index: int, perception: Perception) -> None:
@@ -416,6 +412,10 @@ def _behaviour(layer: FunctionalLayer, activity_set: ActivitySet) -> Behaviour:
         lambda made: callable(getattr(made, "perceive", None)) and callable(getattr(made, "reference", None)),
         lambda: layer._mission.behaviour_for(activity, layer.data),
     )
+
+
+def _is_time(value: object) -> bool:
+    return isinstance(value, float | int) and not math.isnan(value)
 
 
 def _is_share(value: object) -> bool:

@@ -125,11 +125,11 @@ def repelled(position_m: Point, at_m: Point, weight_mps: float) -> Velocity:
     return -scale * (dx_m - dy_m), -scale * (dy_m + dx_m)
 
 
-def ahead(goal: Velocity, position_m: Point, neighbours: Sequence[Neighbour], lane_m: float) -> Neighbour | None:
+def ahead(goal: Velocity, neighbours: Sequence[Neighbour], lane_m: float) -> Neighbour | None:
     """Return the nearest sonar contact ahead, within ``lane_m`` of the course; None without one.
 
     >>> near, far = Neighbour(9.0, 1.0, 0.0, 0.0), Neighbour(20.0, 0.0, 0.0, 0.0)
-    >>> ahead((2.0, 0.0), (0.0, 0.0), [far, near, Neighbour(-5.0, 0.0, 0.0, 0.0)], 10.0) == near
+    >>> ahead((2.0, 0.0), [far, near, Neighbour(-5.0, 0.0, 0.0, 0.0)], 10.0) == near
     True
     """
     speed_mps = length(*goal)

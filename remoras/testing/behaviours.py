@@ -12,7 +12,7 @@ from dataclasses import dataclass, fields
 from functools import lru_cache
 from typing import Any
 
-from remoras.behaviours import IDLE, Behaviour, Perception, Reference, distance_m
+from remoras.behaviours import IDLE, Behaviour, Perception, Reference, basis, distance_m
 from remoras.database import VehicleData
 from remoras.fleet.radio import note_position
 from remoras.motion import Motion
@@ -104,6 +104,7 @@ def story(data: VehicleData, peers: tuple[str, ...], groups: tuple[str, ...], se
             if draw.random() < 0.1:
                 picture.peers.last_news_s = picture.body.last_yield_s = picture.body.now_s
             picture.groups = Groups({name for name in groups if draw.random() < 0.5}, draw.random() < 0.5)
+            picture.groups.meets_unheard = draw.random() < 0.5
         kept = pickle.dumps((motion, picture))
         as_it_is: tuple[Motion, Picture] = pickle.loads(kept)
         moments.append(DecisionInputs(*as_it_is, draw.random() < 0.7, kept))
@@ -149,7 +150,7 @@ def _answers(
     for number, moment in enumerate(moments):
         where = f"moment {number}"
         _become(motion, picture, moment)
-        rested_on, rests_on = rests_on, _basis(picture, moment.performed)
+        rested_on, rests_on = rests_on, basis(picture, moment.performed)
         is_on_leg = reference is not None and distance_m(motion, reference.target_m) > reference.holds_m
         is_valid = picture.body.now_s < perceived.until_s and rested_on == rests_on
         is_valid &= n_heard == picture.peers.n_positions.get(perceived.peer, 0)
@@ -186,17 +187,13 @@ def _become(motion: Motion, picture: Picture, moment: DecisionInputs) -> None:
     picture.facts = moment.picture.facts  # none, equal only to itself
 
 
-def _basis(picture: Picture, performed: bool) -> tuple[object, ...]:
-    body = picture.body
-    return performed, picture.groups, picture.facts.n_told, body.battery <= body.reserve, body.outside_m > 0.0
-
-
 def _check_perception(perceived: Perception, where: str, advance: float | None) -> None:
     stimulus, concludes, ends = perceived.stimulus, perceived.concludes, perceived.ends
     is_share = isinstance(stimulus, float | int) and 0.0 <= stimulus <= 1.0
     assert is_share, f"{where}: stimulus is {stimulus!r}, expected a number of 0..1"
     is_degree = advance is None or (isinstance(advance, float | int) and -1.0 <= advance <= 1.0)
     assert is_degree, f"{where}: advance is {advance!r}, expected a number of -1..1 or None"
+    assert not math.isnan(perceived.until_s), f"{where}: until_s is {perceived.until_s!r}, expected a time (s)"
     for name in ("done", "failed", "makes_no_way", "is_beyond_it"):
         value = getattr(perceived, name)
         assert isinstance(value, bool), f"{where}: {name} is {value!r}, expected a bool"

@@ -173,6 +173,7 @@ def test_what_is_no_behaviour_is_refused(made: Any) -> None:
         (1.0, "returned 1.0; expected: a Perception"),
         (Perception(1.5), r"returned Perception\(stimulus=1.5.*; expected: a Perception, stimulus 0..1"),
         (Perception(math.nan), "returned .*; expected: a Perception, stimulus 0..1"),
+        (Perception(1.0, until_s=math.nan), "returned .*; expected: a Perception, stimulus 0..1, until_s no NaN"),
         (Perception("much"), r"returned Perception\(stimulus='much'.*; expected: a Perception, stimulus 0..1"),  # type: ignore[arg-type]
         (KeyError("AUV01"), "raised KeyError: 'AUV01'"),
     ],
