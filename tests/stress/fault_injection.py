@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -316,13 +317,16 @@ class Wrapping:
 
         fleet.makers = fleet.makers._replace(anew=wrapped_anew)
 
-    def begin_anew(self, vehicle: Vehicle, remembers: bool) -> None:
-        """Let a vehicle begin a life behind another, wrapped."""
+    def begin_anew(self, vehicle: Vehicle, remembers: bool, logged_s: float = math.inf) -> None:
+        """Let a vehicle begin a life behind another, wrapped; it loses what it recorded itself after ``logged_s``."""
         old = self._scene.lives[vehicle.name]
         life = self._begin(vehicle)
         if remembers:
             life.inherit(old)
-            life.had = {guid for guid in old.had if old.model.has_arrived(guid)}
+            model, since_s = old.model, math.inf if logged_s == math.inf else old.model.quantise_time(logged_s)
+            own = {guid for guid in old.had if guid[0] == life.node and (block := model.arrived(guid)) is not None
+                   and block.time_s >= since_s}  # fmt: skip
+            life.had = {guid for guid in old.had - own if model.has_arrived(guid)}
 
     def _begin(self, vehicle: Vehicle) -> Life:
         """Let a vehicle begin a life, wrapped."""

@@ -131,11 +131,12 @@ class NodeFleet:
             self._scene.lives[own.plan.vehicle].is_alive = False
             self._own[node] = None
             return
-        own, difference = back(Logged(self._plans[node], tuple(self._logs[node]), None), just_after(self.now_s))
+        log = Logged(self._plans[node], tuple(self._logs[node]), None)
+        own, difference = back(log, just_after(self.now_s))
         if difference and self._broken is None:
             self._broken = "exceptions", self.now_s, difference
         self._begin(node, own, LineKind.BACK)
-        self._wrapping.begin_anew(own.solo.vehicle, remembers=True)
+        self._wrapping.begin_anew(own.solo.vehicle, remembers=True, logged_s=log.last_s)
 
     def _hear(self, heard: Heard) -> None:
         self._scene.heard = heard

@@ -69,3 +69,10 @@ def test_every_kind_befalls_nodes_and_nothing_breaks() -> None:
     outcome = judge_nodes(Schedule(1, 210.0, 600.0, node_settings("ack", 0.0, "key"), (*found, *own)))
     assert outcome.broken is None, outcome.broken
     assert outcome.happened == set(OF_NODES)
+
+
+def test_a_resumed_node_has_all_but_what_it_observed_after_the_last_line_of_its_log() -> None:
+    killed = fault("killed", "AUV00", at_s=61.4, until_s=78.0)
+    outcome = judge_nodes(Schedule(0, 78.0, 600.0, node_settings("ack", 0.0, "key"), (killed,)))
+    assert outcome.broken is None, outcome.broken
+    assert "killed" in outcome.happened
