@@ -13,7 +13,6 @@ from typing import NamedTuple
 from worldmodel import STATUS, Block, PropertyValue
 from worldmodel.facts import Guid
 
-_new = tuple.__new__  # makes a named tuple of a tuple, in half the time
 MASK_BITS = 8
 """Sequences in the mask of a summary."""
 FULL_MASK = (1 << MASK_BITS) - 1
@@ -71,7 +70,7 @@ def name_of(block: Block) -> str:
         return str(ItemUid(block.origin, block.sequence, 0, block.epoch))
     if block.sequence == STATUS:
         subject, attribute, *_ = block.facts[0]
-        return str(_new(StatusUid, (block.origin, block.time_s, subject, attribute)))
+        return str(StatusUid(block.origin, block.time_s, subject, attribute))
     return f"{_origin(block.origin, block.epoch)}-p{STATUS - block.sequence}"
 
 
@@ -103,7 +102,7 @@ class Fragment(NamedTuple):
     @property
     def uid(self) -> ItemUid:
         """Name as an exchange item; meaningless for a status."""
-        return _new(ItemUid, (self.origin, self.sequence, self.index, self.epoch))
+        return ItemUid(self.origin, self.sequence, self.index, self.epoch)
 
     @property
     def guid(self) -> Guid:
@@ -118,7 +117,7 @@ class Fragment(NamedTuple):
     @property
     def block(self) -> Block:
         """Its block, valid if ``count`` is 1."""
-        return _new(Block, (self.origin, self.sequence, self.time_s, self.facts, self.epoch))
+        return Block(self.origin, self.sequence, self.time_s, self.facts, self.epoch)
 
 
 class Named(NamedTuple):
@@ -133,8 +132,8 @@ class Named(NamedTuple):
 def name_of_item(fragment: Fragment) -> Named:
     """Return an item with its names."""
     origin, sequence, time_s, facts, index, count, epoch = fragment
-    block = _new(Block, (origin, sequence, time_s, facts, epoch)) if count == 1 else None
-    return _new(Named, (fragment, _new(ItemUid, (origin, sequence, index, epoch)), (origin, epoch, sequence), block))
+    block = Block(origin, sequence, time_s, facts, epoch) if count == 1 else None
+    return Named(fragment, ItemUid(origin, sequence, index, epoch), (origin, epoch, sequence), block)
 
 
 class InfluenceSignal(NamedTuple):

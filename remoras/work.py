@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from types import MappingProxyType
@@ -436,14 +437,14 @@ class Work:
         Valid only if no vehicle is short of energy. ``now_s`` is the start time of outlooks.
         """
         _ = self.workers, self.open  # cache before copying
-        made = object.__new__(Work)
-        made.__dict__.update(self.__dict__, positions_m=positions_m, now_s=now_s)
+        made = copy(self)
+        vars(made).update(positions_m=positions_m, now_s=now_s)
         return made
 
     def with_less(self, jobs: Mapping[str, Job]) -> Work:
         """Return the work with smaller remainders of the same jobs, sharing cached abilities."""
-        made = object.__new__(Work)
-        made.__dict__.update(self.__dict__, jobs=jobs)
+        made = copy(self)
+        vars(made).update(jobs=jobs)
         return made
 
     def in_order(

@@ -23,7 +23,6 @@ from worldmodel.facts import Guid
 if TYPE_CHECKING:
     from exchange.manager.summaries import Summaries
 
-_new = tuple.__new__  # makes a named tuple of a tuple, in half the time
 
 Life = tuple[int, int]
 """An origin and its epoch."""
@@ -137,7 +136,7 @@ class Beliefs:
         parts = self._parts.get(guid)
         if parts is None:
             origin, epoch, sequence = guid
-            column = self.column_of.get(_new(ItemUid, (origin, sequence, 0, epoch)))
+            column = self.column_of.get(ItemUid(origin, sequence, 0, epoch))
             return () if column is None else (column,)
         return parts
 
@@ -148,7 +147,7 @@ class Beliefs:
             parts = self._parts.get((origin, epoch, sequence))
             if parts is not None:
                 found.append((sequence, parts))
-            elif (column := column_of.get(_new(ItemUid, (origin, sequence, 0, epoch)))) is not None:
+            elif (column := column_of.get(ItemUid(origin, sequence, 0, epoch))) is not None:
                 found.append((sequence, (column,)))
         return found
 

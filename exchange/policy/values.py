@@ -27,7 +27,6 @@ LACKED = 0.5
 """Probability that a sent entry is still lacking, as rules assume."""
 MOST_SAID = 6
 """Transmissions from which rules count no further."""
-_new = tuple.__new__  # makes a named tuple of a tuple, in half the time
 LACKED_AFTER = tuple(power(LACKED, n_said) for n_said in range(MOST_SAID + 1))
 
 
@@ -155,7 +154,7 @@ class Additive:
 
     def place(self, waiting: Waiting) -> QueuePlace:
         """Group by priority; ranks are integers, as in the policy study."""
-        return _new(QueuePlace, (waiting.priority, waiting.credit - waiting.priority * waiting.since_slot))
+        return QueuePlace(waiting.priority, waiting.credit - waiting.priority * waiting.since_slot)
 
     def value(self, waiting: Waiting, moment: Moment) -> float:
         """Priority times own slots.

@@ -148,7 +148,7 @@ class FactCodec:
         value = self._readers[uid](reader)
         if uid in self._uncertain:
             return PropertyValue(subject, uid, value, _read_uncertainty(self._uncertain[uid], take))
-        return tuple.__new__(PropertyValue, (subject, uid, value, None))
+        return PropertyValue(subject, uid, value)
 
     def _reader_of(self, attribute: Attribute) -> Callable[[Reader], Value]:
         if not attribute.fields:

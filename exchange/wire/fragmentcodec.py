@@ -18,8 +18,6 @@ from exchange.wire.factcodec import FactCodec
 from worldmodel import EPOCHS, STATUS, Field, PropertyValue
 from worldmodel.facts import MOST_ITEMS
 
-_new = tuple.__new__  # makes a named tuple of a tuple, in half the time
-
 EPOCH_BITS = 2
 """Bits of an epoch; a higher one is escaped."""
 LONG_EPOCH = (1 << EPOCH_BITS) - 1
@@ -265,7 +263,7 @@ class FragmentCodec:
             time_s, fact = self._read_time(reader, base), facts.read_one(reader)
         is_status = fact.attribute in facts.latest_only
         sequence = STATUS if is_status else self._read_sequence(reader, own, before)
-        return _new(Fragment, (own[0], sequence, time_s, (fact,), 0, 1, own[1]))
+        return Fragment(own[0], sequence, time_s, (fact,), 0, 1, own[1])
 
     def read_other(self, reader: Reader, own: Life, base: int, before: Before) -> Fragment:
         """Decode a fragment of any other kind; arguments as ``read_single``."""

@@ -37,7 +37,6 @@ SUSPECTED = "suspected position"
 GIVEN_UP = frozenset({FaultCode.TIMED_OUT, FaultCode.CROWDED_OUT})
 """Faults with which the world model discards a block."""
 STRANGER = "its packets are refused: it uses another TBox or other field widths, or one was damaged on the way"
-_new = tuple.__new__  # named tuple from a tuple, in half the time
 
 
 class Signalling(NamedTuple):
@@ -186,7 +185,7 @@ class Radio:
         offered = []
         for role, value in signals:
             self._recorder.satisfaction.append((now_s, self._me, *role, value))
-            offered.append(_new(InfluenceSignal, (self._roles[role], value)))
+            offered.append(InfluenceSignal(self._roles[role], value))
         if offered:
             self.manager.offer_signals(offered)
         sent = self.manager.packet_to_send(now_s)
@@ -248,7 +247,7 @@ class Radio:
         changes = self._merged(self._without(jumps, blocks, now_s) if jumps else blocks, now_s, aside)
         known = self._signalling
         signals = tuple([(known[role], value) for role, value in reception.signals if role in known])
-        return _new(HeardPacket, (reception, emitter, changes, signals))
+        return HeardPacket(reception, emitter, changes, signals)
 
     def _without(self, jumps: Sequence[tuple[Block, Jump]], blocks: Iterable[Block], now_s: float) -> list[Block]:
         """Return the blocks without position outliers, which are recorded as faults."""
@@ -363,7 +362,7 @@ class Jumps:
         subject, _, value, _ = fact
         if subject != origin or subject not in self._top_speeds_mps:
             return None
-        now = _new(PositionReport, (time_s, *value))  # type: ignore[misc]
+        now = PositionReport(time_s, *value)  # type: ignore[misc]
         last, aside = self._last.get(subject), self._aside.get(subject)
         if last is not None and now.time_s < last.time_s:
             return None

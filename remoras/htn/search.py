@@ -15,7 +15,6 @@ of an agenda in the same state backtracks, since the first one failed.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from functools import partial
 from types import GeneratorType
 from typing import Any
 
@@ -28,7 +27,6 @@ FIRST_DEPTH = 8
 SEQUENCE = (list, tuple)
 NO_OTHERS: Iterator[Decomposition] = iter(())
 
-_node = partial(tuple.__new__, Node)
 Agenda = list[Any]
 """Open task: [task, parent index, depth, rest of the agenda, states visited with it]."""
 DEAD_END: Agenda = []
@@ -86,7 +84,7 @@ class _Search:
         agenda = self._agenda
         for n_expansions in range(max_expansions):
             if agenda is None:
-                self.nodes = tuple(map(_node, zip(self._tasks, self._taken, self._parents, strict=True)))
+                self.nodes = tuple(map(Node._make, zip(self._tasks, self._taken, self._parents, strict=True)))
                 self.has_ended = True
                 return n_expansions
             if (operator := operator_of(agenda[0][0])) is not None:
