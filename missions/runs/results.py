@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import platform
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, partial
 from importlib import metadata
@@ -126,18 +126,6 @@ def write_results(run: Run | MemoryResults, folder: Path, force: bool = False) -
         raise OutputError(f"--out {folder}: cannot be written: {error.strerror}") from None
 
 
-def run_id(run: Run, tables: Iterable[tuple[str, pa.Table]]) -> str:
-    """Return the id of a run: a hash of version, scenario, seed and tables, in name order."""
-    digest = hashlib.sha256(f"{__version__} {run.scenario.model_dump_json()} {run.seed}".encode())
-    for name, table in tables:
-        content = pa.BufferOutputStream()
-        with pa.ipc.new_stream(content, table.schema) as out:
-            out.write_table(table)
-        digest.update(name.encode())
-        digest.update(content.getvalue())
-    return digest.hexdigest()[:20]
-
-
 def _json(value: Any) -> str:
     return json.dumps(value, indent=2, allow_nan=False) + "\n"
 
@@ -151,9 +139,21 @@ class MemoryResults(RunReader):
     def __repr__(self) -> str:
         return f"<Results of {self.run!r}>"
 
+    @cached_property  # for the run id and for each reader
+    def _arrow(self) -> dict[str, pa.Table]:
+        return {name: recorded_table(self.run.recorder, name) for name in self.tables}
+
     @cached_property  # digest of all tables
     def _run_id(self) -> str:
-        return run_id(self.run, ((name, recorded_table(self.run.recorder, name)) for name in self.tables))
+        """Id of the run: a hash of version, scenario, seed and tables, in name order."""
+        digest = hashlib.sha256(f"{__version__} {self.run.scenario.model_dump_json()} {self.run.seed}".encode())
+        for name, table in self._arrow.items():
+            content = pa.BufferOutputStream()
+            with pa.ipc.new_stream(content, table.schema) as out:
+                out.write_table(table)
+            digest.update(name.encode())
+            digest.update(content.getvalue())
+        return digest.hexdigest()[:20]
 
     @cached_property  # all metrics
     def figures(self) -> dict[str, Any]:
@@ -186,7 +186,7 @@ class MemoryResults(RunReader):
         return tuple(sorted(self.run.recorder.tables))
 
     def _read(self, name: str) -> pa.Table:
-        return recorded_table(self.run.recorder, name).replace_schema_metadata({RUN_ID: self._run_id})
+        return self._arrow[name].replace_schema_metadata({RUN_ID: self._run_id})
 
 
 def _is_milestone(value: Any) -> bool:
