@@ -81,8 +81,8 @@ class Choice:
         Sums per type that differ by ``d`` keep their order until a motivation moves by ``d / 2``, or from or to 0.
         """
         within = self._holds_within
-        for now, then in zip(motivations, self._found_at, strict=True):
-            if now != then and (abs(now - then) >= within or (now > 0.0) is not (then > 0.0)):
+        for now, before in zip(motivations, self._found_at, strict=True):
+            if now != before and (abs(now - before) >= within or (now > 0.0) is not (before > 0.0)):
                 return False
         return True
 
@@ -124,15 +124,15 @@ class Choice:
 
     def _fit(self, motivations: Sequence[float], types: int) -> list[int]:
         """Return motivated sets without ``types``; of sets with equal bits the most motivated."""
-        found: dict[int, int] = {}
+        best_of: dict[int, int] = {}
         for index, bits in self._others:
             if motivations[index] > 0.0 and not bits & types:
-                other = found.get(bits)
+                other = best_of.get(bits)
                 if other is not None:
                     self._apart.append(abs(motivations[index] - motivations[other]))
                 if other is None or motivations[index] > motivations[other]:
-                    found[bits] = index
-        return list(found.values())
+                    best_of[bits] = index
+        return list(best_of.values())
 
     def _sums(self, motivations: Sequence[float], fit: Sequence[int], begun: int, sum_: Sum) -> dict[int, Sum]:
         beginning: dict[int, list[tuple[int, int, float]]] = {}  # by their lowest type
@@ -153,12 +153,12 @@ class Choice:
                 for index, bits, value in () if is_taken else group:
                     if not state & bits & _TYPES:
                         reached.append((state | bits, total + value, (*summed, index)))
-                for then, most, chosen in reached:  # best sum per state, first of equals
-                    known = states.get(then)
+                for after, most, chosen in reached:  # best sum per state, first of equals
+                    known = states.get(after)
                     if known is not None:
-                        self._apart.append(abs(most - known[0]) / (then & _TYPES).bit_count())
+                        self._apart.append(abs(most - known[0]) / (after & _TYPES).bit_count())
                     if known is None or most > known[0] or (most == known[0] and sorted(chosen) < sorted(known[1])):
-                        states[then] = most, chosen
+                        states[after] = most, chosen
         return states
 
     def _takes_more(self, state: int, fit: Sequence[int]) -> bool:

@@ -115,18 +115,18 @@ class ExecutiveLayer:
         self._choice = Choice(sets)
         self._role_of = [(s.objective.group, s.objective.role) if s.objective is not None else None for s in sets]
         self._effective = [
-            (index, role, one.importance, one.kind is ActivityKind.COLLECTIVE)
-            for index, (one, role) in enumerate(zip(sets, self._role_of, strict=True))
-            if one.effective
+            (index, role, activities.importance, activities.kind is ActivityKind.COLLECTIVE)
+            for index, (activities, role) in enumerate(zip(sets, self._role_of, strict=True))
+            if activities.effective
         ]
         self._is_own = [s.kind is ActivityKind.INDIVIDUAL and s.objective is not None for s in sets]
         self._providers = {
-            index: [n for n, other in enumerate(sets) if any(a.name == one.needs for a in other.activities)]
-            for index, one in enumerate(sets)
-            if one.needs is not None
+            index: [n for n, other in enumerate(sets) if any(a.name == activities.needs for a in other.activities)]
+            for index, activities in enumerate(sets)
+            if activities.needs is not None
         }
         self.satisfaction = {role: self.satisfaction.get(role, 0.0) for role in roles}
-        self._heard = {role: heard for role, heard in self._heard.items() if role in self.satisfaction}
+        self._heard = {role: signals for role, signals in self._heard.items() if role in self.satisfaction}
         self._calling = {caller for caller in self._calling if caller[0] in self.satisfaction}
         self._waiting = {caller for caller in self._waiting if caller[0] in self.satisfaction}
         self._ending = {}
@@ -149,11 +149,11 @@ class ExecutiveLayer:
 
     def signals(self) -> list[tuple[RoleKey, int]]:
         """Return each role with the byte of its satisfaction, or of a relayed call."""
-        found = [(role, signal_of(value)) for role, value in self.satisfaction.items()]
+        signals = [(role, signal_of(value)) for role, value in self.satisfaction.items()]
         if self._equals:
             guiding = self._guiding_role()
-            found = [(role, self._told(role, value, role == guiding)) for role, value in found]
-        return found
+            signals = [(role, self._told(role, value, role == guiding)) for role, value in signals]
+        return signals
 
     def _told(self, role: RoleKey, value: int, guides: bool) -> int:
         """Return the influence signal of a role.
@@ -167,13 +167,13 @@ class ExecutiveLayer:
             return passed_signal(self.yields_to) if self._passes_on else 0
         if not (guides and self.is_hindered):
             return own_signal(max(0, value))
-        since_s, told = self._now_s - self._constants.signal_memory_s, own_signal(value)
+        since_s, signal = self._now_s - self._constants.signal_memory_s, own_signal(value)
         self._claims = [claim for claim in self._claims if claim[0] >= since_s]
         if self._claims:
-            told = min(told, STILL_PASSING)
-        if told < 0:
-            self._claims.append((self._now_s, call(told, 0.0, self._constants)))
-        return told
+            signal = min(signal, STILL_PASSING)
+        if signal < 0:
+            self._claims.append((self._now_s, call(signal, 0.0, self._constants)))
+        return signal
 
     def _guiding_role(self) -> RoleKey | None:
         guiding = next((index for index in self.decision.chosen if self.sets[index].types & _GUIDING), None)
@@ -196,7 +196,7 @@ class ExecutiveLayer:
         if perceptions is not self._perceived:
             self._perceived, self._is_weighed = perceptions, False
             self._stimuli = self._stimuli_of(perceptions)
-            self._given = {n: of.advance for n, of in enumerate(perceptions) if isinstance(of.advance, float | int)}
+            self._given = {n: p.advance for n, p in enumerate(perceptions) if isinstance(p.advance, float | int)}
             self._advances = self._advances_of(self._given)
         stimuli = self._stimuli
         calls = self._strongest_calls(now_s) if self._calling else {}
@@ -206,7 +206,7 @@ class ExecutiveLayer:
         if calls or waits or not self._is_weighed:
             weighed = self._effective
         else:  # only satisfaction may have changed
-            weighed = [one for one in self._effective if one[0] in performed] if self._has_evolved else []
+            weighed = [entry for entry in self._effective if entry[0] in performed] if self._has_evolved else []
         self._is_weighed = not (calls or waits)
         for index, role, importance, listens in weighed:
             stimulus = stimuli[index]
@@ -231,17 +231,17 @@ class ExecutiveLayer:
 
     def candidates(self, now_s: float) -> list[WeighedSet]:
         """Return all effective activity sets as evaluated by the last decision, at ``now_s``."""
-        found = []
-        for index, one in enumerate(self.sets):
-            if not one.effective:
+        candidates = []
+        for index, acts in enumerate(self.sets):
+            if not acts.effective:
                 continue
             external, source, slot = self._external[index], "", None
             if external > 0.0 and (key := self._caller(index, now_s)) is not None:
                 source, slot = key[1], self._heard[key[0]][key[1:]].slot
             motivation, chosen = self.motivations[index], index in self.decision.chosen
             mean = self._choice.best_mean(self.motivations, index)
-            found.append(WeighedSet(one, self._stimuli[index], motivation, external, source, slot, chosen, mean))
-        return found
+            candidates.append(WeighedSet(acts, self._stimuli[index], motivation, external, source, slot, chosen, mean))
+        return candidates
 
     def _stimuli_of(self, perceptions: Sequence[Perception]) -> list[float]:
         """Return all stimuli; a set that needs another activity is limited by its stimulus."""
@@ -264,31 +264,31 @@ class ExecutiveLayer:
 
     def calls(self, now_s: float) -> dict[str, float]:
         """Return the dissatisfaction 0..1 of vehicles that call on any role of this one."""
-        found: dict[str, float] = {}
-        for heard in self._heard.values():
-            for (emitter, _), signal in heard.items():
+        strengths: dict[str, float] = {}
+        for signals in self._heard.values():
+            for (emitter, _), signal in signals.items():
                 if (strength := call(signal.value, now_s - signal.heard_s, self._constants)) > 0.0:
-                    found[emitter] = max(strength, found.get(emitter, 0.0))
-        return dict(sorted(found.items()))
+                    strengths[emitter] = max(strength, strengths.get(emitter, 0.0))
+        return dict(sorted(strengths.items()))
 
     def pulls(self, now_s: float) -> Pulls:
         """Return attraction and repulsion inputs of the current decision (``remoras.motion.attraction``)."""
         guiding = next((index for index in self.decision.chosen if self.sets[index].types & _GUIDING), None)
         role = None if guiding is None else self._role_of[guiding]
-        heard = {} if role is None else self._heard.get(role, {})
-        if guiding is None or role is None or not (heard or role in self._equals):
+        signals = {} if role is None else self._heard.get(role, {})
+        if guiding is None or role is None or not (signals or role in self._equals):
             return NO_PULLS
         if self._constants.weight_external == 0.0:  # no signal moves it
             return UNMOVED if role in self._equals else NO_PULLS
         equals: dict[str, float] = {}
         passed: dict[str, float] = {}
         has_callers = False
-        for (emitter, emitter_role), signal in heard.items():
+        for (emitter, emitter_role), signal in signals.items():
             if not self._are_equals(role, emitter_role):
                 has_callers = True
             elif signal.value < 0 and now_s - signal.heard_s <= self._constants.signal_memory_s:
-                of = passed if role in self._equals and signal.value % 2 else equals
-                of[emitter] = max(of.get(emitter, 0.0), call(signal.value, 0.0, self._constants))
+                callers = passed if role in self._equals and signal.value % 2 else equals
+                callers[emitter] = max(callers.get(emitter, 0.0), call(signal.value, 0.0, self._constants))
         answered: dict[str, float] = {}
         if has_callers and self._external[guiding] > 0.0 and (key := self._caller(guiding, now_s)) is not None:
             answered[key[1]] = self._external[guiding] / self._constants.weight_external
@@ -305,9 +305,11 @@ class ExecutiveLayer:
         role = self._role_of[index]
         if index in self._ending or role is None:
             return self._ending.get(index)
-        heard = self._heard[role]
-        idle = [of for of in heard if (role[0], of[1]) not in self._working]
-        loudest = max(idle, key=lambda of: call(heard[of].value, now_s - heard[of].heard_s, self._constants))
+        signals = self._heard[role]
+        idle = [emitter for emitter in signals if (role[0], emitter[1]) not in self._working]
+        loudest = max(
+            idle, key=lambda emitter: call(signals[emitter].value, now_s - signals[emitter].heard_s, self._constants)
+        )
         return role, *loudest
 
     def _louder_waits(self, now_s: float) -> list[tuple[Call, float]]:
@@ -321,36 +323,36 @@ class ExecutiveLayer:
         for role, value in self.satisfaction.items():
             if role in self._working:
                 own = max(own, call(signal_of(value), 0.0, constants))
-        found = []
+        louder = []
         for key in sorted(self._waiting):
             signal = self._heard[key[0]][key[1:]]
             age_s, loud = now_s - signal.heard_s, call(signal.value, 0.0, constants)
             loud += ANSWERING if key in answered else 0.0
             if age_s <= constants.signal_memory_s and (loud > own or (loud == own and key[1] < self._name)):
-                found.append((key, call(signal.value, age_s, constants)))
-        return found
+                louder.append((key, call(signal.value, age_s, constants)))
+        return louder
 
     def _ended(
-        self, index: int, role: RoleKey | None, of: Perception, waits: Sequence[tuple[Call, float]], own: float
+        self, index: int, role: RoleKey | None, perception: Perception, waits: Sequence[tuple[Call, float]], own: float
     ) -> float:
         """Return the effect 0..1 of the waits that an activity ends, and record the strongest."""
         heeded = 0.0
         self._ending.pop(index, None)
         for key, strength in waits:
-            if key[0] == role and of.ends is not None:
-                moved = answered(strength, of.ends(key[1], key[2]), own)
+            if key[0] == role and perception.ends is not None:
+                moved = answered(strength, perception.ends(key[1], key[2]), own)
                 if moved > heeded:
                     heeded, self._ending[index] = moved, key
         return heeded
 
     def _strongest_calls(self, now_s: float) -> dict[RoleKey, float]:
         """Return the strongest call 0..1 on each role; roles without calls are missing."""
-        found: dict[RoleKey, float] = {}
+        strongest: dict[RoleKey, float] = {}
         for role, emitter, emitter_role in self._calling:
             signal = self._heard[role][emitter, emitter_role]
             strength = call(signal.value, now_s - signal.heard_s, self._constants)
-            found[role] = max(strength, found.get(role, 0.0))
-        return found
+            strongest[role] = max(strength, strongest.get(role, 0.0))
+        return strongest
 
     def _evolve(self, dt_s: float, advances: Mapping[RoleKey, float]) -> bool:
         """Update satisfactions by progress, whatever was chosen; return whether any changed."""
@@ -363,11 +365,11 @@ class ExecutiveLayer:
 
     def _advances_of(self, advances: Mapping[int, float | None]) -> dict[RoleKey, float]:
         """Return the greatest advance of each role, from those of sets."""
-        found: dict[RoleKey, float] = {}
+        greatest: dict[RoleKey, float] = {}
         for index, advance in advances.items():
             if advance is not None and (role := self._role_of[index]) is not None:
-                found[role] = max(advance, found.get(role, advance))
-        return found
+                greatest[role] = max(advance, greatest.get(role, advance))
+        return greatest
 
     def _decision(self, chosen: tuple[int, ...]) -> Decision:
         types = 0

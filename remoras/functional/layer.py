@@ -214,8 +214,8 @@ class FunctionalLayer:
         self.perform(())
         return self._sets
 
-    def _broken(self, index: int, hook: str, expected: str, given: object) -> PluginError:
-        return broken_promise(self._where(self._sets[index]), hook, expected, given)
+    def _broken(self, index: int, hook: str, expected: str, result: object) -> PluginError:
+        return broken_promise(self._where(self._sets[index]), hook, expected, result)
 
     def _where(self, activity_set: ActivitySet) -> str:
         return f"mission {type(self._mission).__name__}, activity {activity_set.name}"
@@ -253,9 +253,9 @@ class FunctionalLayer:
         if not body.sensors_on:
             self.sensors.looking = ()
             return []
-        at = self.motion
+        true_motion = self.motion
         how = motion.heading_rad, motion.speed_mps, KNOWN_M, self.guidance.flow_mps, 0.0, self.sigma_m
-        pose = Pose(at.x_m, at.y_m, self.depth_m, *how)
+        pose = Pose(true_motion.x_m, true_motion.y_m, self.depth_m, *how)
         if self.positioning is not None:
             pose = self.positioning.pose(pose)
         sensed = self.sensors.look(pose, now_s)
@@ -325,24 +325,24 @@ class FunctionalLayer:
             if perceived != perceptions[index]:
                 is_new |= perceived._replace(until_s=perceptions[index].until_s) != perceptions[index]
                 perceptions[index] = perceived
-        self._until_s = min([one.until_s for one in perceptions])
+        self._until_s = min([p.until_s for p in perceptions])
         if is_new:
             self._perceived = perceptions
-            self._advancing = [index for index, one in enumerate(perceptions) if callable(one.advance)]
+            self._advancing = [index for index, p in enumerate(perceptions) if callable(p.advance)]
             self.progress = {}
         else:  # the same list says that nothing but deadlines has changed
             self._perceived[:] = perceptions
         n_positions = picture.peers.n_positions
-        self._peers = [(n, one.peer, n_positions.get(one.peer, 0)) for n, one in enumerate(perceptions) if one.peer]
+        self._peers = [(n, p.peer, n_positions.get(p.peer, 0)) for n, p in enumerate(perceptions) if p.peer]
 
     def _progress(self) -> dict[int, float | None]:
-        found: dict[int, float | None] = {}
+        progress: dict[int, float | None] = {}
         for index in self._advancing:
             try:
-                found[index] = self._perceived[index].progress(self.believed, self.picture)
+                progress[index] = self._perceived[index].progress(self.believed, self.picture)
             except Exception as error:  # plug-in code may raise anything
                 raise self._broken(index, "the advance of perceive", PROGRESS, error) from error
-        return found
+        return progress
 
     def _replace(self, index: int, perception: Perception) -> None:
         """Replace a perception until the next decision."""
@@ -396,7 +396,7 @@ class FunctionalLayer:
 
 
 def _contacts_m(x_m: float, y_m: float, neighbours: Sequence[Neighbour]) -> tuple[Point, ...]:
-    return tuple([(x_m + one.dx_m, y_m + one.dy_m) for one in neighbours])
+    return tuple([(x_m + neighbour.dx_m, y_m + neighbour.dy_m) for neighbour in neighbours])
 
 
 def _behaviour(layer: FunctionalLayer, activity_set: ActivitySet) -> Behaviour:

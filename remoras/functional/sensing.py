@@ -81,10 +81,10 @@ class Sensing:
         sensed: list[Sensed] = []
         for name, sensor in working:
             try:
-                found = sensor.sense(pose, self._world, now_s)
-                if not found and found is not None:  # nearly always empty
+                returned = sensor.sense(pose, self._world, now_s)
+                if not returned and returned is not None:  # nearly always empty
                     continue
-                observations = tuple(found)
+                observations = tuple(returned)
             except Exception as error:
                 raise broken_promise(self._where(name), "sense", OBSERVATIONS, error) from error
             if not all(isinstance(observation, Observation) for observation in observations):

@@ -133,13 +133,13 @@ def ahead(goal: Velocity, neighbours: Sequence[Neighbour], lane_m: float) -> Nei
     True
     """
     speed_mps = length(*goal)
-    found, nearest_m = None, REACH_M
-    for one in neighbours if speed_mps > 0.0 else ():
-        along_m = (one.dx_m * goal[0] + one.dy_m * goal[1]) / speed_mps
-        aside_m = (one.dx_m * goal[1] - one.dy_m * goal[0]) / speed_mps
+    nearest, nearest_m = None, REACH_M
+    for neighbour in neighbours if speed_mps > 0.0 else ():
+        along_m = (neighbour.dx_m * goal[0] + neighbour.dy_m * goal[1]) / speed_mps
+        aside_m = (neighbour.dx_m * goal[1] - neighbour.dy_m * goal[0]) / speed_mps
         if 0.0 < along_m <= nearest_m and -lane_m <= aside_m <= lane_m:
-            found, nearest_m = one, along_m
-    return found
+            nearest, nearest_m = neighbour, along_m
+    return nearest
 
 
 class Courses:

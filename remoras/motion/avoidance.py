@@ -163,18 +163,18 @@ def _nearest_on_line(
             if beyond < 0.0:
                 return None
             continue
-        at = beyond / sine
+        along_mps = beyond / sine
         if sine > 0.0:
-            high = min(high, at)
+            high = min(high, along_mps)
         else:
-            low = max(low, at)
+            low = max(low, along_mps)
         if low > high:
             return None
     if is_direction:
-        at = high if wanted[0] * dx + wanted[1] * dy > 0.0 else low
+        along_mps = high if wanted[0] * dx + wanted[1] * dy > 0.0 else low
     else:
-        at = min(high, max(low, dx * (wanted[0] - x) + dy * (wanted[1] - y)))
-    return x + at * dx, y + at * dy
+        along_mps = min(high, max(low, dx * (wanted[0] - x) + dy * (wanted[1] - y)))
+    return x + along_mps * dx, y + along_mps * dy
 
 
 def _nearest(
@@ -187,10 +187,10 @@ def _nearest(
         vx, vy = (vx / speed * most_mps, vy / speed * most_mps) if speed > 0.0 else (0.0, 0.0)
     for number, plane in enumerate(planes):
         if plane.dx * (plane.y - vy) - plane.dy * (plane.x - vx) > 0.0:
-            found = _nearest_on_line(planes, number, most_mps, wanted, is_direction)
-            if found is None:
+            nearest = _nearest_on_line(planes, number, most_mps, wanted, is_direction)
+            if nearest is None:
                 return (vx, vy), number
-            vx, vy = found
+            vx, vy = nearest
     return (vx, vy), len(planes)
 
 
@@ -216,14 +216,14 @@ def _least_excess(
                     continue
                 px, py = 0.5 * (x + ox), 0.5 * (y + oy)
             else:
-                at = (odx * (y - oy) - ody * (x - ox)) / sine
-                px, py = x + at * dx, y + at * dy
+                along_mps = (odx * (y - oy) - ody * (x - ox)) / sine
+                px, py = x + along_mps * dx, y + along_mps * dy
             ex, ey = odx - dx, ody - dy
             long = length(ex, ey)
             equal.append(HalfPlane(px, py, ex / long, ey / long))
-        found, n_met = _nearest(equal, most_mps, (-dy, dx), is_direction=True)
+        candidate, n_met = _nearest(equal, most_mps, (-dy, dx), is_direction=True)
         if n_met == len(equal):  # else a rounding error: keep the last optimum
-            best = found
+            best = candidate
         excess = plane.excess_mps(best)
     return best
 

@@ -124,17 +124,17 @@ class Separation:
     def _look_in(self, layer: Sequence[int], seen: dict[int, list[Neighbour]]) -> None:
         vehicles = self.vehicles
         motions = {index: vehicles[index].functional.motion for index in layer}
-        for one, other in combinations(layer, 2) if len(layer) <= FEW else _in_adjacent_squares(motions):
-            a, b = motions[one], motions[other]
+        for first, second in combinations(layer, 2) if len(layer) <= FEW else _in_adjacent_squares(motions):
+            a, b = motions[first], motions[second]
             dx_m, dy_m = b.x_m - a.x_m, b.y_m - a.y_m
             if dx_m * dx_m + dy_m * dy_m > SONAR_M * SONAR_M:
                 continue
-            of_one, of_other = vehicles[one], vehicles[other]
-            if not (of_one.is_alive and of_other.is_alive and self.may_meet(one, other)):
+            first_vehicle, second_vehicle = vehicles[first], vehicles[second]
+            if not (first_vehicle.is_alive and second_vehicle.is_alive and self.may_meet(first, second)):
                 continue
-            self._pairs.append((one, other))
-            seen.setdefault(one, []).append(Neighbour(dx_m, dy_m, *b.velocity_mps))
-            seen.setdefault(other, []).append(Neighbour(-dx_m, -dy_m, *a.velocity_mps))
+            self._pairs.append((first, second))
+            seen.setdefault(first, []).append(Neighbour(dx_m, dy_m, *b.velocity_mps))
+            seen.setdefault(second, []).append(Neighbour(-dx_m, -dy_m, *a.velocity_mps))
 
     def may_meet(self, one: int, other: int) -> bool:
         """True if two vehicles of a layer interact: a layer may be thicker than ``SAME_DEPTH_M``."""
@@ -150,8 +150,8 @@ class Separation:
             return []
         before, self._conflicts = self._conflicts, frozenset(pair for pair in self._pairs if self.are_too_near(*pair))
         return [
-            (now_s, self.vehicles[one].data.name, CONFLICT, self.vehicles[other].data.name)
-            for one, other in sorted(self._conflicts - before)
+            (now_s, self.vehicles[first].data.name, CONFLICT, self.vehicles[second].data.name)
+            for first, second in sorted(self._conflicts - before)
         ]
 
     def are_too_near(self, one: int, other: int) -> bool:

@@ -164,8 +164,8 @@ class Organisation:
         """Sorted roles by vehicle and group."""
         roles: dict[str, dict[str, tuple[RoleAssignment, ...]]] = {}
         for a in sorted(self.assignments):
-            of = roles.setdefault(a.vehicle, {})
-            of[a.group] = (*of.get(a.group, ()), a)
+            by_group = roles.setdefault(a.vehicle, {})
+            by_group[a.group] = (*by_group.get(a.group, ()), a)
         return roles
 
     @cached_property
@@ -235,7 +235,7 @@ class Organisation:
         """Return the organisation without a group and its roles."""
         if group not in self.groups:
             return self
-        groups = {name: one for name, one in self.groups.items() if name != group}
+        groups = {name: known for name, known in self.groups.items() if name != group}
         return replace(self, groups=groups, assignments=frozenset(a for a in self.assignments if a.group != group))
 
     def without(self, vehicles: Set[str]) -> Organisation:

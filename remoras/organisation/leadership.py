@@ -87,7 +87,7 @@ def successor(
         return first, -n_able, -data.energy_j, name
 
     head = group.role(group.head_role or "")
-    excluded = [] if head is None else [(of, role) for of, role in head.incompatible if of != group.name]
+    excluded = [] if head is None else [(g, role) for g, role in head.incompatible if g != group.name]
     holders = {name for role in group.succession for name in organisation.members(group.name, role)}
     able = [
         name
@@ -129,9 +129,9 @@ def stepping_down(vehicle: str, organisation: Organisation, database: AUVDatabas
         if role is None or not group.succession or not organisation.plays(vehicle, group.name, role):
             continue
         left, _ = organisation.leave_role(vehicle, group.name, role)
-        then = role_after(database, vehicle, group, left)
-        if then is not None:  # first, since only members may make requests
-            facts.append((vehicle, PLAYS_ROLE, group.path(then.role)))
+        next_role = role_after(database, vehicle, group, left)
+        if next_role is not None:  # first, since only members may make requests
+            facts.append((vehicle, PLAYS_ROLE, group.path(next_role.role)))
         facts.append((vehicle, LEFT_ROLE, group.path(role)))
     return facts
 
@@ -217,7 +217,9 @@ class Leadership:
     def founded(cls, organisation: Organisation, at_sea: Iterable[str] = ()) -> Leadership:
         """Create from the organisation before the mission; groups formed at run time have no leader."""
         heads = {group: organisation.heads(group) for group in organisation.groups} | dict.fromkeys(at_sea, ())
-        return cls({group: Lead(began=frozenset((name, AGREED_BEFORE) for name in of)) for group, of in heads.items()})
+        return cls(
+            {group: Lead(began=frozenset((name, AGREED_BEFORE) for name in names)) for group, names in heads.items()}
+        )
 
     # Updates -------------------------------------------------------------------------------------
 
@@ -235,7 +237,7 @@ class Leadership:
         claims = {**lead.claims, claimed: (before or NOBODY).union(excused)}
         by = lead.by_leading if by_leading is None else {**lead.by_leading, claimed: by_leading}
         # Groups keep the order of their first claims, in which leaders are installed and acknowledged.
-        others = {name: of for name, of in self.groups.items() if name != group or lead.claims}
+        others = {name: known for name, known in self.groups.items() if name != group or lead.claims}
         return Leadership({**others, group: replace(lead, claims=claims, by_leading=by)})
 
     def miss(self, absent: Collection[str]) -> Leadership:
@@ -253,12 +255,12 @@ class Leadership:
 
     def change(self, group: str, vehicle: str, leads: bool, age: Age, to: str | None = None) -> Leadership:
         """Record that a vehicle got the leader's role, left it, or acknowledges the claim of ``to``."""
-        lead, at = self.groups[group], (vehicle, age)
-        if at in (lead.began if leads else lead.ended):
+        lead, event = self.groups[group], (vehicle, age)
+        if event in (lead.began if leads else lead.ended):
             return self
         if leads:
-            return self._with(group, replace(lead, began=lead.began | {at}))
-        return self._with(group, replace(lead, ended={**lead.ended, at: to}))
+            return self._with(group, replace(lead, began=lead.began | {event}))
+        return self._with(group, replace(lead, ended={**lead.ended, event: to}))
 
     def begin(self, group: str, vehicle: str | None, age: Age) -> Leadership:
         """Restart a group under ``vehicle`` since ``age``; None dissolves it."""
@@ -302,8 +304,8 @@ class Leadership:
 
     def is_member(self, group: str, claimed: Claimed) -> bool:
         """Return False if membership required leading another group, which the claimant did not."""
-        of = self.groups[group].by_leading.get(claimed)
-        return of is None or self.led(claimed.vehicle, of, claimed.since)
+        other_group = self.groups[group].by_leading.get(claimed)
+        return other_group is None or self.led(claimed.vehicle, other_group, claimed.since)
 
     def _has_led_since(self, group: str, claimed: Claimed) -> Age | None:
         """Return since when the claimant led before its claim, without leaving; None if it did not."""
@@ -349,7 +351,7 @@ class Leadership:
         since = max([claimed.since for claimed in claims if claimed.vehicle == to], default=AGREED_BEFORE)
         ends = [end for (name, end), other in lead.ended.items() if (name, other) == (to, vehicle)]
         answers = [claimed.since for claimed in claims if claimed.vehicle == vehicle]
-        return any(since < at < age for at in (*ends, *answers))
+        return any(since < event < age for event in (*ends, *answers))
 
     def _has_left(self, group: str, reign: Claimed, by: Age) -> bool:
         return any(reign.since < age <= by for age in self._ends(group, reign.vehicle))

@@ -91,7 +91,7 @@ def absent_peers(
     newest_s = max(last_s.values())
     if now_s - newest_s < lease_s:
         now_s = min(now_s, newest_s + DOUBT * lease_s)
-    return frozenset(name for name, heard in last_s.items() if now_s - heard >= lease_s)
+    return frozenset(name for name, evidence_s in last_s.items() if now_s - evidence_s >= lease_s)
 
 
 def acted_on(
@@ -211,17 +211,17 @@ def with_work(present: Organisation, organisation: Organisation, absent: Collect
 def owners(whole: Work) -> dict[str, str]:
     """Return owners of roles without holder at the start: longest job first, earliest finisher."""
     owner_of: dict[str, str] = {}
-    at = {data.name: Outlook(0.0, data.start_m) for data in whole.workers}
+    outlooks = {data.name: Outlook(0.0, data.start_m) for data in whole.workers}
 
     def ends(role: str) -> list[tuple[float, str, Outlook]]:
-        of = next(of for of in whole.roles if of.name == role)
-        after = ((name, whole.after(here, whole.database[name], of)) for name, here in at.items())
-        return [(then.free_s, name, then) for name, then in after if then is not None]
+        specification = next(specification for specification in whole.roles if specification.name == role)
+        after = ((name, whole.after(here, whole.database[name], specification)) for name, here in outlooks.items())
+        return [(outlook.free_s, name, outlook) for name, outlook in after if outlook is not None]
 
     takes_s = {role.name: min((end_s for end_s, *_ in ends(role.name)), default=0.0) for role in whole.roles}
     for role in sorted(takes_s, key=lambda name: (-takes_s[name], name)):
         if could := ends(role):
-            _, owner_of[role], at[owner_of[role]] = min(could)
+            _, owner_of[role], outlooks[owner_of[role]] = min(could)
     return owner_of
 
 
@@ -243,13 +243,13 @@ def patience_with(
     for whole, work, division in all_work:
         rally_m = rallies_m.get(work.group.rally_point or "")
         of_nobody = {**owners(whole), **division}
-        of = {role.name: work.holders(role) or (of_nobody.get(role.name, ""),) for role in work.unfinished}
+        owners_of = {role.name: work.holders(role) or (of_nobody.get(role.name, ""),) for role in work.unfinished}
         for data in work.workers:
-            barred |= {(data.name, role) for role, names in of.items() if data.name not in names}
+            barred |= {(data.name, role) for role, names in owners_of.items() if data.name not in names}
             if data.name == me:
                 continue
             since_s = known_s.get(data.name, 0.0)
-            own = [role for role in work.unfinished if data.name in of[role.name]]
+            own = [role for role in work.unfinished if data.name in owners_of[role.name]]
             end_s = work.arrival_s(Outlook(since_s, work.position_m(data.name)), data, own, rally_m)
             until_s = max(until_s, since_s + LATE * (end_s - since_s))
         if rally_m is not None and me in work.members:

@@ -119,18 +119,18 @@ class GroupNeeds:
             heads[name] |= heads.get(group.formed_by or "", 0)
         for name, now in members.items():
             self._ever[name] = self._ever.get(name, 0) | now
-        above, told = dict.fromkeys(groups, 0), {name: self._ever[name] for name in groups}
+        above, informed = dict.fromkeys(groups, 0), {name: self._ever[name] for name in groups}
         for superior, name in self._subjects.supervised:
             if superior in groups and name in groups:
                 above[name] |= heads[superior]
-                told[superior] |= members[name]
+                informed[superior] |= members[name]
         tied: dict[Path, int] = {}
         for name, group in groups.items():
-            told[name] |= above[name]
+            informed[name] |= above[name]
             for role in group.roles:
                 if role.played_by is not None:
                     tied[role.played_by] = tied.get(role.played_by, 0) | members[name]
-                    told[name] |= members.get(role.played_by[0], 0) if role.head else 0
+                    informed[name] |= members.get(role.played_by[0], 0) if role.head else 0
         players = {(a.group, a.role): word(view.members(a.group, a.role)) for a in view.assignments}
         company = []
         for name in self._subjects.names:
@@ -138,7 +138,7 @@ class GroupNeeds:
             for played in view.roles_of(name):
                 shared |= members[played.group]
             company.append(shared or self._everybody)
-        return _Words(members, heads, above, told, players, tied, company)
+        return _Words(members, heads, above, informed, players, tied, company)
 
     def priority_of(self, fact: PropertyValue, class_uid: int) -> Wanted:
         """Return the nodes that need a fact, and the priority of its attribute."""
@@ -150,21 +150,21 @@ class GroupNeeds:
         return PLAIN
 
     def _nodes(self, fact: PropertyValue) -> int:
-        subject, of, now = fact.subject, self._subjects, self._now
-        if fact.attribute in of.for_all:
+        subject, subjects, now = fact.subject, self._subjects, self._now
+        if fact.attribute in subjects.for_all:
             return self._everybody
-        if 0 <= subject < len(of.names):
-            role = of.roles.get(fact.target) if fact.attribute in self._names_role else None
+        if 0 <= subject < len(subjects.names):
+            role = subjects.roles.get(fact.target) if fact.attribute in self._names_role else None
             return now.company[subject] if role is None else self._of_role(role, fact)
-        if subject in of.roles:
-            return now.members.get(of.roles[subject][0], self._everybody)
-        if subject in of.groups:
-            group = of.groups[subject]
+        if subject in subjects.roles:
+            return now.members.get(subjects.roles[subject][0], self._everybody)
+        if subject in subjects.groups:
+            group = subjects.groups[subject]
             if fact.attribute in self._says_who_leads:
                 return now.told_who_leads.get(group, self._everybody)
             return now.members.get(group, self._everybody) | now.above.get(group, 0)
-        if subject in of.jobs:
-            return self._of_job(of.jobs[subject], (subject, fact.attribute) in of.done)
+        if subject in subjects.jobs:
+            return self._of_job(subjects.jobs[subject], (subject, fact.attribute) in subjects.done)
         return self._everybody
 
     def _of_role(self, role: Path, fact: PropertyValue) -> int:

@@ -150,23 +150,23 @@ class Conclusions:
         """Return the facts that a vehicle infers about itself; arguments as in ``of_head``."""
         if self.holds(organisation, picture):
             return []
-        of = data, organisation, self._beliefs, picture, motion
-        findings = self._asked("conclusions", lambda: self._mission.conclusions(*of))
+        context = data, organisation, self._beliefs, picture, motion
+        findings = self._asked("conclusions", lambda: self._mission.conclusions(*context))
         self._until_s = findings.until_s if isinstance(findings, Nothing) else -math.inf
         self._asked_of = organisation, picture.body.answering
         return self._facts_of(findings)
 
     def holds(self, organisation: Organisation, picture: Picture) -> bool:
         """Return whether the mission's last answer, no findings until a given time, is still valid."""
-        of = self._asked_of
-        if of is None or not picture.body.now_s < self._until_s:
+        asked_of = self._asked_of
+        if asked_of is None or not picture.body.now_s < self._until_s:
             return False
-        return of[0] is organisation and of[1] == picture.body.answering
+        return asked_of[0] is organisation and asked_of[1] == picture.body.answering
 
     def _asked(self, hook: str, asked: Callable[[], Sequence[Finding]]) -> Sequence[Finding]:
         def findings() -> Sequence[Finding]:
-            found = asked()
-            return found if isinstance(found, Nothing) else tuple(found)
+            result = asked()
+            return result if isinstance(result, Nothing) else tuple(result)
 
         return answer(self._mission_name, hook, "a list of Finding", _are_findings, findings)
 
@@ -174,5 +174,5 @@ class Conclusions:
         return [self._beliefs.fact(finding.subject, finding.attribute, finding.value) for finding in findings]
 
 
-def _are_findings(found: Iterable[object]) -> bool:
-    return all(isinstance(finding, Finding) for finding in found)
+def _are_findings(result: Iterable[object]) -> bool:
+    return all(isinstance(finding, Finding) for finding in result)

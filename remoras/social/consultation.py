@@ -207,10 +207,10 @@ def _take(view: View, asked: Request, outcome: Outcome, age: Age, yielding: froz
     if outcome is Outcome.SUCCESS and asked.assignee:
         return view.do(asked, age, yielding)
     if outcome is Outcome.SUCCESS and asked.act is Act.MISSION:
-        of = asked.group
-        missions = {*view.missions.get(of, ()), asked.argument}
-        in_order = tuple(sorted(missions, key=lambda mission: view.stated(of, "mission", mission)))
-        return replace(view, missions={**view.missions, of: in_order}).note(asked, outcome)
+        group = asked.group
+        missions = {*view.missions.get(group, ()), asked.argument}
+        in_order = tuple(sorted(missions, key=lambda mission: view.stated(group, "mission", mission)))
+        return replace(view, missions={**view.missions, group: in_order}).note(asked, outcome)
     return view.note(asked, outcome)
 
 
@@ -228,28 +228,28 @@ def _form(view: View, request: DatedRequest, again: bool) -> View:
     if not is_over and name in rules.at_sea:
         organisation = organisation.without_group(name)
     leadership = view.leadership
-    outcome = may_assign(asked, organisation, rules, lambda who, group: leadership.led(who, group, age))
+    outcome = may_assign(asked, organisation, rules, lambda v, group: leadership.led(v, group, age))
     if outcome is not Outcome.SUCCESS or number is None:
         return _refused(view, request, Outcome.NO_AUTHORITY if number is None else outcome, True, again)
     leadership = leadership.begin(name, None if is_over else asked.assignee, age)
     view = replace(view, formations={**view.formations, name: formation}, leadership=leadership)
     if name in view.organisation.groups:
-        for role in [role for who in view.organisation.members(name) for role in view.organisation.roles_of(who, name)]:
+        for role in [role for v in view.organisation.members(name) for role in view.organisation.roles_of(v, name)]:
             view = view.leave(Request(asked.issuer, Act.RELEASE, name, role.role, role.vehicle))
         view = replace(view, organisation=view.organisation.without_group(name))
         view = view.note(replace(asked, act=Act.DISSOLVE), Outcome.SUCCESS)
     if not is_over:
         view = replace(view, organisation=view.organisation.form(rules.at_sea[name])[0]).note(asked, outcome)
         view = view.assign(replace(asked, act=Act.ASSIGN))
-    since = {at: other for at, other in view.at_sea.items() if other.asked.group != name or at > age}
+    since = {age_of: other for age_of, other in view.at_sea.items() if other.asked.group != name or age_of > age}
     isolated = view.isolated
     return replace(
         view,
-        newest={about: at for about, at in view.newest.items() if about[0] != name},
+        newest={subject: age_of for subject, age_of in view.newest.items() if subject[0] != name},
         holdings={place: holding for place, holding in view.holdings.items() if place[0] != name},
         missions={group: missions for group, missions in view.missions.items() if group != name},
         at_sea=since,
-        waiting={**view.waiting, **{at: other for at, other in since.items() if other.asked.group == name}},
+        waiting={**view.waiting, **{age_of: other for age_of, other in since.items() if other.asked.group == name}},
         greatest={group: claim for group, claim in view.greatest.items() if group != name},
         crowned={group: claim for group, claim in view.crowned.items() if group != name},
         isolated=Isolated(
@@ -350,16 +350,16 @@ def _enthrone(view: View, group: Group, vehicle: str, age: Age) -> View:
         holders = yielding_above(view.group(above), other, {*before, *led}, view.organisation)
         view = _hand_over(view, Request(vehicle, Act.SUCCEED, above, other, vehicle), holders, age)
     for name in before:
-        then = role_after(database, name, group, view.organisation)
-        if then is not None:
-            after = view.overrule(Request(vehicle, Act.ASSIGN, then.group, then.role, then.vehicle), age)
-            stepped_down = {**view.stepped_down, (group.name, name): then}
+        next_role = role_after(database, name, group, view.organisation)
+        if next_role is not None:
+            after = view.overrule(Request(vehicle, Act.ASSIGN, next_role.group, next_role.role, next_role.vehicle), age)
+            stepped_down = {**view.stepped_down, (group.name, name): next_role}
             view = view if after is view else replace(after, stepped_down=stepped_down)
-    then = view.stepped_down.get((group.name, vehicle))
-    if then is not None:
-        stepped_down = {at: role for at, role in view.stepped_down.items() if at != (group.name, vehicle)}
+    next_role = view.stepped_down.get((group.name, vehicle))
+    if next_role is not None:
+        stepped_down = {place: role for place, role in view.stepped_down.items() if place != (group.name, vehicle)}
         view = replace(view, stepped_down=stepped_down)
-        leaves = Request(vehicle, Act.RELEASE, then.group, then.role, vehicle)
+        leaves = Request(vehicle, Act.RELEASE, next_role.group, next_role.role, vehicle)
         if view.leadership.is_claim(view.stated(*leaves.about)):
             view = replace(view, newest={**view.newest, leaves.about: age}).leave(leaves)
     for excluded in excluded_by_leading(group, vehicle, view.organisation):

@@ -91,35 +91,35 @@ class OwnFacts:
 
     def get(self, key: Key, default: Any = None, /) -> Any:
         """Return the value of a fact, or ``default`` if unknown."""
-        kind, about = key
-        of, beliefs = self._of, self._of.beliefs
+        kind, subject = key
+        social, beliefs = self._of, self._of.beliefs
         match kind:
             case "members":
-                return of.present.members(*about.split("."))
+                return social.present.members(*subject.split("."))
             case "lost":
-                return of.planner.lost.get(about, default)
+                return social.planner.lost.get(subject, default)
             case "allocated":
-                return about in of.planner.allocated or default
+                return subject in social.planner.allocated or default
             case "objective":
-                group, role, name = about.split(".")
-                objective = of.objectives.get((group, role, name))
+                group, role, name = subject.split(".")
+                objective = social.objectives.get((group, role, name))
                 return default if objective is None else objective.argument
             case "hasMission":
-                return of.missions.get(about, (default,))[-1]
+                return social.missions.get(subject, (default,))[-1]
             case "given":
-                group, _, mission = about.partition(".")
-                return mission in of.missions.get(group, ()) or default
+                group, _, mission = subject.partition(".")
+                return mission in social.missions.get(group, ()) or default
             case "formed":
-                return about in of.present.groups
+                return subject in social.present.groups
             case "formation":
-                return of.view.formation(about) or default
+                return social.view.formation(subject) or default
             case "data":
-                return of.database[about]
+                return social.database[subject]
             case "instances":
-                return beliefs.instances(about)
+                return beliefs.instances(subject)
             case "isA":
-                return beliefs.is_a(*about.rsplit(".", 1)) or default
-        return default if of.gatherings.is_undone(key, of.is_cut_off) else beliefs.get(key, default)
+                return beliefs.is_a(*subject.rsplit(".", 1)) or default
+        return default if social.gatherings.is_undone(key, social.is_cut_off) else beliefs.get(key, default)
 
 
 class SocialLayer:
@@ -333,14 +333,14 @@ class SocialLayer:
         for position, fact in enumerate(block.facts):
             if fact.subject != block.origin or fact.attribute not in (self._uids[AVAILABLE], self._uids[SENSORS_WORK]):
                 continue
-            availability, about = self.view.availability, (self.beliefs.name(block.origin), bool(fact.value))
+            availability, statement = self.view.availability, (self.beliefs.name(block.origin), bool(fact.value))
             if fact.attribute == self._uids[SENSORS_WORK]:
-                availability = availability.hear_of_sensors(*about, (*block.key, position))
+                availability = availability.hear_of_sensors(*statement, (*block.key, position))
                 self.workload.note_blind(availability.blind_since.keys())
-            elif about[0] == self.me and block.epoch != self.beliefs.model.epoch:
+            elif statement[0] == self.me and block.epoch != self.beliefs.model.epoch:
                 self._is_misjudged |= not fact.value
             else:
-                availability = availability.hear(*about, (*block.key, position))
+                availability = availability.hear(*statement, (*block.key, position))
             self.view = replace(self.view, availability=availability)
 
     def _await_facts(self, rested_on: Iterable[Any]) -> None:
@@ -412,9 +412,9 @@ class SocialLayer:
         return undone, facts, [] if self.is_cut_off else self._untold()
 
     def _patience_now(self, now_s: float) -> Patience:
-        at = Footing(self._with_all if self.is_cut_off else self.present, self.takes_no_jobs, False)
-        peers, whole = self._picture.peers, self.workload.whole(at)
-        work = self.workload.of_groups(at, self._picture, peers.positions_m, now_s)
+        footing = Footing(self._with_all if self.is_cut_off else self.present, self.takes_no_jobs, False)
+        peers, whole = self._picture.peers, self.workload.whole(footing)
+        work = self.workload.of_groups(footing, self._picture, peers.positions_m, now_s)
         of_groups = [(whole[name], left, self._negotiation.division(name)) for name, left in work.items()]
         return patience_with(of_groups, self.me, peers.known_s, self._rallies_m, now_s, self._membership.lease_s)
 
@@ -467,7 +467,7 @@ class SocialLayer:
             self.planner.forget(group)
             self._negotiation.begin(group)
             self.gatherings.begin(group, self._picture.body.now_s)
-        kept = {at: aim for at, aim in self.objectives.items() if aim.group not in renewed or aim in self._founding}
+        kept = {key: aim for key, aim in self.objectives.items() if aim.group not in renewed or aim in self._founding}
         self.objectives = kept | objectives
         over = self.conclusions.taken_back(objectives.values(), self.gatherings, self.workload, self._negotiation)
         self._picture.groups.gathered = self.gatherings.believed(self.is_cut_off)
@@ -484,7 +484,7 @@ class SocialLayer:
         view = consult(self.view, self._stated, self._stated_alone, self._now)
         self._stated, self._stated_alone, self._is_asked_again = [], [], False
         for group, leading in view.leadership.leading.items():
-            led, leads = (self.me in at.heads(group) for at in (before, view.organisation))
+            led, leads = (self.me in organisation.heads(group) for organisation in (before, view.organisation))
             if led and not leads and leading.vehicle != self.me:
                 self._assents.append(self._leads(group, leading.vehicle, leading.claim.term % N_TERMS))
         self._take_over(view)
@@ -524,7 +524,7 @@ class SocialLayer:
             for name in names
             for role in self.organisation.roles_of(name)
             if role.group in self._led and f"{role.group}.{role.role}" in unheard[name]
-            if (of := self.organisation.groups[role.group].role(role.role)) is not None and of.job
+            if (specification := self.organisation.groups[role.group].role(role.role)) is not None and specification.job
         ]
 
     def plan_missions(self) -> Deliberation:
@@ -548,10 +548,10 @@ class SocialLayer:
             if self.is_patient:  # with its own work done, it meets the vehicles that have come
                 self._picture.groups.meets_unheard = not self._has_left(work[name])
             if self.says_impossible and not self.is_patient:
-                of = work[name]  # an isolated vehicle may not have reached jobs that it alone can do
-                impossible = of.short_handed if self.is_cut_off else of.impossible
+                of_group = work[name]  # an isolated vehicle may not have reached jobs that it alone can do
+                impossible = of_group.short_handed if self.is_cut_off else of_group.impossible
                 if impossible is not self._impossible.get(name):
-                    self._see_what_is_impossible(of, impossible)
+                    self._see_what_is_impossible(of_group, impossible)
             if not self._holds(work[name]):
                 facts += self.conclusions.of_head(name, present, self._picture, motion)
         return facts
@@ -594,7 +594,7 @@ class SocialLayer:
 
     def _is_said(self, facts: Iterable[Fact]) -> bool:
         """Return whether this vehicle has stated all facts in this round and not changed them since."""
-        mine = (one.fact for one in self._stated if one.asked.issuer == self.me)
+        mine = (request.fact for request in self._stated if request.asked.issuer == self.me)
         last = {(fact.subject, fact.value): fact.attribute for fact in mine}
         return all(last.get((fact[0], fact[2])) == fact[1] for fact in facts)
 
@@ -636,15 +636,17 @@ class SocialLayer:
             return [*self._leaving(left), self.beliefs.fact(self.me, SENSORS_WORK, False)]
         self._is_out_of_reach = False
         with_job = {(g.name, role.name) for g in self.organisation.groups.values() for role in g.roles if role.job}
-        of = self.organisation.groups[objective.group].role(objective.role)
-        if of is None or not of.founding:  # its founding role keeps it in the group
+        specification = self.organisation.groups[objective.group].role(objective.role)
+        if specification is None or not specification.founding:  # its founding role keeps it in the group
             with_job.add((objective.group, objective.role))
         roles = [role for role in self.organisation.roles_of(self.me) if (role.group, role.role) in with_job]
         return [*self._leaving(roles), self._available(False)]
 
     def _takes_sensors(self, group: str, role: str) -> bool:
-        of = self.organisation.groups.get(group)
-        return of is not None and takes_sensors(self._rules, of, Request(self.me, Act.ASSIGN, group, role, self.me))
+        known = self.organisation.groups.get(group)
+        return known is not None and takes_sensors(
+            self._rules, known, Request(self.me, Act.ASSIGN, group, role, self.me)
+        )
 
     def addressed(self, change: Change) -> dict[str, set[str]]:
         """Return receivers that must acknowledge an own block, with the roles that it gives them.
@@ -687,11 +689,11 @@ class SocialLayer:
         left, hopeless = list[tuple[str, list[Fact]]](), {(of.group, of.role) for of in self.pursuit.hopeless}
         for name, work in works.items():
             for role in work.held_by(self.me):
-                job, said = role.job or "", list[Fact]()
+                job, reasons = role.job or "", list[Fact]()
                 if (name, role.name) in hopeless:
-                    said = self.unable_to(job)
-                if said or job in work.short_handed or not self.workload.is_able(job):
-                    facts = [*said, self.beliefs.fact(self.me, LEFT_ROLE, f"{name}.{role.name}")]
+                    reasons = self.unable_to(job)
+                if reasons or job in work.short_handed or not self.workload.is_able(job):
+                    facts = [*reasons, self.beliefs.fact(self.me, LEFT_ROLE, f"{name}.{role.name}")]
                     left.append((f"{job}: {self._why_not(work, job) or 'no way left'}", facts))
         return left
 

@@ -158,7 +158,7 @@ class Negotiation:
     def _take_heard(self) -> tuple[Heard, ...]:
         blocks, self._heard = self._heard, []
         unlawful, self._unlawful = self._unlawful, ()
-        heard, self._added = self._added, []
+        statements, self._added = self._added, []
         for block in blocks:
             facts = tuple(
                 self._beliefs.by_name(fact)
@@ -166,8 +166,8 @@ class Negotiation:
                 if (*block.key, position) not in unlawful
             )
             if facts:
-                heard.append(Heard(self._beliefs.name(block.origin), block.time_s, facts))
-        return tuple(heard)
+                statements.append(Heard(self._beliefs.name(block.origin), block.time_s, facts))
+        return tuple(statements)
 
     def division(self, group: str) -> Mapping[str, str]:
         """Return the planned owners of roles without a holder, as far as the negotiator knows them."""
@@ -197,11 +197,11 @@ class Negotiation:
             PluginError: the strategy raises, or returns something other than a move.
         """
         self._round += 1
-        heard, known_s = self._take_heard(), peers.known_s
+        received, known_s = self._take_heard(), peers.known_s
         statements: list[Statement] = []
         holding = list[str]()
         self.silent, expected = False, set[str]()
-        if is_news or heard or unheard:
+        if is_news or received or unheard:
             self.until_news.clear()
         for group, negotiator in self._negotiators.items():
             if (move := self.until_news.get(group)) is not None:
@@ -212,8 +212,8 @@ class Negotiation:
             if group not in missions:
                 holding.append(group)
                 continue
-            about = heard, known_s, unheard, calls, peers.links
-            situation = Situation(now_s, self._round, work[group], self._rally_m[group], *about)
+            known = received, known_s, unheard, calls, peers.links
+            situation = Situation(now_s, self._round, work[group], self._rally_m[group], *known)
             move = ask(self._strategy, negotiator, situation)
             statements += move.statements
             self._heed(group, move, holding, expected)

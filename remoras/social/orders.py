@@ -85,7 +85,7 @@ def nearness(work: Work, vehicle: str) -> tuple[float, int]:
     """Return completion time (s) of the first open job the vehicle could do, and its node."""
     data, here = work.database[vehicle], Outlook(work.now_s, work.position_m(vehicle))
     thens = [work.after(here, data, role) for role in work.open if work.affords(here, data, role)]
-    return min((then.free_s for then in thens if then is not None), default=math.inf), data.node
+    return min((after.free_s for after in thens if after is not None), default=math.inf), data.node
 
 
 def recruits(work: Work) -> list[RoleAssignment]:
@@ -131,10 +131,10 @@ class Orders:
         if self._awaited:
             issuer = self._beliefs.name(change.block.origin)
             jobs = {self._beliefs.name(fact.subject) for fact in change.block.facts}
-            heard = [
+            acknowledged = [
                 assignment for assignment, job in self._awaited.items() if assignment.vehicle == issuer and job in jobs
             ]
-            for assignment in heard:
+            for assignment in acknowledged:
                 del self._awaited[assignment]
 
     def waits_for(self, peers: Collection[str], done: Collection[str]) -> bool:
@@ -161,11 +161,11 @@ class Orders:
 
         The forming leader takes the lead only if no other vehicle can.
         """
-        of, former = self._at_sea[group], work[self._at_sea[group].formed_by or ""]
-        able = [name for name in former.members if is_able_to_lead(former.database, name, of)]
+        group_to_form, former = self._at_sea[group], work[self._at_sea[group].formed_by or ""]
+        able = [name for name in former.members if is_able_to_lead(former.database, name, group_to_form)]
         if number > LAST_FORMATION or not able:
             return []
-        head = min(able, key=lambda name: (name == self._me, *nearness(replace(former, group=of), name)))
+        head = min(able, key=lambda name: (name == self._me, *nearness(replace(former, group=group_to_form), name)))
         return self._say(self._beliefs.fact(group, FORMED_UNDER, head), self._beliefs.fact(group, FORMATION, number))
 
     def dissolve(self, group: str, number: int) -> list[Fact]:

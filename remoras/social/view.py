@@ -129,8 +129,8 @@ class Availability:
 
     def __post_init__(self) -> None:
         since: dict[str, Age] = {}
-        for name, told in self.told.items():
-            for age, takes_jobs in sorted(told.items()):
+        for name, statements in self.told.items():
+            for age, takes_jobs in sorted(statements.items()):
                 if takes_jobs:
                     since.pop(name, None)
                 else:
@@ -140,8 +140,8 @@ class Availability:
 
     def hear(self, name: str, takes_jobs: bool, age: Age) -> Availability:
         """Add a vehicle's statement whether it takes jobs."""
-        told = {**self.told, name: {**self.told.get(name, {}), age: takes_jobs}}
-        return replace(self, told=told, news=self.news | {name})
+        statements = {**self.told, name: {**self.told.get(name, {}), age: takes_jobs}}
+        return replace(self, told=statements, news=self.news | {name})
 
     def hear_of_sensors(self, name: str, work: bool, age: Age) -> Availability:
         """Add a vehicle's statement whether its sensors work; failure is permanent."""
@@ -307,9 +307,9 @@ class View:
     def objectives(self) -> dict[tuple[str, str, str], Objective]:
         """Objectives given in the last round, by group, role and name."""
         return {
-            (of.group, of.role, of.objective): Objective(of.group, of.role, of.objective, of.argument)
-            for of in self.granted("given")
-            if of.act is Act.OBJECTIVE
+            (r.group, r.role, r.objective): Objective(r.group, r.role, r.objective, r.argument)
+            for r in self.granted("given")
+            if r.act is Act.OBJECTIVE
         }
 
     @property

@@ -47,8 +47,8 @@ def scarce_energy_j(
     """
     scarce_j = {}
     for data in vehicles:
-        share, told_s = told.get(data.name, (1.0, 0.0))
-        left_j = share * data.energy_j - data.power_w(data.survey_speed_mps) * max(0.0, now_s - told_s)
+        share, reported_s = told.get(data.name, (1.0, 0.0))
+        left_j = share * data.energy_j - data.power_w(data.survey_speed_mps) * max(0.0, now_s - reported_s)
         if left_j < data.power_w(data.transit_speed_mps) * (until_s - now_s):
             scarce_j[data.name] = left_j
     return scarce_j
@@ -105,12 +105,12 @@ class Workload:
 
     def scarce_energy_j(self, now_s: float) -> dict[str, float]:
         """Return the remaining energy (J) of vehicles that may lack energy, by name."""
-        told = {}
+        reports = {}
         for name in self.frugal:
-            share, told_s = self._beliefs.get((BATTERY, name)), self._beliefs.observed_s((BATTERY, name))
-            if share is not None and told_s is not None:
-                told[name] = share, told_s
-        return scarce_energy_j([self.database[name] for name in self.frugal], told, now_s, self._until_s)
+            share, reported_s = self._beliefs.get((BATTERY, name)), self._beliefs.observed_s((BATTERY, name))
+            if share is not None and reported_s is not None:
+                reports[name] = share, reported_s
+        return scarce_energy_j([self.database[name] for name in self.frugal], reports, now_s, self._until_s)
 
     def note(self, changes: Iterable[Change]) -> bool:
         """Mark jobs affected by changed facts as stale; return whether any fact is about a job."""
@@ -128,9 +128,9 @@ class Workload:
 
     def _note_unable(self, change: Change, fact: PropertyValue) -> None:
         if fact.subject == change.block.origin:
-            said = self._beliefs.name(fact.subject), self._beliefs.name(fact.target)
-            self.is_anew = self.is_anew or said not in self.unable
-            self.unable |= {said}
+            statement = self._beliefs.name(fact.subject), self._beliefs.name(fact.target)
+            self.is_anew = self.is_anew or statement not in self.unable
+            self.unable |= {statement}
 
     def _note_resting(self, fact: PropertyValue) -> None:
         for name in self._resting[fact.subject, fact.attribute]:
@@ -157,7 +157,7 @@ class Workload:
     def why_not(self, job: str) -> str:
         """Describe the blocking conditions of a job."""
         known = self._left.get(job, self._jobs[job])
-        failed = [f"{vehicle} has no way left" for vehicle, of in sorted(self.unable) if of == job]
+        failed = [f"{vehicle} has no way left" for vehicle, job_failed in sorted(self.unable) if job_failed == job]
         return "; ".join([*hindrances(known), *failed])
 
     def give_anew(self, ends: Collection[Key]) -> None:
@@ -201,16 +201,16 @@ class Workload:
         return works(at.present, self.database, self._jobs, frozenset(), {}, self._apart)
 
     def _works(
-        self, at: Footing, positions_m: Mapping[str, Point], energy_j: Mapping[str, float], from_s: float
+        self, footing: Footing, positions_m: Mapping[str, Point], energy_j: Mapping[str, float], from_s: float
     ) -> dict[str, Work]:
-        no_jobs, database = at.takes_no_jobs | self._apart, self.database
+        no_jobs, database = footing.takes_no_jobs | self._apart, self.database
         by_group = works(
-            at.present, database, self._left, self._done, positions_m, no_jobs, self._is_enough, energy_j, from_s,
+            footing.present, database, self._left, self._done, positions_m, no_jobs, self._is_enough, energy_j, from_s,
             self._given_anew, self.unable,
         )  # fmt: skip
-        if at.barred:
-            by_group = {name: replace(work, barred=at.barred) for name, work in by_group.items()}
-        if at.is_cut_off and any(work.held_by(self._me) for work in by_group.values()):  # its own jobs come first
+        if footing.barred:
+            by_group = {name: replace(work, barred=footing.barred) for name, work in by_group.items()}
+        if footing.is_cut_off and any(work.held_by(self._me) for work in by_group.values()):  # its own jobs come first
             return {name: replace(work, unavailable=work.unavailable | {self._me}) for name, work in by_group.items()}
         return by_group
 
