@@ -99,10 +99,10 @@ class ActivitySet:
     @cached_property
     def types(self) -> int:
         """Types of the effective activities, as bits over ``ActivityType``."""
-        word = 0
+        types = 0
         for activity in self.effective:
-            word |= 1 << activity.type
-        return word
+            types |= 1 << activity.type
+        return types
 
     @property
     def name(self) -> str:

@@ -136,39 +136,39 @@ class Beliefs(Known):
 
     def values(self, key: Key) -> Set[Any]:
         """Return all valid values of a fact; the set grows in place until values are invalidated."""
-        if (found := self._by_key.get(key)) is not None:
-            return found.values
+        if (collected := self._by_key.get(key)) is not None:
+            return collected.values
         subject, attribute = self._slot(key)
         slot = subject, attribute.uid
         if slot not in self._collected:
             news = self.model.subscriptions.add(attribute.uid, instance=subject)
             self._collected[slot] = _Collected(attribute, news, self._all(slot, attribute))
-        found = self._by_key[key] = self._collected[slot]
-        return found.values
+        collected = self._by_key[key] = self._collected[slot]
+        return collected.values
 
     def _all(self, slot: tuple[int, int], attribute: Attribute) -> set[Any]:
         from_s = self._from_s.get(slot, -math.inf)
-        told = [observation.value for observation in self.model.history(*slot) if observation.time_s >= from_s]
-        return {self._plain(attribute, value) for value in told or self.model.common_values(*slot)}
+        valid = [observation.value for observation in self.model.history(*slot) if observation.time_s >= from_s]
+        return {self._plain(attribute, value) for value in valid or self.model.common_values(*slot)}
 
     def note(self) -> None:
         """Update ``values`` after facts were recorded or merged."""
         if self._banned is not self._trust.from_s:
             self._banned = self._trust.from_s
-            for slot, one in self._collected.items():
-                self.model.news(one.news)
-                one.values = self._all(slot, one.attribute)
+            for slot, collected in self._collected.items():
+                self.model.news(collected.news)
+                collected.values = self._all(slot, collected.attribute)
             self.n_told += 1
             return
         if self._n_noted == self.model.subscriptions.n_noted:
             return
         self._n_noted = self.model.subscriptions.n_noted
         waiting = self.model.subscriptions.waiting
-        for slot, one in self._collected.items():
-            for observation in self.model.news(one.news) if one.news in waiting else ():
+        for slot, collected in self._collected.items():
+            for observation in self.model.news(collected.news) if collected.news in waiting else ():
                 if observation.time_s < self._from_s.get(slot, -math.inf):
                     continue
-                one.values.add(self._plain(one.attribute, observation.value))
+                collected.values.add(self._plain(collected.attribute, observation.value))
                 self.n_told += 1
 
     def fused(
@@ -201,15 +201,15 @@ class Beliefs(Known):
         if by is not None:
             origin = self.uid(by)
             observations = [one for one in observations if one.origin == origin]
-        found = fused(attribute, observations, weights, independent, drift, shared, at_s)
-        if found is None:
+        combined = fused(attribute, observations, weights, independent, drift, shared, at_s)
+        if combined is None:
             return None
         return Fused(
-            self._plain(attribute, found.value),
-            found.uncertainty,
-            found.time_s,
-            tuple(self.name(origin) for origin in found.origins),
-            {self._plain(attribute, value): share for value, share in found.probabilities},
+            self._plain(attribute, combined.value),
+            combined.uncertainty,
+            combined.time_s,
+            tuple(self.name(origin) for origin in combined.origins),
+            {self._plain(attribute, value): share for value, share in combined.probabilities},
         )
 
     def count(self, key: Key, value: Any) -> int:
@@ -311,24 +311,24 @@ class Beliefs(Known):
         """Return the facts of an observation, recorded together; a detection is a new instance."""
         if not observation.found:
             return [self._fact(None, *fact) for fact in observation.facts]
-        found = self._tbox.class_named(observation.found).uid
-        known = _nearest(self.model, observation, found) if observation.within_m > 0.0 else None
+        class_uid = self._tbox.class_named(observation.found).uid
+        known = _nearest(self.model, observation, class_uid) if observation.within_m > 0.0 else None
         if known is not None:
             return [self._fact(known, *fact) for fact in observation.facts]
         uid = self.model.new_instance_uid()
-        return [(uid, TYPE_UID, found), *(self._fact(uid, *fact) for fact in observation.facts)]
+        return [(uid, TYPE_UID, class_uid), *(self._fact(uid, *fact) for fact in observation.facts)]
 
     def _fact(
-        self, found: int | None, subject: str, attribute: str, value: Any, uncertainty: float | None = None
+        self, new_uid: int | None, subject: str, attribute: str, value: Any, uncertainty: float | None = None
     ) -> Fact:
         def uid(name: str) -> int:
-            return found if found is not None and name == SELF else self.uid(name)
+            return new_uid if new_uid is not None and name == SELF else self.uid(name)
 
-        of = self._tbox.attribute_named(attribute)
-        value = uid(value) if of.kind is ValueKind.LINK and isinstance(value, str) else self._value(of, value)
+        kind = self._tbox.attribute_named(attribute)
+        value = uid(value) if kind.kind is ValueKind.LINK and isinstance(value, str) else self._value(kind, value)
         if uncertainty is None:
-            return uid(subject), of.uid, value
-        return uid(subject), of.uid, value, uncertainty
+            return uid(subject), kind.uid, value
+        return uid(subject), kind.uid, value, uncertainty
 
     def _value(self, attribute: Attribute, value: Any) -> Any:
         """Return the stored form of a symbol; other values unchanged."""

@@ -223,7 +223,7 @@ class LeavingOut(Observer):
 def listening(observers: Iterable[Observer], event: str) -> tuple[Callable[..., Any], ...]:
     """Return the methods of observers that override an event, in order."""
     usual = getattr(Observer, event)
-    return tuple(getattr(one, event) for one in observers if getattr(type(one), event) is not usual)
+    return tuple(getattr(observer, event) for observer in observers if getattr(type(observer), event) is not usual)
 
 
 @dataclass(frozen=True, slots=True)

@@ -262,11 +262,11 @@ def within_reach(
         crew = [worker for worker in workers if worker[0].is_in_contact or worker[0].will_return]
         return sum(is_able(name, *worker) for worker in crew) >= n_taken
 
-    found = set(done) & jobs.keys()
-    able = [name for name in jobs if name not in found and can_be_done(name)]
-    while opened := [name for name in able if name not in found and found.issuperset(jobs[name].needs)]:
-        found.update(opened)
-    return frozenset(found)
+    reachable = set(done) & jobs.keys()
+    able = [name for name in jobs if name not in reachable and can_be_done(name)]
+    while opened := [name for name in able if name not in reachable and reachable.issuperset(jobs[name].needs)]:
+        reachable.update(opened)
+    return frozenset(reachable)
 
 
 def reachable_by_jobs(

@@ -235,10 +235,10 @@ class Work:
 
         If the goal needs no further work, only held and reassigned jobs stay open.
         """
-        found = tuple(role for role in self.unfinished if self.done.issuperset(self.job(role).needs))
+        open_roles = tuple(role for role in self.unfinished if self.done.issuperset(self.job(role).needs))
         if not self.is_enough:
-            return found
-        return tuple(role for role in found if self.holders(role) or role.job in self.given_anew)
+            return open_roles
+        return tuple(role for role in open_roles if self.holders(role) or role.job in self.given_anew)
 
     @property
     def vacant(self) -> tuple[RoleSpecification, ...]:
@@ -363,22 +363,22 @@ class Work:
             return tuple(roles)
         survey_w, transit_w = data.power_w(data.survey_speed_mps), data.power_w(data.transit_speed_mps)
         left_j -= survey_w * (outlook.free_s - self.now_s)
-        found = []
+        affordable = []
         for role in roles:
-            then = self.job(role).after(outlook, data)
-            if then is None:
+            after = self.job(role).after(outlook, data)
+            if after is None:
                 continue
-            all_s = then.free_s - outlook.free_s
+            all_s = after.free_s - outlook.free_s
             way_s = min(all_s, distance(outlook.position_m, self.job(role).place_m) / data.transit_speed_mps)
-            home_s = HOME_MARGIN * distance(then.position_m, data.start_m) / data.survey_speed_mps
+            home_s = HOME_MARGIN * distance(after.position_m, data.start_m) / data.survey_speed_mps
             for_job_j = left_j - transit_w * way_s - survey_w * home_s
             job_j = survey_w * (all_s - way_s)
             if job_j <= for_job_j:
-                found.append(role)
-                left_j, outlook = left_j - transit_w * way_s - job_j, then
+                affordable.append(role)
+                left_j, outlook = left_j - transit_w * way_s - job_j, after
             elif PART * job_j <= for_job_j and is_resumed(self.job(role)):
-                return (*found, role)
-        return tuple(found)
+                return (*affordable, role)
+        return tuple(affordable)
 
     def affords(self, outlook: Outlook, data: VehicleData, role: RoleSpecification) -> bool:
         """True if the energy suffices for the job of ``role`` from ``outlook``, see ``affordable``."""
@@ -428,8 +428,8 @@ class Work:
         return held
 
     def _free_at(self, vehicle: str, now_s: float) -> Outlook:
-        at = Outlook(now_s, self.position_m(vehicle))
-        return self.after_all(at, self.database[vehicle], self._held.get(vehicle, ()))
+        outlook = Outlook(now_s, self.position_m(vehicle))
+        return self.after_all(outlook, self.database[vehicle], self._held.get(vehicle, ()))
 
     def seen(self, positions_m: Mapping[str, Point], now_s: float) -> Work:
         """Return the work at another time and positions, sharing cached values.

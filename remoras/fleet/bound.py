@@ -40,8 +40,8 @@ class RadioAtOnce(Radio):
 
     def told(self) -> tuple[Block, ...]:
         """Return and clear the blocks stated since the last call."""
-        told, self._told = self._told, []
-        return tuple(told)
+        blocks, self._told = self._told, []
+        return tuple(blocks)
 
     def speak(self, signals: Iterable[tuple[tuple[str, str], int]], now_s: float) -> Transmission | None:
         """Return None: all facts are already known."""
@@ -72,12 +72,12 @@ class InstantSharing(Observer):
 
     def on_tick(self, vehicle: Vehicle) -> None:
         """Share one vehicle's new statements with all others."""
-        told = _radio(vehicle).told()
-        for other in self._fleet.vehicles if told or self._early else ():
+        blocks = _radio(vehicle).told()
+        for other in self._fleet.vehicles if blocks or self._early else ():
             for name, block in self._early.pop(other.name, ()):
                 self._learn(other, name, [block])
-            if told and other is not vehicle:
-                self._learn(other, vehicle.name, told)
+            if blocks and other is not vehicle:
+                self._learn(other, vehicle.name, blocks)
 
     on_slot = on_frame_end = on_statement = on_tick
 

@@ -174,8 +174,8 @@ class RunLog:
         for aim, execution in own.items():
             self._plan(now_s, (aim.group, aim.role, aim.name, aim.argument), execution)
 
-    def _plan(self, now_s: float, about: tuple[str, str, str, str], execution: Execution) -> None:
-        version, before = self._plans.get(about, (None, []))
+    def _plan(self, now_s: float, owner: tuple[str, str, str, str], execution: Execution) -> None:
+        version, before = self._plans.get(owner, (None, []))
         if version == execution.version:
             return
         rows: list[Row] = []
@@ -183,26 +183,27 @@ class RunLog:
             expected = (None, None) if branch.expected is None else branch.expected
             rows.append((node, branch.parent, _named(branch.task), branch.method or "", status.value, *expected))
         self._recorder.plans.extend(
-            (now_s, self._me, *about, *row) for at, row in enumerate(rows) if row not in before[at : at + 1]
+            (now_s, self._me, *owner, *row) for index, row in enumerate(rows) if row not in before[index : index + 1]
         )
-        self._plans[about] = execution.version, rows
+        self._plans[owner] = execution.version, rows
 
     def decided(self, now_s: float, driving: frozenset[RoleKey], candidates: Sequence[WeighedSet]) -> None:
         """Write a decision if candidates or chosen sets have changed; ``driving`` are active roles."""
         names = [tuple(activity.name for activity in candidate.of.effective) for candidate in candidates]
         weighed = [
-            (candidate.of.objective, of, candidate.chosen) for candidate, of in zip(candidates, names, strict=True)
+            (candidate.of.objective, activities, candidate.chosen)
+            for candidate, activities in zip(candidates, names, strict=True)
         ]
         if weighed == self._weighed:
             return
         before, self._weighed = self._weighed, weighed
-        for candidate, of in zip(candidates, names, strict=True):
+        for candidate, activities in zip(candidates, names, strict=True):
             aim = candidate.of.objective
-            about = ("", "", "", "") if aim is None else (aim.group, aim.role, aim.name, aim.argument)
+            objective = ("", "", "", "") if aim is None else (aim.group, aim.role, aim.name, aim.argument)
             motives = (candidate.stimulus, candidate.own, candidate.external, candidate.source, candidate.slot)
             choice = (candidate.chosen, candidate.best_mean)
-            self._recorder.decisions.append((now_s, self._me, *about, list(of), *motives, *choice))
-        if {one for one in weighed if one[-1]} != {one for one in before if one[-1]}:
+            self._recorder.decisions.append((now_s, self._me, *objective, list(activities), *motives, *choice))
+        if {entry for entry in weighed if entry[-1]} != {entry for entry in before if entry[-1]}:
             self._drives(now_s, driving, candidates)
 
     def _drives(self, now_s: float, driving: frozenset[RoleKey], candidates: Sequence[WeighedSet]) -> None:

@@ -58,20 +58,23 @@ def _is_settled(fleet: Fleet) -> bool:
     if any(vehicle.radio.manager.n_open for vehicle in speaking):
         return False
     in_contact = [vehicle for vehicle in speaking if not (vehicle.condition.is_mute or vehicle.condition.is_deaf)]
-    there = {vehicle.data.node: vehicle.radio.manager for vehicle in in_contact}
+    managers = {vehicle.data.node: vehicle.radio.manager for vehicle in in_contact}
     lives = {vehicle.data.node: vehicle.beliefs.model.epoch for vehicle in in_contact}
     if any(
-        not one.knows_life(peer, epoch) for node, one in there.items() for peer, epoch in lives.items() if peer != node
+        not one.knows_life(peer, epoch)
+        for node, one in managers.items()
+        for peer, epoch in lives.items()
+        if peer != node
     ):
         return False
     lacking = {
         (node, uid)
-        for manager in there.values()
+        for manager in managers.values()
         for node, uid in manager.postponed()
-        if node in there and (there[node] is manager or not there[node].holds(uid))
+        if node in managers and (managers[node] is manager or not managers[node].holds(uid))
     }
     items = {uid for _, uid in lacking}
-    return not any(one.holds(uid) and (node, uid) not in lacking for node, one in there.items() for uid in items)
+    return not any(one.holds(uid) and (node, uid) not in lacking for node, one in managers.items() for uid in items)
 
 
 def _speaks(vehicle: Vehicle) -> bool:
@@ -103,9 +106,9 @@ class _Resting:
         fleet, vehicle = self._fleet, self._fleet.vehicles[arrival.receiver]
         if not vehicle.is_alive or vehicle.condition.is_deaf:
             return
-        heard = vehicle.radio.hear(arrival.data, fleet.shown_s(vehicle))
+        packet = vehicle.radio.hear(arrival.data, fleet.shown_s(vehicle))
         vehicle.beliefs.note()
-        for block in heard.reception.blocks:
+        for block in packet.reception.blocks:
             if block.is_status:
                 origin = vehicle.beliefs.name(block.origin)
                 self._record.knowledge.append((fleet.now_s, vehicle.name, name_of(block), origin, "received"))

@@ -227,9 +227,9 @@ class Solo(Model):  # type: ignore[misc]  # Mesa is untyped
             return vehicle.hear(data, now_s)
         if not vehicle.is_alive:
             return None
-        heard = vehicle.radio.hear(data, now_s)
+        packet = vehicle.radio.hear(data, now_s)
         vehicle.beliefs.note()
-        return heard.reception
+        return packet.reception
 
 
 def just_after(time_s: float) -> float:

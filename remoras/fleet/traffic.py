@@ -205,6 +205,6 @@ def _note_collisions(lost: Iterable[Hearing], names: Sequence[str], recorder: Re
         slot, sender, receiver = hearing.slot, names[hearing.sender], names[hearing.arrival.receiver]
         row = next(row for row in reversed(recorder.packets) if (row[SLOT], row[SENDER]) == (slot, sender))
         if receiver in row[RECEIVERS]:
-            at = row[RECEIVERS].index(receiver)
-            del row[RECEIVERS][at], row[ARRIVALS][at]
+            index = row[RECEIVERS].index(receiver)
+            del row[RECEIVERS][index], row[ARRIVALS][index]
             row[COLLIDED].append(receiver)

@@ -171,23 +171,25 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
             self.conclude(facts, now_s, not self.social.is_cut_off)
         if self.social.judged:
             judged, self.social.judged = self.social.judged, []
-            for what, facts in judged:
-                self._run_log.fault(now_s, "impossible", what)
+            for report, facts in judged:
+                self._run_log.fault(now_s, "impossible", report)
                 self.conclude(facts, now_s)
         if self.social.conclusions.are_of_its_own:
-            of = self.social.present, functional.picture, functional.believed
-            self.conclude(self.social.conclusions.of_its_own(self.data, *of), now_s)
+            context = self.social.present, functional.picture, functional.believed
+            self.conclude(self.social.conclusions.of_its_own(self.data, *context), now_s)
 
     def _note_events(self, perceptions: Sequence[Perception], now_s: float) -> Sequence[Perception]:
         """Record results of activities; return the perceptions afterwards."""
-        if not [of for of in perceptions if of.done or of.failed or of.concludes]:
+        if not [
+            activities for activities in perceptions if activities.done or activities.failed or activities.concludes
+        ]:
             self._perceived = perceptions
             return perceptions
         functional, executive = self.functional, self.executive
         sets = executive.sets
-        for of, perception in zip(sets, perceptions, strict=True):
+        for activities, perception in zip(sets, perceptions, strict=True):
             for observation in perception.concludes:
-                self._share(self._recorded(Sensed(of.name, None, observation), now_s), now_s)
+                self._share(self._recorded(Sensed(activities.name, None, observation), now_s), now_s)
         if executive.sets is not sets:
             perceptions = functional.perceive(executive.decision.chosen)
         if self._note_what_is_done(perceptions, now_s):
@@ -233,13 +235,13 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         changed = self._look_around(now_s)
         changed |= self._take_effect(now_s)
         if self.social.says_impossible:
-            for what, facts in self.social.leave():
-                self._run_log.fault(now_s, CANNOT, what)
+            for reason, facts in self.social.leave():
+                self._run_log.fault(now_s, CANNOT, reason)
                 self.conclude(facts, now_s)
         calls = self.executive.calls(now_s) if self.radio.influences else {}
         if stated := self.social.negotiate(now_s, self.functional.believed, calls):
-            for facts, told in stated:
-                self.conclude(facts, now_s, told)
+            for facts, is_sent in stated:
+                self.conclude(facts, now_s, is_sent)
             changed |= self._take_effect(now_s)
         if taken_up := self.radio.regroup(self.social.organisation, now_s):
             self._consider(taken_up, now_s)
@@ -375,9 +377,9 @@ class Vehicle(Agent):  # type: ignore[misc]  # Mesa is untyped
         self._may_have_replanned = True
         for no_plan in deliberation.impossible:
             self._run_log.fault(now_s, "no plan", str(no_plan.task))
-        facts, told = deliberation.facts, not self.social.is_cut_off
+        facts, is_sent = deliberation.facts, not self.social.is_cut_off
         for part in [facts] if self.radio.manager.fits(facts) else deliberation.parts:
-            self.conclude(part, now_s, told)
+            self.conclude(part, now_s, is_sent)
 
     def go_on(self, before: Vehicle, now_s: float, remembers: bool) -> None:
         """Restart in place of ``before``; remembered facts count as received now.
