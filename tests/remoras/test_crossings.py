@@ -4,8 +4,6 @@ import pytest
 from crossings import KINDS, Crossing, crossing, travel, traveller
 
 from remoras.condition import Condition
-from remoras.functional import guidance
-from remoras.motion import Motion
 
 LONGEST = 1.15
 """Most that the way and the time may be of those straight ahead."""
@@ -20,9 +18,8 @@ def assert_kept(found: Crossing, n_vehicles: int) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("n_vehicles", [8, 16])
-def test_they_keep_clear_and_arrive(kind: str, n_vehicles: int) -> None:
-    assert_kept(travel(crossing(kind, n_vehicles, 1)), n_vehicles)
+def test_they_keep_clear_and_arrive(kind: str) -> None:
+    assert_kept(travel(crossing(kind, 16, 1)), 16)
 
 
 def test_one_that_cannot_get_out_of_the_way_is_passed() -> None:
@@ -30,20 +27,3 @@ def test_one_that_cannot_get_out_of_the_way_is_passed() -> None:
     fleet = [traveller(0, (-200.0, 0.0), (200.0, 0.0)), traveller(1, (0.0, 0.0), (0.0, 0.0))]
     fleet[1].functional.impair(Condition(speed_factor=0.001))
     assert_kept(travel(fleet), 2)
-
-
-def test_tracks_are_the_same_bytes_where_nobody_comes_near(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Two lanes 61 m apart, farther than the sonar reaches, and two vehicles that cross in layers 4 m apart."""
-
-    def tracks() -> list[Motion]:
-        fleet = [
-            traveller(0, (-300.0, 0.0), (300.0, 0.0)),
-            traveller(1, (300.0, 61.0), (-300.0, 61.0)),
-            traveller(2, (0.0, -300.0), (0.0, 300.0), depth_m=24.0),
-        ]
-        travel(fleet)
-        return [one.functional.motion for one in fleet]
-
-    with_rule = tracks()
-    monkeypatch.setattr(guidance, "clear_velocity", lambda *_: None)
-    assert tracks() == with_rule

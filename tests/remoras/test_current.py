@@ -67,8 +67,7 @@ def test_the_way_takes_the_time_of_the_speed_over_ground(flow: tuple[float, floa
     assert (x_m[249] - x_m[49]) / 200.0 == pytest.approx(ground_mps, rel=0.01)
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("current", [ACROSS, TIDE, SHEARED], ids=["across", "tide", "sheared"])
+@pytest.mark.parametrize(("kind", "current"), zip(KINDS, (ACROSS, TIDE, SHEARED), strict=True), ids=str)
 def test_crossing_under_current(kind: str, current: Current) -> None:
     found = travel(crossing(kind, 8, 1, current))
     assert (found.n_conflicts, found.n_arrived) == (0, 8)

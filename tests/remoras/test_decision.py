@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from itertools import combinations as subsets
-from random import Random
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -115,18 +114,3 @@ def test_what_is_performed_has_the_best_mean_of_all(sets: list[ActivitySet], dat
             assert means[index] == max(known)
         else:
             assert means[index] is None
-
-
-def test_twelve_sets_of_any_types_are_searched_exactly() -> None:
-    """Larger choices than examples are drawn for; seed 5."""
-    draw = Random(5)
-    for _ in range(40):
-        sets = [one(*((f"A{n}", t) for t in draw.sample(TYPES, draw.randint(1, 3)))) for n in range(12)]
-        motivations = [draw.randint(0, 64) / 64 for _ in sets]
-        assert Choice(sets).best(motivations) == by_definition(sets, motivations)
-
-
-def test_of_equals_the_first_is_chosen() -> None:
-    homing, zigzag = one(("Homing", G)), one(("ZigzagExploring", G))
-    assert best([homing, zigzag], 0.5, 0.5) == (0,)
-    assert best([homing, one(("Listening", P)), one(("Towing", G), ("Pulling", P))], 0.5, 0.5, 0.5) == (0, 1)

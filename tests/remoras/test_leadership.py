@@ -4,7 +4,6 @@ No claim counts against a head that is there: one that is not excused, has led b
 """
 
 from collections.abc import Collection
-from itertools import permutations
 from random import Random
 from typing import Any
 
@@ -114,23 +113,6 @@ def test_who_has_left_or_assented_claims_like_anybody_else(hearer: Hearer) -> No
     assert hearer.heads(25.0) == "B"
     assert hearer.claim("A", Claim(2, 0), 20.0, "B")
     assert (hearer.heads(15.0), hearer.heads(25.0)) == ("B", "A")
-
-
-@pytest.mark.parametrize("order", list(permutations(range(3))))
-def test_an_assent_to_who_has_assented_says_nothing(hearer: Hearer, order: tuple[int, ...]) -> None:
-    """A was away, leads again, and B has assented to it; then A begins anew and hears the old claim of B first."""
-    words = [
-        lambda: hearer.claim("B", Claim(1, -1), 10.0),
-        lambda: hearer.change("B", False, 20.0, to="A"),
-        lambda: hearer.change("A", False, 30.0, to="B"),
-    ]
-    hearer.claim("A", Claim(1, 0), 12.0, "")
-    for word in order:
-        words[word]()
-    assert hearer.heads(40.0) == "A"
-    hearer.claim("B", Claim(2, -1), 50.0)
-    hearer.change("A", False, 60.0, to="B")
-    assert hearer.heads(70.0) == "B", "B has claimed since it assented"
 
 
 def test_a_claim_by_the_lead_of_another_group_counts_as_long_as_that_does(hearer: Hearer) -> None:

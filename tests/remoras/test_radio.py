@@ -149,14 +149,3 @@ def test_what_is_kept_is_named_apart_and_leaves_no_gap_in_what_is_told(fleet: Fl
     assert [(row[0], row[7]) for row in fleet.recorder.items[before:]] == [
         (f"{node}-0", "told"), (f"{node}-p1", "kept"), (f"{node}-1", "told"),
     ]  # fmt: skip
-
-
-def test_an_item_walks_from_observed_to_acknowledged(fleet: Fleet) -> None:
-    tell(named(fleet, "AUV00"), GIVEN, 0.0)
-    for frame in range(3):
-        exchange(fleet, frame)
-    events = [(row[1], row[2], row[4]) for row in fleet.recorder.knowledge]
-    (item,) = {item for _, item, _ in events}
-    assert events[0] == ("AUV00", item, "observed")
-    assert {name for name, _, event in events if event == "received"} == {"ASV00", "AUV01", "AUV02"}
-    assert ("AUV00", item, "acknowledged") in events

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from hypothesis import strategies as st
 
-from remoras.htn import Domain, Method, Operator, Task
+from remoras.htn import Domain, Method, Operator, Plan, Task
 
 KEYS = ("a", "b", "c")
 ELEMENTARY = ("p", "q", "r")
@@ -54,6 +54,17 @@ def domain_of(elementary: Raw, abstract: Raw, *, lazily: bool) -> Domain:
             for name, found in abstract.items()
         },
     )
+
+
+def is_executable(domain: Domain, facts: Raw, found: Plan) -> bool:
+    """True if each elementary task is possible in the state that those before it leave."""
+    state = dict(facts)
+    for task in found.tasks:
+        operator = domain.operators[task.name]
+        if not operator.applicable(state, *task.args):
+            return False
+        state |= operator.effects(state, *task.args)
+    return True
 
 
 class Brute(NamedTuple):

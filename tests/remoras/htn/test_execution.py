@@ -11,7 +11,7 @@ from itertools import permutations
 from typing import Any
 
 import pytest
-from plan_checker import check_plan
+from random_domains import is_executable
 
 from remoras.htn import (
     ANY,
@@ -129,7 +129,7 @@ def test_a_plan_in_another_order_fails(order: tuple[int, ...], monkeypatch: pyte
     steps = [node for node in made.nodes if node.method is None]
     shuffled = tuple(Node(steps[at].task, None, 0) for at in order)
     wrong = Plan((made.nodes[0], *shuffled), frozenset())
-    assert check_plan(domain, facts, TRIP, wrong).execution
+    assert not is_executable(domain, facts, wrong)
     execution = Execution(domain, wrong)
     done = {"pack": {"packed": True}, "board": {("on", "Ada"): True}, "sail": {"at": "B"}, "report": {"heard by": 1}}
     carry_on(execution, facts, done)
@@ -262,7 +262,7 @@ def ladder(n_legs: int, n_ways: int) -> Domain:
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize("seed", range(8))
 def test_where_steps_fail_at_random_each_leg_gets_to_the_first_way_that_works(seed: int) -> None:
     """8 legs of 3 ways, each of which works with 0.75, drawn before: 0.98 per leg, 0.88 in all."""
     draw = random.Random(seed)

@@ -1,7 +1,5 @@
 """Hierarchical task networks: what comes out of the search, and what its answer rests on."""
 
-import threading
-from collections.abc import Hashable, Mapping
 from typing import Any
 
 import pytest
@@ -128,31 +126,6 @@ def test_towers_of_hanoi_take_two_to_the_n_less_one_moves(n: int) -> None:
 # What a plan costs, and what it rests on --------------------------------------------------------
 
 
-class Counting(dict[Hashable, Any]):
-    """Facts that count how often they are asked."""
-
-    n_asked = 0
-
-    def get(self, key: Hashable, default: Any = None) -> Any:
-        self.n_asked += 1
-        return super().get(key, default)
-
-    def _refuse(self, *arguments: Any) -> Any:
-        raise AssertionError("the planner goes through all the facts")
-
-    __iter__ = keys = items = values = copy = __deepcopy__ = __copy__ = _refuse
-
-
-def test_a_plan_costs_the_same_whatever_the_number_of_facts() -> None:
-    asked = []
-    for n_facts in (10, 10_000):
-        facts = Counting({("cell", number): True for number in range(n_facts)})
-        facts.update({("on", disc): "A" for disc in range(1, 6)})
-        assert len(names(plan(towers(), facts, Task("tower", (5, "A", "C", "B"))))) == 31
-        asked.append(facts.n_asked)
-    assert asked[0] == asked[1]
-
-
 # Planners side by side --------------------------------------------------------------------------
 
 
@@ -166,28 +139,6 @@ def test_a_planner_may_ask_another_one_while_it_plans() -> None:
     found = plan(fleet, {}, Task("choose"))
     assert [task.args for task in found.tasks] == [("AUV01",)]
     assert found.rests_on == frozenset()
-
-
-def test_planners_in_two_threads_do_not_disturb_each_other() -> None:
-    """A planner with a global domain answers from the other thread's domain under these conditions."""
-    wrong: list[list[str]] = []
-
-    def work(domain: Domain, facts: Mapping[str, bool], task: str, expected: list[str]) -> None:
-        for _ in range(300):
-            got = names(plan(domain, facts, Task(task)))
-            if got != expected:
-                wrong.append(got)
-
-    other = Domain.of([making("swim"), making("carry")], {"survey": [fixed("swim", *["swim", "carry"] * 5)]})
-    threads = [
-        threading.Thread(target=work, args=(SURVEY, {"charged": True}, "survey", ["dive", "map", "surface", "report"])),
-        threading.Thread(target=work, args=(other, {}, "survey", ["swim", "carry"] * 5)),
-    ]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert wrong == []
 
 
 def test_endless_recursion_is_an_error_that_takes_no_memory() -> None:
