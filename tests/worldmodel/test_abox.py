@@ -38,23 +38,6 @@ def test_what_is_recorded_is_what_is_stored() -> None:
     assert model.block((1, 0, 1)) is None
 
 
-def test_the_latest_is_by_time_then_origin_then_sequence_then_position() -> None:
-    blocks = [
-        block(0, 0, 5, (ECHO, CLASSIFICATION, 0)),
-        block(2, 0, 5, (ECHO, CLASSIFICATION, 1)),
-        block(1, 1, 5, (ECHO, CLASSIFICATION, 2)),
-        block(0, 1, 6, (ECHO, CLASSIFICATION, 3), (ECHO, CLASSIFICATION, 1)),
-        block(0, 2, 4, (ECHO, CLASSIFICATION, 2)),
-    ]
-    in_order = [(0, 2, 0), (0, 0, 0), (1, 1, 0), (2, 0, 0), (0, 1, 0), (0, 1, 1)]
-    for arrival in (blocks, blocks[::-1]):
-        model = fleet_model()
-        merge(model, arrival)
-        history = model.history(ECHO, CLASSIFICATION)
-        assert [(o.block.origin, o.block.sequence, o.position) for o in history] == in_order
-        assert model.latest(ECHO, CLASSIFICATION) == history[-1]
-
-
 def test_only_facts_that_are_now_the_latest_are_news() -> None:
     model = fleet_model()
     model.record([(ECHO, CLASSIFICATION, 1)], now_s=5.0)

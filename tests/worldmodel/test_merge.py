@@ -91,16 +91,6 @@ def test_a_local_record_sets_waiting_blocks_free_and_the_next_merge_tells() -> N
     assert merge(model, []).changes == ()
 
 
-def test_an_origin_that_contradicts_itself_is_held_to_what_it_said_first() -> None:
-    said = [block(1, 0, 5, (NEW, TYPE_UID, WRECK)), block(1, 1, 3, (NEW, TYPE_UID, PIPELINE))]
-    for arrival in (said, said[::-1]):
-        model = fleet_model()
-        faults = [fault for each in arrival for fault in merge(model, [each]).faults]
-        assert codes(faults) == ["TYPE_CLASH"]
-        assert (faults[0].origin, faults[0].sequence) == (1, 1)
-        assert [o.value for o in model.history(NEW, TYPE_UID)] == [WRECK]
-
-
 def smaller(than: Block, model: WorldModel) -> Block:
     """A block with the GUID of another, and a smaller digest, about nothing but the echo."""
     candidates = (block(than.origin, than.sequence, 0, (ECHO, LOCATION, (float(x), 0.0))) for x in range(1000))
@@ -204,24 +194,6 @@ def test_of_too_many_that_wait_the_oldest_goes() -> None:
 
 
 # Epochs ----------------------------------------------------------------------------------------------
-
-
-def test_who_restarts_without_its_memory_says_nothing_twice() -> None:
-    before = WorldModel(TBOX, 1, INSTANCES, n_origins=N_ORIGINS)
-    peer = WorldModel(TBOX, 0, INSTANCES, n_origins=N_ORIGINS)
-    told = [before.record([(uid, TYPE_UID, WRECK)], 1.0).block for uid in (before.new_instance_uid(),)]
-    told.append(before.record([(BAY, CELL, 1.0)], 2.0).block)
-    merge(peer, told)
-    after = WorldModel(TBOX, 1, INSTANCES, n_origins=N_ORIGINS, epoch=1)
-    uid = after.new_instance_uid()
-    assert uid != told[0].facts[0].subject
-    anew = [after.record([(uid, TYPE_UID, PIPELINE)], 3.0).block, after.record([(BAY, CELL, 2.0)], 4.0).block]
-    outcome = merge(peer, anew)
-    assert (len(outcome.changes), outcome.faults) == (2, ())
-    assert peer.value(BAY, CELL) == 2.0
-    merge(after, told)  # what it said before its restart comes back
-    assert after.state_hash() == peer.state_hash()
-    assert after.record([(BAY, CELL, 3.0)], 5.0).block.guid == (1, 1, 2)
 
 
 # Classes with two parents ----------------------------------------------------------------------------

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rdflib import Dataset, Graph
-from small_fleet import calls_of
 from test_compiler import PREFIXES
 
 from worldmodel import (
@@ -194,27 +193,6 @@ def test_common_facts_hold_side_by_side_and_are_never_told(tbox: TBox) -> None:
     assert model.inference.links(0, has_part) == (3, 4, 5)
     assert len(list(model.blocks())) == 2
     assert model.latest(0, has_part).value == 5  # type: ignore[union-attr]
-
-
-def calls_of_a_change(tbox: TBox, n: int) -> int:
-    """Calls of functions as one sonar changes hands, among n vehicles that carry one each."""
-    vehicle, gear = tbox.class_named("Vehicle").uid, tbox.class_named("Sonar").uid
-    instances = [Instance(uid, vehicle if uid < n else gear, f"i{uid}") for uid in range(2 * n)]
-    model = WorldModel(tbox, 0, instances, n_origins=1)
-    for uid in range(n):
-        record(model, n + uid, "carriedBy", uid, 1.0)
-        record(model, uid, "meets", (uid + 1) % n, 1.0)
-        record(model, uid, "available", True, 1.0)
-    model.inference.settle()
-    record(model, n, "carriedBy", 1, 2.0)
-    settled: list[object] = []
-    calls = calls_of(lambda: settled.append(model.inference.settle()))
-    assert settled != [(frozenset(), frozenset())]
-    return calls
-
-
-def test_the_cost_of_a_change_does_not_grow_with_the_store(tbox: TBox) -> None:
-    assert calls_of_a_change(tbox, 1000) <= 1.1 * calls_of_a_change(tbox, 10)  # the order of sets differs
 
 
 def test_conclusions_are_answered_and_written_in_a_graph_of_their_own(tbox: TBox) -> None:

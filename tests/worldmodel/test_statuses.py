@@ -9,12 +9,9 @@ from small_fleet import (
     AUV_1,
     BATTERY,
     ECHO,
-    EXPLORER,
     LOCATION,
-    PLAYS_ROLE,
     POSITION,
     TBOX,
-    WRECK,
     block,
     codes,
     first_uid_of,
@@ -123,13 +120,3 @@ def test_items_are_numbered_without_gaps_whatever_else_is_recorded() -> None:
     assert [b.sequence for b in model.blocks()] == [0, 1, 2]
     assert [b.sequence for b in model.private_blocks()] == [-2, -3, -4]
     assert len(model.history(ECHO, LOCATION)) == 6  # it knows all that it has recorded
-
-
-def test_what_is_kept_to_oneself_changes_nothing_that_is_shared() -> None:
-    told, both = fleet_model(owner=1), fleet_model(owner=1)
-    for model in (told, both):
-        model.record([(AUV_1, PLAYS_ROLE, EXPLORER)], 1.0)
-    both.record([(ECHO, TYPE_UID, WRECK)], 2.0, private=True)
-    assert both.class_mask(ECHO) != told.class_mask(ECHO)
-    assert (both.state_hash(), both.digest()) == (told.state_hash(), told.digest())
-    assert codes(merge(fleet_model(owner=0), list(both.private_blocks())).faults) == ["BAD_SEQUENCE"]

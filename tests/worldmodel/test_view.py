@@ -25,16 +25,15 @@ from small_fleet import (
     block,
     fleet_model,
 )
-from test_reasoning import N_VEHICLES, ONTOLOGY, fleet
 
-from worldmodel import TYPE_UID, Block, PropertyValue, QueryError, Source, WorldModel, merge, read_tbox
+from worldmodel import TYPE_UID, QueryError, WorldModel, merge
 from worldmodel.ontology import graph_of
 from worldmodel.ontology.annotations import RM
 from worldmodel.ontology.compiler import SIT
 from worldmodel.ontology.fields import Field
 from worldmodel.rdf.sparql import query
 from worldmodel.rdf.terms import RUN, instance_iri, term_of
-from worldmodel.rdf.triples import as_dataset, as_graph
+from worldmodel.rdf.triples import as_graph
 
 
 def facts_of(model: WorldModel) -> set[tuple[Node, Node, Node]]:
@@ -133,21 +132,3 @@ def test_a_query_of_several_models_says_whose_each_row_is() -> None:
     assert query(models, asked) == (("vehicle", "level"), [("auv-0", 0.5)])
     with pytest.raises(QueryError, match=r"the variable \?vehicle is taken.*give the variable another name"):
         query(models, "SELECT ?vehicle WHERE { ?vehicle rm:batteryFraction ?level }")
-
-
-def test_conclusions_stand_beside_what_was_told() -> None:
-    """A vehicle is of a class whose definition it meets, and has the inverse link; both go with what they rest on."""
-    tbox = read_tbox(Source("gear.ttl", ONTOLOGY))
-    by, has = (tbox.attribute_named(name).uid for name in ("carriedBy", "hasPart"))
-    model = fleet(tbox, [PropertyValue(N_VEHICLES + 1, by, 1)])  # all know that vehicle 1 carries gear 1
-    model.record([(N_VEHICLES, by, 0)], 1.0)
-    for known in (as_graph(model), as_dataset(model)):
-        platform, part = (URIRef(f"https://example.org/gear#{name}") for name in ("Platform", "hasPart"))
-        assert set(known.subjects(RDF.type, platform)) == {instance_iri(0), instance_iri(1)}
-        assert set(known.objects(instance_iri(0), part)) == {instance_iri(N_VEHICLES)}
-        assert set(known.subjects(part, instance_iri(N_VEHICLES + 1))) == {instance_iri(1)}
-    assert model.inference.links(0, has) == (N_VEHICLES,)
-    banned_from = tbox.attribute_named("bannedFrom").uid
-    merge(model, [Block(2, 0, 2.0, (PropertyValue(0, banned_from, 0.0),))])
-    assert list(as_graph(model).objects(instance_iri(0), part)) == []
-    assert set(as_graph(model).subjects(RDF.type, platform)) == {instance_iri(1)}
