@@ -1,4 +1,4 @@
-"""Exchange stress: managers alone on a faulty channel; vehicles die, restart, join late, or use the number of another.
+"""Exchange stress: managers alone on a faulty channel; vehicles die, restart, or use the number of another.
 
 Real managers with real world models in continuous time. Each copy of each packet is lost, late, doubled or damaged as
 its ``Fate`` says. ``check`` raises ``LawBroken`` if the reference record has a flaw; ``calm`` lets a time without
@@ -11,14 +11,14 @@ import heapq
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache
 from itertools import chain, count, repeat
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from stress.reference_record import Aired, Flaw, Life, Witness
 
 from benchmarks import manager_fleet
 from benchmarks.manager_fleet import AREA_DONE, MAPPED_CELL, POSITION, SLOT_S, TBOX, bay
 from exchange.channel import loss
-from exchange.manager.manager import ExchangeManager, Options
+from exchange.manager.manager import ExchangeManager
 from exchange.packets import ItemUid, Reception
 from exchange.policy.policies import POLICIES
 from exchange.schedule import TdmaSchedule
@@ -99,9 +99,7 @@ class Storm(Witness):
         make: makes a vehicle.
         schedule: of all.
         offsets_s: by how much the clock of each node is ahead (s).
-        absent: nodes that are not there from the beginning.
         travel_s: from the start of a slot until the packet is complete at a receiver (s).
-        tolerates_damage: do not regard it as a breach if a damaged packet passes for a good one.
     """
 
     def __init__(
@@ -109,9 +107,7 @@ class Storm(Witness):
         make: Make,
         schedule: TdmaSchedule,
         offsets_s: Sequence[float] = (),
-        absent: Iterable[int] = (),
         travel_s: float = 1.0,
-        tolerates_damage: bool = False,
     ) -> None:
         super().__init__()
         self.make = make
@@ -119,7 +115,6 @@ class Storm(Witness):
         self.n_nodes = schedule.n_nodes
         self.offsets_s = tuple(offsets_s) or (0.0,) * self.n_nodes
         self.travel_s = travel_s
-        self.tolerates_damage = tolerates_damage
         self.now_s = 0.0
         self.faults: list[tuple[float, int, str]] = []
         self.aired: list[Aired] = []
@@ -127,8 +122,7 @@ class Storm(Witness):
         self._order = count()
         self._events: list[tuple[float, int, Life | int, int | tuple[Aired, tuple[int, ...]]]] = []
         for node in range(self.n_nodes):
-            if node not in set(absent):
-                self._begin(node, 0, None)
+            self._begin(node, 0, None)
 
     # Vehicles ------------------------------------------------------------------------------------
 
@@ -147,24 +141,18 @@ class Storm(Witness):
         self._let_speak(life)
         return life
 
-    def is_alive(self, node: int) -> bool:
-        """True while the vehicle is switched on."""
-        return node in self.lives and self.lives[node].is_alive
-
     def die(self, node: int) -> None:
         """Switch a vehicle off."""
         self.lives[node].is_alive = False
 
     def start(self, node: int, keeps: bool = False) -> Life:
-        """Switch a vehicle on that is off, or was never there.
+        """Switch a vehicle on that is off.
 
         Args:
             node: which.
             keeps: it begins its next epoch with what its world model held; else it knows nothing.
         """
-        before = self.lives.get(node)
-        if before is None:
-            return self._begin(node, 0, None)
+        before = self.lives[node]
         self.past.append(before)
         return self._begin(node, before.epoch + 1, before.model if keeps else None)
 
@@ -269,9 +257,7 @@ class Storm(Witness):
         if reception.fault is not None:
             self.faults.append((self.now_s, life.node, reception.fault))
         elif data != aired.data:
-            life.took_damaged += 1
-            if not self.tolerates_damage:
-                raise LawBroken(f"{life.name} takes a damaged packet of {aired.sender.name} for good")
+            raise LawBroken(f"{life.name} takes a damaged packet of {aired.sender.name} for good")
         else:
             if reception.sender != aired.sender.node:
                 raise LawBroken(f"{life.name} takes a packet of {aired.sender.node} for {reception.sender}'s")
@@ -334,13 +320,9 @@ def storm_of(
     policy: str = "ack",
     payload_bytes: int = 64,
     offsets_s: Sequence[float] = (),
-    absent: Iterable[int] = (),
     crc_bits: int = 0,
-    carrier_evidence: bool = True,
-    tolerates_damage: bool = False,
-    **options: Any,
 ) -> Storm:
-    """Vehicles that need all that any of them tells, all awake unless they are absent; options are of managers."""
+    """Vehicles that need all that any of them tells."""
     schedule, everything = TdmaSchedule(n_nodes, SLOT_S - 0.5, 0.5), manager_fleet.needs(range(n_nodes), PRIORITIES)
 
     def make(node: int, epoch: int, store: WorldModel | None, now_s: float) -> tuple[WorldModel, ExchangeManager]:
@@ -350,14 +332,14 @@ def storm_of(
         )  # fmt: skip
         manager = ExchangeManager(
             node, model, _codec_of(n_nodes, policy, crc_bits), schedule, POLICIES[policy], 8 * payload_bytes,
-            everything, Options(carrier_evidence, **options),
+            everything,
         )  # fmt: skip
         if store is not None:
             remember(model, store, now_s)
             manager.resume(now_s)
         return model, manager
 
-    return Storm(make, schedule, offsets_s, absent, tolerates_damage=tolerates_damage)
+    return Storm(make, schedule, offsets_s)
 
 
 def maps(storm: Storm, who: int | Life, *cells: int) -> tuple[ItemUid, ...]:

@@ -4,12 +4,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmarks.manager_fleet import MAPPED_CELL, N_BLOCKS, ManagerFleet, codec_of, needs
+from benchmarks.manager_fleet import N_BLOCKS, codec_of
 from exchange.packets import Account, HolderSet, OriginStatement
-from exchange.policy.coding import symbol, symbol_key
 from exchange.policy.planning import MOST_STATED, MOST_SYMBOL_BYTES, MOST_SYMBOLS, holder_set_bits, statement_bits
 from exchange.wire.accounts import AccountCodec
-from worldmodel import Block, PropertyValue
 
 
 def accounts_of(n_nodes: int) -> AccountCodec:
@@ -54,19 +52,3 @@ def test_sizes_are_those_that_the_study_reckons_with(n_nodes: int) -> None:
     assert accounts.statement(OriginStatement(1, 0, 7, 5, 0b1011, True), 0)[1] == statement_bits(n_nodes, bits, 5)
     assert accounts.statement(OriginStatement(0, 0, 7, 5, 0b11111, True), 0)[1] == statement_bits(n_nodes, bits, 0)
     assert accounts.holder_set(HolderSet(1, 0, 7, 3), 0)[1] == holder_set_bits(n_nodes, bits)
-
-
-def fleet_of_three() -> ManagerFleet:
-    return ManagerFleet(3, "adaptive", 64, who_needs=needs(range(3)))
-
-
-def test_what_is_decoded_is_a_block_like_any_other() -> None:
-    fleet = fleet_of_three()
-    while fleet.slot % 3 != 1:
-        fleet.pass_slot()
-    block = Block(1, 0, 2.0, (PropertyValue(3, MAPPED_CELL, 7),))
-    content = fleet.codec.accounts.block_bytes(block)
-    key = symbol_key(fleet.slot, 0)
-    account = Account((OriginStatement(1, 0, 0, 1, 1, False),), (), (symbol({(1, 0): content}, key, len(content)),))
-    data = fleet.codec.encode(1, [0] * 3, frame=fleet.slot // 3, slot_start_s=fleet.now_s, account=account)
-    assert fleet.managers[0].receive(data, fleet.now_s + 1.0).blocks == (block,)

@@ -27,20 +27,6 @@ def loss_at(range_m: float, n_bytes: int = 64, deployment: Deployment = FLEET, *
     return AcousticChannel.model_validate(settings).link_model(deployment, 1).p_loss(packet, 1, range_m)
 
 
-@given(
-    st.floats(0.0, 20_000.0),
-    st.floats(0.0, 2000.0),
-    st.sampled_from(LOUD),
-    st.sampled_from(["none", "bit", "frame", "packet"]),
-    st.sampled_from(["thorp", "francois-garrison"]),
-    st.integers(1, 200),
-)
-def test_loss_grows_with_range(range_m: float, more_m: float, modem: object, fading: str, absorption: str, n: int):
-    fleet = replace(FLEET, modem=modem)
-    near, far = (loss_at(r, n, fleet, fading=fading, absorption=absorption) for r in (range_m, range_m + more_m))
-    assert 0.0 <= near <= far <= 1.0
-
-
 @given(st.floats(100.0, 6000.0), st.floats(150.0, 190.0), st.floats(0.0, 20.0), st.floats(0.0, 1.0))
 def test_loss_falls_with_source_level_and_grows_with_noise_and_spreading(range_m, level_db, wind_mps, shipping):
     given = {"source_level_db": level_db, "wind_mps": wind_mps, "shipping": shipping}
@@ -65,13 +51,6 @@ def test_the_loss_by_hand():
 def test_power_of_the_sound_stands_for_source_level():
     """10 W are 180.8 dB re 1 uPa at 1 m."""
     assert loss_at(5000.0, acoustic_power_w=10.0) == pytest.approx(loss_at(5000.0, source_level_db=180.8), rel=1e-12)
-
-
-def test_the_far_end_of_the_reach_follows_from_the_physics():
-    """No cut-off: at the range that the profile names little is lost, at three times that all."""
-    assert loss_at(NANO.range_m, spreading=2.0) < 0.05
-    assert 0.3 < loss_at(3500.0, spreading=2.0) < 0.7
-    assert loss_at(3 * NANO.range_m, spreading=2.0) > 0.9999
 
 
 def test_sound_speed_is_that_of_the_water_at_the_mean_depth():

@@ -140,18 +140,6 @@ def test_transmission_loss_and_source_level_by_hand():
     assert source_level_db(100.0) == pytest.approx(190.8)
 
 
-@pytest.mark.parametrize(("spreading", "noise"), [(1.5, (0.5, 0.0))])
-def test_the_frequency_of_least_loss_falls_with_range(spreading: float, noise: tuple[float, float]):
-    """Absorption of Thorp and noise without wind: 20.15 kHz at 1 km, 14.1 at 2, 8.6 at 5, 5.9 at 10, 2.1 at 50."""
-    for range_km, best_khz in [(1.0, 20.15), (2.0, 14.1), (5.0, 8.6), (10.0, 5.9), (50.0, 2.1)]:
-        tried_khz = [0.05 * number for number in range(10, 800)]
-        loss_db = {
-            khz: transmission_loss_db(1000.0 * range_km, spreading, thorp_db_per_km(khz)) + noise_db_per_hz(khz, *noise)
-            for khz in tried_khz
-        }
-        assert min(loss_db, key=loss_db.__getitem__) == pytest.approx(best_khz, abs=0.051)
-
-
 # Bits ---------------------------------------------------------------------------------------------
 
 RATES = [
@@ -197,8 +185,8 @@ def test_what_a_rate_needs_gives_that_rate(modulation: Modulation, rate: float):
 
 
 @pytest.mark.parametrize("modulation", Modulation)
-@pytest.mark.parametrize("n_bits", [1, 8, 256, 4096, 16384])
-@pytest.mark.parametrize("db", [-5.0, 5.0, 20.0, 40.0])
+@pytest.mark.parametrize("n_bits", [1, 256, 16384])
+@pytest.mark.parametrize("db", [-5.0, 20.0, 40.0])
 def test_a_block_under_one_fade_against_another_quadrature(modulation: Modulation, n_bits: int, db: float):
     """QUADPACK on the integral as it stands, in pieces; ours sums over thresholds."""
     g = ratio(db)

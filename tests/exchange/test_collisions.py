@@ -48,7 +48,7 @@ def test_packets_that_touch_do_not_meet() -> None:
     assert sent(air, 1, 1, 0.3, {2: 0.2}) == [False]  # sent later and over at 1.5, when 0 begins to be heard
 
 
-@pytest.mark.parametrize("load", [0.25, 0.5, 1.0])
+@pytest.mark.parametrize("load", [0.25, 1.0])
 def test_throughput_of_packets_sent_at_random_is_that_of_theory(load: float) -> None:
     """N nodes send one packet of length 1 each per frame of T, at random within each; a receiver hears them all.
 

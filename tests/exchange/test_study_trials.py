@@ -18,7 +18,7 @@ from exchange.study import compiler, trial, trials
 from exchange.study.parameters import BOUND
 from exchange.study.parts import REMEMBERED_WORDS, TrialBatch, TrialPlan, play
 from exchange.study.study import ExchangeStudy, LoadKind, StudyLoad, load_of, p_loss_matrices
-from exchange.study.trial import CENSORED, COUNT, NEVER, SUM, Floats, Ints, Load
+from exchange.study.trial import COUNT, NEVER, SUM, Floats, Ints, Load
 
 SEEDS = st.integers(0, (1 << 62) - 1)
 SINGLE = Load(1, 1, 0.0, 60, NEVER, 0, 0, 100_000)
@@ -93,17 +93,6 @@ def test_fleets_that_fill_the_words_of_draws() -> None:
                 if sender in heard:
                     heard |= {node for node in range(n_nodes) if link_uniform(key, sender, node) >= 0.1} - {sender}
                 assert (len(heard) == n_nodes) == (slot + 1 == found[number, trial.DELIVERED, SUM])
-
-
-def test_a_trial_that_does_not_end_is_censored_and_not_counted() -> None:
-    found = outcomes(PAPER_POLICIES["ack"], SINGLE._replace(max_slots=20), 0.7, 40, 5)
-    for stage in range(trial.N_STAGES):
-        ended = found[:, stage, CENSORED] == 0
-        assert (found[ended, stage, COUNT] == 1).all()
-        assert (found[ended, stage, SUM] > 0).all()
-        assert (found[~ended, stage, :2] == 0).all()
-    assert 0 < found[:, trial.SOURCE_ACKED, CENSORED].sum() <= 40
-    assert found[:, trial.SLOTS, SUM].max() == 20
 
 
 def test_packets_keep_to_their_capacity() -> None:

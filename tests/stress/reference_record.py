@@ -6,10 +6,9 @@ The law. Vehicle v believes that peer p holds item u. This is false if p, in its
 content that v holds under the name u. It is excused while v has not taken any packet of p's present life, provided it
 is not p's first: v cannot know of a restart before it hears of it. Nothing else is excused, with one exception. While
 two vehicles use one number, their items have the same names: those are excused that have not noticed, and all others
-as to items of that number; with ``forgives_names`` even the two as to names that both have given. When one of the two
-is gone, those that never noticed are excused as to whoever uses that number, and so is whoever uses it. What a vehicle
-gave up (parts of a block that never came whole, a block that waited too long) it does not hold; peers know it at the
-latest when a calm is over.
+as to items of that number. When one of the two is gone, those that never noticed are excused as to whoever uses that
+number, and so is whoever uses it. What a vehicle gave up (parts of a block that never came whole, a block that waited
+too long) it does not hold; peers know it at the latest when a calm is over.
 """
 
 from __future__ import annotations
@@ -148,7 +147,7 @@ class Witness:
     Attributes:
         recorded: blocks that were recorded, by name; statuses: origin, time and fact of each that was.
         lives: present life of each node; past: those before; twins: second vehicles of a number.
-        doubled: numbers that two vehicles have used; forgives_names: see the law.
+        doubled: numbers that two vehicles have used.
     """
 
     def __init__(self) -> None:
@@ -158,7 +157,6 @@ class Witness:
         self.past: list[Life] = []
         self.twins: list[Life] = []
         self.doubled: set[int] = set()
-        self.forgives_names = False
 
     def all_alive(self) -> list[Life]:
         """The vehicles that are switched on, twins behind the others."""
@@ -202,7 +200,6 @@ class Witness:
         """True if a vehicle must not believe that a peer holds an item as it holds it itself."""
         return (
             (fragment.origin not in self.doubled or fragment.origin == life.node)
-            and not (self.forgives_names and len(self.recorded[fragment.guid]) > 1)
             and fragment.guid not in peer.gave_up
             and not peer.holds(fragment)
         )
