@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 import tomllib
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -27,44 +28,42 @@ HEAVY = ["numpy", "mesa", "matplotlib", "pyarrow", "rdflib", "scipy", "pandas", 
 # Importing ----------------------------------------------------------------------------------------
 
 
-def modules_after(program: str) -> set[str]:
-    program += "; import sys; print('\\n'.join(sys.modules))"
-    done = subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True)
-    return set(done.stdout.split())
-
-
-def test_the_command_line_loads_nothing_heavy():
-    """So that --help answers at once."""
-    loaded = modules_after("import remoras.cli")
-    assert "remoras.cli" in loaded
-    assert loaded.isdisjoint(HEAVY)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("words", "code", "needed"),
+    ("commands", "needed"),
     [
-        ("run --help", 0, ""), ("frobnicate", 2, ""), ("run mapping-rendezvouz --per 0.5 --seed 3", 2, ""),
-        ("sweep strategies-quik --out nowhere", 2, ""), ("sweep --status --out nowhere", 2, ""),
-        ("plot nowhere", 2, ""), ("sweep --status --out SWEEP", 0, ""), ("list", 0, ""),
-        ("validate mapping-rendezvous", 0, "rdflib"), ("explain codec", 0, "rdflib"),
-        ("explain", 0, "numpy"),  # of all missions, of which one reckons with maps
-        ("compare SWEEP", 0, "numpy scipy"), ("plot RUN roles", 0, "rdflib numpy pandas matplotlib pyarrow"),
         (
-            "run mapping-rendezvous --set scenario.duration_s=30", 1,
+            {
+                "run --help": 0, "frobnicate": 2, "run mapping-rendezvouz --per 0.5 --seed 3": 2, "plot nowhere": 2,
+                "sweep strategies-quik --out nowhere": 2, "sweep --status --out nowhere": 2,
+                "sweep --status --out SWEEP": 0, "list": 0,
+            }, "",
+        ),
+        ({"validate mapping-rendezvous": 0, "explain codec": 0}, "rdflib"),
+        ({"explain": 0}, "numpy"),  # of all missions, of which one reckons with maps
+        ({"compare SWEEP": 0}, "numpy scipy"),
+        ({"plot RUN roles": 0}, "rdflib numpy pandas matplotlib pyarrow"),
+        (
+            {"run mapping-rendezvous --set scenario.duration_s=30": 1},
             "rdflib numpy pyarrow mesa scipy pandas networkx",  # the last three come with Mesa
         ),
     ],
 )  # fmt: skip
-def test_a_command_loads_what_it_needs_and_nothing_else(words: str, code: int, needed: str, swept: Path, results: Path):
+def test_commands_load_what_they_need_and_nothing_else(
+    commands: dict[str, int], needed: str, swept: Path, results: Path
+):
     """What is answered at once needs none of these libraries: to load one takes longer than the answer may."""
-    given = words.replace("SWEEP", str(swept)).replace("RUN", str(results)).split()
-    program = "import remoras.cli; from typer.testing import CliRunner;"
-    program += f"assert CliRunner().invoke(remoras.cli.app, {given}).exit_code == {code}"
-    assert modules_after(program) & {*HEAVY} <= {*needed.split()}
-
-
-# help ---------------------------------------------------------------------------------------------
+    given = {words.replace("SWEEP", str(swept)).replace("RUN", str(results)): of for words, of in commands.items()}
+    program = f"""
+import sys
+from remoras.cli import app
+from typer.testing import CliRunner
+codes = [CliRunner().invoke(app, words.split()).exit_code for words in {[*given]}]
+assert codes == {[*given.values()]}, codes
+print(*sys.modules)
+"""
+    done = subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True)
+    assert {*done.stdout.split()} & {*HEAVY} <= {*needed.split()}
 
 
 # list ---------------------------------------------------------------------------------------------
@@ -126,16 +125,12 @@ def test_the_exit_code_says_whether_the_mission_is_complete(settings: list[str],
     assert re.search(says, result.stdout, re.MULTILINE)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("settings", "code"), [([], 0), (SHORT, 1)])
-def test_json_is_one_value_and_nothing_else(settings: list[str], code: int, tmp_path: Path):
+def test_json_is_one_value_and_nothing_else(tmp_path: Path):
     """In a process of its own, where warnings and progress would show."""
-    command = [*COMMAND, "run", "mapping-rendezvous", *settings, "--json", "--out", tmp_path / "out"]
+    command = [*COMMAND, "run", "mapping-rendezvous", *SHORT, "--json", "--out", tmp_path / "out"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == code
-    report = json.loads(done.stdout)
-    assert report["completed"] == (code == 0)
-    assert report == Results.read(tmp_path / "out").summary
+    assert done.returncode == 1
+    assert json.loads(done.stdout) == Results.read(tmp_path / "out").summary
 
 
 def test_options_reach_the_run_and_the_seed_repeats_it():
@@ -144,15 +139,6 @@ def test_options_reach_the_run_and_the_seed_repeats_it():
     given = {"policy": "m-ack", "channel": "bernoulli", "per": 0.5, "seed": 4, "strategy": "remoras"}
     assert given.items() <= reports[0].items()
     assert reports[0] == reports[1]
-
-
-def test_summaries_of_equal_runs_are_the_same_bytes_and_the_manifest_has_the_time(tmp_path: Path) -> None:
-    for name in ("one", "other"):
-        remoras("run", "mapping-rendezvous", *SHORT, "--out", str(tmp_path / name))
-    one, other = ((tmp_path / name / "summary.json").read_bytes() for name in ("one", "other"))
-    assert one == other
-    assert b"wall_s" not in one
-    assert json.loads((tmp_path / "one" / "manifest.json").read_text())["wall_s"] > 0.0
 
 
 def test_results_are_written_and_not_overwritten_without_being_asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
@@ -187,7 +173,7 @@ def test_cells_that_are_far_too_small_are_refused_and_do_not_take_for_ever():
     """An area of 250 m in cells of 1 cm has 625 million of them."""
     command = [*COMMAND, "run", "mapping-rendezvous", "--set", "world.cell_m=0.01"]
     try:
-        done = subprocess.run(command, capture_output=True, check=False, timeout=10)
+        done = subprocess.run(command, capture_output=True, check=False, timeout=60)
     except subprocess.TimeoutExpired:
         pytest.fail("no answer")
     assert done.returncode == 2
@@ -259,6 +245,7 @@ def test_types_are_said_in_words_of_a_toml_file(key: str, kind: str):
     assert row["type"] == kind
 
 
+@cache
 def schema(*arguments: str) -> dict[str, Any]:
     made: dict[str, Any] = json.loads(remoras("explain", *arguments, "--schema").stdout)
     jsonschema.Draft202012Validator.check_schema(made)
@@ -267,13 +254,15 @@ def schema(*arguments: str) -> dict[str, Any]:
 
 @pytest.mark.slow
 def test_the_schema_takes_every_shipped_file():
+    names: dict[str, str] = {}  # a scenario of each mission: its schema is that of all of them
     for name, path in shipped().items():
-        jsonschema.validate(tomllib.loads(path.read_text(encoding="utf-8")), schema("--scenario", name))
+        tables = tomllib.loads(path.read_text(encoding="utf-8"))
+        known = names.setdefault(tables["scenario"].get("mission", ""), name)
+        jsonschema.validate(tables, schema("--scenario", known))
     for path in shipped_studies().values():
         jsonschema.validate(tomllib.loads(path.read_text(encoding="utf-8")), schema("study"))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("old", "new"),
     [

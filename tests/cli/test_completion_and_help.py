@@ -1,32 +1,27 @@
 """What the shell offers on Tab, and what help shows: commands in the order of use, each with an example that works."""
 
-import os
 import re
 import shlex
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
-from invoked import MAIN, remoras
+from invoked import remoras
+from typer.testing import CliRunner
 
 from exchange.channel.shipped import CHANNELS
 from missions.files import shipped, shipped_studies
+from remoras.cli import app
 from remoras.cli.app import GROUPS, HOMES
 from remoras.strategies import strategies
 
 
-def offered(words: str, folder: Path) -> list[str]:
+def offered(words: str) -> list[str]:
     """What the shell is told to offer for the last of the words; an empty one is written as ''."""
     given = shlex.split(words)
-    environment = {
-        **os.environ, "_REMORAS_COMPLETE": "complete_bash", "COMP_WORDS": f"remoras {' '.join(given)}",
-        "COMP_CWORD": str(len(given)),
-    }  # fmt: skip
-    done = subprocess.run(
-        [sys.executable, "-c", MAIN], env=environment, cwd=folder, capture_output=True, text=True, check=False
-    )
-    assert done.stderr == ""
+    asked = {"COMP_WORDS": f"remoras {' '.join(given)}", "COMP_CWORD": str(len(given))}
+    environment = {"_REMORAS_COMPLETE": "complete_bash", **asked}
+    done = CliRunner().invoke(app, [], prog_name="remoras", env=environment)
+    assert (done.exit_code, done.stderr) == (0, "")
     return done.stdout.split()
 
 
@@ -34,14 +29,14 @@ def offered(words: str, folder: Path) -> list[str]:
 def folder(tmp_path_factory: pytest.TempPathFactory, results: Path, swept: Path) -> Path:
     """A run, a sweep, a file and a strategy of the user's."""
     made = tmp_path_factory.mktemp("work")
-    for name in ("mine.toml", "mine.py"):
+    (made / "deep").mkdir()
+    for name in ("mine.toml", "mine.py", "deep/other.toml"):
         (made / name).touch()
     (made / "lossy").symlink_to(results)
     (made / "swept").symlink_to(swept)
     return made
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
@@ -65,18 +60,14 @@ def folder(tmp_path_factory: pytest.TempPathFactory, results: Path, swept: Path)
         ("compare swept --metric mission", ["mission_time_s"]),
         ("compare swept --baseline m", ["m-ack"]),
         ("plot nowhere ro", []),
+        ("run dee", ["deep/"]),
+        ("run deep/", ["deep/other.toml"]),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )
-def test_names_are_offered(words: str, expected: list[str], folder: Path) -> None:
-    assert sorted(offered(words, folder)) == sorted(expected)
-
-
-def test_folders_on_the_way_to_a_file_are_offered(folder: Path) -> None:
-    (folder / "deep").mkdir(exist_ok=True)
-    (folder / "deep" / "other.toml").touch()
-    assert offered("run dee", folder) == ["deep/"]
-    assert offered("run deep/", folder) == ["deep/other.toml"]
+def test_names_are_offered(words: str, expected: list[str], folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(folder)
+    assert sorted(offered(words)) == sorted(expected)
 
 
 # Help ---------------------------------------------------------------------------------------------
@@ -95,21 +86,14 @@ def test_commands_are_listed_by_what_they_are_for() -> None:
     assert "..." not in shown.partition("Run:")[2]
 
 
-@pytest.mark.slow
-def test_every_command_shows_an_example_that_the_parser_takes(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_command_shows_an_example_that_the_parser_takes_and_no_types_of_python() -> None:
     everything = remoras("--help").stdout
     for name in commands():
         text = remoras(name, "--help").stdout
+        assert not re.search(r"<[a-z]|\{|\blist\[|\bstr\b|\bint\b", text.partition("Example:")[0]), text
         (example,) = re.findall(r"^Example:\n  (remoras .*)$", text, re.MULTILINE)
         assert f"  {example}\n" in everything
         assert shlex.split(example)[1] == name
         given = shlex.split(example.partition(" > ")[0])[1:]
-        assert "Usage" not in remoras(*given[:1], "--help").stderr
         for option in [word for word in given if word.startswith("--")]:
             assert f"  {option} " in text
-
-
-def test_help_names_no_types_of_python() -> None:
-    for name in commands():
-        text = remoras(name, "--help").stdout
-        assert not re.search(r"<[a-z]|\{|\blist\[|\bstr\b|\bint\b", text.partition("Example:")[0]), text

@@ -36,10 +36,15 @@ def run(names: list[str], out: Path | None, **more) -> Swarm:
 
 
 @pytest.mark.slow
-def test_two_processes_come_to_know_the_same_and_their_logs_repeat_them(tmp_path: Path) -> None:
-    found = run(PAIR, tmp_path)
-    assert found.ended == {}
+def test_two_come_to_know_the_same_while_a_third_is_killed_and_their_logs_repeat_them(tmp_path: Path) -> None:
+    def kill(pids: dict[str, int]) -> None:
+        os.kill(pids["AUV02"], signal.SIGKILL)
+
+    found = run([*PAIR, "AUV02"], tmp_path, begun=kill)
+    assert list(found.ended) == ["AUV02"]
     one, other = found.vehicles
+    assert [one["vehicle"], other["vehicle"]] == PAIR
+    assert one["time_s"] == UNTIL_S + SETTLE_S
     assert one["items"] > 0
     assert (one["state_hash"], one["digest"]) == (other["state_hash"], other["digest"])
     assert found.equal
@@ -50,18 +55,6 @@ def test_two_processes_come_to_know_the_same_and_their_logs_repeat_them(tmp_path
         assert played["difference"] == ""
         assert played["state_hash"] == vehicle["state_hash"]
         assert played["packets_sent"] == vehicle["packets_sent"]
-
-
-@pytest.mark.slow
-def test_the_others_go_on_when_one_is_killed(tmp_path: Path) -> None:
-    def kill(pids: dict[str, int]) -> None:
-        os.kill(pids["AUV02"], signal.SIGKILL)
-
-    found = run([*PAIR, "AUV02"], tmp_path, begun=kill)
-    assert [one["vehicle"] for one in found.vehicles] == PAIR
-    assert list(found.ended) == ["AUV02"]
-    assert found.equal
-    assert found.vehicles[0]["time_s"] == UNTIL_S + SETTLE_S
 
 
 @pytest.mark.slow
@@ -84,12 +77,12 @@ def test_a_node_joins_a_mission_that_is_under_way() -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
         free.bind(("127.0.0.1", 0))
         bind = f"127.0.0.1:{free.getsockname()[1]}"
-    first = node("ASV00", "127.0.0.1:0", f"AUV00={bind}", 900.0)
+    first = node("ASV00", "127.0.0.1:0", f"AUV00={bind}", 600.0)
     try:
         assert first.stderr is not None
         address = re.search(r"listens on (\S+)", first.stderr.readline())
         assert address is not None
-        second = node("AUV00", bind, f"ASV00={address[1]}", 900.0)
+        second = node("AUV00", bind, f"ASV00={address[1]}", 600.0)
         try:
             said, told = second.communicate(timeout=COMMAND_S)
         finally:
