@@ -18,7 +18,7 @@ from typing import Any
 
 import pyarrow.parquet as pq
 import pytest
-from test_documents import called
+from test_documents import answered, called
 from typer.testing import CliRunner
 
 from missions.scenarios import shipped
@@ -55,19 +55,10 @@ def execute(page: Path, folder: Path) -> dict[str, str]:
             for line in text.splitlines():
                 command, _, target = line.partition(" > ")
                 program, *arguments = shlex.split(command)
-                where = f"{page.name}: {line}"
-                said[line] = answered(where, arguments) if program == "remoras" else called(arguments, folder)
+                said[line] = answered(command) if program == "remoras" else called(arguments, folder)
                 if target:
                     (folder / target).write_text(said[line], encoding="utf-8")
     return said
-
-
-def answered(where: str, arguments: list[str]) -> str:
-    """What ``remoras`` prints, called in the current folder."""
-    done = CliRunner().invoke(app, arguments, env={"COLUMNS": "200"})
-    cut_short = done.exit_code == 1 and "completed            False" in done.stdout  # as `remoras run` says
-    assert done.exit_code == 0 or cut_short, f"{where}\n{done.output}"
-    return done.stdout
 
 
 Claim = Callable[[Path, dict[str, str]], None]
