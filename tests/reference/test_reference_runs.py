@@ -11,11 +11,10 @@ from typing import Any
 
 import pytest
 from reference import reference_runs
-from reference.reference_runs import FILE, RUNS, digest, digest_of, made, written
+from reference.reference_runs import FILE, RUNS, digest, written
 
 from missions.files import shipped
 from remoras import motion
-from remoras.recorder import TIME, Table
 from remoras.strategies import strategies
 
 OURS = ("worldmodel", "exchange", "remoras", "missions")
@@ -66,14 +65,6 @@ def test_a_digest_sees_the_last_bit(monkeypatch: pytest.MonkeyPatch) -> None:
     turn = motion._turn
     monkeypatch.setattr(motion, "_turn", lambda most: (turn(most)[0], math.nextafter(turn(most)[1], 0.0)))
     assert digest("rendezvous sync") != written()["rendezvous sync"]
-
-
-def test_a_digest_sees_rows_and_no_empty_table() -> None:
-    finished = made("ferry")
-    finished.recorder.declare(Table("further", (TIME,)))
-    assert digest_of(finished) == written()["ferry"]
-    finished.recorder.rows("further").append((1.0,))
-    assert digest_of(finished) != written()["ferry"]
 
 
 @pytest.mark.slow

@@ -85,11 +85,6 @@ def scripted(loaded: Scenario, alter: Callable[[Packet], Packet]) -> Scripted:
     return Scripted(channel_of(setup, seed=1), setup.codec, setup.schedule, alter)
 
 
-def test_a_scripted_channel_that_alters_nothing_changes_nothing(paper_run: Run) -> None:
-    loaded = scenario()
-    assert times_s(run(loaded, channel=scripted(loaded, lambda packet: packet))) == times_s(paper_run)
-
-
 def test_without_influence_signals_auv00_finishes_its_area(paper_run: Run) -> None:
     """Nothing but the signals is cut: assignments, observations and acknowledgements still flow."""
     loaded = scenario()
@@ -135,8 +130,8 @@ def test_auv00_has_about_85_m_left_when_it_gives_up(paper_run: Run) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("per", sampled([0.0, 0.2, 0.4, 0.6, 0.8], 0.8))
 def test_delivery_follows_the_loss_rate_and_beliefs_stay_true(per: float) -> None:
-    """Four seeds: n received of N pairs has mean N(1-p) and variance N p (1-p), losses being independent."""
-    for seed in range(1, 5):
+    """Two seeds: n received of N pairs has mean N(1-p) and variance N p (1-p), losses being independent."""
+    for seed in (1, 2):
         finished = run(load("mapping-rendezvous", [("--per", f"channel.per={per}")]), seed)
         assert finished.completed or finished.reason
         assert finished.n_false_beliefs == 0

@@ -24,7 +24,7 @@ def check(schedule: Schedule) -> None:
 
 
 @pytest.mark.slow
-@settings(max_examples=100, derandomize=True, **CAMPAIGN)
+@settings(max_examples=40, derandomize=True, **CAMPAIGN)
 @given(node_schedules())
 def test_no_schedule_breaks_an_invariant_of_nodes(schedule: Schedule) -> None:
     check(schedule)
@@ -38,12 +38,11 @@ def test_no_further_schedule_breaks_an_invariant_of_nodes(schedule: Schedule) ->
     check(schedule)
 
 
-@pytest.mark.parametrize("what", [
-    StressFault("noise", 1.0, until_s=30.0, share=0.25, packets=1),
-    StressFault("noise", 5.0, until_s=100.0, packets=4),
-    StressFault("foreign", 1.0, until_s=100.0),
+@pytest.mark.parametrize(("what", "per"), [
+    (StressFault("noise", 1.0, until_s=30.0, share=0.25, packets=1), 0.0),
+    (StressFault("noise", 5.0, until_s=100.0, packets=4), 0.2),
+    (StressFault("foreign", 1.0, until_s=100.0), 0.0),
 ])  # fmt: skip
-@pytest.mark.parametrize("per", [0.0, 0.2])
 def test_what_others_say_changes_nothing_under_a_key(what: StressFault, per: float) -> None:
     """Neither few random packets in the beginning nor many for long, nor another fleet: all come to know the same."""
     quiet = Schedule(3, 130.0, 600.0, node_settings("ack", per, "key"))
