@@ -15,8 +15,6 @@ from legibility import check_texts
 from numpy.typing import NDArray
 
 from exchange.study.study import ExchangeStudy, StudyLoad, StudyRow, loaded_studies, run
-from missions.comparison.baseline import write_csv
-from missions.disk import drafted
 from visualisation import policies, style
 from visualisation.output import DrawingError, write_folder
 from visualisation.policies import contents, unloaded_figure
@@ -175,14 +173,6 @@ def test_a_full_disk_leaves_no_cut_file_and_keeps_what_was_there(tmp_path: Path)
     with room_for(65_536), pytest.raises(DrawingError, match=r"roles\.png: cannot be written: File too large"):
         write_folder(tmp_path, [("roles.txt", b"newer"), ("roles.png", PICTURE)])
     assert {path.name: path.read_text(encoding="utf-8") for path in tmp_path.iterdir()} == {"roles.txt": "older"}
-
-
-def test_a_full_disk_leaves_no_cut_table(tmp_path: Path) -> None:
-    with room_for(100), pytest.raises(OSError, match=r"too large: '.*rows\.csv'"):
-        write_csv([], tmp_path / "rows.csv")
-    with room_for(100), pytest.raises(OSError, match="too large"), drafted(tmp_path / "other") as draft:
-        draft.write_bytes(PICTURE)
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_file_in_the_way_is_named(tmp_path: Path) -> None:

@@ -7,7 +7,6 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from chromium import opened, written
 from replayed import LOSSY, asked, data_of, moments_s, recorded
 
 from exchange.packets import name_of
@@ -29,10 +28,8 @@ TEAMS = (
 """A team sets aside what concerns another, and the new head of all takes it up."""
 CASES = {
     "teams": ("mapping-three-teams", TEAMS),
-    "lossy": ("mapping-rendezvous", ()),
     "faults": ("mapping-rendezvous", FAULTS),
     "empty batteries": ("mapping-rendezvous", EMPTY),
-    "bound": ("mapping-rendezvous", (*EMPTY, "strategy.name='oracle'")),
     "many": ("mapping-patches", MANY),
 }
 
@@ -336,27 +333,6 @@ def test_peers_are_parked_and_links_estimated_as_the_tables_say(failing: Results
     incoming = [link["incoming"] for _, link, _ in told]
     assert incoming == [None, early, early, late, late]
     assert told[-1][1]["outgoing"] == {"p_loss": pytest.approx(0.5), "n": 4}
-
-
-SAID = """() => {
-  const view = R.app.views[0], said = [], own = CanvasRenderingContext2D.prototype, fill = own.fillText;
-  R.app.clock.seek(150);
-  view.showTab("matrix");
-  own.fillText = function (text, ...rest) { said.push(text); fill.call(this, text, ...rest); };
-  view.map.paint();
-  view.sheet.paint();
-  own.fillText = fill;
-  return said;
-}"""
-
-
-@pytest.mark.slow
-def test_the_page_names_how_packets_failed_and_frames_who_is_done_without(
-    chrome: Any, failing: Results, tmp_path: Path
-) -> None:
-    with opened(chrome, written(tmp_path, failing)) as window:
-        said = set(window.ask(SAID))
-        assert said >= {"collided", "refused", "row: who knows; column: of whom; framed: does without it"}
 
 
 # Which packets the map shows as links

@@ -6,8 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from browsing import Window
-from chromium import opened, seek, written
 from replayed import asked, data_of, moments_s, recorded
 from synthetic_runs import FICTIONS, FLEET, Fiction, nested
 
@@ -225,34 +223,6 @@ def test_motivations_are_told_with_the_means_of_their_combinations(lost: Results
                 assert (mine, external) == pytest.approx((row["own"], row["external"]), abs=1e-5)
                 assert chosen == row["chosen"]
                 assert mean == (None if row["best_mean"] is None else pytest.approx(row["best_mean"], abs=1e-5))
-
-
-GROUPS = """() => [...document.querySelectorAll('.body .group')].map((box) => [box.querySelector('.title b').innerText,
-  [...box.querySelectorAll('.seats')].map((seats) => [...seats.children].map((one) => one.innerText))])"""
-
-
-@pytest.fixture
-def shown(chrome: Any, lost: Results, tmp_path: Path) -> Any:
-    with opened(chrome, written(tmp_path, lost)) as window:
-        yield window
-
-
-@pytest.mark.slow
-def test_the_panels_show_what_the_tables_have(shown: Window, lost: Results) -> None:
-    """Who holds what in the view of the selected vehicle."""
-    for number, at_s in enumerate([0.0, 210.0, *moments_s(lost, MOMENTS)]):
-        vehicle = lost.scenario.vehicle[number % 4].name
-        view = view_of(lost, vehicle)
-        shown.ask("(name) => R.app.select(name)", vehicle)
-        shown.ask("() => R.app.views[0].showTab('organisation')")
-        [told] = seek(shown, [at_s], GROUPS)
-        so = rebuilt(view, at_s)
-        assert [name for name, _ in told] == list(so)
-        for name, seats in told:
-            for (_, held, _, vacant), texts in zip(so[name][1].values(), seats, strict=True):
-                names = {text.removeprefix("\u2260 ") for text in texts if not text.startswith("\u2260 also")}
-                assert names - {"vacant", f"{vacant} vacant"} == held
-                assert bool(vacant) == any("vacant" in text for text in texts)
 
 
 def test_nested_groups_of_any_depth_stand_below_those_that_supervise_them(tmp_path: Path) -> None:

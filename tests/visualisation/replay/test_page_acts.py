@@ -1,6 +1,5 @@
 """The controls of the page act: time, pace, selection, panels, links, files, two runs."""
 
-import itertools
 import math
 import re
 from itertools import pairwise
@@ -145,7 +144,7 @@ def test_the_view_is_saved_as_drawing(window: Window, tmp_path: Path) -> None:
 
 def test_the_clip_is_saved_as_video(window: Window, tmp_path: Path) -> None:
     window.page.keyboard.press("v")
-    window.page.wait_for_timeout(3000)
+    window.page.wait_for_timeout(1000)
     with window.page.expect_download() as waiting:
         window.page.keyboard.press("v")
     out = tmp_path / "clip.webm"
@@ -310,26 +309,6 @@ CONTRASTS = """() => ["light", "dark"].flatMap((name) => {
   const looks = R.VEHICLE_FILLS.map((_, v) => R.vehicleLook(v));
   return [...texts, ...looks.map(({ fill, text }) => R.contrast(fill, text))];
 })"""
-PICTURES = """() => {
-  const canvas = document.createElement("canvas"), pen = canvas.getContext("2d", { willReadFrequently: true });
-  const drawn = (draw) => {
-    pen.clearRect(0, 0, 40, 20);
-    draw();
-    return [...pen.getImageData(0, 0, 40, 20).data].join();
-  };
-  const own = R.vehicleLook(0);
-  return [(mark) => R.fillRole(pen, mark, own, 0, 0, 40, 17), (mark) => {
-    R.drawGlyph(pen, 20, 10, 0, 0, 8.5, own.fill, R.theme.ink);
-    R.drawMarksAt(pen, mark, [[20, 10]], own.text);
-  }].map((draw) => R.MARKS.map((mark) => drawn(() => draw(mark))));
-}"""
-
-
-@pytest.fixture(scope="module")
-def crowd(tmp_path_factory: pytest.TempPathFactory) -> Results:
-    return recorded(
-        tmp_path_factory.mktemp("crowd") / "run", "fleet.size=10", "channel.per=0.6", "scenario.duration_s=500"
-    )
 
 
 def test_no_control_is_outside_the_window(window: Window) -> None:
@@ -348,29 +327,11 @@ def test_no_control_is_outside_the_window(window: Window) -> None:
     assert with_map > 300
 
 
-def test_two_runs_and_a_crowd_fit_a_phone(chrome: Any, results: Results, crowd: Results, tmp_path: Path) -> None:
-    for runs in ((results, results), (crowd,)):
-        with opened(chrome, written(tmp_path, *runs)) as window:
-            window.page.set_viewport_size({"width": 390, "height": 844})
-            window.page.wait_for_function("() => R.app.views.every((view) => view.narrow)")
-            assert window.ask(OUTSIDE) == []
-
-
 def test_texts_are_readable_in_both_themes(window: Window) -> None:
     """WCAG 2.1, AA: 4.5."""
     contrasts = window.ask(CONTRASTS)
     assert len(contrasts) == 2 * (5 + 8)
     assert min(contrasts) >= 4.5
-
-
-def test_eight_roles_look_different_on_bars_and_on_icons(window: Window) -> None:
-    """Without their labels, on a vehicle of one colour: at least a twentieth of an icon's bytes differ."""
-    for pictures in window.ask(PICTURES):
-        assert len(pictures) == 8
-        for one, other in itertools.combinations([picture.split(",") for picture in pictures], 2):
-            assert sum(a != b for a, b in zip(one, other, strict=True)) >= 12
-    signs = window.ask("() => [...R.app.views[0].facts.looks.values()].map((mark) => mark.sign)")
-    assert len(set(signs)) == len(signs) == 8
 
 
 def test_what_should_have_ended_is_overdue(window: Window) -> None:
@@ -412,7 +373,7 @@ ON_BARS = """(view) => {
 """How many flags and names of roles the lanes have, and the names, and texts of the axis, through which a flag goes."""
 
 
-@pytest.mark.parametrize(("width", "height"), [(1280, 720), (1280, 1100), (390, 844)], ids=["tight", "roomy", "small"])
+@pytest.mark.parametrize(("width", "height"), [(1280, 720), (390, 844)], ids=["tight", "small"])
 def test_no_flag_covers_the_name_of_a_role_or_of_a_milestone(window: Window, width: int, height: int) -> None:
     window.page.set_viewport_size({"width": width, "height": height})
     window.page.wait_for_function("(w) => R.app.views[0].narrow === (w < 1000)", arg=width)

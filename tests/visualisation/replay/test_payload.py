@@ -4,17 +4,12 @@ import html
 import json
 import math
 import shutil
-import struct
-import zlib
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from replayed import asked, data_of, recorded
 from synthetic_runs import FICTIONS, Fiction
 
@@ -22,7 +17,6 @@ from missions.errors import OutputError
 from missions.runs.results import Results
 from remoras.cli.new import TEMPLATES
 from visualisation.replay import page_text, run_data
-from visualisation.replay.tables import Columns
 
 WICKED = ['AUV "one"', "</script><b>'x'", "船 \U0001f6a2 ü", "<!-- & -->"]
 MOST_OF_FOUR, MOST_OF_PAGE = 100_000, 300_000
@@ -88,32 +82,25 @@ def test_a_damaged_scenario_is_named(tmp_path: Path) -> None:
 # Runs of all kinds --------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", FICTIONS)
-def test_a_run_of_any_kind_is_shown(name: str, tmp_path: Path) -> None:
+def test_a_run_of_any_kind_is_shown(runs: dict[str, Results], tmp_path: Path) -> None:
     """One lasts 0 s, one has empty tables, in one nobody moves."""
-    fiction = FICTIONS[name]
-    told = asked([run_data(fiction.write(tmp_path / "run"), fiction.places)], LOOK, tmp_path)
-    assert told["names"] == list(fiction.vehicles)
-    assert told["places"] == [place.name for place in fiction.places]
-    results = Results.read(tmp_path / "run")
-    assert told["packets"] == (results.table("packets").num_rows if results.has("packets") else 0)
-    assert ("not completed" in told["verdict"]) != fiction.completed
+    data = [run_data(runs[name], fiction.places) for name, fiction in FICTIONS.items()]
+    looks = asked(data, f"(runs) => runs.map((run) => ({LOOK})([run]))", tmp_path)
+    for told, fiction, results in zip(looks, FICTIONS.values(), runs.values(), strict=True):
+        assert told["names"] == list(fiction.vehicles)
+        assert told["places"] == [place.name for place in fiction.places]
+        assert told["packets"] == results.table("packets").num_rows
+        assert ("not completed" in told["verdict"]) != fiction.completed
 
 
 SIXTY = "scenario.duration_s=60"
 
 
 @pytest.mark.parametrize(
-    "settings",
-    [
-        ("scenario.duration_s=1",), (SIXTY, "channel.per=0"), (SIXTY, "strategy.name='oracle'"),
-        pytest.param(("fleet.size=64", "scenario.duration_s=130", "channel.per=0.3"), marks=pytest.mark.slow),
-    ],
-)  # fmt: skip
-def test_runs_are_shown_however_short_quiet_or_large(settings: tuple[str, ...], tmp_path: Path) -> None:
-    scenario = "mapping-patches" if "fleet.size=64" in settings else "mapping-rendezvous"
-    results = recorded(tmp_path / "run", *settings, scenario=scenario)
+    "settings", [("scenario.duration_s=1",), (SIXTY, "channel.per=0"), (SIXTY, "strategy.name='oracle'")]
+)
+def test_runs_are_shown_however_short_or_quiet(settings: tuple[str, ...], tmp_path: Path) -> None:
+    results = recorded(tmp_path / "run", *settings)
     told = asked([data_of(results)], LOOK, tmp_path)
     assert told["packets"] == results.table("packets").num_rows
     assert told["n"] == len(results.scenario.vehicle)
@@ -219,10 +206,10 @@ def test_jobs_that_nobody_found_are_told_by_name(tmp_path: Path) -> None:
     assert [name for name, *_ in told] == [f"find {n}" for n in range(1, 9)]
 
 
-def test_settings_are_told_as_one_gives_them(results: Results) -> None:
-    about, _ = opened(data_of(results))
-    assert about["header"]["slot_s"] == pytest.approx(1.7725, abs=1e-3)  # the nanomodem over 1000 m
-    settings = about["header"]["settings"]
+def test_settings_are_told_as_one_gives_them(results: Results, tmp_path: Path) -> None:
+    header = asked([data_of(results)], "([run]) => run.header", tmp_path)
+    assert header["slot_s"] == pytest.approx(1.7725, abs=1e-3)  # the nanomodem over 1000 m
+    settings = header["settings"]
     for key, value in (("channel.per", "0.6"), ("strategy.name", "remoras"), ("vehicle.AUV01.depth_m", "20.0")):
         assert settings[key] == value
 
@@ -296,59 +283,3 @@ def test_what_is_vital_is_told_as_care_for_itself(tmp_path: Path) -> None:
 def test_without_its_cause_the_chain_is_gone(tmp_path: Path) -> None:
     """Nobody heeds signals, so nobody gives up, and no choice is owed to one."""
     assert not any(moved_by_signals(chain) for chain in chains(("decision.weight_external=0",), tmp_path))
-
-
-# Columns of numbers come back as they were put in, whatever they are
-
-
-MOST = 2**52
-"""JavaScript has whole numbers exactly to 2^53, and differences may be twice as large."""
-
-
-def unpacked(data: bytes, start: int, count: int, order: int) -> tuple[list[int], int]:
-    """The numbers of a column, and where the next one begins; read byte by byte, as the page does."""
-    numbers, at = [], start
-    for _ in range(count):
-        word, shift = 0, 0
-        while True:
-            byte = data[at]
-            at += 1
-            word |= (byte & 127) << shift
-            shift += 7
-            if byte < 128:
-                break
-        numbers.append(-(word + 1) // 2 if word % 2 else word // 2)
-    for _ in range(order):
-        numbers = [int(total) for total in np.cumsum(np.array(numbers, dtype=np.int64))]
-    return numbers, at
-
-
-def opened(block: bytes) -> tuple[dict[str, Any], dict[str, list[float]]]:
-    """The JSON head of a block and its columns."""
-    data = zlib.decompress(block, -15)
-    (length,) = struct.unpack("<I", data[:4])
-    about = json.loads(data[4 : 4 + length])
-    columns, at = {}, 4 + length
-    for name, count, order, step in about["columns"]:
-        numbers, at = unpacked(data, at, count, order)
-        columns[name] = [number * step for number in numbers]
-    assert at == len(data)
-    return about, columns
-
-
-@given(st.lists(st.floats(-1e6, 1e6)))
-def test_lengths_come_back_within_half_a_step(values: list[float]) -> None:
-    columns = Columns()
-    columns.add("a", [3, 1, 2])
-    columns.add("b", np.array(values), 2, 0.125)
-    about, found = opened(columns.block({"said": "ö"}))
-    assert about["said"] == "ö"
-    assert found["a"] == [3, 1, 2]
-    assert len(found["b"]) == len(values)
-    assert all(abs(got - value) <= 0.0625 for got, value in zip(found["b"], values, strict=True))
-
-
-def test_what_is_missing_or_not_finite_counts_as_nothing() -> None:
-    columns = Columns()
-    columns.add("a", np.array([1.0, np.nan, np.inf, 2.0]), 1, 0.5)
-    assert opened(columns.block({}))[1]["a"] == [1.0, 0.0, 0.0, 2.0]

@@ -67,7 +67,6 @@ def test_labels_get_the_room_that_they_take(run: Results, monkeypatch: pytest.Mo
     assert any(text.endswith("\u2026") for text, _ in inscriptions(figure, monkeypatch))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("broken", "message"),
     [
@@ -75,13 +74,13 @@ def test_labels_get_the_room_that_they_take(run: Results, monkeypatch: pytest.Mo
         (returns_nothing, "its draw returned None, a NoneType; it has to return the sentences of the caption as text"),
     ],
 )
-@pytest.mark.parametrize("declared", [FINDS, WRECKS])
+@pytest.mark.parametrize(("declared", "kinds"), [(FINDS, ["roles", "finds"]), (WRECKS, ["trajectories"])])
 def test_a_function_that_fails_is_one_clear_error_and_leaves_no_file(
-    run: Results, tmp_path: Path, declared: Figure | Layer, broken: Any, message: str
+    run: Results, tmp_path: Path, declared: Figure | Layer, kinds: list[str], broken: Any, message: str
 ) -> None:
     kind = type(declared).__name__.lower()
     with pytest.raises(DrawingError) as raised:
-        draw_run_figures(run, [], tmp_path / "out", "svg", [replace(declared, draw=broken)])
+        draw_run_figures(run, kinds, tmp_path / "out", "svg", [replace(declared, draw=broken)])
     assert str(raised.value).startswith(f"the mission's {kind} {declared.name!r}: {message}")
     assert "\n" not in str(raised.value)
     assert not (tmp_path / "out").exists()
@@ -100,7 +99,7 @@ def test_a_text_that_cannot_be_set_is_the_fault_of_its_figure(run: Results, tmp_
         ([replace(FINDS, name="overview")], "declares a figure 'overview', a name that is taken"),
         *(
             ([replace(FINDS, name=name)], "declares a figure '.*', which is no name of a file")
-            for name in ("", "a/b", "../finds", ".a", "a\\b", "/a")
+            for name in ("", "a/b", ".a", "a\\b")
         ),
         ([raises], "which is a function; allowed: Figure, Layer and Mark of missions.figure"),
     ],

@@ -37,9 +37,9 @@ def of_all(rows: list[MainEffect]) -> dict[str, MainEffect]:
     return {row.term: row for row in rows if row.condition == "all"}
 
 
-@pytest.fixture
-def results(tmp_path: Path) -> SweepResults:
-    return sweep().write(tmp_path / "sweep")
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> SweepResults:
+    return sweep().write(tmp_path_factory.mktemp("effects") / "sweep")
 
 
 def test_effects_are_those_of_the_law(results: SweepResults) -> None:
