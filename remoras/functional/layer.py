@@ -191,7 +191,7 @@ class FunctionalLayer:
     def waits(self) -> Wait | None:
         """Condition the guiding behaviour waited for at the last decision, or None."""
         guiding = self._guiding
-        return None if guiding is None or guiding >= len(self._perceived) else self._perceived[guiding].waits
+        return None if guiding is None or not self._perceived else self._perceived[guiding].waits
 
     # Activities ----------------------------------------------------------------------------------
 
@@ -211,6 +211,7 @@ class FunctionalLayer:
             for activities in self._sets
         }
         self._behaviours = [self._of_set[activity_set] for activity_set in self._sets]
+        self._perceived = []
         self.perform(())
         return self._sets
 
@@ -309,7 +310,7 @@ class FunctionalLayer:
     def _ask(self, due: Collection[int], performed: Sequence[int]) -> None:
         """Ask the behaviours of these sets."""
         motion, picture = self.believed, self.picture
-        is_new = len(self._perceived) != len(self._behaviours)
+        is_new = not self._perceived
         perceptions = [IDLE] * len(self._behaviours) if is_new else [*self._perceived]
         if self._guiding in due:
             self.held = None

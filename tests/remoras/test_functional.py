@@ -8,7 +8,7 @@ import pytest
 from samples import activity_set, auv
 
 from missions.features.current import in_current
-from remoras.activities import Activity, ActivitySet, ActivityType
+from remoras.activities import Activity, ActivitySet, ActivityType, Wait
 from remoras.behaviours import DUE, Behaviour, Homing, Perception, Reference, Standing
 from remoras.database import VehicleData
 from remoras.errors import PluginError
@@ -223,6 +223,25 @@ def test_a_behaviour_is_asked_again_once_its_answer_holds_no_longer() -> None:
     functional.perceive((0,))
     functional.act(1.0)
     assert asked_at_m[3:] == [9.0]
+
+
+def test_nothing_is_awaited_between_new_activities_and_the_next_decision() -> None:
+    class Waiting(Standing):
+        def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+            return Perception(1.0, waits=Wait("a vehicle", 60.0))
+
+    class Queue(Shore):
+        def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
+            return Waiting() if activity.name == "Waiting" else super().behaviour_for(activity, data)
+
+    waiting = activity_set(("Waiting", ActivityType.GUIDANCE))
+    functional = layer(waiting, mission=Queue())
+    perform(functional, 0)
+    perceived(functional, 0)
+    assert functional.waits == Wait("a vehicle", 60.0)
+    functional.prepare([HOMING, waiting])
+    perform(functional, 0)
+    assert functional.waits is None
 
 
 @pytest.mark.parametrize(
