@@ -1,7 +1,6 @@
 """The allocator that all strategies share: plans, revisions, help."""
 
 from collections.abc import Mapping
-from functools import partial
 from itertools import product
 from types import MappingProxyType
 
@@ -10,7 +9,7 @@ from samples import auv, database
 
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, RoleAssignment, RoleSpecification
-from remoras.strategies.allocation import Engagement, Expectations, helped, planned, revised
+from remoras.strategies.allocation import helped, planned
 from remoras.testing.sample_worlds import Visit
 from remoras.work import Outlook, Work
 
@@ -74,30 +73,6 @@ def test_neither_the_order_of_roles_nor_names_change_a_plan() -> None:
         plan = planned(of, of.roles, of.workers, outlooks(vehicles))
         found.append([[role.job for role in plan.roles[name]] for name in vehicles])
     assert found[0] == found[1] == found[2]
-
-
-@pytest.mark.parametrize(("margin", "moved"), [(0.0, True), (0.99, False)])
-def test_what_is_queued_moves_only_if_that_ends_earlier_by_the_margin(margin: float, moved: bool) -> None:
-    """One vehicle has all six jobs in its queue, the other two are idle."""
-    vehicles = fleet()
-    of, starts = work(vehicles, group()), outlooks(vehicles)
-    engaged = {
-        name: Engagement((), of.roles if name == "AUV00" else (), partial(starts.__getitem__, name))
-        for name in vehicles
-    }
-    plan = revised(of, [], of.workers, engaged, 0.0, margin)
-    assert bool(plan.roles["AUV01"] or plan.roles["AUV02"]) is moved
-
-
-def test_a_begun_job_stays_and_counts_from_when_it_was_begun() -> None:
-    """AUV00 takes 100 m at 2 m/s and 100 s at the place: done at 150 s, whenever it is asked."""
-    vehicles = fleet()
-    of, expectations = work(vehicles, group(), ("AUV00", "Role0"), ("AUV00", "Role3")), Expectations()
-    for now_s in (0.0, 70.0, 140.0):
-        engaged = expectations.of(vehicles["AUV00"], of.held_by("AUV00"), of, now_s)
-        assert [role.name for role in engaged.begun] == ["Role0"]
-        assert [role.name for role in engaged.queued] == ["Role3"]
-        assert engaged.outlook.free_s == pytest.approx(150.0)
 
 
 @pytest.mark.parametrize(("maximum", "least_s", "helps"), [(1, 0.0, False), (2, 0.0, True), (2, 220.0, False)])

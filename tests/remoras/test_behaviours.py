@@ -52,16 +52,6 @@ def test_homing_goes_waits_and_ends_when_the_group_is_together() -> None:
     assert seen(homing, at(80.0), picture, True) == IDLE
 
 
-def test_who_was_away_when_the_group_met_comes_once_more_and_may_then_go() -> None:
-    homing, picture = Homing((100.0, 0.0), 20.0, "Operational", AUV), Picture()
-    seen(homing, at(100.0), picture, True)  # it was there before
-    seen(homing, at(0.0), picture, False)
-    picture.groups.gathered.add("Operational")
-    assert seen(homing, at(0.0), picture, False).stimulus == 1.0
-    assert seen(homing, at(90.0), picture, True) == IDLE
-    assert seen(homing, at(0.0), picture, False) == IDLE
-
-
 # Leading and following ----------------------------------------------------------------------------
 
 
@@ -104,16 +94,6 @@ def test_a_leader_waits_for_who_falls_behind() -> None:
     assert seen(leading, at(0.0), picture, False) == DUE  # a quarter of 80 m is not made up for yet
     note_position(picture.peers, "AUV01", (0.0, 60.0))
     assert seen(leading, at(0.0), picture, False) == IDLE
-
-
-def test_a_leader_allows_for_its_way_between_two_slots_of_its_own() -> None:
-    """A follower is where it heard the leader last: of a frame of 10 s at 2 m/s it is 20 m behind besides."""
-    leading = LeadingFollowers(("AUV01",), "Operational", 80.0, AUV)
-    picture = Picture(frame_s=10.0)
-    picture.groups.gathered.add("Operational")
-    for to_go_m, perceived in ((0.0, IDLE), (99.0, IDLE), (101.0, DUE), (81.0, DUE), (79.0, IDLE)):
-        note_position(picture.peers, "AUV01", (0.0, to_go_m))
-        assert seen(leading, at(0.0), picture, False) == perceived
 
 
 @pytest.mark.parametrize(

@@ -47,22 +47,3 @@ def test_what_is_found_becomes_an_instance_that_others_hear_of_by_name() -> None
 def test_a_name_like_that_of_something_found_is_none(name: str) -> None:
     with pytest.raises(UnknownNameError):
         beliefs(n_found=2).uid(name)
-
-
-def test_what_was_said_of_an_earlier_time_may_count_no_longer() -> None:
-    held, key = beliefs(), ("hasMission", "Operational")
-    fact = held.fact("Operational", "hasMission", "AreaMapping")
-    held.model.record([fact], 1.0)
-    assert held.values(key) == {"AreaMapping"}
-    before = held.n_told
-    held.count_from(key, 2.0)
-    assert (held.get(key), held.observed_s(key), held.origin(key), held.values(key)) == (None, None, None, set())
-    assert held.n_told > before
-    held.count_from(key, 2.0)  # the same is heard again
-    assert (held.n_over(key), held.n_over(("batteryFraction", "AUV00"))) == (1, 0)
-    held.model.record([fact], 1.5)
-    held.note()
-    assert held.values(key) == set()
-    held.model.record([fact], 2.0)
-    held.note()
-    assert (held.get(key), held.observed_s(key), held.values(key)) == ("AreaMapping", 2.0, {"AreaMapping"})

@@ -12,7 +12,7 @@ from remoras.behaviours import Approach, distance_m
 from remoras.executive.layer import ExecutiveLayer
 from remoras.executive.satisfaction import DecisionConstants
 from remoras.functional.guidance import Guidance
-from remoras.motion.attraction import GuidanceTable, Pulls
+from remoras.motion.attraction import GuidanceTable
 from remoras.motion.separation import Separation
 
 END_M = 400.0
@@ -111,22 +111,3 @@ def test_a_row_goes_back_where_the_call_is_passed_on(passes_on: bool, monkeypatc
     closest_m, arrived = meet([*row, last], [0.0, 0.0, 0.0, -100.0], GuidanceTable(), 500, passes_on)
     assert closest_m >= 5.0
     assert (arrived == last.data.name) == passes_on
-
-
-def test_a_call_that_is_answered_draws_the_vehicle_to_the_one_that_calls(monkeypatch: pytest.MonkeyPatch) -> None:
-    """It heads for (100, 0); the one that calls is heard at (0, 40), and seen well clear of the way."""
-    tracks = []
-    for weight in (0.0, 1.0):
-        one, other = corridor(200.0, monkeypatch)
-        layer, motion = one.functional, one.functional.motion
-        constants = GuidanceTable(attraction=weight)
-        layer.guidance = Guidance(motion, one.data, crossings.BOUNDS_M, constants)
-        layer.picture.peers.positions_m[other.data.name] = (-70.0, 40.0)
-        layer.heed(Pulls(0.0, {other.data.name: 1.0}, {}))
-        still = crossings.traveller(1, (-70.0, 40.0), (-70.0, 40.0))
-        watch = Separation([one, still], 5.0)
-        for _ in range(10):
-            layer.act(1.0, watch.look().get(0, ()))
-        tracks.append(motion.y_m)
-    assert tracks[0] == 0.0
-    assert tracks[1] > 5.0

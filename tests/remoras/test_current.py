@@ -50,23 +50,6 @@ def test_who_is_to_stay_stays() -> None:
     assert motion.energy_j == pytest.approx(600.0 * 43.24, rel=0.01)
 
 
-EVERYWHERE = [(0.6, 0.0), (-0.6, 0.0), (0.0, -0.6), (0.35, 0.5), (-0.35, 0.5), (0.4, -0.3)]
-"""Velocities towards the east, west, south and between."""
-
-
-@pytest.mark.parametrize("flow", EVERYWHERE)
-def test_the_way_takes_the_time_of_the_speed_over_ground(flow: tuple[float, float]) -> None:
-    """Eastward at s = 2 m/s through the water, over ground at g = c_x + sqrt(s^2 - c_y^2), over the middle 200 s."""
-    one = traveller(0, (-900.0, 0.0), (900.0, 0.0), current=Current(*flow))
-    x_m = []
-    for now_s in range(250):
-        one.functional.picture.body.now_s = float(now_s)
-        one.functional.act(1.0)
-        x_m.append(one.functional.motion.x_m)
-    ground_mps = flow[0] + math.sqrt(2.0**2 - flow[1] ** 2)
-    assert (x_m[249] - x_m[49]) / 200.0 == pytest.approx(ground_mps, rel=0.01)
-
-
 @pytest.mark.parametrize(("kind", "current"), zip(KINDS, (ACROSS, TIDE, SHEARED), strict=True), ids=str)
 def test_crossing_under_current(kind: str, current: Current) -> None:
     found = travel(crossing(kind, 8, 1, current))

@@ -91,15 +91,6 @@ def turns(noise: Sequence[tuple[float, float]], satisfaction: float, weight_cont
     return taken
 
 
-def test_a_chain_of_needs_is_worth_as_much_as_what_it_hangs_on() -> None:
-    """Listed from its end: mapping needs exploring, which needs a fix."""
-    fix = activity_set(("Fixing", ActivityType.NAVIGATION), importance=0.6, sensors=("gps",))
-    exploring = activity_set(("ZigzagExploring", ActivityType.GUIDANCE), importance=0.6, needs="Fixing")
-    executive = layer(MAPPING, exploring, fix, constants=CONSTANTS)
-    executive.decide([DUE, DUE, Perception(0.25)], 0.0, 0.0)
-    assert executive.motivations == pytest.approx(3 * [0.15])
-
-
 # Calls --------------------------------------------------------------------------------------------
 
 
@@ -162,26 +153,6 @@ def test_a_role_gets_on_as_its_activities_do(one: Perception, other: Perception,
         assert executive.satisfaction[PERFORMER] == pytest.approx(rate)
 
 
-def test_a_decision_between_periods_does_not_delay_progress() -> None:
-    """Satisfaction follows what was last perceived, also where nothing changed since a decision of no duration."""
-    executive, advancing = layer(HOMING), [ADVANCING]
-    executive.decide([STANDING], 0.0, 1.0)
-    executive.decide(advancing, 1.0, 0.0)
-    executive.decide(advancing, 1.0, 1.0)
-    assert executive.satisfaction[PERFORMER] == pytest.approx(CONSTANTS.tedium_per_s + CONSTANTS.gain_per_s)
-
-
-def test_new_activities_keep_what_goes_on() -> None:
-    executive = layer(EXPLORING, HOMING)
-    executive.decide([ADVANCING, DUE], 0.0, 1.0)
-    executive.adopt((LISTENING, HOMING, EXPLORING), ROLES)
-    assert chosen(executive) == {"ZigzagExploring"}
-    assert executive.satisfaction[CARTOGRAPHER] == 1.0
-    executive.adopt((HOMING,), (PERFORMER,))
-    assert executive.decision.chosen == ()
-    assert executive.satisfaction == {PERFORMER: 0.0}
-
-
 def test_a_call_waits_for_who_is_content_with_work_that_is_left() -> None:
     """At 127 and with all of it left the loudest call is not heeded; with half the stimulus, 0.5 of it is."""
     executive = layer(EXPLORING, HOMING)
@@ -201,17 +172,6 @@ def test_a_call_that_an_answer_would_not_settle_is_not_heeded() -> None:
     executive.decide([DUE, Perception(1.0, answers=0.25)], 0.0, 0.0)
     assert executive.motivations[1] == pytest.approx(0.3 + 0.25)
     assert executive.calls(0.0) == {"AUV00": 1.0}
-
-
-# Decisions ----------------------------------------------------------------------------------------
-
-
-def test_a_role_drives_by_guiding_working_or_planning() -> None:
-    sending = activity_set(("Sending", ActivityType.COMMUNICATION), importance=0.5, role="Performer")
-    executive = layer(EXPLORING, sending)
-    executive.decide([DUE, DUE], 0.0, 1.0)
-    assert chosen(executive) == {"ZigzagExploring", "Sending"}
-    assert executive.decision.driving == {CARTOGRAPHER}
 
 
 # Calls of holders of jobs -------------------------------------------------------------------------
@@ -260,21 +220,6 @@ def test_who_waits_itself_answers_louder_calls_alone(own: float, heard: int, emi
     executive.hear(PERFORMER, emitter, "Lifter", heard, 0.0)
     executive.decide([STANDING, helping(1.0, emitter)], 50.0, 0.0)
     assert (executive.motivations[1] > 0.2) == is_answered
-
-
-def test_two_that_wait_alike_do_not_take_turns_in_answering() -> None:
-    """At the end of the scale the one that answers recovers by less than a step, no reason to turn back."""
-    executive = worker(LIFTING, HELPING)
-    executive.satisfaction[LIFTER] = -127.0
-    executive.hear(PERFORMER, "AUV09", "Lifter", -128, 0.0)
-    executive.decide([STANDING, helping(1.0, "AUV09")], 0.0, 0.0)
-    assert chosen(executive) == {"Helping"}
-    executive.satisfaction[LIFTER] = -128.0
-    executive.decide([STANDING, helping(1.0, "AUV09")], 2.0, 0.0)
-    assert chosen(executive) == {"Helping"}
-    executive.hear(PERFORMER, "AUV09", "Lifter", -100, 4.0)
-    executive.decide([STANDING, helping(1.0, "AUV09")], 4.0, 0.0)
-    assert chosen(executive) == {"Lifting"}
 
 
 # Calls for room -----------------------------------------------------------------------------------

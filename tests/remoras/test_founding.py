@@ -87,19 +87,3 @@ def test_whenever_all_founding_roles_can_be_filled_they_are(groups, vehicles) ->
     assert is_complete(formed, groups) == can_be_complete(fleet, groups)
     for one in formed.assignments:
         assert fleet[one.vehicle].can_play(one.group, one.role)
-
-
-def test_teams_within_one_group_share_the_vehicles() -> None:
-    """Each team has a Tactician of its own as its head, and the other vehicles in turns."""
-    fleet_group = Group("Fleet", (RoleSpecification("Tactician", 1, 3, founding=True),))
-    roles = (
-        RoleSpecification("Coordinator", 1, 1, True, True, None, ("Fleet", "Tactician")),
-        RoleSpecification("Performer", 1, founding=True),
-    )
-    teams = tuple(Group(f"Team {name}", roles, within="Fleet") for name in "ABC")
-    able = ("Tactician", "Coordinator", "Performer")
-    formed = founded(database(*(auv(f"AUV{n:02d}", playable_roles=able) for n in range(8))), (fleet_group, *teams))
-    assert [len(formed.members(team.name)) for team in teams] == [3, 3, 2]
-    assert len({name for team in teams for name in formed.heads(team.name)}) == 3
-    for name in (f"AUV{n:02d}" for n in range(8)):
-        assert sum(formed.is_member(name, team.name) for team in teams) == 1

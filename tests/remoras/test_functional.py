@@ -16,7 +16,6 @@ from remoras.functional.layer import FunctionalLayer
 from remoras.functional.sensing import Sensed
 from remoras.functional.vital import VITAL_NAMES, VITAL_SETS
 from remoras.motion import Motion
-from remoras.motion.avoidance import Neighbour
 from remoras.motion.current import Current
 from remoras.picture import Picture
 from remoras.recorder import TIME, VEHICLE, Column, Table
@@ -26,7 +25,6 @@ BOUNDS_M = (-100.0, -100.0, 800.0, 800.0)
 N_VITAL = len(VITAL_SETS)
 HOMING = activity_set(("Homing", ActivityType.GUIDANCE))
 WORKING = activity_set(("Working", ActivityType.PRODUCTIVE), sensors=("depth",))
-LISTENING = activity_set(("Listening", ActivityType.PRODUCTIVE), sensors=("sound", "depth"))
 DEPTHS = Table("depths", (TIME, VEHICLE, Column("depth_m", "float", "m")))
 
 
@@ -76,20 +74,6 @@ def perceived(functional: FunctionalLayer, *performed: int) -> list[Perception]:
     return functional.perceive([N_VITAL + number for number in performed])[N_VITAL:]
 
 
-def test_what_is_under_way_goes_on_when_activities_are_chosen_anew() -> None:
-    """Homing has come nearer: it knows so although an objective was added before it."""
-    functional = layer(HOMING)
-    perform(functional, 0)
-    functional.act(1.0)
-    perceived(functional, 0)
-    functional.prepare((WORKING, HOMING))
-    perform(functional, 1)
-    functional.act(1.0)
-    functional.picture.body.now_s = 1.0
-    perceived(functional, 1)
-    assert functional.progress == {N_VITAL + 1: 0.5}  # 1 m/s of 2 after two seconds of 0.5 m/s^2
-
-
 def test_no_behaviour_drives_a_vehicle_faster_than_it_is() -> None:
     class Racing(Standing):
         def reference(self, motion: Motion, picture: Picture) -> Reference | None:
@@ -113,16 +97,6 @@ def test_a_sensor_is_asked_only_while_an_activity_switches_it_on() -> None:
     assert functional.sense(1.0, ()) == [Sensed("depth", DEPTHS, Observation(row=(3.0,)))]
     perform(functional, 0)
     assert functional.sense(2.0, ()) == []
-
-
-def test_a_yield_is_noted() -> None:
-    functional = layer(LISTENING, sensors={"sound": Hydrophone(), "depth": Hydrophone()})
-    perform(functional, 0)
-    functional.sense(1.0, ())
-    assert functional.picture.body.last_yield_s == -math.inf
-    functional.sense(2.0, ())
-    functional.sense(3.0, ())
-    assert functional.picture.body.last_yield_s == 2.0
 
 
 # What others write --------------------------------------------------------------------------------
@@ -302,23 +276,6 @@ def test_how_far_outside_the_area_of_operations(position: tuple[float, float], o
     functional = layer(start_m=position)
     functional.sense(0.0, ())
     assert functional.picture.body.outside_m == outside_m
-
-
-def test_keeping_clear_has_the_last_word_on_guidance() -> None:
-    """Somebody comes head on: the vehicle leaves its course to the right, as long as that one is in the way."""
-    functional, alone = layer(HOMING), layer(HOMING)
-    for one in (functional, alone):
-        perform(one, 0)
-        one.act(1.0)
-    functional.act(1.0, [Neighbour(30.0, 0.0, -2.0, 0.0)])
-    assert functional.motion.heading_rad < 0.0
-    assert functional.motion.x_m > 0.5
-    functional.motion.heading_rad = 0.0
-    functional.act(1.0, [Neighbour(30.0, 0.0, 2.0, 0.0)])  # it goes away
-    assert functional.motion.heading_rad > 0.0  # back to the course
-    before = alone.motion.heading_rad
-    alone.act(1.0, [Neighbour(0.0, 50.0, 2.0, 0.0)])  # side by side, 50 m off
-    assert (alone.motion.heading_rad, alone.motion.speed_mps) == (before, 1.0)
 
 
 def test_who_was_off_is_carried_by_the_water_of_the_moment() -> None:

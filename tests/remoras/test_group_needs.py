@@ -103,19 +103,3 @@ def test_a_mission_may_name_the_groups_of_an_instance(monkeypatch: pytest.Monkey
     asked = shared(("North", "East"), monkeypatch)
     assert who(asked, "north west", "mappedCell", 3.0) == word(*NORTH, *EAST)
     assert who(asked, "north east", "mappedCell", 3.0) == word(*NORTH)
-
-
-def test_what_concerns_a_group_formed_at_sea_concerns_those_who_may_come_into_it() -> None:
-    """The group that inspects what is found, before it is there: its members are those of the group that forms it."""
-    setup = resolved(load("mapping-inspection", [("--set", "communication.needs_follow=groups")]))
-    assert setup.subjects is not None
-    asked = GroupNeeds(setup.tbox, setup.urgency, setup.subjects, setup.agreement.organisation)
-    (group,) = setup.agreement.at_sea.values()
-    forming = setup.agreement.organisation.members(group.formed_by or "")
-    uids = {instance.name: instance.uid for instance in setup.instances}
-    find = next(role.job for role in group.roles if role.job)
-    of_group = PropertyValue(uids[group.name], setup.tbox.attribute_named("formation").uid, 1.0)
-    of_find = PropertyValue(uids[find], setup.tbox.attribute_named("foundAt").uid, (0.0, 0.0))
-    for fact in (of_group, of_find):
-        assert asked.priority_of(fact, 0)[0] == sum(1 << setup.nodes[name] for name in forming)
-    assert len(forming) < len(setup.database)

@@ -16,7 +16,6 @@ from remoras.strategies.cbba import Cbba
 from remoras.strategies.central import Central
 from remoras.strategies.contract_net import ContractNet
 from remoras.strategies.remoras import Remoras
-from remoras.strategies.status_broadcast import StatusBroadcast
 from remoras.strategy import Heard, Move, Situation, Strategy
 from remoras.work import Work
 
@@ -115,35 +114,6 @@ def test_a_job_of_which_its_vehicle_has_not_heard_is_waited_for(is_heard: bool, 
     unheard = {} if is_heard else {"AUV01": {"Pair.Left"}}
     moves = [head.negotiate(replace(situation(number, work), unheard=unheard)) for number in (1, 2, 100)]
     assert [move.holding for move in moves] == [True, True, holds]  # 1000 s later both jobs should have been done
-
-
-def test_who_works_says_so_once_a_period() -> None:
-    strategy = configured(StatusBroadcast(), {"period_rounds": 3})
-    broadcaster = strategy.negotiator("AUV01", PAIR)
-    work = two_hands(strategy, ("Left", "AUV01"))
-    heard = Heard("AUV01", ROUND_S, (("AUV01", "worksOn", "Pair.Left"),))
-    said = [stated(broadcaster.negotiate(situation(number, work, *[heard][: number == 1]))) for number in range(1, 8)]
-    assert [number for number, facts in enumerate(said, 1) if ("AUV01", "worksOn", "Pair.Left") in facts] == [3, 6]
-
-
-@pytest.mark.parametrize("doubt_rounds", [0, 10, 40])
-def test_the_job_of_a_silent_vehicle_is_done_again_when_it_is_overdue(doubt_rounds: int) -> None:
-    """AUV01 was last heard at the right area: what is predicted for it, and the doubt, decide when it is begun."""
-    strategy = configured(StatusBroadcast(), {"doubt_rounds": doubt_rounds})
-    fleet = database(*(auv(f"AUV0{n}", playable_roles=(kind, *ABLE)) for n, kind in enumerate(("Head", "Hand"))))
-    organisation = strategy.form(fleet, [PAIR])
-    work = Work(PAIR, organisation, fleet, JOBS, frozenset({"left"}))
-    broadcaster = strategy.negotiator("AUV00", PAIR)
-    heard = Heard("AUV01", ROUND_S, (("AUV01", "worksOn", "Pair.Right"),))
-    begun = next(
-        number
-        for number in range(1, 400)
-        if ("AUV00", "playsRole", "Pair.Right")
-        in stated(broadcaster.negotiate(situation(number, work, *[heard][: number == 1])))
-    )
-    # 4 rows of 75 m and 3 steps of 25 m at 1.25 m/s, on top of the way from (0, 0) to (212.5, 12.5) at 2 m/s
-    due_s = ROUND_S + 375.0 / 1.25 + (212.5**2 + 12.5**2) ** 0.5 / 2.0
-    assert ROUND_S * (begun - 1 - doubt_rounds) < due_s <= ROUND_S * (begun - doubt_rounds)
 
 
 # Many

@@ -78,15 +78,6 @@ def test_what_is_no_finding_is_refused_by_name() -> None:
         of_mission(Wrong).run()
 
 
-def test_plans_may_ask_what_is_of_a_class() -> None:
-    whole = fleet()
-    auv = whole.vehicles[1]
-    assert auv.social.facts.get(("instances", "Manipulation")) == ("IAUV00 arm", "IAUV00 gripper")
-    assert auv.social.facts.get(("instances", "TargetReacquisition")) == ()
-    auv.conclude([auv.beliefs.fact("IAUV00 camera", "providedBy", "IAUV00")], 1.0)
-    assert auv.social.facts.get(("instances", "TargetReacquisition")) == ("IAUV00 camera",)
-
-
 def test_who_is_back_looks_at_nothing_before_it_acts_again() -> None:
     """Else what stood under a sensor that went too fast to see would be seen by it at rest."""
     whole = assemble(resolved(load("mapping-rendezvous")), 2)

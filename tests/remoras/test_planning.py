@@ -125,38 +125,6 @@ def test_a_plan_is_made_anew_when_a_fact_changes_that_it_rests_on(key: tuple[str
     assert bool(head.planner.due) is due
 
 
-def test_what_was_proposed_or_counts_is_not_said_again() -> None:
-    head = Head()
-    for counts in (
-        [],
-        [Objective("Operational", role, "RendezVous", "buoy") for role in ("LeftWinger", "RightWinger")],
-    ):
-        head.objectives = counts
-        head.planner.take_on(["Operational"])
-        head.planner.plan_again(["Operational"])
-        first = head.plan()
-        assert first == ([] if counts else [LEFT, RIGHT])
-        head.planner.plan_again(["Operational"])
-        assert head.plan() == []
-        head.planner.end_round([], head.beliefs)
-    head.objectives = []  # what was said but never came to count is said again
-    head.planner.plan_again(["Operational"])
-    assert head.plan() == [LEFT, RIGHT]
-
-
-@pytest.mark.parametrize("taken_over", [True, False])
-def test_who_takes_a_group_over_gives_again_what_its_former_head_gave(taken_over: bool) -> None:
-    """The former head may be lost before all have heard of it, and nobody else repeats it."""
-    head = Head()
-    head.objectives = [Objective("Operational", role, "RendezVous", "buoy") for role in ("LeftWinger", "RightWinger")]
-    head.planner.take_on(["Operational"])
-    head.planner.lead(["Operational"], ["Operational"] if taken_over else [])
-    assert head.plan() == ([LEFT, RIGHT] if taken_over else [])
-    head.planner.end_round([], head.beliefs)
-    head.planner.plan_again(["Operational"])
-    assert head.plan() == []  # once is enough: from now on it is repeated until all have acknowledged it
-
-
 def test_roles_go_to_members_only_and_once() -> None:
     """RightWinger is open once the left job is done; the stranger gets nothing."""
     head = Head()

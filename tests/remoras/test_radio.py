@@ -7,13 +7,12 @@ schedule; every vehicle acknowledges what it has heard itself.
 from collections.abc import Iterator
 
 import pytest
-from resting import named, setup_of
+from resting import named
 
 from missions.runs.assembly import assemble
 from missions.runs.setup import resolved
 from missions.scenarios import load
 from remoras.fleet.fleet import Fleet
-from remoras.fleet.radio import Signalling
 from remoras.fleet.vehicle import Vehicle
 from worldmodel import TYPE_UID, Block, merge
 
@@ -50,20 +49,6 @@ def test_a_role_given_out_is_unheard_until_its_player_is_known_to_hold_it(fleet:
     assert "AUV01" not in peers.unheard
 
 
-def test_what_a_peer_says_of_a_job_is_news(fleet: Fleet) -> None:
-    """A role is not: a supervisor is content while the mission advances, not while its members talk."""
-    speaker, listener = named(fleet, "AUV01"), named(fleet, "AUV00")
-    news = listener.functional.picture.peers
-    tell(speaker, ("AUV01", "playsRole", "Operational.Cartographer"), 0.0)
-    exchange(fleet, 0)
-    assert news.last_news_s < 0.0
-    assert news.heard_s["AUV01"] > 0.0
-    tell(speaker, ("left", "mappedCell", 7), 12.0)
-    exchange(fleet, 2)
-    assert news.last_news_s == news.heard_s["AUV01"]
-    assert speaker.functional.picture.peers.last_news_s < 0.0  # its own work is no news to it
-
-
 def test_a_packet_that_makes_no_sense_is_an_event(fleet: Fleet) -> None:
     listener = named(fleet, "AUV00")
     heard = listener.radio.hear(b"\xff" * 40, 0.5 * fleet.schedule.start_s(1))
@@ -71,20 +56,6 @@ def test_a_packet_that_makes_no_sense_is_an_event(fleet: Fleet) -> None:
     assert (heard.changes, heard.signals) == ((), ())
     assert [row[2] for row in fleet.recorder.faults] == ["bad packet", "another definition"]
     assert listener.functional.picture.peers.heard_s == {}
-
-
-def test_signals_name_the_roles_that_they_address(fleet: Fleet) -> None:
-    """In the shipped scenario a Performer's signals address the Coordinator."""
-    sender, listener = named(fleet, "AUV01"), named(fleet, "AUV00")
-    node, schedule = sender.data.node, fleet.schedule
-    sent = sender.radio.speak([(("Operational", "Performer"), -40)], schedule.start_s(node))
-    heard = listener.radio.hear(sent.data, 0.5 * (schedule.start_s(node) + schedule.start_s(node + 1)))
-    influences = (
-        setup_of("mapping-rendezvous").agreement.organisation.groups["Operational"].role("Performer").influences
-    )
-    assert heard.emitter == "AUV01"
-    assert heard.signals == ((Signalling("Operational", "Performer", influences), -40),)
-    assert fleet.recorder.satisfaction == [(schedule.start_s(node), "AUV01", "Operational", "Performer", -40)]
 
 
 @pytest.fixture

@@ -11,19 +11,10 @@ import pytest
 from resting import named, say
 
 from remoras.fleet.fleet import Fleet
-from remoras.fleet.vehicle import Vehicle
 from remoras.social.conclusions import Gatherings
 from remoras.social.consultation import holders_after
 from remoras.social.view import Instruction
-from worldmodel import Block, merge
 
-
-def hear(vehicle: Vehicle, *blocks: Block) -> None:
-    for block in blocks:
-        vehicle.social.consider(merge(vehicle.beliefs.model, [block]).changes)
-
-
-LEFT = ("AUV01", "playsRole", "Operational.LeftWinger")
 # Consultation -------------------------------------------------------------------------------------
 
 

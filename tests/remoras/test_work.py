@@ -61,14 +61,6 @@ def test_who_has_waited_in_vain_may_help_still() -> None:
     assert neither.impossible == {"load"}
 
 
-def test_jobs_are_done_nearest_first() -> None:
-    """50 s to (100, 0) at 2 m/s and 60 s there, then 100 s to (-100, 0) and 60 s there: 270 s."""
-    far = work().after_all(Outlook(0.0, (0.0, 0.0)), FLEET["AUV02"], [work().roles[3], work().roles[0]])
-    near = work().after_all(Outlook(0.0, (50.0, 0.0)), FLEET["AUV02"], [work().roles[3], work().roles[0]])
-    assert far == Outlook(270.0, (-100.0, 0.0))  # of two equally near the first by the name of its job
-    assert near == Outlook(245.0, (-100.0, 0.0))
-
-
 def test_jobs_that_need_each_other_are_a_chain() -> None:
     found = [names(chain) for chain in chains(work())]
     assert sorted(found) == [["Dock", "Load", "Leave"], ["Look"]]

@@ -173,31 +173,6 @@ def test_a_failure_climbs_until_there_is_another_way() -> None:
         assert texts(execution)["report()"] == ("dropped" if storm else "done")
 
 
-def test_a_step_whose_test_does_not_hold_fails_where_nothing_can_bring_it_about() -> None:
-    """Somebody unpacks: to board Ada or Bea, or to walk, is not possible any more, and nobody packs again."""
-    facts: dict[Any, Any] = {}
-    execution = begun(trip(Counter()), facts)
-    for _ in execution.advance(facts):
-        facts["packed"] = True
-        break
-    execution.settle(facts)
-    facts["packed"] = None
-    assert carry_on(execution, facts, {}) == []
-    assert execution.has_failed
-
-
-def test_a_plan_for_the_whole_goes_no_way_that_has_failed() -> None:
-    ways = [Method.fixed("by boat", "sail"), Method.fixed("on foot", "walk")]
-    steps = [Operator(name, effects=lambda facts: {"at": "B"}) for name in ("sail", "walk")]
-    domain = Domain.of(steps, {"trip": ways, "excursion": ways})
-    execution = begun(domain, {})
-    list(execution.advance({}))
-    assert execution.fail(execution.running[0].place, {})
-    for whole, step in ((TRIP, "walk"), (Task("excursion"), "sail")):
-        again = execution.plan_anew({}, whole)
-        assert [node.task for node in again.nodes] == [whole, Task(step)]
-
-
 def test_a_plan_for_the_whole_keeps_what_it_shares_with_the_one_before() -> None:
     facts: dict[Any, Any] = {}
     domain = trip(Counter())

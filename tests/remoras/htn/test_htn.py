@@ -83,46 +83,6 @@ def test_an_unknown_task_is_named() -> None:
         plan(Domain.of([Operator("map"), Operator("dive")], {}), {}, Task("fly"))
 
 
-# Towers of Hanoi --------------------------------------------------------------------------------
-
-
-def towers() -> Domain:
-    def may_move(facts: Any, disc: int, origin: str, target: str) -> bool:
-        smaller = [facts.get(("on", other)) for other in range(1, disc)]
-        return facts.get(("on", disc)) == origin and origin not in smaller and target not in smaller
-
-    def carry(facts: Any, n: int, origin: str, target: str, spare: str) -> list[Task]:
-        return [
-            Task("tower", (n - 1, origin, spare, target)),
-            Task("move", (n, origin, target)),
-            Task("tower", (n - 1, spare, target, origin)),
-        ]
-
-    return Domain.of(
-        [Operator("move", may_move, lambda facts, disc, origin, target: {("on", disc): target})],
-        {
-            "tower": [
-                Method("nothing to carry", lambda facts, *args: [], lambda facts, n, *pegs: n == 0),
-                Method("carry", carry),
-            ]
-        },
-    )
-
-
-@pytest.mark.parametrize("n", [0, 1, 2, 3, 6, 9])
-def test_towers_of_hanoi_take_two_to_the_n_less_one_moves(n: int) -> None:
-    """M(n) = 2 M(n - 1) + 1, M(0) = 0; 1, 3, 7 are also what the planner Aries needs in the IPC 2020 instances."""
-    pegs = {("on", disc): "A" for disc in range(1, n + 1)}
-    found = plan(towers(), pegs, Task("tower", (n, "A", "C", "B")))
-    assert len(names(found)) == 2**n - 1
-    for task in found.tasks:
-        disc, origin, target = task.args
-        assert pegs["on", disc] == origin
-        assert all(pegs["on", smaller] not in (origin, target) for smaller in range(1, disc))
-        pegs["on", disc] = target
-    assert set(pegs.values()) <= {"C"}
-
-
 # What a plan costs, and what it rests on --------------------------------------------------------
 
 

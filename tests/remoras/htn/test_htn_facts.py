@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from remoras.errors import PlanningError
-from remoras.htn import Domain, FactsLike, Method, NoPlan, Operator, Plan, Task, plan
+from remoras.htn import Domain, FactsLike, Method, NoPlan, Operator, Task, plan
 from remoras.htn.facts import Facts
 
 atoms = st.tuples(st.sampled_from("pq"), st.sampled_from("ab"), st.sampled_from("ab"))
@@ -56,37 +56,6 @@ def test_one_method_gives_one_decomposition_per_binding_and_circles_of_roads_do_
     facts = {("at", "AUV00"): "A", ("roads to", "D"): "CB", ("roads to", "C"): "D", ("roads to", "B"): "A"}
     found = plan(ROUTES, facts, Task("go", ("D",)))
     assert [str(task) for task in found.tasks] == ["drive(A, B)", "drive(B, D)"]
-
-
-def test_decompositions_are_asked_for_one_by_one() -> None:
-    asked: list[int] = []
-
-    def count(facts: FactsLike) -> Iterator[list[Task]]:
-        for number in range(1000):
-            asked.append(number)
-            yield [Task("take", (number,))]
-
-    domain = Domain.of([Operator("take", lambda facts, number: number == 3)], {"choose": [Method("count", count)]})
-    assert isinstance(plan(domain, {}, Task("choose")), Plan)
-    assert asked == [0, 1, 2, 3]
-
-
-def test_a_method_goes_on_with_its_bindings_in_the_world_in_which_it_began() -> None:
-    """The first binding takes the only key away, and fails behind it; the second one must find the key again."""
-
-    def pick(facts: FactsLike) -> Iterator[list[Task]]:
-        for door in ("left", "right"):
-            yield [Task("unlock", (facts.get("key"), door)), Task("enter", (door,))]
-
-    domain = Domain.of(
-        [
-            Operator("unlock", effects=lambda facts, key, door: {"key": None, ("open", door): True}),
-            Operator("enter", lambda facts, door: door == "right" and facts.get(("open", door))),
-        ],
-        {"get in": [Method("pick", pick)]},
-    )
-    found = plan(domain, {"key": "K"}, Task("get in"))
-    assert [str(task) for task in found.tasks] == ["unlock(K, right)", "enter(right)"]
 
 
 def test_no_way_says_so_though_roads_go_in_circles() -> None:

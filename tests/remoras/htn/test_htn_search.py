@@ -32,28 +32,6 @@ def test_a_task_in_the_state_of_its_ancestor_is_given_up_first_and_tried_by_dept
     assert is_executable(WAIT, {}, found)
 
 
-def test_a_walk_to_and_fro_is_a_loop_though_facts_change_on_the_way() -> None:
-    """Left-first: to be at B go to A and over; at A the state is as before, so the way by A is given up there."""
-
-    def over(facts: FactsLike, goal: str) -> list[Task]:
-        return [Task("walk"), Task("be at", (goal,))]
-
-    domain = Domain.of(
-        [
-            Operator("walk", effects=lambda facts: {"at": "B" if facts.get("at") == "A" else "A"}),
-            Operator("swim", effects=lambda facts: {"at": "C"}),
-        ],
-        {
-            "be at": [
-                Method("here", lambda facts, goal: [], lambda facts, goal: facts.get("at") == goal),
-                Method("walk on", over),
-                Method("swim", lambda facts, goal: [Task("swim"), Task("be at", (goal,))]),
-            ]
-        },
-    )
-    assert steps(plan(domain, {"at": "A"}, Task("be at", ("C",)))) == ["walk()", "swim()"]
-
-
 def test_arguments_that_cannot_be_hashed_are_planned_with_though_not_compared() -> None:
     domain = Domain.of([Operator("go")], {"visit": [Method("go", lambda facts, places: [Task("go", (places,))])]})
     assert steps(plan(domain, {}, Task("visit", (["A", "B"],)))) == ["go(['A', 'B'])"]
