@@ -126,7 +126,7 @@ class Storm(Witness):
 
     # Vehicles ------------------------------------------------------------------------------------
 
-    def _begin(self, node: int, epoch: int, store: WorldModel | None, is_twin: bool = False) -> Life:
+    def _begin(self, node: int, epoch: int, store: WorldModel | None, is_twin: bool = False) -> None:
         before = self.lives.get(node)
         model, manager = self.make(node, epoch, store, max(0.0, self.now_s + self.offsets_s[node]))
         number = 0 if before is None else before.number + 1
@@ -139,31 +139,26 @@ class Storm(Witness):
         else:
             self.lives[node] = life
         self._let_speak(life)
-        return life
 
     def die(self, node: int) -> None:
         """Switch a vehicle off."""
         self.lives[node].is_alive = False
 
-    def start(self, node: int, keeps: bool = False) -> Life:
-        """Switch a vehicle on that is off.
+    def restart(self, node: int, keeps: bool = False) -> None:
+        """Switch a vehicle off and on again.
 
         Args:
             node: which.
             keeps: it begins its next epoch with what its world model held; else it knows nothing.
         """
+        self.die(node)
         before = self.lives[node]
         self.past.append(before)
-        return self._begin(node, before.epoch + 1, before.model if keeps else None)
+        self._begin(node, before.epoch + 1, before.model if keeps else None)
 
-    def restart(self, node: int, keeps: bool = False) -> Life:
-        """Switch a vehicle off and on again."""
-        self.die(node)
-        return self.start(node, keeps)
-
-    def add_twin(self, node: int, epoch: int = 0) -> Life:
+    def add_twin(self, node: int) -> None:
         """Let a second vehicle use the number of another, and so its slot."""
-        return self._begin(node, epoch, None, is_twin=True)
+        self._begin(node, 0, None, is_twin=True)
 
     def remove_twins(self) -> None:
         """Let the second vehicles of a number go."""

@@ -27,17 +27,6 @@ def loss_at(range_m: float, n_bytes: int = 64, deployment: Deployment = FLEET, *
     return AcousticChannel.model_validate(settings).link_model(deployment, 1).p_loss(packet, 1, range_m)
 
 
-@given(st.floats(100.0, 6000.0), st.floats(150.0, 190.0), st.floats(0.0, 20.0), st.floats(0.0, 1.0))
-def test_loss_falls_with_source_level_and_grows_with_noise_and_spreading(range_m, level_db, wind_mps, shipping):
-    given = {"source_level_db": level_db, "wind_mps": wind_mps, "shipping": shipping}
-    as_it_is = loss_at(range_m, **given)
-    assert loss_at(range_m, **{**given, "source_level_db": level_db + 3.0}) <= as_it_is
-    assert loss_at(range_m, **given, directivity_db=3.0) <= as_it_is
-    assert loss_at(range_m, **{**given, "wind_mps": wind_mps + 3.0}) >= as_it_is
-    assert loss_at(range_m, **{**given, "shipping": min(1.0, shipping + 0.2)}) >= as_it_is
-    assert loss_at(range_m, **given, spreading=2.0) >= as_it_is
-
-
 def test_the_loss_by_hand():
     """168 dB at 2 km, k = 2, Thorp at 28 kHz: 168 - 66.021 - 2 * 7.3915 - 76.715 of noise in 24 to 32 kHz.
 

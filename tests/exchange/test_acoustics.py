@@ -218,12 +218,6 @@ def test_a_loss_is_a_probability_that_falls_as_the_signal_grows(modulation, fadi
     assert n_bits > 0 or weak == 0.0
 
 
-@given(st.sampled_from(Modulation), st.sampled_from(Fading), st.integers(1, 2000), st.floats(-10, 40))
-def test_a_longer_packet_is_lost_rather(modulation: Modulation, fading: Fading, n_bits: int, db: float):
-    short, long = (packet_loss(modulation, fading, n, 512, ratio(db)) for n in (n_bits, n_bits + 64))
-    assert short <= long + 1e-6  # the rule of the fade is exact to 2e-7
-
-
 def test_a_short_last_frame_counts_by_its_size():
     g = ratio(20.0)
     whole, rest = (frame_loss(FSK, Fading.FRAME, n, g) for n in (256, 40))

@@ -7,13 +7,13 @@ from typing import Any
 from unittest.mock import patch
 
 import pytest
-from storms import AREA, DOUBLED, HEARD, LOST, Fate, Storm, chances, creates, damaged, late, maps, replayed, storm_of
+from storms import DOUBLED, HEARD, LOST, Fate, Storm, chances, creates, damaged, late, maps, replayed, storm_of
 
-from benchmarks.manager_fleet import AREA_DONE, PLAYS_ROLE, POSITION, ManagerFleet
+from benchmarks.manager_fleet import PLAYS_ROLE, POSITION, ManagerFleet
 from exchange.manager.beliefs import Beliefs
 from exchange.packets import Account, Fragment, HolderSet, OriginStatement
 from exchange.policy.policies import POLICIES
-from worldmodel import TYPE_UID, PropertyValue
+from worldmodel import PropertyValue
 from worldmodel.facts import MOST_ITEMS
 
 EVERY_POLICY = pytest.mark.parametrize("policy", sorted(POLICIES))
@@ -94,41 +94,6 @@ def test_what_others_acknowledged_to_one_of_two_with_one_number_is_not_believed_
 
 
 # Half a block -------------------------------------------------------------------------------------
-
-
-def test_half_a_block_becomes_whole_when_its_origin_is_back():
-    """Only the first part of a block comes through before its origin falls silent for long."""
-    storm = storm_of(3, "ack", payload_bytes=24)
-    maps(storm, 0, *range(8))
-    storm.run(1)
-    storm.die(0)
-    storm.run_frames(200)
-    storm.start(0, keeps=True)
-    assert [len(storm.lives[node].manager.half_blocks()) for node in (1, 2)] == [1, 1]
-    storm.calm(80)
-    assert [len(storm.lives[node].manager.half_blocks()) for node in (1, 2)] == [0, 0]
-    storm.check_agreement()
-    storm.check_rest()
-
-
-def test_what_waits_too_long_is_given_up_and_comes_again():
-    """Vehicle 0 creates an area, of which vehicle 1 tells. Vehicle 2 never hears vehicle 0, until it has dropped what 1
-    told: a frame lasts 6 s, and a block waits for 120 s. Vehicle 1 believed that 2 held it."""
-    storm = storm_of(3, "ack")
-    for life in storm.lives.values():
-        life.manager.leave_out("relaying")
-    uid = storm.lives[0].model.new_instance_uid()
-    storm.record(0, (uid, TYPE_UID, AREA))
-    storm.run_frames(1, [HEARD, LOST])
-    storm.record(1, (uid, AREA_DONE, 1))
-    for _ in range(40):
-        storm.run(1, [HEARD, LOST])
-        storm.run(2)
-        storm.check()
-    assert storm.lives[2].gave_up
-    storm.calm(40)
-    storm.check_agreement()
-    storm.check_rest()
 
 
 # Lives --------------------------------------------------------------------------------------------

@@ -300,20 +300,6 @@ def size_of(codec: Codec, *fragments: Fragment, sender: int = 0, slot_start_s: f
     return (1 << 20) - packing.left_bits
 
 
-def test_the_size_of_an_own_observation_of_the_mission():
-    """Kind 1, age 1 + 7 (a frame of 7.1 s is 71 steps), instance 5, attribute 5 (of 18 that are exchanged), cell 12,
-    sequence 11, for at most 300 cells and 1024 items to spare: 42 bits. The next of the packet has 1 of sequence."""
-    codec = mission_codec()
-    one, two = (Fragment(0, sequence, 5.0, cells(4, 1)) for sequence in (6, 7))
-    assert size_of(codec, one, slot_start_s=7.0) == 1 + 8 + 5 + 5 + 12 + 11
-    assert size_of(codec, two, one, slot_start_s=7.0) == 2 * (1 + 8 + 5 + 5 + 12) + 11 + 1
-    # relayed: kind 3, origin 2, epoch 2, age 8, whole 1, the fact and one that none follows
-    assert size_of(codec, one, sender=1, slot_start_s=7.0) == 3 + 2 + 2 + 8 + 1 + 22 + 1 + 11
-    # at most: time 2 + 18 instead of an age, and the sequence as behind another
-    assert codec.fragment_bits(one, relayed=False) == 1 + (2 + 18) + 22 + (2 + 11)
-    assert codec.fragment_bits(one) == 3 + 2 + 2 + (2 + 18) + 1 + 22 + 1 + (2 + 11)
-
-
 def reference_codec() -> Codec:
     """For the record by which codecs are compared, of a fleet of five: 64 classes of 256 instances are 14 bits of
     subject; 32 attributes, places of two coordinates to 0.1 m in a kilometre, times in seconds of a day; a vehicle may

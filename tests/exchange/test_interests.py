@@ -47,23 +47,6 @@ def test_what_is_overheard_without_need_is_set_aside_and_taken_up_once_it_is_nee
     assert fleet.n_open == 0  # node 2 has acknowledged the packet, so nobody sends it again
 
 
-def test_what_was_settled_without_a_newcomer_is_sent_again() -> None:
-    team = Team(0, 1)
-    fleet = ManagerFleet(
-        3, who_needs=team, selective=True, lost=lambda slot, sender, receiver: receiver == 2 and slot < 9
-    )
-    fleet.maps(0, 7)
-    fleet.pass_frames(3)
-    assert fleet.n_open == 0
-    assert not knows(fleet, 2, 7)
-    team.nodes.add(2)
-    regroup(fleet)
-    assert fleet.n_open == 1
-    fleet.pass_frames(3)
-    assert knows(fleet, 2, 7)
-    assert fleet.n_open == 0
-
-
 def test_a_need_that_comes_and_goes_sends_an_item_once() -> None:
     """A peer that is believed to hold an item does not get it anew, however often needs change: no livelock."""
     team = Team(0, 1)

@@ -13,7 +13,6 @@ P_GB, P_BG, PER_GOOD, PER_BAD = 0.1, 0.3, 0.05, 0.8
 """A link that is bad for 0.1 / (0.1 + 0.3) = 1/4 of the time and loses 3/4 * 0.05 + 1/4 * 0.8 = 0.2375."""
 BAD_SHARE, CORRELATION = 0.25, 0.6
 N_SEEDS = 4000
-N_SLOTS = 40_000
 
 
 def model(seed: int = 1, **changed: float) -> GilbertElliott:
@@ -23,10 +22,6 @@ def model(seed: int = 1, **changed: float) -> GilbertElliott:
 
 def sent(slot: int, sender: int = 0) -> Transmission:
     return Transmission(slot, sender, 1.0 * slot, 512)
-
-
-def states(link: GilbertElliott, n_slots: int = N_SLOTS) -> list[bool]:
-    return [link.is_bad(slot, 0, 1) for slot in range(n_slots)]
 
 
 def standard_error(p: float, n: int) -> float:

@@ -8,7 +8,6 @@ import pytest
 from benchmarks.manager_fleet import ManagerFleet
 from exchange.manager.peers import HEARD, KEPT, LOST, SHORTEST_SILENCE, UNLIKELY, LossEstimate
 from exchange.manager.receiver import PARKED
-from exchange.manager.relaying import LossesAt
 
 N_EFFECTIVE = (1.0 + KEPT) / (1.0 - KEPT)
 """Samples of equal weight that tell as much as very many whose weights fall by ``KEPT``: 127."""
@@ -46,18 +45,6 @@ def test_the_silence_that_is_taken_for_absence_follows_from_the_loss():
         silence = estimate.longest_silence
         assert silence == SHORTEST_SILENCE or p_loss ** (silence - 1) > UNLIKELY / 4
     assert LossEstimate().longest_silence == 10
-
-
-def test_what_a_receiver_loses_of_all_is_what_it_loses_of_each():
-    """Counted together, in any portions, to the last digit as one by one."""
-    draws, n_nodes = random.Random(4), 5
-    losses, estimates = LossesAt(n_nodes), [LossEstimate() for _ in range(n_nodes)]
-    for n_rows in (0, 1, 3, 200):
-        rows = [draws.getrandbits(n_nodes) for _ in range(n_rows)]
-        losses.note(rows)
-        for sender, estimate in enumerate(estimates):
-            estimate.samples += bytes(HEARD if row >> sender & 1 else LOST for row in rows)
-        assert losses.p_reckoned == [estimate.p_reckoned for estimate in estimates]
 
 
 def test_absence_is_no_loss():

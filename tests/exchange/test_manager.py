@@ -7,40 +7,29 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.manager_fleet import (
+    DURATION_S,
     MAPPED_CELL,
+    N_BLOCKS,
     POSITION,
+    TBOX,
     ManagerFleet,
     bay,
     cells,
+    instances,
     needs,
-    one_size_codec,
     role,
 )
 from exchange.errors import ConfigurationError
-from exchange.packets import InfluenceSignal, ItemUid
+from exchange.manager.manager import ExchangeManager
+from exchange.packets import Fragment, InfluenceSignal, ItemUid
 from exchange.policy.policies import POLICIES, STATING
-from worldmodel import PropertyValue
+from exchange.wire.codec import Codec, Widths
+from worldmodel import Keeping, PropertyValue, WorldModel, merge
 
 
 def items_said(fleet: ManagerFleet, sender: int) -> list[ItemUid]:
     """Every item the sender has said so far, in order, with repetitions."""
     return [uid for sent in fleet.said if fleet.schedule.owner(sent.slot) == sender for uid in sent.items]
-
-
-# One item ------------------------------------------------------------------------------------------
-
-
-def test_what_those_hold_to_whom_it_is_addressed_gives_way_to_what_they_lack():
-    """Node 2 hears nothing. Once node 1 has confirmed its item, that of node 2 is the more urgent, ten to one."""
-    fleet = ManagerFleet(
-        3, payload_bytes=15, who_needs=needs(range(3), {MAPPED_CELL: 50}), codec=one_size_codec(3),
-        lost=lambda slot, sender, receiver: receiver == 2,
-    )  # fmt: skip
-    for cell, peer in ((7, 1), (8, 2)):
-        fleet.managers[0].offer([fleet.models[0].record([cells(3, 9)[cell][:3]], 0.0)], [peer])
-    fleet.pass_frames(36)
-    said = [uid.sequence for uid in items_said(fleet, 0)][3:]
-    assert (said.count(0), said.count(1)) == (3, 30)
 
 
 # Who needs it -------------------------------------------------------------------------------------
@@ -54,9 +43,6 @@ def test_an_item_is_dropped_when_all_who_need_it_hold_it_though_others_lack_it()
     assert items_said(fleet, 0) == [uid]
     assert fleet.holders(uid) == [0, 1]
     assert fleet.n_open == 0
-
-
-# Priorities ---------------------------------------------------------------------------------------
 
 
 # Status -------------------------------------------------------------------------------------------
@@ -113,9 +99,6 @@ def test_no_packet_exceeds_its_room_and_all_accepted_items_get_through(
     assert policy in STATING or all(fleet.holders(uid) == list(range(n_nodes)) for uid in uids)
 
 
-# Blocks -------------------------------------------------------------------------------------------
-
-
 # Slots --------------------------------------------------------------------------------------------
 
 
@@ -129,3 +112,24 @@ def test_a_policy_whose_header_fills_the_packet_is_refused_with_the_numbers():
     """20 nodes: the matrix alone has 380 bits, a 32 B packet 256."""
     with pytest.raises(ConfigurationError, match=r"256 bits.*m-ack needs for 20 nodes"):
         ManagerFleet(20, "m-ack", payload_bytes=32)
+
+
+# Times --------------------------------------------------------------------------------------------
+
+
+def test_a_coarse_clock_makes_no_sound_fact_one_of_the_future():
+    """Times are rounded to 10 s: what is observed at 8.2 s is of 10 s. It arrives at 9 s, without tolerance, and is
+    sound; of 20 s nothing is. Slot 4 begins at 8 s."""
+    fleet = ManagerFleet(2)
+    codec = Codec(TBOX, len(instances(2)), 2, POLICIES["ack"], N_BLOCKS, DURATION_S, Widths(10.0))
+    for time_s, is_refused in ((10.0, False), (20.0, True)):
+        model = WorldModel(TBOX, 1, instances(2), 10.0, n_origins=2, keeping=Keeping(clock_tolerance_s=0.0))
+        manager = ExchangeManager(1, model, codec, fleet.schedule, POLICIES["ack"], 512, needs(range(2)))
+        fragment = Fragment(0, 0, time_s, cells(2, 1))
+        data = codec.encode(0, [0, 0], [fragment], frame=2, slot_start_s=fleet.schedule.start_s(4))
+        reception = manager.receive(data, 9.0)
+        assert (reception.fault is not None) == is_refused
+        assert (merge(model, reception.blocks, 9.0).faults, model.digest()) == (
+            (),
+            {} if is_refused else {(0, 0): (0, 0)},
+        )

@@ -1,20 +1,4 @@
-import pytest
-
-from exchange.errors import ConfigurationError
-from exchange.policy.policies import ACKNOWLEDGEMENTS, POLICIES, AckPolicy, policy_fault, policy_named
-
-
-@pytest.mark.parametrize("name", POLICIES)
-def test_a_policy_is_found_by_its_name(name: str) -> None:
-    assert policy_named(name).name == name
-    assert policy_named(name).repeat is (name.endswith("-repeat") or policy_named(name).acknowledgement.codes)
-
-
-def test_an_unknown_name_gets_the_allowed_and_the_nearest() -> None:
-    with pytest.raises(ConfigurationError, match=r"'mps-ak'.*m-ack-repeat.*did you mean 'mps-ack'\?"):
-        policy_named("mps-ak")
-    with pytest.raises(ConfigurationError, match=r"allowed are ack, ack-repeat.* and package\.module:object"):
-        policy_named("zzz")
+from exchange.policy.policies import ACKNOWLEDGEMENTS, AckPolicy, policy_fault
 
 
 def test_what_is_coded_has_to_be_stated() -> None:

@@ -66,21 +66,6 @@ def test_an_item_goes_along_a_line_if_it_is_relayed(relay):
     assert not fleet.false_beliefs
 
 
-@pytest.mark.parametrize("relay", [True, False])
-def test_the_newest_status_goes_along_a_line_once_it_is_known_that_it_has_to(relay):
-    fleet = line(2, relay)
-    for frame in range(60):
-        fleet.observe(3, (3, POSITION, (float(frame), 0.0)))
-        fleet.pass_frames(1)
-    known = fleet.models[0].latest(3, POSITION)
-    if not relay:
-        assert known is None
-    else:
-        assert known is not None
-        assert fleet.now_s - known.block.time_s < 12 * 4 * SLOT_S
-        assert relayed(fleet) > 40
-
-
 @pytest.mark.parametrize("policy", ["ack", "m-ack"])
 @pytest.mark.parametrize(("per", "most"), [(0.0, 0.0), (0.3, 0.01), (0.8, 0.08)])
 def test_hardly_anybody_relays_where_links_lose_alike(policy, per, most):
