@@ -38,7 +38,7 @@ def attribute_uid(name: str) -> int:
     return TBOX.attribute_named(name).uid
 
 
-AUV, ASV, AREA, ROLE, OBJECT = map(class_uid, ("AUV", "ASV", "Area", "Role", "ObjectOfInterest"))
+AUV, ASV, AREA, OBJECT = map(class_uid, ("AUV", "ASV", "Area", "ObjectOfInterest"))
 WRECK, PIPELINE, AMPHORA = map(class_uid, ("Wreck", "Pipeline", "Amphora"))
 POSITION, BATTERY, PLAYS_ROLE, AREA_DONE, CELL, CLASSIFICATION, LOCATION, COMPLETED, LENGTH, NEAR = map(
     attribute_uid,

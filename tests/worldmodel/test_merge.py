@@ -16,7 +16,6 @@ from small_fleet import (
     LOCATION,
     N_ORIGINS,
     NEAR,
-    OBJECT,
     PIPELINE,
     TBOX,
     WRECK,
@@ -44,25 +43,6 @@ from worldmodel import (
 )
 
 NEW = first_uid_of(1)
-
-
-def test_a_block_waits_for_instances_whatever_they_wait_for_themselves() -> None:
-    chain = [
-        block(2, 0, 0, (ECHO, NEAR, NEW), (ECHO, LOCATION, (1.0, 1.0))),
-        block(0, 0, 0, (NEW, TYPE_UID, WRECK)),
-        block(1, 0, 0, (NEW, TYPE_UID, OBJECT), (NEW, NEAR, NEW + 1)),
-        block(1, 1, 0, (NEW + 1, TYPE_UID, WRECK)),
-    ]
-    model = fleet_model()
-    for waiting in chain[:-1]:
-        assert merge(model, [waiting]).changes == ()
-    assert model.latest(ECHO, LOCATION) is None
-    assert model.instance(NEW) is None
-    assert model.block((2, 0, 0)) is None
-    assert model.arrived((2, 0, 0)) == chain[0]
-    changes = merge(model, chain[-1:]).changes
-    assert [change.block for change in changes] == [chain[i] for i in (3, 2, 1, 0)]
-    assert model.value(ECHO, NEAR) == NEW
 
 
 def test_what_may_be_said_of_any_thing_waits_for_the_thing_too(tmp_path: Path) -> None:
@@ -165,19 +145,6 @@ def test_what_has_waited_too_long_is_forgotten_and_may_come_again() -> None:
     assert expire(model, 1000.0) == ()
 
 
-def test_what_is_forgotten_creates_nothing() -> None:
-    """Origin 1 creates an instance as an object and then as a wreck; the first of these blocks waits for another.
-
-    While it waits, the instance counts as an object; once it is forgotten, as the wreck that it was created as.
-    """
-    model = fleet_model()
-    merge(model, [block(1, 0, 0, (NEW, TYPE_UID, OBJECT), (ECHO, NEAR, first_uid_of(2)))], now_s=1.0)
-    merge(model, [block(1, 1, 1, (NEW, TYPE_UID, WRECK))], now_s=2.0)
-    assert model.created_as(NEW) == OBJECT
-    assert codes(expire(model, 1000.0)) == ["TIMED_OUT"]
-    assert model.created_as(NEW) == WRECK
-
-
 def test_of_too_many_that_wait_the_oldest_goes() -> None:
     model = WorldModel(
         TBOX, 0, INSTANCES, n_origins=N_ORIGINS, run_time_instances_per_origin=2, keeping=Keeping(waiting_blocks=2)
@@ -191,9 +158,6 @@ def test_of_too_many_that_wait_the_oldest_goes() -> None:
     assert model.digest() == {(0, 0): (0, 0), (2, 0): (1, 0)}
     with pytest.raises(FactError, match="waiting_blocks is 0; allowed: 1 or more"):
         WorldModel(TBOX, 0, INSTANCES, n_origins=N_ORIGINS, keeping=Keeping(waiting_blocks=0))
-
-
-# Epochs ----------------------------------------------------------------------------------------------
 
 
 # Classes with two parents ----------------------------------------------------------------------------

@@ -77,20 +77,6 @@ def test_all_answers_but_old_values_stay(blocks, then, attribute, tick, banned) 
     assert answers(pruned) == answers(model)
 
 
-def gone_from(model: WorldModel) -> list[tuple[int, int, int]]:
-    """Items that have arrived and are held no longer."""
-    return [guid for guid, block in model.items() if block is None]
-
-
-def test_an_item_goes_as_a_whole_or_not_at_all() -> None:
-    model = fleet_model()
-    merge(model, [block(1, n, n, (ECHO, LOCATION, (float(n), 0.0)), (ECHO, CLASSIFICATION, n)) for n in range(2)])
-    assert prune(model, OBJECT, LOCATION, before_s=9.0) == 0
-    merge(model, [block(1, 2, 0, (ECHO, LOCATION, (5.0, 0.0)), (ECHO, LOCATION, (6.0, 0.0)))])
-    assert prune(model, OBJECT, LOCATION, before_s=9.0) == 1
-    assert gone_from(model) == [(1, 0, 2)]
-
-
 def test_only_the_instances_of_the_class_are_pruned() -> None:
     model = fleet_model()
     merge(model, [block(1, n, n, (ECHO, LOCATION, (float(n), 0.0))) for n in range(3)])

@@ -168,19 +168,6 @@ def test_what_rested_on_a_value_goes_with_it(tbox: TBox) -> None:
     assert not model.class_mask(2) >> tbox.class_named("Surveyor").uid & 1  # the checks ask for what is told
 
 
-def test_two_do_not_hold_up_each_other(tbox: TBox) -> None:
-    """Vehicles that are part of one another share what they carry, and lose it together."""
-    model = fleet(tbox)
-    record(model, 3, "type", tbox.class_named("Sonar").uid, 1.0)
-    record(model, 0, "partOf", 1, 2.0)
-    record(model, 1, "partOf", 0, 3.0)
-    record(model, 3, "carriedBy", 0, 4.0)
-    assert "Surveyor" in names_of(model, 0) & names_of(model, 1)
-    record(model, 3, "carriedBy", 2, 5.0)
-    assert "Surveyor" not in names_of(model, 0) | names_of(model, 1)
-    assert "Surveyor" in names_of(model, 2)
-
-
 def test_common_facts_hold_side_by_side_and_are_never_told(tbox: TBox) -> None:
     has_part = tbox.attribute_named("hasPart").uid
     model = fleet(tbox, [PropertyValue(0, has_part, 3), PropertyValue(0, has_part, 4)])

@@ -77,15 +77,6 @@ def test_a_graph_that_nobody_said_anything_in_is_empty() -> None:
     assert query(model, "SELECT ?f { GRAPH ?by { ?f a sit:PropertyValue } }")[1]
 
 
-def test_no_more_rows_are_made_than_asked_for() -> None:
-    """Of all pairs of triples: there are millions."""
-    model, pairs = fleet_model(), "SELECT * { ?a ?b ?c . ?d ?e ?f }"
-    assert len(query(model, pairs, most_rows=7)[1]) == 7
-    assert len(query({"A": model, "B": model}, pairs, most_rows=7)[1]) == 7
-    few = "SELECT * { ?x rm:batteryFraction ?level }"
-    assert query(model, few, most_rows=7)[1] == query(model, few)[1]
-
-
 @pytest.mark.parametrize(
     "asked",
     [

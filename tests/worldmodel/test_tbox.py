@@ -3,28 +3,12 @@ from dataclasses import FrozenInstanceError
 from pathlib import Path
 
 import pytest
-from small_fleet import AREA, AREAS, ASV, AUV, LENGTH, OBJECT, TBOX, WRECK, WRECKS, class_uid
+from small_fleet import AREAS, LENGTH, TBOX, WRECK, WRECKS
 
 from worldmodel import OntologyError, UnknownNameError, core_ontology_paths, ontology_path, read_tbox
 from worldmodel.ontology import graph_of
 
 CORE = read_tbox(*core_ontology_paths())
-
-
-def test_hierarchy_and_disjointness() -> None:
-    vehicle, thing = class_uid("Vehicle"), class_uid("Thing")
-    assert TBOX.is_a(AUV, vehicle)
-    assert TBOX.is_a(AUV, AUV)
-    assert TBOX.is_a(WRECK, thing)
-    assert not TBOX.is_a(vehicle, AUV)
-    assert TBOX.are_disjoint(AUV, ASV)
-    assert TBOX.are_disjoint(WRECK, AUV)  # from ObjectOfInterest and Vehicle
-    assert TBOX.are_disjoint(AUV, WRECK)
-    assert not TBOX.are_disjoint(WRECK, OBJECT)
-    assert not TBOX.are_disjoint(WRECK, class_uid("Amphora"))
-    assert set(TBOX.subclasses(vehicle)) > {vehicle, class_uid("UnderwaterVehicle"), AUV, ASV}
-    assert set(TBOX.subclasses(class_uid("Wreck"))) == {WRECK, *map(class_uid, ("Shipwreck", "AircraftWreck"))}
-    assert TBOX.ancestor_mask(AREA) == sum(1 << c for c in (AREA, class_uid("Job"), class_uid("Task"), thing))
 
 
 def test_a_users_file_extends_the_core() -> None:

@@ -16,7 +16,6 @@ from worldmodel import (
     read_tbox,
 )
 from worldmodel.facts import FaultCode
-from worldmodel.fusion import fused
 from worldmodel.ontology.fields import bytes_of, decoded_text
 from worldmodel.rdf.terms import term_of
 from worldmodel.valuetext import from_text, stored_as_text
@@ -87,20 +86,3 @@ def test_what_is_no_such_text_is_refused_by_name(value: object, code: FaultCode,
     (fault,) = merge(model_of(1), [block]).faults
     assert fault.code is code
     assert says in fault.detail
-
-
-def test_texts_are_weighed_and_concluded_from() -> None:
-    note = TBOX.attribute_named("note").uid
-    fleet = [model_of(owner) for owner in range(3)]
-    said = [("in tow", 0.6), ("adrift", 0.8), ("in tow", 0.7)]
-    blocks = [
-        one.record([(0, note, text, p)], now_s=float(at)).block
-        for at, (one, (text, p)) in enumerate(zip(fleet, said, strict=True))
-    ]
-    merge(fleet[0], blocks[1:])
-    estimate = fused(TBOX.attributes[note], fleet[0].history(0, note))
-    assert estimate.value == "in tow"  # (1 - p) / 2 for each of two other texts, one of them that nobody named
-    said_so, other, neither = 0.6 * 0.1 * 0.7, 0.2 * 0.8 * 0.15, 0.2 * 0.1 * 0.15
-    assert estimate.uncertainty == pytest.approx(said_so / (said_so + other + neither))
-    towed = TBOX.class_named("Towed").uid
-    assert [one.uid for one in fleet[0].instances_of(towed)] == [0]  # the latest says so

@@ -26,7 +26,7 @@ from small_fleet import (
     fleet_model,
 )
 
-from worldmodel import TYPE_UID, QueryError, WorldModel, merge
+from worldmodel import TYPE_UID, QueryError, merge
 from worldmodel.ontology import graph_of
 from worldmodel.ontology.annotations import RM
 from worldmodel.ontology.compiler import SIT
@@ -34,11 +34,6 @@ from worldmodel.ontology.fields import Field
 from worldmodel.rdf.sparql import query
 from worldmodel.rdf.terms import RUN, instance_iri, term_of
 from worldmodel.rdf.triples import as_graph
-
-
-def facts_of(model: WorldModel) -> set[tuple[Node, Node, Node]]:
-    """The triples of a graph that are not from the ontology files."""
-    return set(as_graph(model)) - set(graph_of(model.tbox))
 
 
 def facts_in(graph: Graph) -> list[Node]:
