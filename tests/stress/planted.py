@@ -28,7 +28,6 @@ from remoras.functional.sensing import Sensing
 from remoras.motion import Motion
 from remoras.motion.separation import Separation
 from remoras.social import consultation
-from remoras.social.layer import SocialLayer
 from worldmodel.facts import Merged
 from worldmodel.store import Store
 
@@ -51,7 +50,7 @@ class Planted(NamedTuple):
     once: str = ""
 
 
-REAL_MERGE, REAL_EMBODY, REAL_WORLD_MODEL = radio.merge, vehicle.embody, assembly.world_model
+REAL_MERGE, REAL_WORLD_MODEL = radio.merge, assembly.world_model
 REAL_MOVE = motion._move
 
 
@@ -157,10 +156,6 @@ def see_nobody(patch: Patch) -> None:
     patch.setattr(Separation, "look", lambda self: {})
 
 
-def claim_nothing(patch: Patch) -> None:
-    patch.setattr(SocialLayer, "claims", lambda self: [])
-
-
 def wait_for_who_is_elsewhere(patch: Patch) -> None:
     patch.setattr(Meeting, "is_overdue", lambda self, *rest: False)
 
@@ -209,7 +204,6 @@ PLANTS = (
     Planted("follows", count_what_the_first_uses_alone),
     Planted("newest", let_the_older_of_two_count),
     Planted("separation", see_nobody),
-    Planted("finishes", claim_nothing, frozenset({"lost"})),
     Planted("ends", never_meet),
     Planted("follows", map_with_dead_sensors, once="dead-sensor-maps"),
     Planted("finishes", wait_for_who_is_elsewhere, once="meeting-waits-for-a-lie"),

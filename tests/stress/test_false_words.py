@@ -11,13 +11,6 @@ from missions.mapping import mission
 from missions.runs.setup import resolved
 from remoras.work import Work
 
-TALKING = (
-    "remoras", "contract-net", "status-broadcast",
-    *(
-        pytest.param(one, marks=pytest.mark.thorough)
-        for one in ("remoras-planned", "central", "plan-and-dispatch", "cbba", "rendezvous-sync", "oracle")
-    ),
-)  # fmt: skip
 LIES = (
     StressFault(kind="forged-done", vehicle="AUV02", at_s=31.0),  # of areas that others are at
     StressFault(kind="forged-done", vehicle="AUV00", at_s=51.0),
@@ -30,7 +23,7 @@ def outcome(strategy: str, *faults: StressFault) -> Outcome:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("strategy", TALKING)
+@pytest.mark.parametrize("strategy", ["remoras", "contract-net", "status-broadcast"])
 def test_what_is_said_to_be_done_and_is_not_is_done_after_all(strategy: str) -> None:
     found = outcome(strategy, *LIES)
     assert found.happened == {"forged-done"}

@@ -25,18 +25,7 @@ def test_there_is_a_plant_for_each_invariant() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "planted",
-    [
-        pytest.param(
-            one,
-            id=f"{one.invariant}-{one.plant.__name__}",
-            marks=pytest.mark.thorough
-            if one.plant.__name__ == "claim_nothing"
-            else (),  # found by late schedules alone
-        )
-        for one in PLANTS
-        if not one.once
-    ],
+    "planted", [pytest.param(one, id=f"{one.invariant}-{one.plant.__name__}") for one in PLANTS if not one.once]
 )
 def test_a_planted_fault_is_named(planted: Planted, monkeypatch: pytest.MonkeyPatch) -> None:
     ground_of(GROUND, APART)  # the run without faults has none planted either

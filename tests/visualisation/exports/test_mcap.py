@@ -77,18 +77,6 @@ def test_schemas_have_the_names_that_foxglove_knows(mcap: Exported) -> None:
     }.items()  # fmt: skip
 
 
-def test_roles_are_texts_that_change_with_the_table(run: Results, mcap: Exported) -> None:
-    """The last text of a vehicle names the roles whose last event in the table is ``active``."""
-    last: dict[str, str] = {}
-    for row in run.table("roles").to_pylist():
-        if row["vehicle"] == "AUV01" and row["event"] != "assigned":
-            last[row["role"]] = row["event"]
-    driving = sorted(role for role, event in last.items() if event == "active")
-    states = [message.data for _, message in by_rosbags(mcap.path)["/auv01/role"]]
-    assert states[0] == "waiting"
-    assert states[-1] == ", ".join(driving)
-
-
 def test_packets_say_who_heard_and_who_lost(run: Results, mcap: Exported) -> None:
     rows = run.table("packets").to_pylist()
     for row, (_, message) in zip(rows, by_mcap(mcap.path)["/packets"], strict=True):

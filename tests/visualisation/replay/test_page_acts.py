@@ -1,7 +1,6 @@
 """The controls of the page act: time, pace, selection, panels, links, files, two runs."""
 
 import math
-import re
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -11,7 +10,7 @@ import numpy as np
 import pytest
 from browsing import Window
 from chromium import opened, seek, written
-from replayed import LOSSY, moments_s, recorded
+from replayed import LOSSY, recorded
 
 from missions.runs.results import Results
 
@@ -253,29 +252,6 @@ def test_vehicles_are_drawn_where_the_tables_have_them_and_crossed_out_while_the
             assert np.allclose(drawn, places, atol=0.05), at_s
             assert [n for n, at in enumerate(places) if any(math.dist(at, one) < 0.05 for one in crossed)] == out
             assert len(crossed) == len(out)
-
-
-PANEL = (
-    "() => [...document.querySelectorAll('.body table tr')].slice(1).map((tr) => [...tr.cells].map((c) => c.innerText))"
-)
-
-
-def test_what_a_vehicle_knows_is_said_as_its_rebuilt_world_model_has_it(window: Window, results: Results) -> None:
-    tracks = {(row["time_s"], row["vehicle"]): row for row in results.table("trajectories").to_pylist()}
-    names = [vehicle.name for vehicle in results.scenario.vehicle]
-    for number, at_s in enumerate(map(round, moments_s(results)[:-1])):
-        name = names[number % len(names)]
-        window.ask("(name) => R.app.select(name)", name)
-        known = results.known(name, at_s)
-        [told] = seek(window, [at_s], PANEL)
-        assert [row[0] for row in told] == [peer for peer in names if peer != name]
-        for peer, _, place, _, roles, _ in told:
-            at_m, row = known.value(peer, "position"), tracks[at_s, peer]
-            off_m = math.inf if at_m is None else math.dist(at_m, (row["x_m"], row["y_m"]))
-            said = re.match(r"(\d+) m", place)
-            assert (math.inf if said is None else float(said[1])) == pytest.approx(off_m, abs=0.6)
-            believed = {one.role for one in known.organisation.assignments if one.vehicle == peer}
-            assert set(roles.split(", ")) == (believed or {"none"}), (at_s, name, peer)
 
 
 @pytest.mark.parametrize("without", [("organisation", "decisions"), ("packets", "items", "decisions", "coverage")])

@@ -9,10 +9,10 @@ import pytest
 from synthetic_runs import FICTIONS, Fiction
 
 from missions.figure import Place
-from visualisation import run_records, style
+from visualisation import run_records
 from visualisation.run_records import PlanTrack, Span, Tenure, VehicleFault
 from visualisation.runs import run_picture
-from visualisation.runs.trajectories import MOST_NAMED, MapContents, _panels
+from visualisation.runs.trajectories import MOST_NAMED
 
 
 def test_kinds_of_places_have_their_symbols_and_their_words(tmp_path: Path) -> None:
@@ -50,22 +50,6 @@ def test_the_panel_of_the_ends_shows_the_ends(tmp_path: Path) -> None:
     for axes in (figure.axes[0], *ends):
         assert sum(line.get_marker() == "s" and len(line.get_xdata()) == 1 for line in axes.get_lines()) == 2
     assert not any(line.get_marker() == "s" and len(line.get_xdata()) == 1 for line in beginning.get_lines())
-
-
-def scene(out: frozenset[str]) -> MapContents:
-    """Two vehicles that end 20 m apart, and a third that ends 600 m from them."""
-    ends = {"A": (1000.0, 1000.0), "B": (1000.0, 1020.0), "C": (400.0, 1000.0)}
-    times = np.array([0.0, 100.0])
-    tracks = {name: PlanTrack(times, np.array([0.0, x_m]), np.array([0.0, y_m])) for name, (x_m, y_m) in ends.items()}
-    looks = {name: style.vehicle_look(number) for number, name in enumerate(tracks)}
-    return MapContents(tracks, looks, {}, {}, [], [], 100.0, out)
-
-
-def test_a_lost_vehicle_is_no_end() -> None:
-    ends = _panels(scene(frozenset({"C"})), None)[-1]
-    assert ends.title == "where the vehicles end"
-    assert ends.frame.size_m == 20.0
-    assert [panel.title for panel in _panels(scene(frozenset()), None)] == ["whole mission, 0 to 100 s"]
 
 
 def test_large_fleets_name_those_that_went_farthest(tmp_path: Path) -> None:

@@ -4,8 +4,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from legibility import check_texts
 from matplotlib.axes import Axes
 from synthetic_sweeps import FEW, SEVEN, Sweep, law, rows_of
@@ -73,23 +71,6 @@ def test_places_far_apart_are_spaced_evenly(tmp_path: Path) -> None:
     axes = chart(rows_of(tmp_path, sweep))
     assert list(axes.get_xticks()) == [0.0, 1.0, 2.0]
     assert [label.get_text() for label in axes.get_xticklabels()] == ["2", "8", "64"]
-
-
-@given(
-    st.lists(st.tuples(st.floats(0.01, 1e4), st.floats(0.0, 1e4), st.floats(0.0, 1e4)), min_size=1, max_size=8),
-    st.booleans(),
-    st.booleans(),
-    st.booleans(),
-)
-def test_no_interval_leaves_its_frame(
-    drawn: list[tuple[float, float, float]], share: bool, log: bool, signed: bool
-) -> None:
-    means = [mean for mean, _, _ in drawn]
-    intervals = [(mean - below, mean + above) for mean, below, above in drawn]
-    log = log and min(low for low, _ in intervals) > 0.0
-    low, high = charts._limits(means, intervals, share and max(means) <= 1.0, log, signed)
-    assert all(low <= one and other <= high for one, other in intervals)
-    assert low < high
 
 
 def test_a_large_spread_has_a_logarithmic_axis(tmp_path: Path) -> None:

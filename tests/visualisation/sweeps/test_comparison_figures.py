@@ -24,7 +24,7 @@ from visualisation import SWEEP_KINDS, style
 from visualisation.output import DrawingError
 from visualisation.sweeps import draw_sweep_figures, ranking, sweep_picture
 from visualisation.sweeps.arrangement import RANKED, arranged, by_kind
-from visualisation.sweeps.comparison import _charts, _file_name, _numbers
+from visualisation.sweeps.comparison import _charts, _numbers
 
 CHARTS = by_kind(METRICS)
 DRAWN = ("mission-time", "success-rate", "coverage", "double-work", "bytes", "energy", "latency", "consistency-time")
@@ -306,13 +306,6 @@ def test_a_figure_in_memory_is_the_one_that_is_written(tmp_path: Path, seven: Sw
     assert size == pytest.approx([side_in * dpi for side_in in drawn.figure.get_size_inches()], abs=1)
     with pytest.raises(DrawingError, match="has 7 of it"):
         sweep_picture(combinations(7).write(tmp_path / "grown"), "bytes")
-
-
-def test_names_of_files_are_safe_and_differ() -> None:
-    taken: set[str] = set()
-    names = [_file_name("bytes", title, taken) for title in ("a/b = 1", "a b = 1", "", "x" * 300)]
-    assert names[:3] == ["bytes-a-b=1", "bytes-a-b=1-2", "bytes"]
-    assert len(names[3]) < 100
 
 
 def depth_law(*what: object) -> dict[str, object]:
