@@ -193,6 +193,17 @@ def test_any_rows_of_any_table_are_in_memory_what_they_are_on_disk(finished: Run
         alike(MemoryResults(mine), Results.read(Path(made) / "out"))
 
 
+@pytest.mark.parametrize("n_rows", [1_001, 20_000])
+def test_a_long_table_is_written_to_its_last_row(finished: Run, tmp_path: Path, n_rows: int) -> None:
+    """Tables of whole missions have ten thousands of rows; those of the pond and of drawn tables are short."""
+    recorder = Recorder([OWN])
+    recorder.trajectories.append(finished.recorder.trajectories[-1])  # the energy of the summary is from its last rows
+    recorder.rows("own").extend((float(row), "AUV00", 1.0, 0.5, row, [], 4.0) for row in range(n_rows))
+    write_results(replace(finished, recorder=recorder), tmp_path / "out")
+    read = Results.read(tmp_path / "out").table("own")
+    assert read.column("n").to_pylist() == list(range(n_rows))
+
+
 # Nothing is lost ----------------------------------------------------------------------------------
 
 
