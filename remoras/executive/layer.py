@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import NamedTuple
 
-from remoras.activities import ActivityKind, ActivitySet, ActivityType, WeighedSet
+from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, WeighedSet
 from remoras.behaviours import Perception
 from remoras.executive.decision import Choice
 from remoras.executive.satisfaction import (
@@ -90,6 +90,7 @@ class ExecutiveLayer:
         self._choice = Choice(())
         self._role_of: list[RoleKey | None] = []
         self._effective: list[tuple[int, RoleKey | None, float, bool]] = []  # index, role, importance, is collective
+        self._called_as: list[list[RoleKey]] = []  # by set: own roles of its group with the same activities
         self._is_own: list[bool] = []
         self._providers: dict[int, list[int]] = {}  # by set with a need: the sets that provide it
         self._heard: dict[RoleKey, dict[tuple[str, str], HeardSignal]] = {}
@@ -118,6 +119,14 @@ class ExecutiveLayer:
             (index, role, activities.importance, activities.kind is ActivityKind.COLLECTIVE)
             for index, (activities, role) in enumerate(zip(sets, self._role_of, strict=True))
             if activities.effective
+        ]
+        roles_with: dict[tuple[str, tuple[Activity, ...]], list[RoleKey]] = {}
+        for role, activities in zip(self._role_of, sets, strict=True):
+            if role is not None:
+                roles_with.setdefault((role[0], activities.activities), []).append(role)
+        self._called_as = [
+            [] if role is None else roles_with[role[0], activities.activities]
+            for role, activities in zip(self._role_of, sets, strict=True)
         ]
         self._is_own = [s.kind is ActivityKind.INDIVIDUAL and s.objective is not None for s in sets]
         self._providers = {
@@ -214,8 +223,12 @@ class ExecutiveLayer:
                 motivations[index] = external[index] = 0.0
                 continue
             heeded = 0.0
-            if calls and role in calls and listens:
-                heeded = answered(calls[role], perceptions[index].settled, own)
+            if (
+                calls
+                and listens
+                and (strength := max([calls.get(of, 0.0) for of in self._called_as[index]], default=0.0)) > 0
+            ):
+                heeded = answered(strength, perceptions[index].settled, own)
             if waits and listens and perceptions[index].ends is not None:
                 heeded = self._ended(index, role, perceptions[index], waits, own)
             satisfaction = None if role is None or index not in performed else self.satisfaction[role]
@@ -302,15 +315,20 @@ class ExecutiveLayer:
 
     def _caller(self, index: int, now_s: float) -> Call | None:
         """Return the signal that moves a set: of a waiting vehicle, or the strongest without a job."""
-        role = self._role_of[index]
-        if index in self._ending or role is None:
-            return self._ending.get(index)
-        signals = self._heard[role]
-        idle = [emitter for emitter in signals if (role[0], emitter[1]) not in self._working]
-        loudest = max(
-            idle, key=lambda emitter: call(signals[emitter].value, now_s - signals[emitter].heard_s, self._constants)
-        )
-        return role, *loudest
+        if index in self._ending:
+            return self._ending[index]
+        calls = [
+            (role, *emitter)
+            for role in self._called_as[index]
+            for emitter in self._heard.get(role, ())
+            if (role[0], emitter[1]) not in self._working
+        ]
+        return max(calls, key=lambda key: self._strength(key, now_s), default=None)
+
+    def _strength(self, key: Call, now_s: float) -> float:
+        """Return the strength 0..1 of a received signal now."""
+        signal = self._heard[key[0]][key[1:]]
+        return call(signal.value, now_s - signal.heard_s, self._constants)
 
     def _louder_waits(self, now_s: float) -> list[tuple[Call, float]]:
         """Return calls of job holders that exceed the own call in such a role, with strength 0..1.
@@ -348,10 +366,8 @@ class ExecutiveLayer:
     def _strongest_calls(self, now_s: float) -> dict[RoleKey, float]:
         """Return the strongest call 0..1 on each role; roles without calls are missing."""
         strongest: dict[RoleKey, float] = {}
-        for role, emitter, emitter_role in self._calling:
-            signal = self._heard[role][emitter, emitter_role]
-            strength = call(signal.value, now_s - signal.heard_s, self._constants)
-            strongest[role] = max(strength, strongest.get(role, 0.0))
+        for key in self._calling:
+            strongest[key[0]] = max(self._strength(key, now_s), strongest.get(key[0], 0.0))
         return strongest
 
     def _evolve(self, dt_s: float, advances: Mapping[RoleKey, float]) -> bool:

@@ -17,7 +17,8 @@ Motivation of an activity of role r, from the three sources of the paper::
     + w_continuing * (P_r + 128) / 255                  (2) only while it is being performed in a role
     + w_external * max(0, C_r * answers - own)          (3) only for collective activities
 
-    C_r = max over signals S addressed to r of max(0, -S) / 128 * exp(-age / tau)
+    C_r = max over signals S addressed to r (or to an own role of the group with the same activity)
+          of max(0, -S) / 128 * exp(-age / tau)
     own = max over the individual activities performed of stimulus * max(0, P) / 127
 
 Altruism thus weighs a call against the satisfaction with own work, whose stimulus falls with the remaining work, and by

@@ -225,6 +225,19 @@ def test_who_waits_itself_answers_louder_calls_alone(own: float, heard: int, emi
 # Calls for room -----------------------------------------------------------------------------------
 
 
+def test_calls_on_two_roles_with_one_activity_do_not_alternate_between_them() -> None:
+    """Each role is called in turn, so that the latest call is always on the one that is not performed."""
+    as_cartographer = activity_set(("Homing", ActivityType.GUIDANCE), importance=0.3, role="Cartographer")
+    executive = layer(HOMING, replace(as_cartographer, activities=HOMING.activities))
+    performed = set()
+    for number in range(40):
+        now_s = 10.0 * number
+        executive.hear(ROLES[number % 2], f"AUV0{number % 2}", "Performer", -128, now_s)
+        performed.add(executive.decide([STANDING, STANDING], now_s, 2.0).chosen)
+    assert len(performed) == 1
+    assert executive.candidates(now_s)[0].external == executive.candidates(now_s)[1].external > 0.5
+
+
 def test_signals_say_whose_call_it_is() -> None:
     """Own ones are even and made by who is hindered, odd ones are passed on and weaker by one."""
     executive = ExecutiveLayer(CONSTANTS, "AUV01", (), {PERFORMER: {PERFORMER}})
