@@ -36,9 +36,8 @@ from missions.arrows.belief_map import (
 )
 from missions.arrows.choosing import Choosing, Hearers, Reach, contact_range_m, lawnmower_track
 from missions.arrows.detectors import AcousticSettings, ClassifyingCameraSettings, DetectorSettings, MagneticSettings
-from missions.arrows.metrics import FIGURES, METRICS
 from missions.arrows.scenario import DETECTORS, ArrowsScenario, KindTable
-from missions.arrows.truth import FLEET_MAPS, IDENTIFIED, MAPS, ArrowsTruth
+from missions.arrows.truth import FIGURES, FLEET_MAPS, IDENTIFIED, MAPS, METRICS, ArrowsTruth
 from missions.errors import ConfigurationFault, one_of
 from missions.figure import Declared, Place
 from missions.meeting.job_mission import JobMission
@@ -176,8 +175,7 @@ class ArrowsMission(JobMission):
         """Rally points and the area."""
         (west_m, east_m), (south_m, north_m) = self.scenario.search.x_m, self.scenario.search.y_m
         outline_m = (west_m, south_m), (east_m, south_m), (east_m, north_m), (west_m, north_m)
-        points = [Place(name, "rally point", (at_m,)) for name, at_m in self._rally_points_m.items()]
-        return [*points, Place(AREA, "search area", outline_m)]
+        return [*self.rally_places, Place(AREA, "search area", outline_m)]
 
     @property
     def instances_found_per_vehicle(self) -> int:
@@ -308,10 +306,6 @@ class ArrowsMission(JobMission):
         n, number = len(self.searchers), self.searchers.index(data.name)
         width_m = (east_m - west_m) / n
         return lawnmower_track(west_m + number * width_m, south_m, west_m + (number + 1) * width_m, north_m, apart_m)
-
-    def behaviour_at(self, job: Job, data: VehicleData) -> Behaviour:
-        """Raise ``PlanningError``: the mission has no jobs."""
-        raise PlanningError(f"job {job.name!r} is unknown")
 
     def completion(self, objective: Objective, vehicle: str) -> Finding | None:
         """Return None: the search ends by time, without a report."""

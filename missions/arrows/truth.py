@@ -1,20 +1,42 @@
-"""Ground truth of the mission: found and identified sites, and progress of the maps."""
+"""Ground truth, metrics and figures: found and identified sites, and progress of the maps."""
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_right
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
 
 from exchange.arithmetic import distance
-from missions.arrows.belief_map import CONTACT, SWEPT, Chart, Seafloor, disagreement, divergence
+from missions.arrows.belief_map import (
+    CONTACT,
+    SWEPT,
+    CellGrid,
+    Chart,
+    Seafloor,
+    disagreement,
+    divergence,
+    draw_seafloor,
+    grid_of,
+    prior_of,
+    rates_of,
+)
 from missions.arrows.detectors import CONTACTS, SAME_M, ClassifyingCameraSettings, DetectorSettings
-from missions.arrows.scenario import NOTHING, SITES, ArrowsScenario
+from missions.arrows.scenario import NOTHING, SITES, UNKNOWN, ArrowsScenario
+from missions.figure import Declared, Figure, Layer, Mark, RunResults, Style, draw_counts
 from missions.meeting.meeting import Meeting
 from missions.meeting.truth import JobTruth
+from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 from remoras.mission import FleetView, Milestone
 from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table, Unread
 from remoras.truth import left
 from remoras.work import Point
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 IDENTIFIED = Table("identified", (
     TIME, VEHICLE, Column("anomaly", "str"), Column("identity", "str"), Column("p", "float", "1"),
@@ -120,14 +142,12 @@ class ArrowsTruth(JobTruth):
             self._identified.add(cell)
             self.milestones.append(Milestone(time_s, "site_identified", vehicle))
 
-    def close(self, fleet: FleetView, now_s: float) -> str:
-        """Compute the maps of all times; return the reason of failure."""
+    def reasons(self, fleet: FleetView, now_s: float) -> Iterator[str]:
+        """Compute the maps of all times; yield reasons of failure, with the number of sites."""
         self._note_maps(now_s)
-        reason = super().close(fleet, now_s)
-        if self.goal_fraction >= 1.0:
-            return reason
-        missing = f"{len(self._identified)} of {len(self._sites)} sites identified"
-        return f"{reason}; {missing}" if reason else missing
+        yield from super().reasons(fleet, now_s)
+        if self.goal_fraction < 1.0:
+            yield f"{len(self._identified)} of {len(self._sites)} sites identified"
 
     def _note_maps(self, now_s: float) -> None:
         known = looks_known(self._recorder, self._vehicles)
@@ -147,3 +167,289 @@ class ArrowsTruth(JobTruth):
             fleet_maps.append((at_s, divergence(whole, prior), disagreement(own)))
             for name, shares in zip(self._vehicles, own, strict=True):
                 maps.append((at_s, name, divergence(shares, prior), disagreement([shares, whole])))
+
+
+# Results ----------------------------------------------------------------------------------------
+
+
+SILENCE_S = 60.0
+"""Time without reception after which a vehicle is out of contact."""
+
+
+def search_s_of(run: MeasuredRun) -> float:
+    """Planned end of the search."""
+    return cast(ArrowsScenario, run.scenario).mission.search_s
+
+
+def sites_of(run: MeasuredRun) -> set[int]:
+    """Cells that truly hold a site."""
+    seafloor: Seafloor = run.mission.world(run.seed)
+    return {cell for cell, thing in seafloor.things.items() if thing.name in SITES}
+
+
+def found_at_s(run: MeasuredRun) -> dict[int, float]:
+    """Time of the first detection of each site, by cell."""
+    contacts = reversed(run.recorder.rows(CONTACTS.name))
+    return {cell: time_s for time_s, _, _, cell, kind, _, _ in contacts if kind in SITES}
+
+
+def identified_at_s(run: MeasuredRun) -> dict[int, float]:
+    """Time of the first correct identification of each site, by cell."""
+    seafloor: Seafloor = run.mission.world(run.seed)
+    grid, things, first = seafloor.grid, seafloor.things, dict[int, float]()
+    for time_s, _, _, identity, _, kind, x_m, y_m in run.recorder.rows(IDENTIFIED.name):
+        if identity != kind or kind not in SITES:
+            continue
+        near = (
+            cell for cell in grid.near((x_m, y_m), 2.0 * grid.cell_m) if cell in things and things[cell].name == kind
+        )
+        cell = min(near, key=lambda name: distance(things[name].position_m, (x_m, y_m)), default=None)
+        if cell is not None:
+            first.setdefault(cell, time_s)
+    return first
+
+
+def found_fraction(run: MeasuredRun) -> float | Absent:
+    """Share of the sites detected."""
+    sites = sites_of(run)
+    return len(found_at_s(run)) / len(sites) if sites else NOT_APPLICABLE
+
+
+def identified_fraction(run: MeasuredRun) -> float | Absent:
+    """Share of the sites correctly identified."""
+    sites = sites_of(run)
+    return len(identified_at_s(run)) / len(sites) if sites else NOT_APPLICABLE
+
+
+def mean_s(run: MeasuredRun, at_s: dict[int, float]) -> float | Absent:
+    """Mean time over sites; missing ones count with the end of the search."""
+    sites, until_s = sites_of(run), search_s_of(run)
+    if not sites:
+        return NOT_APPLICABLE
+    return math.fsum(min(until_s, at_s.get(cell, until_s)) for cell in sorted(sites)) / len(sites)
+
+
+def anomalies_mistaken(run: MeasuredRun) -> int:
+    """Number of wrong identifications."""
+    return sum(row[3] not in (row[5], UNKNOWN) for row in run.recorder.rows(IDENTIFIED.name))
+
+
+def looks_at_nothing(run: MeasuredRun) -> int:
+    """Number of false alarms of detectors."""
+    return sum(row[4] == NOTHING for row in run.recorder.rows(CONTACTS.name))
+
+
+def told_bits(run: MeasuredRun) -> float:
+    """Information of all observations: final divergence of the joint map from the prior."""
+    rows = run.recorder.rows(FLEET_MAPS.name)
+    return float(rows[-1][1]) if rows else 0.0
+
+
+def apart_bits(run: MeasuredRun) -> float:
+    """Mean divergence between the vehicles' maps during the search."""
+    until_s = search_s_of(run)
+    apart = [row[2] for row in run.recorder.rows(FLEET_MAPS.name) if row[0] <= until_s]
+    return math.fsum(apart) / len(apart) if apart else 0.0
+
+
+def told_per_km(run: MeasuredRun) -> float | Absent:
+    """Information per kilometre of the searchers' tracks."""
+    mission: Any = run.mission
+    searchers, last, way_m = set(mission.searchers), dict[str, tuple[float, float]](), 0.0
+    for _, vehicle, x_m, y_m, *_ in run.recorder.rows("trajectories"):
+        if vehicle in searchers:
+            if vehicle in last:
+                way_m += distance(last[vehicle], (x_m, y_m))
+            last[vehicle] = x_m, y_m
+    if way_m == 0.0:
+        return NOT_APPLICABLE
+    return 1000.0 * told_bits(run) / float(way_m)
+
+
+def alone_of(run: MeasuredRun) -> dict[str, tuple[float, float]]:
+    """Total and longest time (s) out of contact, up to search end or last transmission."""
+    mission: Any = run.mission
+    heard: dict[str, list[float]] = {name: [0.0] for name in mission.searchers}
+    last_s = dict.fromkeys(heard, 0.0)
+    for row in run.recorder.rows("packets"):
+        if row[2] in heard:
+            last_s[row[2]] = row[8]
+        for vehicle in row[6]:
+            if vehicle in heard:
+                heard[vehicle].append(row[8])
+    found = {}
+    for name, of in heard.items():
+        until_s = min(search_s_of(run), last_s[name])
+        times_s = [*(time_s for time_s in sorted(of) if time_s < until_s), until_s]
+        gaps_s = [after - before for before, after in pairwise(times_s)]
+        alone_s = [gap_s - SILENCE_S for gap_s in gaps_s if gap_s > SILENCE_S]
+        found[name] = math.fsum(alone_s), max(alone_s, default=0.0)
+    return found
+
+
+def alone_fraction(run: MeasuredRun) -> float | Absent:
+    """Mean share of the search in which a searcher was out of contact."""
+    of, until_s = alone_of(run), min(search_s_of(run), run.end_s)
+    return math.fsum(whole_s for whole_s, _ in of.values()) / (len(of) * until_s) if of and until_s else NOT_APPLICABLE
+
+
+def longest_alone_s(run: MeasuredRun) -> float | Absent:
+    """Longest time of a searcher out of contact."""
+    return max((longest_s for _, longest_s in alone_of(run).values()), default=0.0)
+
+
+METRICS = (
+    Metric("found_fraction", "", Better.HIGHER, "share of sites found", found_fraction, headline=True),
+    Metric("identified_fraction", "", Better.HIGHER, "share of sites identified", identified_fraction, headline=True),
+    Metric(
+        "mean_found_s", "s", Better.LOWER, "mean time of finding a site", lambda run: mean_s(run, found_at_s(run)),
+        headline=True, note="Sites that were not found count with the end of the search.",
+    ),
+    Metric(
+        "mean_identified_s", "s", Better.LOWER, "mean time of identifying a site",
+        lambda run: mean_s(run, identified_at_s(run)), headline=True,
+        note="Sites that were not identified count with the end of the search.",
+    ),
+    Metric("n_mistaken", "", Better.LOWER, "anomalies mistaken", anomalies_mistaken),
+    Metric("n_false_alarms", "", Better.NEITHER, "false alarms", looks_at_nothing),
+    Metric("told_bits", "bit", Better.HIGHER, "information gained", told_bits),
+    Metric("told_per_km", "bit/km", Better.HIGHER, "information gained per way", told_per_km, headline=True),
+    Metric("apart_bits", "bit", Better.LOWER, "divergence of maps", apart_bits, headline=True),
+    Metric("alone_fraction", "", Better.LOWER, "share of time out of contact", alone_fraction, headline=True),
+    Metric("longest_alone_s", "s", Better.LOWER, "longest time out of contact", longest_alone_s),
+)  # fmt: skip
+"""Metrics of the mission, in summary order."""
+
+
+LEVELS = (0.005, 0.02, 0.1, 0.5)
+"""Probabilities at which the shade of a map changes."""
+
+
+def _until_s(results: RunResults) -> float:
+    return max((row["time_s"] for row in results.rows(MAPS.name)), default=0.0)
+
+
+def draw_sites(axes: Axes, results: RunResults, style: Style) -> str:
+    """Draw sites found and identified, and other anomalies explained, over time."""
+    end_s = _until_s(results)
+    contacts = reversed(results.rows(CONTACTS.name))
+    found = {row["cell"]: row["time_s"] for row in contacts if row["kind"] in SITES}
+    right = [row for row in results.rows(IDENTIFIED.name) if row["identity"] == row["kind"]]
+    sites, others = ([row["time_s"] for row in right if (row["kind"] in SITES) is is_site] for is_site in (True, False))
+    curves = (
+        ("sites found", found.values(), "-", style.black),
+        ("sites identified", sites, "--", style.black),
+        ("others explained", others, ":", style.grey),
+    )
+    draw_counts(axes, style, end_s, curves, "number")
+    return "A site is found when a detector first takes notice of it, identified when it is taken for what it is."
+
+
+def _draw_of_maps(axes: Axes, results: RunResults, style: Style, column: str, label: str) -> None:
+    """Draw a column of the table ``maps`` over time, a line per vehicle."""
+    rows = results.rows(MAPS.name)
+    for vehicle, look in style.looks.items():
+        own = [row for row in rows if row["vehicle"] == vehicle]
+        axes.plot([row["time_s"] for row in own], [row[column] for row in own], color=look.colour,
+                  marker=look.marker, markevery=5, markersize=4, linewidth=1.0, label=vehicle)  # fmt: skip
+    axes.set_xlabel(style.axis("time", "s"))
+    axes.set_ylabel(style.axis(label, "bit"))
+
+
+def draw_told(axes: Axes, results: RunResults, style: Style) -> str:
+    """Draw the information known to each vehicle, and that of all observations."""
+    _draw_of_maps(axes, results, style, "told_bits", "information")
+    whole = results.rows(FLEET_MAPS.name)
+    axes.plot([row["time_s"] for row in whole], [row["told_bits"] for row in whole], color=style.black, linewidth=1.5,
+              linestyle="--", label="all looks")  # fmt: skip
+    return (
+        "Information: divergence of a map from the prior. A vehicle below the dashed line has not heard of all looks."
+    )
+
+
+def draw_maps(axes: Axes, results: RunResults, style: Style) -> str:
+    """Draw site probabilities by all observations, with tracks, detections and true sites."""
+    from matplotlib.colors import ListedColormap
+
+    scenario = ArrowsScenario.model_validate(results.scenario_tables)
+    grid, prior, rates = grid_of(scenario), prior_of(scenario), rates_of(scenario)
+    chart = Chart(grid, prior, rates, scenario.names)
+    for row in results.rows("items"):
+        if row["attribute"] in (SWEPT, CONTACT):
+            chart.add(row["attribute"], (int(float(row["value"])),))
+    shape, extent = (grid.n_rows, grid.n_columns), _extent_m(grid)
+    colours = [style.tint(style.black, 0.8 * n / len(LEVELS)) for n in range(len(LEVELS) + 1)]
+    shares = chart.sites(chart.shares)
+    tones = np.searchsorted(LEVELS, shares, side="right").reshape(shape)
+    axes.imshow(tones, cmap=ListedColormap(colours), vmin=-0.5, vmax=len(LEVELS) + 0.5, origin="lower", extent=extent)
+    for level, colour in zip(LEVELS, colours[1:], strict=True):
+        axes.plot([], [], marker="s", markersize=6, linestyle="none", color=colour, label=f"probability ≥ {level:g}")
+    _draw_ways(axes, results, style)
+    things = draw_seafloor(grid, prior, scenario, rates, int(results.summary["seed"])).things
+    contacts = results.rows(CONTACTS.name)
+    found, sites = {row["cell"] for row in contacts}, {cell for cell, one in things.items() if one.name in SITES}
+    for label, cells, fill in (
+        ("site, detected", sites & found, style.black),
+        ("site, not detected", sites - found, "none"),
+    ):
+        at_m = [things[cell].position_m for cell in sorted(cells)]
+        axes.plot([x_m for x_m, _ in at_m], [y_m for _, y_m in at_m], marker="D", markersize=5, linestyle="none",
+                  color=style.black, markerfacecolor=fill, label=label, zorder=5, clip_on=False)  # fmt: skip
+    axes.plot([row["x_m"] for row in contacts], [row["y_m"] for row in contacts], marker="x", markersize=3.5,
+              linestyle="none", color=style.grey, label="contact", zorder=4)  # fmt: skip
+    axes.set_aspect("equal")
+    axes.set_xlabel(style.axis("east", "m"))
+    axes.set_ylabel(style.axis("north", "m"))
+    share = f"{math.fsum(shares):.1f} sites expected by the map, {len(sites)} there, {len(sites & found)} detected."
+    return f"Shade: probability that a cell holds a site, by all looks of all vehicles. {share}"
+
+
+def _extent_m(grid: CellGrid) -> tuple[float, float, float, float]:
+    east_m, north_m = grid.west_m + grid.n_columns * grid.cell_m, grid.south_m + grid.n_rows * grid.cell_m
+    return grid.west_m, east_m, grid.south_m, north_m
+
+
+def _draw_ways(axes: Axes, results: RunResults, style: Style) -> None:
+    rows = results.rows("trajectories")
+    for vehicle, look in style.looks.items():
+        way_m = [(row["x_m"], row["y_m"]) for row in rows if row["vehicle"] == vehicle]
+        if len(set(way_m)) > 1:
+            east_m, north_m = zip(*way_m, strict=True)
+            axes.plot(east_m, north_m, color=look.colour, linewidth=0.7, label=vehicle, zorder=3)
+
+
+def draw_apart(axes: Axes, results: RunResults, style: Style) -> str:
+    """Draw the divergence of each vehicle's map from the joint map."""
+    _draw_of_maps(axes, results, style, "missing_bits", "divergence")
+    return "Divergence of Jensen and Shannon, summed over cells; it falls where a vehicle hears what it has missed."
+
+
+def draw_anomalies(axes: Axes, results: RunResults, style: Style) -> str:
+    """Draw detections by their true content, and historic finds."""
+    scenario = results.scenario_tables
+    historic = [find["position_m"] for find in scenario.get("historic_find", [])]
+    if historic:
+        east_m, north_m = zip(*historic, strict=True)
+        axes.scatter(east_m, north_m, marker="+", s=20, color=style.grey, linewidths=0.8, label="historic find")
+    rows = results.rows(CONTACTS.name)
+    kinds = (("site", "D", SITES), ("rock", "s", ("rock",)), ("false alarm", "x", (NOTHING,)))
+    for label, marker, of in kinds:
+        at = [(row["x_m"], row["y_m"]) for row in rows if row["kind"] in of]
+        if at:
+            east_m, north_m = zip(*at, strict=True)
+            axes.plot(east_m, north_m, marker=marker, markersize=4, markerfacecolor="none", markeredgewidth=0.8,
+                      color=style.black, linestyle="none", label=label, zorder=5)  # fmt: skip
+    n_sites = len({row["cell"] for row in rows if row["kind"] in SITES})
+    return f"n = {len(rows)} contacts, at {n_sites} sites."
+
+
+FIGURES: tuple[Declared, ...] = (
+    Figure("sites", "Sites found and identified over mission time", draw_sites, needs=(CONTACTS.name, IDENTIFIED.name)),
+    Figure("told", "What the maps of the vehicles have been told", draw_told, needs=(MAPS.name, FLEET_MAPS.name)),
+    Figure("maps", "Where sites are likely after all looks", draw_maps, needs=("items", "trajectories", CONTACTS.name)),
+    Figure("apart", "What the map of each vehicle misses", draw_apart, needs=(MAPS.name,)),
+    Layer("anomalies", draw_anomalies, needs=(CONTACTS.name,)),
+    Mark("site_found", "site found"),
+    Mark("site_identified", "site identified"),
+)
+"""Figures of the mission."""

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
 
@@ -25,7 +25,7 @@ from pydantic import Field
 from exchange.arithmetic import distance, sincos
 from exchange.channel import loss
 from missions.fieldwork.helping import NEWS_FRAMES, Help, HelpAwaited
-from missions.meeting.job_mission import DONE_BY, THERE_M, AnyonesJob, Stay
+from missions.meeting.job_mission import DONE_BY, THERE_M, AnyonesJob, ReportedJob, Stay, StayJob
 from remoras.behaviours import (
     ADVANCING,
     BEYOND_IT,
@@ -39,7 +39,6 @@ from remoras.behaviours import (
     attracted,
     distance_m,
 )
-from remoras.beliefs import Known
 from remoras.database import VehicleData
 from remoras.motion import Motion
 from remoras.picture import Picture
@@ -48,34 +47,8 @@ from remoras.work import Outlook, Point
 
 
 @dataclass(frozen=True)
-class SiteSurvey(AnyonesJob):
-    """A site: a ``remoras.work.Job`` with dwell ``stay_s``."""
-
-    place_m: Point
-    stay_s: float
-
-    def after(self, outlook: Outlook, data: VehicleData) -> Outlook:
-        """Return the outlook after the survey."""
-        return outlook.stayed(self.place_m, self.stay_s, data)
-
-
-class SurveyingSite(Behaviour):
-    """Survey of a site by a dwell, which restarts after an interruption."""
-
-    def __init__(self, site: SiteSurvey, data: VehicleData) -> None:
-        self._site = site
-        self._stay = Stay(data)
-
-    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Pending until the dwell ends, nearest first; progresses on the way and on site."""
-        if picture.facts.get(self._site.done) is not None:
-            return DONE
-        to_go_m = distance_m(motion, self._site.place_m)
-        return self._stay.perceive(to_go_m, self._site.stay_s, picture.body.now_s, performed)
-
-    def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """Head for the site in transit; hold there."""
-        return self._stay.reference(self._site.place_m, motion)
+class SiteSurvey(StayJob):
+    """A site: a ``remoras.work.Job``."""
 
 
 @dataclass(frozen=True)
@@ -297,46 +270,27 @@ SEEN_SHARE = 0.9
 """Largest distance, as share of the shortest sonar range: a survey detects every object."""
 
 
-@dataclass(frozen=True)
-class Lift(AnyonesJob):
-    """Lift of an object: a ``remoras.work.DivisibleJob`` that exists once its place is reported.
+@dataclass(frozen=True, kw_only=True)
+class Lift(ReportedJob):
+    """Lift of an object: it takes ``stay_s`` once all ``n_vehicles`` are present.
 
-    Attributes:
-        lift_s: duration once all ``n_vehicles`` are present.
-        length_m: distance between neighbouring ends.
-        place_m: middle of the object; the origin before it is known.
-        resumed: False: a successor restarts it.
+    ``length_m`` is the distance between neighbouring ends, ``place_m`` the middle of the object.
     """
 
-    lift_s: float
+    placed_by = LYING_AT
+
     n_vehicles: int
     length_m: float
-    place_m: Point = (0.0, 0.0)
-    share_left: float = 1.0
-    resumed: ClassVar[bool] = False
 
     @property
     def n_helpers(self) -> int:
         """Vehicles needed besides the holder."""
         return self.n_vehicles - 1
 
-    def left(self, facts: Known) -> Lift | None:
-        """Return the job at the reported place; None before any report."""
-        place_m = facts.get((LYING_AT, self.name))
-        if place_m is None:
-            return None
-        return replace(self, place_m=place_m, share_left=1.0 if facts.get(self.done) is None else 0.0)
-
-    def after(self, outlook: Outlook, data: VehicleData) -> Outlook:
-        """Return the outlook after the lift, with the others present."""
-        if self.share_left == 0.0:
-            return outlook
-        return outlook.stayed(self.place_m, self.lift_s, data)
-
     def ends_m(self, middle_m: Point) -> tuple[Point, ...]:
         """Return the ends of the object for a given middle.
 
-        >>> Lift("lift 1", 60.0, 2, 10.0).ends_m((100.0, 50.0))
+        >>> Lift("lift 1", 60.0, n_vehicles=2, length_m=10.0).ends_m((100.0, 50.0))
         ((105.0, 50.0), (95.0, 50.0))
         """
         if self.n_vehicles == 1:
@@ -435,7 +389,7 @@ class Lifting(Behaviour):
             self._stay.begin_anew()
             return self._wait.perceived(picture.body.now_s)
         self._wait.is_over()
-        return self._stay.perceive(to_go_m, self._lift.lift_s, picture.body.now_s, performed)
+        return self._stay.perceive(to_go_m, self._lift.stay_s, picture.body.now_s, performed)
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """Head for an end in transit; hold there."""

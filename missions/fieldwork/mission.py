@@ -45,7 +45,6 @@ from missions.fieldwork.jobs import (
     SiteSurvey,
     SonarSettings,
     SurveyingLine,
-    SurveyingSite,
     SurveyLine,
     laid_out,
 )
@@ -237,9 +236,8 @@ class FieldworkMission(JobMission):
     @property
     def places(self) -> Sequence[Place]:
         """Rally points and the ends of jobs."""
-        points = [Place(point.name, "rally point", (point.position_m,)) for point in self.scenario.rally_point]
         shown = [(SHOWN.get(type(job), ""), job) for job in self.jobs.values()]
-        return [*points, *(Place(job.name, kind, _ends_m(job)) for kind, job in shown if kind)]
+        return [*self.rally_places, *(Place(job.name, kind, _ends_m(job)) for kind, job in shown if kind)]
 
 
 def _ends_m(job: Job) -> tuple[Point, ...]:
@@ -287,7 +285,9 @@ class RecoveryMission(FieldworkMission, HelpMission):
     def jobs_of(self, scenario: RecoveryScenario) -> Iterable[Job]:
         """Site surveys and lifts."""
         of = scenario.lifts
-        lifts = [Lift(name, of.lift_s, of.vehicles, of.length_m) for name in numbered("lift", of.number)]
+        lifts = [
+            Lift(name, of.lift_s, n_vehicles=of.vehicles, length_m=of.length_m) for name in numbered("lift", of.number)
+        ]
         return [*_surveys(scenario), *lifts]
 
     def world(self, seed: int) -> SeaField:
@@ -309,10 +309,9 @@ class RecoveryMission(FieldworkMission, HelpMission):
         return Helping(job, help, data, self.scenario.mission.wait_s)
 
     def behaviour_at(self, job: Any, data: VehicleData) -> Behaviour:
-        """Create the behaviour for a site or a lift."""
-        if isinstance(job, SiteSurvey):
-            return SurveyingSite(job, data)
-        return Lifting(job, data, self.scenario.mission.wait_s)
+        """Create the behaviour for a lift, or a dwell at a site."""
+        wait_s = self.scenario.mission.wait_s
+        return Lifting(job, data, wait_s) if isinstance(job, Lift) else super().behaviour_at(job, data)
 
 
 class FerryMission(FieldworkMission):
@@ -494,6 +493,6 @@ class ResupplyMission(FieldworkMission, HelpMission):
     def behaviour_at(self, job: Any, data: VehicleData) -> Behaviour:
         """Create the behaviour for a site or a drill site."""
         if not isinstance(job, Boring):
-            return SurveyingSite(job, data)
+            return super().behaviour_at(job, data)
         others = {name for name, one in self.all_of(Boring).items() if one.drill == job.drill and name != job.name}
         return Drilling(job, others, self.scenario.mission.wait_s, data)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -96,16 +96,16 @@ class LiftTruth(FieldTruth):
                 self.note_wait(there[0], name, now_s)
             if len(set(there)) < len(self._ends[name]):
                 self._since_s.pop(name, None)
-            elif now_s - self._since_s.setdefault(name, now_s) >= self._lifts[name].lift_s:
+            elif now_s - self._since_s.setdefault(name, now_s) >= self._lifts[name].stay_s:
                 self.note_end(there[0], name, LIFTED, now_s)
                 self.note(there[0], name, now_s)
 
-    def close(self, fleet: FleetView, now_s: float) -> str:
-        """Return the reason of failure, with undetected objects."""
+    def reasons(self, fleet: FleetView, now_s: float) -> Iterator[str]:
+        """Yield reasons of failure, with undetected objects."""
+        yield from super().reasons(fleet, now_s)
         found = {subject for _, _, _, _, subject, attribute, *_ in self._items if attribute == LYING_AT}
-        hidden = ", ".join(name for name in self._open if name not in found)
-        reason = super().close(fleet, now_s)
-        return "; ".join(text for text in (reason, f"nobody knows where they lie: {hidden}" if hidden else "") if text)
+        if hidden := ", ".join(name for name in self._open if name not in found):
+            yield f"nobody knows where they lie: {hidden}"
 
 
 class EscortTruth(FieldTruth):
@@ -214,14 +214,14 @@ class EnergyTruth(FieldTruth):
             elif event[3] in (CAME, BORED):
                 self._halted_s.pop(event[2], None)
 
-    def close(self, fleet: FleetView, now_s: float) -> str:
-        """Return the reason of failure, with drill sites without energy."""
+    def reasons(self, fleet: FleetView, now_s: float) -> Iterator[str]:
+        """Record open transfers; yield reasons of failure, with drill sites without energy."""
         for key in list(self._energies.passing):
             self._energies.note_left(key, now_s)
         self._note_events()
-        reason = super().close(fleet, now_s)
-        halted = ", ".join(f"{hole} since {at_s:.0f} s" for hole, at_s in self._halted_s.items() if hole in self._open)
-        return "; ".join(text for text in (reason, f"without energy: {halted}" if halted else "") if text)
+        yield from super().reasons(fleet, now_s)
+        if left := [f"{hole} since {at_s:.0f} s" for hole, at_s in self._halted_s.items() if hole in self._open]:
+            yield f"without energy: {', '.join(left)}"
 
 
 # Results ----------------------------------------------------------------------------------------

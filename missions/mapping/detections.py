@@ -10,13 +10,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Mapping, Sequence, Set
-from dataclasses import dataclass, replace
-from typing import ClassVar
+from dataclasses import replace
 
 from exchange.channel import loss
 from missions.mapping.scenario import FindsTable, MappingRole, MappingScenario
 from missions.mapping.sensors import Cell, Seabed, SeabedFeature, SeaObject, Stays, mapping_speed_mps, swath_m
-from missions.meeting.job_mission import numbered, with_needs
+from missions.meeting.job_mission import ReportedJob, numbered, with_needs
 from remoras.activities import Objective
 from remoras.behaviours import (
     ADVANCING,
@@ -32,13 +31,12 @@ from remoras.behaviours import (
     attracted,
     distance_m,
 )
-from remoras.beliefs import Key, Known
+from remoras.beliefs import Key
 from remoras.database import VehicleData
 from remoras.mission import VehicleView
 from remoras.motion import Motion
 from remoras.organisation import Group
 from remoras.picture import Picture
-from remoras.work import Outlook, Point
 
 INSPECTING = "Inspecting"
 """Objective of a role with a find."""
@@ -69,16 +67,10 @@ def weight_in_cells(finds: FindsTable, cell_m: float, able: Sequence[VehicleData
     return finds.mean_stay_s / cell_s
 
 
-@dataclass(frozen=True)
-class InspectionJob:
-    """Closer pass at a reported find, restarted by a successor: a ``remoras.work.DivisibleJob``."""
+class InspectionJob(ReportedJob):
+    """Closer pass at a reported find with a mapping sensor."""
 
-    name: str
-    stay_s: float
-    place_m: Point = (0.0, 0.0)
-    share_left: float = 1.0
-    needs: tuple[str, ...] = ()
-    resumed: ClassVar[bool] = False
+    placed_by = "foundAt"
 
     @property
     def done(self) -> Key:
@@ -88,21 +80,6 @@ class InspectionJob:
     def is_able(self, data: VehicleData) -> bool:
         """Return True if the vehicle has a mapping sensor."""
         return swath_m(data) > 0.0
-
-    def left(self, facts: Known) -> InspectionJob | None:
-        """Return the job at the reported place; None before any report."""
-        place_m = facts.get(("foundAt", self.name))
-        if place_m is None:
-            return None
-        return replace(self, place_m=place_m, share_left=1.0 if facts.get(self.done) is None else 0.0)
-
-    def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
-        """Return the outlook after travel and a mean dwell; None without a mapping sensor."""
-        if not self.is_able(data):
-            return None
-        if self.share_left == 0.0:
-            return outlook
-        return outlook.stayed(self.place_m, self.stay_s, data)
 
 
 def inspecting(groups: Iterable[Group], inspections: Collection[str]) -> list[Objective]:

@@ -425,10 +425,6 @@ class MappingMission(JobMission):
             return AfterWork(found, unfinished)
         raise _unknown(activity.name)
 
-    def behaviour_at(self, job: Job, data: VehicleData) -> Behaviour:
-        """Raise ``PlanningError``: jobs are done by activities."""
-        raise _unknown(job.name)
-
     def is_enough(self, facts: Known) -> bool:
         """Return True if the goal tolerates the remaining cells and every find is inspected."""
         return not self._unfinished_by_all.is_work_left(facts)

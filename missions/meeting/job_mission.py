@@ -16,7 +16,8 @@ A subclass defines its jobs and the behaviour of a vehicle at a job; the rest ha
         def behaviour_at(self, job, data):
             return Servicing(job, data)
 
-``AnyonesJob`` is the base of jobs that any vehicle can do, ``Stay`` a dwell at a place.
+``AnyonesJob`` is the base of jobs that any vehicle can do. ``StayJob``, and ``ReportedJob`` at a place to be found, are
+done by a dwell: ``Staying`` is their behaviour, ``Stay`` the dwell itself.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Annotated, Any, ClassVar, Self, TypeVar
 
@@ -52,6 +53,7 @@ from remoras.behaviours import (
     ADVANCING,
     CAPTURE_M,
     DONE,
+    IDLE,
     Approach,
     Behaviour,
     Perception,
@@ -59,9 +61,9 @@ from remoras.behaviours import (
     attracted,
     distance_m,
 )
-from remoras.beliefs import Beliefs, Key
+from remoras.beliefs import Beliefs, Key, Known
 from remoras.database import VehicleData
-from remoras.errors import PluginError
+from remoras.errors import PlanningError, PluginError
 from remoras.htn import Domain, FactsLike, Method, Task
 from remoras.mission import ABILITIES, ALLOCATE_ROLES, ASSIGN_OBJECTIVE, Finding, Mission
 from remoras.motion import Motion
@@ -69,7 +71,7 @@ from remoras.organisation import Group, Organisation
 from remoras.picture import Picture
 from remoras.recorder import Recorder, Table
 from remoras.table import Section
-from remoras.work import IS_IMPOSSIBLE, Job, Point, vehicles_taken
+from remoras.work import IS_IMPOSSIBLE, Job, Outlook, Point, vehicles_taken
 
 DONE_BY = "jobDone"
 """Attribute of a job: vehicle that has done it."""
@@ -92,6 +94,48 @@ class AnyonesJob:
     def is_able(self, data: VehicleData) -> bool:
         """Return True for every vehicle."""
         return True
+
+
+@dataclass(frozen=True)
+class StayJob(AnyonesJob):
+    """Job done by a stay of ``stay_s`` at a place."""
+
+    place_m: Point
+    stay_s: float
+
+    def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
+        """Return the outlook after travel and stay."""
+        return outlook.stayed(self.place_m, self.stay_s, data)
+
+
+@dataclass(frozen=True)
+class ReportedJob(AnyonesJob):
+    """Stay that exists once its place is reported, restarted by a successor: a ``remoras.work.DivisibleJob``.
+
+    ``place_m`` is the origin, and ``share_left`` 1, before.
+    """
+
+    stay_s: float
+    place_m: Point = (0.0, 0.0)
+    share_left: float = 1.0
+    resumed: ClassVar[bool] = False
+    placed_by: ClassVar[str]
+    """Attribute of the reported place."""
+
+    def left(self, facts: Known) -> Self | None:
+        """Return the job at the reported place; None before any report."""
+        place_m = facts.get((self.placed_by, self.name))
+        return None if place_m is None else replace(self, place_m=place_m, share_left=self.share_by(facts))
+
+    def share_by(self, facts: Known) -> float:
+        """Remaining share by known facts: 1, or 0 once done."""
+        return 1.0 if facts.get(self.done) is None else 0.0
+
+    def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
+        """Return the outlook after travel and what is left of the stay; None if unable."""
+        if not self.is_able(data):
+            return None
+        return outlook if self.share_left == 0.0 else outlook.stayed(self.place_m, self.stay_s, data)
 
 
 class Stay:
@@ -119,6 +163,28 @@ class Stay:
         """Head for the place in transit; hold there."""
         is_there = distance_m(motion, place_m) <= CAPTURE_M
         return Reference(place_m, 0.0) if is_there else Reference(place_m, self._speed_mps, CAPTURE_M)
+
+
+class Staying(Behaviour):
+    """Travel to a job's place, once known, and dwell there."""
+
+    def __init__(self, job: StayJob | ReportedJob, data: VehicleData) -> None:
+        self._job, self._stay = job, Stay(data)
+        self._place_m: Point | None = None
+
+    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
+        """Pending until the dwell ends, nearest first; progresses on the way and on site."""
+        job = self._job.left(picture.facts) if isinstance(self._job, ReportedJob) else self._job
+        if job is None:
+            return IDLE
+        if picture.facts.get(job.done) is not None:
+            return DONE
+        self._place_m = job.place_m
+        return self._stay.perceive(distance_m(motion, job.place_m), job.stay_s, picture.body.now_s, performed)
+
+    def reference(self, motion: Motion, picture: Picture) -> Reference | None:
+        """Head for the place in transit; hold there."""
+        return None if self._place_m is None else self._stay.reference(self._place_m, motion)
 
 
 Tables = TypeVar("Tables", bound=Scenario)
@@ -281,10 +347,11 @@ class JobMission(Mission):
         """Return the jobs of a scenario; called once."""
         ...
 
-    @abstractmethod
-    def behaviour_at(self, job: Job, data: VehicleData) -> Behaviour:
-        """Create the behaviour that travels to a job, does it and reports its end."""
-        ...
+    def behaviour_at(self, job: Any, data: VehicleData) -> Behaviour:
+        """Create the behaviour that travels to a job, does it and reports its end; by default a dwell."""
+        if isinstance(job, StayJob | ReportedJob):
+            return Staying(job, data)
+        raise PlanningError(f"job {job.name!r} has no behaviour")
 
     def switched_on(self, job: Job, data: VehicleData) -> tuple[str, ...]:
         """Return the sensors switched on for a job; by default all."""
@@ -314,8 +381,13 @@ class JobMission(Mission):
     @property
     def places(self) -> Sequence[Place]:
         """Rally points and job sites."""
-        points = [Place(name, "rally point", (at_m,)) for name, at_m in self._rally_points_m.items()]
-        return [*points, *(Place(job.name, self.kind.lower(), (job.place_m,)) for job in self._jobs.values())]
+        sites = (Place(job.name, self.kind.lower(), (job.place_m,)) for job in self._jobs.values())
+        return [*self.rally_places, *sites]
+
+    @property
+    def rally_places(self) -> list[Place]:
+        """Rally points."""
+        return [Place(name, "rally point", (at_m,)) for name, at_m in self._rally_points_m.items()]
 
     @cached_property
     def social_domain(self) -> Domain:

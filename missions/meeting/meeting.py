@@ -32,7 +32,7 @@ not replanned.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -68,56 +68,6 @@ def entrusted(orders: Callable[[str, str], list[Task]]) -> list[Method]:
     return [
         Method("to who plays it", lambda facts, group, role, *of: orders(group, role), uses=ASSIGNED),
         Method("to another", to_another, is_left, ALLOCATED),
-    ]
-
-
-def operators(
-    groups: Mapping[str, Group],
-    jobs: Mapping[str, Job],
-    working: Collection[str],
-    rally_points_m: Mapping[str, Point],
-    rendez_vous: str,
-) -> list[Operator]:
-    """Return the operators of a group's mission; ``working`` are the objectives that do a job."""
-    founding = {(group.name, role.name) for group in groups.values() for role in group.roles if role.founding}
-
-    def exists(facts: FactsLike, group: str, *args: str) -> bool:
-        return group in groups and (groups[group].formed_by is None or bool(facts.get(("formed", group))))
-
-    def is_to_come(facts: FactsLike, group: str) -> bool:
-        return group in groups and not exists(facts, group)
-
-    def has_role(facts: FactsLike, group: str, role: str, *args: str) -> bool:
-        return (group, role) in founding or facts.get(("allocated", group)) is not None
-
-    def assigned(facts: FactsLike, group: str, role: str, objective: str, argument: str) -> Mapping[Hashable, Any]:
-        counts: dict[Hashable, Any] = {("objective", f"{group}.{role}.{objective}"): argument}
-        if objective in working:
-            return {**counts, jobs[argument].done: ANY}
-        return {**counts, ("gatheredAt", group): argument} if objective == rendez_vous else counts
-
-    def expected(facts: FactsLike, group: str, role: str, objective: str, argument: str) -> Expected | None:
-        if objective not in working and objective != rendez_vous:
-            return Expected()
-        holders = facts.get(("members", f"{group}.{role}"))
-        if not holders:
-            return None
-        data: VehicleData = facts.get(("data", holders[0]))
-        at_m: Point = facts.get(("position", holders[0])) or data.start_m
-        if objective == rendez_vous:
-            time_s = distance(at_m, rally_points_m[argument]) / data.transit_speed_mps
-            return Expected(time_s, time_s * data.power_w(data.transit_speed_mps))
-        return expected_of(jobs[argument], data, at_m)
-
-    forming = (
-        Operator(FORM_GROUP, is_to_come, lambda facts, group: {("formed", group): True}),
-        Operator(DISSOLVE_GROUP, exists, lambda facts, group: {("formed", group): False}),
-    )
-    return [
-        Operator(GIVE_MISSION, exists, lambda facts, group, mission: {("given", f"{group}.{mission}"): True}),
-        Operator(ALLOCATE_ROLES, exists, lambda facts, group, *lost: {("allocated", group): True}),
-        Operator(ASSIGN_OBJECTIVE, has_role, assigned, expected=expected),
-        *(forming if any(group.formed_by is not None for group in groups.values()) else ()),
     ]
 
 
@@ -207,8 +157,47 @@ class Meeting:
         return follow if point is None else [*follow, Task(ASSIGN_OBJECTIVE, (group, role, RENDEZ_VOUS, point))]
 
     def operators(self, jobs: Mapping[str, Job], *working: str) -> list[Operator]:
-        """Operators of the groups' missions, see ``missions.meeting.meeting``."""
-        return operators(self.groups, jobs, working, self.rally_points_m, RENDEZ_VOUS)
+        """Operators of the groups' missions, see the module; ``working`` are the objectives that do a job."""
+        founding = {(group.name, role.name) for group in self.groups.values() for role in group.roles if role.founding}
+
+        def exists(facts: FactsLike, group: str, *args: str) -> bool:
+            return group in self.groups and (self.groups[group].formed_by is None or bool(facts.get(("formed", group))))
+
+        def is_to_come(facts: FactsLike, group: str) -> bool:
+            return group in self.groups and not exists(facts, group)
+
+        def has_role(facts: FactsLike, group: str, role: str, *args: str) -> bool:
+            return (group, role) in founding or facts.get(("allocated", group)) is not None
+
+        def assigned(facts: FactsLike, group: str, role: str, objective: str, argument: str) -> Mapping[Hashable, Any]:
+            counts: dict[Hashable, Any] = {("objective", f"{group}.{role}.{objective}"): argument}
+            if objective in working:
+                return {**counts, jobs[argument].done: ANY}
+            return {**counts, ("gatheredAt", group): argument} if objective == RENDEZ_VOUS else counts
+
+        def expected(facts: FactsLike, group: str, role: str, objective: str, argument: str) -> Expected | None:
+            if objective not in working and objective != RENDEZ_VOUS:
+                return Expected()
+            holders = facts.get(("members", f"{group}.{role}"))
+            if not holders:
+                return None
+            data: VehicleData = facts.get(("data", holders[0]))
+            at_m: Point = facts.get(("position", holders[0])) or data.start_m
+            if objective == RENDEZ_VOUS:
+                time_s = distance(at_m, self.rally_points_m[argument]) / data.transit_speed_mps
+                return Expected(time_s, time_s * data.power_w(data.transit_speed_mps))
+            return expected_of(jobs[argument], data, at_m)
+
+        forming = (
+            Operator(FORM_GROUP, is_to_come, lambda facts, group: {("formed", group): True}),
+            Operator(DISSOLVE_GROUP, exists, lambda facts, group: {("formed", group): False}),
+        )
+        return [
+            Operator(GIVE_MISSION, exists, lambda facts, group, mission: {("given", f"{group}.{mission}"): True}),
+            Operator(ALLOCATE_ROLES, exists, lambda facts, group, *lost: {("allocated", group): True}),
+            Operator(ASSIGN_OBJECTIVE, has_role, assigned, expected=expected),
+            *(forming if any(group.formed_by is not None for group in self.groups.values()) else ()),
+        ]
 
     def activity_sets(self, objective: Objective, vehicle: str, facts: FactsLike) -> Pursuit:
         """Activity sets for one of the three objectives, and the facts on which they depend."""

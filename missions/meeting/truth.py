@@ -12,7 +12,7 @@ progress, or the vehicles report all remaining work as impossible. All live vehi
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import ClassVar
 
 from missions.meeting.meeting import Meeting
@@ -176,40 +176,40 @@ class MeetingTruth:
         self.milestones += [Milestone(now_s, "missed_meeting", name, group.name) for name in missing]
 
     def close(self, fleet: FleetView, now_s: float) -> str:
-        """Return the reason of failure: impossible work, missing, waiting or moving vehicles."""
-        reasons = [self._want_of_vehicles(fleet), self._who_is_missing(fleet, now_s)]
-        if self._apart or self.goal_fraction < 1.0:
-            reasons += [f"{vehicle.name} waits for {vehicle.waits}" for vehicle in fleet.vehicles if vehicle.waits]
+        """Return the reason of failure."""
+        return "; ".join(self.reasons(fleet, now_s))
+
+    def reasons(self, fleet: FleetView, now_s: float) -> Iterator[str]:
+        """Yield reasons of failure: impossible work, missing, waiting or moving vehicles."""
+        if self.goal_fraction < 1.0 and self.reachable_fraction(fleet) < 1.0:
+            what = " ".join((self.work, ", ".join(self.out_of_reach(fleet)))).strip()
+            yield f"no vehicle left that is able to {what}: {100.0 * self.open_fraction:.0f} % open"
         if self._apart:
-            reasons.append(self._under_way(fleet))
-        return "; ".join(reason for reason in reasons if reason)
+            yield from self._who_is_missing(fleet, now_s)
+        if self._apart or self.goal_fraction < 1.0:
+            yield from (f"{vehicle.name} waits for {vehicle.waits}" for vehicle in fleet.vehicles if vehicle.waits)
+        if self._apart:
+            yield from self._under_way(fleet)
 
     @staticmethod
-    def _under_way(fleet: FleetView) -> str:
+    def _under_way(fleet: FleetView) -> Iterator[str]:
         at_work = []
         for vehicle in fleet.vehicles:
             doing = [name for name in vehicle.performed if name not in IN_ANY_CASE]
             if doing and vehicle.is_alive and not vehicle.waits:
                 at_work.append(f"{vehicle.name} {' and '.join(doing)}")
-        return f"under way: {', '.join(at_work)}" if at_work else ""
+        if at_work:
+            yield f"under way: {', '.join(at_work)}"
 
-    def _want_of_vehicles(self, fleet: FleetView) -> str:
-        """Return that the remaining vehicles cannot reach the goal; empty if they can."""
-        if self.goal_fraction >= 1.0 or self.reachable_fraction(fleet) >= 1.0:
-            return ""
-        what = " ".join((self.work, ", ".join(self.out_of_reach(fleet)))).strip()
-        return f"no vehicle left that is able to {what}: {100.0 * self.open_fraction:.0f} % open"
-
-    def _who_is_missing(self, fleet: FleetView, now_s: float) -> str:
-        if not self._consulted and self._apart:
-            return f"consultation had not ended after {now_s:.0f} s"
-        if self._apart:
-            survivors = [vehicle for vehicle in fleet.vehicles if vehicle.is_in_contact]
-            names = ", ".join(group.name + self._what_it_lacks(survivors, group) for group in self._apart)
-            gone = [v.name for v in fleet.vehicles if not v.is_alive]
-            why = f"; out of action: {', '.join(gone)}" if gone else ""
-            return f"not together after {now_s:.0f} s: {names}{why}"
-        return ""
+    def _who_is_missing(self, fleet: FleetView, now_s: float) -> Iterator[str]:
+        if not self._consulted:
+            yield f"consultation had not ended after {now_s:.0f} s"
+            return
+        survivors = [vehicle for vehicle in fleet.vehicles if vehicle.is_in_contact]
+        names = ", ".join(group.name + self._what_it_lacks(survivors, group) for group in self._apart)
+        yield f"not together after {now_s:.0f} s: {names}"
+        if gone := [v.name for v in fleet.vehicles if not v.is_alive]:
+            yield f"out of action: {', '.join(gone)}"
 
     def _what_it_lacks(self, survivors: Sequence[VehicleView], group: Group) -> str:
         """Vacant roles, or the members for which those present wait; else empty."""
@@ -404,24 +404,26 @@ class JobTruth(MeetingTruth):
         """Return True once all jobs of the group's roles are done."""
         return not self._undone(group)
 
-    def close(self, fleet: FleetView, now_s: float) -> str:
-        """Return the reason of failure, with missing members and open jobs."""
-        reason = super().close(fleet, now_s)
+    def reasons(self, fleet: FleetView, now_s: float) -> Iterator[str]:
+        """Yield reasons of failure, with missing members and open jobs."""
+        reasons = list(super().reasons(fleet, now_s))
+        yield from reasons
         undone = [job for group in self._groups for job in self._undone(group)]
-        said = {job: at_s for job, at_s in self._impossible.items() if job not in self.jobs_done}
-        told = [f"{job} impossible, as vehicles say since {at_s:.0f} s" for job, at_s in said.items()]
+        if undone and (reasons or self.goal_fraction < 1.0):  # all may have met after a false report
+            yield f"jobs not done: {', '.join(undone)}"
+            given_up = {
+                job: detail
+                for _, _, kind, detail in self._faults
+                for job in undone
+                if kind == CANNOT and (detail.startswith(f"{job}:") or f"({job})" in detail)
+            }
+            yield from (f"given up: {detail}" for detail in given_up.values())
+        for job, at_s in self._impossible.items():
+            if job not in self.jobs_done:
+                yield f"{job} impossible, as vehicles say since {at_s:.0f} s"
         claimed = ", ".join(sorted(self._done.difference(self.jobs_done)))
-        told += [f"said to be done and not: {claimed}"] if claimed and self.goal_fraction < 1.0 else []
-        is_short = bool(reason) or self.goal_fraction < 1.0  # all may have met after a false report
-        missing = [f"jobs not done: {', '.join(undone)}"] if is_short and undone else []
-        given_up = {
-            job: detail
-            for _, _, kind, detail in self._faults
-            for job in undone
-            if kind == CANNOT and (detail.startswith(f"{job}:") or f"({job})" in detail)
-        }
-        missing += [f"given up: {detail}" for detail in given_up.values() if is_short]
-        return "; ".join(text for text in (reason, *missing, *told) if text)
+        if claimed and self.goal_fraction < 1.0:
+            yield f"said to be done and not: {claimed}"
 
     def _undone(self, group: Group) -> list[str]:
         return [role.job for role in group.roles if role.job is not None and role.job not in self._done]

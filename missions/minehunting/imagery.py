@@ -17,14 +17,14 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, Self
 
 from pydantic import Field
 
 from exchange.arithmetic import TAU, distance, log, sincos
 from exchange.channel import loss
-from missions.meeting.job_mission import AnyonesJob, Stay
-from remoras.behaviours import DONE, IDLE, Behaviour, Perception, Reference, Standing, distance_m
+from missions.meeting.job_mission import ReportedJob
+from remoras.behaviours import Perception, Standing
 from remoras.beliefs import Known
 from remoras.database import VehicleData
 from remoras.motion import Motion
@@ -32,7 +32,7 @@ from remoras.picture import Picture
 from remoras.recorder import TIME, VEHICLE, Column, Table
 from remoras.sensor import SELF, Fact, Observation, Pose, Sensor, SensorSettings, normal_error
 from remoras.table import Positive, Section
-from remoras.work import Outlook, Point
+from remoras.work import Point
 
 STRIPS = Table("strips", (TIME, VEHICLE, Column("contact", "str"), Column("view", "int"), Column("strip", "int")))
 """Strips taken by vehicles."""
@@ -87,51 +87,33 @@ class ImageryTable(Section):
         return first <= strip < first + self.target_strips
 
 
-@dataclass(frozen=True)
-class ContactView(AnyonesJob):
-    """View of a contact: a ``remoras.work.DivisibleJob``; a revisit exists once requested.
+@dataclass(frozen=True, kw_only=True)
+class ContactView(ReportedJob):
+    """View of a contact; a revisit exists once requested.
 
     Attributes:
         number: 0 for the first view of a contact.
         contact: empty for a revisit before its request.
-        view_s: duration.
         beside_m: place relative to the contact.
-        share_left: 1 until done, then 0.
-        resumed: False: a successor restarts it.
     """
 
     number: int
     contact: str
-    view_s: float
     contacts_m: Mapping[str, Point] = field(hash=False)
     beside_m: Point
-    share_left: float = 1.0
-    resumed: ClassVar[bool] = False
-
-    @property
-    def place_m(self) -> Point:
-        """Place of the view; near the origin for a revisit before its request."""
-        x_m, y_m = self.contacts_m.get(self.contact, (0.0, 0.0))
-        return x_m + self.beside_m[0], y_m + self.beside_m[1]
 
     def is_able(self, data: VehicleData) -> bool:
         """Return True if the vehicle has a sonar."""
         return data.sensor(SnippetSonarSettings) is not None
 
-    def left(self, facts: Known) -> ContactView | None:
+    def left(self, facts: Known) -> Self | None:
         """Return the job at its place; None for a revisit before its request."""
         contact = self.contact if self.number == 0 else facts.get((REVISITS, self.name))
         if contact is None:
             return None
-        return replace(self, contact=contact, share_left=1.0 if facts.get(self.done) is None else 0.0)
-
-    def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
-        """Return the outlook after the view; None without a sonar."""
-        if not self.is_able(data):
-            return None
-        if self.share_left == 0.0:
-            return outlook
-        return outlook.stayed(self.place_m, self.view_s, data)
+        x_m, y_m = self.contacts_m[contact]
+        place_m = x_m + self.beside_m[0], y_m + self.beside_m[1]
+        return replace(self, contact=contact, place_m=place_m, share_left=self.share_by(facts))
 
 
 def beside_contact(number: int, n_views: int, view_m: float) -> Point:
@@ -229,29 +211,6 @@ class SnippetSonar:
         self._since_s = now_s
         strip = world.strip(at, number)
         return (world.header(at), strip) if number == 0 else (strip,)
-
-
-class Viewing(Behaviour):
-    """Travel to a view and dwell until the snippet is taken; an interruption restarts it."""
-
-    def __init__(self, view: ContactView, data: VehicleData) -> None:
-        self._view = view
-        self._stay = Stay(data)
-        self._place_m: Point | None = None
-
-    def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
-        """Pending until the dwell ends, nearest first; progresses on the way and on site."""
-        view = self._view.left(picture.facts)
-        if view is None:
-            return IDLE
-        if view.share_left == 0.0:
-            return DONE
-        self._place_m = view.place_m
-        return self._stay.perceive(distance_m(motion, view.place_m), view.view_s, picture.body.now_s, performed)
-
-    def reference(self, motion: Motion, picture: Picture) -> Reference | None:
-        """Head for the place in transit; hold there."""
-        return None if self._place_m is None else self._stay.reference(self._place_m, motion)
 
 
 CLASSIFIED = "classifiedAs"

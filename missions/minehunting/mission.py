@@ -41,7 +41,6 @@ from missions.minehunting.imagery import (
     ImageryTable,
     Minefield,
     SnippetSonarSettings,
-    Viewing,
     beside_contact,
 )
 from missions.minehunting.truth import CLASSIFICATIONS, FIGURES, METRICS, MinehuntingTruth
@@ -141,8 +140,11 @@ class MinehuntingMission(JobMission):
         view_s, n_views = (self._imagery.strips + 1) * self._imagery.strip_s, settings.revisits + 1
 
         def view(name: str, number: int, contact: str) -> ContactView:
+            beside_m = beside_contact(number, n_views, settings.view_m)
+            x_m, y_m = contacts_m.get(contact, (0.0, 0.0))
+            place_m = x_m + beside_m[0], y_m + beside_m[1]
             return ContactView(
-                name, number, contact, view_s, contacts_m, beside_contact(number, n_views, settings.view_m)
+                name, view_s, place_m, number=number, contact=contact, contacts_m=contacts_m, beside_m=beside_m
             )
 
         self._firsts = tuple(view(name, 0, name) for name in contacts_m)
@@ -166,8 +168,7 @@ class MinehuntingMission(JobMission):
     @property
     def places(self) -> Sequence[Place]:
         """Rally points and contacts."""
-        points = [Place(point.name, "rally point", (point.position_m,)) for point in self.scenario.rally_point]
-        return [*points, *(Place(one.name, "contact", (one.position_m,)) for one in self.scenario.contact)]
+        return [*self.rally_places, *(Place(one.name, "contact", (one.position_m,)) for one in self.scenario.contact)]
 
     def world(self, seed: int) -> Minefield:
         """True classes of a run, and its images."""
@@ -212,10 +213,6 @@ class MinehuntingMission(JobMission):
         if activity.name == ANALYSING:
             return Analysing(self._analysis, self._firsts, self._revisits)
         return super().behaviour_for(activity, data)
-
-    def behaviour_at(self, job: Job, data: VehicleData) -> Behaviour:
-        """Create the viewing behaviour."""
-        return Viewing(self._views[job.name], data)
 
     def findings(
         self, group: Group, organisation: Organisation, beliefs: Beliefs, picture: Picture, motion: Motion

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from missions.figure import Declared, Figure, Mark, RunResults, Style
@@ -75,11 +75,11 @@ class MinehuntingTruth(JobTruth):
         """Return True once all contacts are classified."""
         return self.goal_fraction >= 1.0
 
-    def close(self, fleet: FleetView, now_s: float) -> str:
-        """Return the reason of failure, with contacts that lack strips."""
-        awaited = ", ".join(name for name in self._contacts if name in self._done - self._classified)
-        waits = f"analysts wait for strips of {awaited} until the end" if awaited else ""
-        return "; ".join(text for text in (super().close(fleet, now_s), waits) if text)
+    def reasons(self, fleet: FleetView, now_s: float) -> Iterator[str]:
+        """Yield reasons of failure, with contacts that lack strips."""
+        yield from super().reasons(fleet, now_s)
+        if awaited := ", ".join(name for name in self._contacts if name in self._done - self._classified):
+            yield f"analysts wait for strips of {awaited} until the end"
 
     def _undone(self, group: Group) -> list[str]:
         return [name for name in self._contacts if name not in self._classified]

@@ -25,7 +25,6 @@ from missions.figure import Declared, Place
 from missions.meeting.job_mission import WORK, JobMission, names_apart, with_job_roles, with_needs
 from missions.meeting.meeting import expected_of, importance_of
 from missions.metric import Metric
-from missions.pandora.metrics import FIGURES, METRICS
 from missions.pandora.part_actions import (
     Acting,
     ActingContext,
@@ -48,7 +47,7 @@ from missions.pandora.structure import (
     planned_parts,
     structure_of,
 )
-from missions.pandora.truth import MET, SERVICED, PandoraTruth
+from missions.pandora.truth import FIGURES, MET, METRICS, SERVICED, PandoraTruth
 from missions.scenarios.fleet import sensors_of
 from missions.scenarios.scenario import Role
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
@@ -191,8 +190,10 @@ class PandoraMission(JobMission):
     @property
     def places(self) -> Sequence[Place]:
         """Rally points and parts."""
-        points = [Place(point.name, "rally point", (point.position_m,)) for point in self.scenario.rally_point]
-        return [*points, *(Place(part.name, part.kind.lower(), part.points_m) for part in self._parts.values())]
+        return [
+            *self.rally_places,
+            *(Place(part.name, part.kind.lower(), part.points_m) for part in self._parts.values()),
+        ]
 
     @property
     def instances_found_per_vehicle(self) -> int:

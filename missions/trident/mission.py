@@ -40,7 +40,6 @@ from missions.trident.jobs import (
     RecoveryJob,
     activity_domain,
 )
-from missions.trident.metrics import FIGURES, METRICS
 from missions.trident.scenario import ActivityTable, BlockTable, TridentScenario
 from missions.trident.services import (
     ATTEMPTS,
@@ -59,7 +58,7 @@ from missions.trident.services import (
     SurveyorSettings,
     lying,
 )
-from missions.trident.truth import CHOREOGRAPHY, TridentTruth, unsound
+from missions.trident.truth import CHOREOGRAPHY, FIGURES, METRICS, TridentTruth, unsound
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import Behaviour
 from remoras.beliefs import Beliefs
@@ -291,7 +290,7 @@ class TridentMission(JobMission):
     @property
     def places(self) -> Sequence[Place]:
         """Rally points, blocks and transponder."""
-        found = [Place(name, "rally point", (at_m,)) for name, at_m in self._rally_points_m.items()]
+        found = self.rally_places
         for name, block in self.blocks.items():
             tiles = Tiles(block.tile_m, block.tiles, "chartedTile", CHARTED.name, ("column", "row"))
             found.append(Place(name, "survey block", block.outline_m, tiles))
@@ -367,10 +366,6 @@ class TridentMission(JobMission):
         if data.name not in locating(self.scenario):
             return ()
         return tuple(other.name for other in self._database.values() if other.depth_m > 0.0)
-
-    def behaviour_at(self, job: Job, data: VehicleData) -> Behaviour:
-        """Raise ``PlanningError``: jobs are done in steps."""
-        raise PlanningError(f"job {job.name!r} is done in steps")
 
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
         """Behaviour of a step by its service, or of the rendezvous."""

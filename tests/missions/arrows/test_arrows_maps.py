@@ -32,8 +32,7 @@ from missions.arrows.detectors import (
     MagneticSettings,
     shown_of,
 )
-from missions.arrows.metrics import LEVELS, draw_maps, found_at_s, sites_of
-from missions.arrows.truth import looks_known
+from missions.arrows.truth import LEVELS, draw_maps, found_at_s, looks_known, sites_of
 from missions.runs.results import MemoryResults
 from remoras.sensor import Pose
 

@@ -55,7 +55,7 @@ def test_whoever_has_waited_too_long_lets_go_and_helps() -> None:
 
 
 def test_as_many_must_be_left_in_contact_as_a_job_takes_at_once() -> None:
-    lift = Lift("lift 1", 60.0, 2, 10.0)
+    lift = Lift("lift 1", 60.0, n_vehicles=2, length_m=10.0)
     one, deaf, away = (
         SimpleNamespace(able_data=AUV, is_in_contact=contact, will_return=back, can_play=lambda *of: True)
         for contact, back in ((True, False), (False, False), (False, True))
@@ -67,8 +67,8 @@ def test_as_many_must_be_left_in_contact_as_a_job_takes_at_once() -> None:
 def test_whoever_helps_waits_no_longer_than_it_says() -> None:
     """Three are needed, one holds the lift and one helps: that one had no limit, and was named with none."""
     help = Help("lift 1", "Crew", ("AUV01",), AUV.name, 2, "helps", ("lift 1",))
-    behaviour = Helping(Lift("lift 1", 60.0, 3, 10.0), help, AUV, 100.0)
-    lift = Lift("lift 1", 60.0, 3, 10.0)
+    behaviour = Helping(Lift("lift 1", 60.0, n_vehicles=3, length_m=10.0), help, AUV, 100.0)
+    lift = Lift("lift 1", 60.0, n_vehicles=3, length_m=10.0)
     picture = Picture(facts={("lyingAt", "lift 1"): (0.0, 0.0)})
     at = Motion(*lift.ends_m((0.0, 0.0))[0])
     for now_s, until_s in ((0.0, 100.0), (100.0, 100.0), (102.0, None), (104.0, None)):

@@ -15,8 +15,8 @@ from missions.errors import ConfigurationError
 from missions.figure import Mark
 from missions.pandora import PandoraMission
 from missions.pandora.assessment import ActionMonitor
-from missions.pandora.metrics import FIGURES, n_false_alarms, n_false_claims, n_lost, n_missed, n_repairs
 from missions.pandora.structure import PlannedPart, job_of
+from missions.pandora.truth import FIGURES, n_false_alarms, n_false_claims, n_lost, n_missed, n_repairs
 from missions.runs.results import MemoryResults, summary
 from missions.runs.run import Run, run
 from missions.scenarios import load

@@ -15,9 +15,17 @@ from missions.errors import ConfigurationError, ConfigurationFault
 from missions.runs.results import MemoryResults
 from missions.scenarios import load
 from missions.trident import TridentMission
-from missions.trident.metrics import draw_choreography, draw_services, draw_site, statuses, uses
 from missions.trident.scenario import ChoreographyTable
-from missions.trident.truth import CHOREOGRAPHY, Monitor, unsound
+from missions.trident.truth import (
+    CHOREOGRAPHY,
+    Monitor,
+    draw_choreography,
+    draw_services,
+    draw_site,
+    statuses,
+    unsound,
+    uses,
+)
 from remoras.recorder import Recorder
 
 PATTERN = {
