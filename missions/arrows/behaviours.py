@@ -345,7 +345,8 @@ class Identifying(Behaviour):
     def _shown(self, anomaly: str, facts: Known) -> list[int]:
         """Image results of an anomaly, under all its names."""
         at_m = facts.get(("location", anomaly))
-        same = [name for name in facts.instances(ANOMALY) if _are_same(facts.get(("location", name)), at_m)]
+        places_m = {name: facts.get(("location", name)) for name in facts.instances(ANOMALY)}
+        same = [name for name, place_m in places_m.items() if place_m is not None and distance(place_m, at_m) <= SAME_M]
         return sorted(shown_of(int(code)) for name in same for code in facts.values(("shown", name)))
 
     def _shares(self, anomaly: str, facts: Known) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
@@ -366,7 +367,3 @@ class Identifying(Behaviour):
             return None
         to_go_m = distance_m(motion, self._place_m)
         return Reference(self._place_m, 0.0 if to_go_m <= HOVER_M else self._data.transit_speed_mps)
-
-
-def _are_same(one_m: Point | None, other_m: Point | None) -> bool:
-    return one_m is not None and other_m is not None and distance(one_m, other_m) <= SAME_M

@@ -171,19 +171,11 @@ def contact_of(code: int) -> tuple[int, int]:
     return code // MOST_CELLS % N_DETECTORS, code % MOST_CELLS
 
 
-def grid_over(x_m: Point, y_m: Point, cell_m: float) -> CellGrid:
-    """Grid over a rectangle from its south-west corner; the last cells may extend beyond it.
-
-    >>> grid_over((0.0, 100.0), (0.0, 90.0), 40.0).n_cells
-    9
-    """
-    n_columns, n_rows = (max(1, math.ceil((high - low) / cell_m - 1e-9)) for low, high in (x_m, y_m))
-    return CellGrid(x_m[0], y_m[0], cell_m, n_columns, n_rows)
-
-
 def grid_of(scenario: ArrowsScenario) -> CellGrid:
-    """Grid of a scenario."""
-    return grid_over(scenario.search.x_m, scenario.search.y_m, scenario.search.cell_m)
+    """Grid of a scenario from the south-west corner of its area; the last cells may extend beyond it."""
+    (west_m, east_m), (south_m, north_m), cell_m = scenario.search.x_m, scenario.search.y_m, scenario.search.cell_m
+    n_columns, n_rows = (max(1, math.ceil(m / cell_m - 1e-9)) for m in (east_m - west_m, north_m - south_m))
+    return CellGrid(west_m, south_m, cell_m, n_columns, n_rows)
 
 
 def share_map(grid: CellGrid, finds_m: list[Point], spread_m: float, uniform_share: float) -> Array:

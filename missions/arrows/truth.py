@@ -14,7 +14,6 @@ from exchange.arithmetic import distance
 from missions.arrows.belief_map import (
     CONTACT,
     SWEPT,
-    CellGrid,
     Chart,
     Seafloor,
     disagreement,
@@ -377,7 +376,8 @@ def draw_maps(axes: Axes, results: RunResults, style: Style) -> str:
     for row in results.rows("items"):
         if row["attribute"] in (SWEPT, CONTACT):
             chart.add(row["attribute"], (int(float(row["value"])),))
-    shape, extent = (grid.n_rows, grid.n_columns), _extent_m(grid)
+    shape = grid.n_rows, grid.n_columns
+    extent = (grid.west_m, grid.west_m + shape[1] * grid.cell_m, grid.south_m, grid.south_m + shape[0] * grid.cell_m)
     colours = [style.tint(style.black, 0.8 * n / len(LEVELS)) for n in range(len(LEVELS) + 1)]
     shares = chart.sites(chart.shares)
     tones = np.searchsorted(LEVELS, shares, side="right").reshape(shape)
@@ -402,11 +402,6 @@ def draw_maps(axes: Axes, results: RunResults, style: Style) -> str:
     axes.set_ylabel(style.axis("north", "m"))
     share = f"{math.fsum(shares):.1f} sites expected by the map, {len(sites)} there, {len(sites & found)} detected."
     return f"Shade: probability that a cell holds a site, by all looks of all vehicles. {share}"
-
-
-def _extent_m(grid: CellGrid) -> tuple[float, float, float, float]:
-    east_m, north_m = grid.west_m + grid.n_columns * grid.cell_m, grid.south_m + grid.n_rows * grid.cell_m
-    return grid.west_m, east_m, grid.south_m, north_m
 
 
 def _draw_ways(axes: Axes, results: RunResults, style: Style) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
@@ -13,15 +13,13 @@ from missions.errors import ConfigurationFault, one_of
 from missions.files import is_number
 from missions.scenarios.faults import DeclaredFault, FaultOfSensors
 from missions.scenarios.knowledge import words_in
+from missions.scenarios.scenario import Scenario
 from remoras.condition import Condition
+from remoras.database import VehicleData
+from remoras.mission import Mission
 from remoras.sensor import Observation
 from remoras.table import PointM
 from worldmodel import TBox
-
-if TYPE_CHECKING:
-    from missions.scenarios.scenario import Scenario
-    from remoras.database import VehicleData
-    from remoras.mission import Mission
 
 AN_OFFSET = "a number, or [east, north] for a point"
 

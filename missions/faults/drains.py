@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from pydantic import Field
 
 from missions.scenarios.faults import DeclaredFault
 from remoras.condition import Condition
+from remoras.database import VehicleData
 from remoras.table import Positive
-
-if TYPE_CHECKING:
-    from remoras.database import VehicleData
 
 
 class Drains(DeclaredFault):

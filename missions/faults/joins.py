@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from missions.errors import ConfigurationFault
 from missions.fault import Absence
 from missions.scenarios.faults import DeclaredFault
+from missions.scenarios.scenario import Scenario
 from remoras.condition import Condition
-
-if TYPE_CHECKING:
-    from missions.scenarios.scenario import Scenario
-    from remoras.database import VehicleData
-    from remoras.mission import Mission
+from remoras.database import VehicleData
+from remoras.mission import Mission
 
 
 class Joins(DeclaredFault):

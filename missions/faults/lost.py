@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
 
 from missions.errors import ConfigurationFault
 from missions.fault import Absence
 from missions.scenarios.faults import DeclaredFault
+from missions.scenarios.scenario import Scenario
 from remoras.condition import Condition
 from remoras.faults import ANY
-
-if TYPE_CHECKING:
-    from missions.scenarios.scenario import Scenario
-    from remoras.mission import Mission
+from remoras.mission import Mission
 
 
 class Lost(DeclaredFault):

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
 from missions.errors import ConfigurationFault
 from missions.fault import Absence
 from missions.scenarios.faults import DeclaredFault
+from missions.scenarios.scenario import Scenario
 from remoras.condition import Condition
-
-if TYPE_CHECKING:
-    from missions.scenarios.scenario import Scenario
-    from remoras.database import VehicleData
-    from remoras.mission import Mission
+from remoras.database import VehicleData
+from remoras.mission import Mission
 
 MOST = 3
 """Restarts allowed per run: packets distinguish four incarnations."""

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from missions.scenarios.faults import FaultOfSensors
 from remoras.condition import Condition
-
-if TYPE_CHECKING:
-    from remoras.database import VehicleData
+from remoras.database import VehicleData
 
 
 class DeadSensor(FaultOfSensors):

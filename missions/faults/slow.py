@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from pydantic import Field
 
 from missions.scenarios.faults import DeclaredFault
 from remoras.condition import Condition
-
-if TYPE_CHECKING:
-    from remoras.database import VehicleData
+from remoras.database import VehicleData
 
 USUAL = 0.5
 """Default speed factor."""

@@ -8,8 +8,8 @@ corrects its clock. In a single-vehicle process the feature is inactive: the hul
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from pydantic import Field
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from exchange.packets import Reception
     from missions.scenarios.scenario import Scenario
     from remoras.fleet.vehicle import Vehicle
-    from remoras.work import Point
 
 KEY, OF_VEHICLE = "clocks", "clock"
 PPM = 1e-6
@@ -162,56 +161,6 @@ SMALLEST_STEP_S = 1e-3
 """Smaller differences are left: the known positions are not more precise."""
 
 
-@dataclass(slots=True)
-class Timekeeper:
-    """Estimator of the clock differences of a vehicle, node ``me``, to its peers, from packet arrivals."""
-
-    joining: Joining
-    me: int
-    clock: OwnClock
-    names: Sequence[str] = field(init=False)
-    depths_m: Sequence[float] = field(init=False)
-    sound_speed_mps: float = field(init=False)
-    offsets: Offsets = field(init=False)
-
-    def __post_init__(self) -> None:
-        database = self.joining.database
-        self.names, self.depths_m = database.names, [data.depth_m for data in database.values()]
-        self.sound_speed_mps, self.offsets = self.joining.scenario.sound_speed_mps, Offsets(len(self.names))
-
-    def heard(self, reception: Reception, size_bits: int, now_s: float, own_m: Point, peer_m: Point | None) -> None:
-        """Update the estimate for the sender of a packet that arrived at clock reading ``now_s``.
-
-        own_m, peer_m: believed positions. Without the sender's (None), the packet is ignored.
-        """
-        if peer_m is None:
-            return
-        peer = reception.sender
-        range_m = length(distance(own_m, peer_m), self.depths_m[self.me] - self.depths_m[peer])
-        sent_s = now_s - self.joining.packet_s(size_bits) - range_m / self.sound_speed_mps
-        self.offsets.note(peer, sent_s - self.joining.schedule.start_s(reception.slot))
-
-    def set_clock(self) -> bool:
-        """Correct a disciplined clock by a limited step; return False if nothing changed."""
-        if not self.clock.disciplined:
-            return False
-        most_s = LARGEST_STEP * self.joining.schedule.slot_s
-        by_s = max(-most_s, min(most_s, self.offsets.correction_s()))
-        if abs(by_s) < SMALLEST_STEP_S:
-            return False
-        self.clock.set_by(by_s)
-        self.offsets.shift(by_s)
-        return True
-
-    def record(self) -> None:
-        """Record the clock error and the estimates for the peers."""
-        known = [(name, one) for k, name in enumerate(self.names) if (one := self.offsets.estimate_s(k)) is not None]
-        names, leads_s = [name for name, _ in known], [lead_s for _, lead_s in known]
-        true_s = self.clock.true_s
-        row = true_s, self.names[self.me], self.clock.ahead_s(true_s), names, leads_s
-        self.joining.recorder.rows(CLOCKS.name).append(row)
-
-
 # Scenario settings ------------------------------------------------------------------------------
 
 
@@ -263,12 +212,12 @@ def _drawn(seed: int, node: int, what: int, spread: float) -> float:
 
 
 class Clocks(Observer):
-    """Run hooks that give each vehicle a clock and let it compare the clock with its peers'."""
+    """Run hooks that give each vehicle a clock and let it compare the clock with its peers', from packet arrivals."""
 
     def __init__(self, joining: Joining) -> None:
         joining.recorder.declare(CLOCKS)
         self._joining = joining
-        self._keepers: dict[int, Timekeeper] = {}
+        self._offsets: dict[int, Offsets] = {}
         self.clocks: Mapping[int, OwnClock] = clocks_of(joining.scenario, joining.seed)
 
     def on_start(self, host: Host) -> None:
@@ -276,25 +225,41 @@ class Clocks(Observer):
         self._host = host
 
     def on_vehicle(self, vehicle: Vehicle) -> None:
-        """Create the vehicle's clock-difference estimator."""
-        node = vehicle.data.node
-        self._keepers[node] = Timekeeper(self._joining, node, self.clocks[node])
+        """Start the vehicle's estimates of clock differences anew."""
+        self._offsets[vehicle.data.node] = Offsets(len(self._joining.database))
 
     def on_received(self, vehicle: Vehicle, reception: Reception, size_bits: int, shown_s: float) -> None:
-        """Update the estimate for the sender from the arrival time."""
-        functional, sender = vehicle.functional, self._joining.database.names[reception.sender]
-        known_m = functional.picture.peers.positions_m.get(sender)
-        keeper = self._keepers[vehicle.data.node]
-        keeper.heard(reception, size_bits, shown_s, functional.believed.position_m, known_m)
+        """Update the estimate for the sender from the arrival time, if its position is known."""
+        joining, functional = self._joining, vehicle.functional
+        sender = joining.database[joining.database.names[reception.sender]]
+        peer_m = functional.picture.peers.positions_m.get(sender.name)
+        if peer_m is None:
+            return
+        away_m = distance(functional.believed.position_m, peer_m)
+        range_m = length(away_m, joining.database[vehicle.name].depth_m - sender.depth_m)
+        sent_s = shown_s - joining.packet_s(size_bits) - range_m / joining.scenario.sound_speed_mps
+        self._offsets[vehicle.data.node].note(reception.sender, sent_s - joining.schedule.start_s(reception.slot))
 
     def on_frame_end(self, vehicle: Vehicle) -> None:
-        """Record the clock error of a live vehicle."""
-        if vehicle.is_alive:
-            self._keepers[vehicle.data.node].record()
+        """Record the clock error and the estimates of a live vehicle."""
+        if not vehicle.is_alive:
+            return
+        clock, offsets = self.clocks[vehicle.data.node], self._offsets[vehicle.data.node]
+        estimates_s = {name: offsets.estimate_s(node) for node, name in enumerate(self._joining.database.names)}
+        known_s = {name: lead_s for name, lead_s in estimates_s.items() if lead_s is not None}
+        row = clock.true_s, vehicle.name, clock.ahead_s(clock.true_s), list(known_s), list(known_s.values())
+        self._joining.recorder.rows(CLOCKS.name).append(row)
 
     def on_slot(self, vehicle: Vehicle) -> None:
-        """Correct the clock if required, and reschedule the vehicle's slot."""
-        if self._keepers[vehicle.data.node].set_clock():
+        """Correct a disciplined clock by a limited step, and reschedule the vehicle's slot."""
+        clock, offsets = self.clocks[vehicle.data.node], self._offsets[vehicle.data.node]
+        if not clock.disciplined:
+            return
+        most_s = LARGEST_STEP * self._joining.schedule.slot_s
+        by_s = max(-most_s, min(most_s, offsets.correction_s()))
+        if abs(by_s) >= SMALLEST_STEP_S:
+            clock.set_by(by_s)
+            offsets.shift(by_s)
             self._host.await_slot(vehicle.data.node)
 
 

@@ -1,8 +1,20 @@
 """Navigation error, ``[navigation]`` and ``[[beacon]]``: drift, and fixes that reduce it.
 
-Error growth and reduction: ``remoras.motion.navigation``. A behaviour may state its required accuracy
-(``Behaviour.accuracy_m``). If the uncertainty exceeds it, the vehicle goes for a fix: up to the surface, or to a known
-beacon if the round trip is shorter. Back at its depth it resumes its work.
+Under water the error grows with the distance by log and compass. At the surface or in beacon range a fix reduces it::
+
+    de = drift u_n ds                 under water; direction u_n sampled per interval n between fixes
+    e <- e exp(-dt / fix_s)           at the surface, or within range of a beacon
+
+The believed position is the true one plus e; guidance and messages use it. Other vehicles, the channel and sensors
+depend on the true position. The vehicle knows only drift and distance, hence a bound::
+
+    db = drift ds,    b <- b exp(-dt / fix_s)    so that |e| <= b always, by the triangle inequality
+
+Directions are uniform, so the variance of e per axis is half its mean square, at most b^2 / 2. A current adds
+nothing: a Doppler log measures it.
+
+A behaviour may state its required accuracy (``Behaviour.accuracy_m``). If the uncertainty exceeds it, the vehicle goes
+for a fix: up to the surface, or to a known beacon if the round trip is shorter. Back at its depth it resumes its work.
 
 The duration of a fix is optimal. With b_0 the uncertainty at the start, t the time since and r the time of the way
 back, the vehicle returns once the uncertainty falls more slowly than on average over the whole interruption::
@@ -21,12 +33,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from copy import copy
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
 from pydantic import Field
 
-from exchange.arithmetic import TAU, distance, length
+from exchange.arithmetic import TAU, distance, exp, length, log, sincos
 from exchange.channel import loss
 from missions.errors import ConfigurationFault, one_of
 from missions.feature import Feature, Joining
@@ -36,6 +49,7 @@ from remoras.behaviours import CAPTURE_M, DUE, IDLE, Behaviour, Perception, Refe
 from remoras.events import Host, Observer
 from remoras.motion.separation import SAME_DEPTH_M, Separation
 from remoras.table import Name, PointM, Positive, Sparse
+from remoras.work import Point
 
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario
@@ -45,14 +59,129 @@ if TYPE_CHECKING:
     from remoras.mission import Mission
     from remoras.motion import Motion
     from remoras.motion.avoidance import Neighbour
-    from remoras.motion.navigation import Beacon, Navigation
     from remoras.picture import Picture
     from remoras.sensor import Pose
-    from remoras.work import Point
 
 KEY, BEACON = "navigation", "beacon"
 FIXING = ActivitySet(None, ActivityKind.VITAL, (Activity("FixingPosition", ActivityType.GUIDANCE),), 1.0)
 """Vital need of vehicles with navigation error."""
+
+
+# Error and fixes --------------------------------------------------------------------------------
+
+
+STEPS = 50
+"""Iterations for the duration of a fix."""
+HALF_ROOT = math.sqrt(0.5)
+SURFACE_M = 1.0
+"""Depth down to which a vehicle has a fix."""
+
+
+@dataclass(frozen=True, slots=True)
+class Beacon:
+    """Known position that gives fixes within ``range_m``.
+
+    Attributes:
+        position_m: fixed, or a function of the current position, None while silent: a vehicle may serve as a beacon.
+        carrier: name of that vehicle; empty if fixed.
+    """
+
+    position_m: Point | Callable[[], Point | None]
+    range_m: float
+    carrier: str = ""
+
+    def reaches(self, position_m: Point) -> bool:
+        """True if the beacon is in range of a position."""
+        at_m = self.position_m() if callable(self.position_m) else self.position_m
+        return at_m is not None and distance(position_m, at_m) <= self.range_m
+
+
+def takes_s(table: NavigationTable, depth_m: float) -> float:
+    """Return the duration (s) of a fix at the surface, ascent and descent included.
+
+    The dwell follows the module: x times ``fix_s``, with exp(x) = 1 + s + x, s being the travel
+    time in ``fix_s``. Fixed-point iteration x <- log(1 + s + x) contracts by 1 / (1 + s + x).
+
+    >>> round(takes_s(NavigationTable(drift=0.01), 20.0), 1)
+    104.4
+    """
+    way_s = 2.0 * depth_m / table.vertical_speed_mps
+    share = x = way_s / table.fix_s
+    for _ in range(STEPS):
+        x = log(1.0 + share + x)
+    return way_s + x * table.fix_s
+
+
+class Navigation:
+    """Navigation error of one vehicle.
+
+    Args:
+        depth_m: initial depth.
+        direction_rad: samples the drift direction of interval n between fixes, from 0.
+
+    Attributes:
+        error_m: believed minus true position; unknown to the vehicle.
+        uncertainty_m: bound of the error; known to the vehicle.
+        has_fix: True if the last tick had a fix.
+
+    >>> adrift = Navigation(NavigationTable(drift=0.01), (Beacon((0.0, 0.0), 50.0),), 20.0, lambda n: 0.0)
+    >>> adrift.go((500.0, 0.0), 500.0, 1.0)
+    >>> adrift.error_m, adrift.uncertainty_m
+    ((5.0, 0.0), 5.0)
+    >>> adrift.go((0.0, 0.0), 500.0, 100.0)
+    >>> adrift.error_m[0] < 0.001
+    True
+    """
+
+    def __init__(
+        self,
+        table: NavigationTable,
+        beacons: Sequence[Beacon],
+        depth_m: float,
+        direction_rad: Callable[[int], float],
+    ) -> None:
+        self.error_m: Point = (0.0, 0.0)
+        self.uncertainty_m = 0.0
+        self.depth_m = depth_m
+        self.has_fix = False
+        self.table, self.beacons = table, beacons
+        self._direction_rad = direction_rad
+        self._n_ways = 0
+        self._course: Point | None = None
+
+    def go(self, position_m: Point, way_m: float, dt_s: float) -> None:
+        """Update for a tick of ``dt_s`` that ended at the true ``position_m`` after ``way_m``."""
+        x_m, y_m = self.error_m
+        self.has_fix = self.depth_m <= SURFACE_M or any(beacon.reaches(position_m) for beacon in self.beacons)
+        if self.has_fix:
+            left = exp(-dt_s / self.table.fix_s)
+            self.error_m = left * x_m, left * y_m
+            self.uncertainty_m *= left
+            self._course = None
+            return
+        if self._course is None:
+            north, east = sincos(self._direction_rad(self._n_ways))
+            self._course = east, north
+            self._n_ways += 1
+        grown_m = self.table.drift * way_m
+        self.error_m = x_m + grown_m * self._course[0], y_m + grown_m * self._course[1]
+        self.uncertainty_m += grown_m
+
+    @property
+    def sigma_m(self) -> float:
+        """Standard deviation (m) of the error per axis, as known to the vehicle.
+
+        >>> adrift = Navigation(NavigationTable(drift=0.01), (), 20.0, lambda n: 0.0)
+        >>> adrift.go((500.0, 0.0), 500.0, 1.0)
+        >>> round(adrift.sigma_m, 4)
+        3.5355
+        """
+        return self.uncertainty_m * HALF_ROOT
+
+    def go_to_depth(self, depth_m: float, dt_s: float) -> None:
+        """Approach a depth for ``dt_s``."""
+        most_m = self.table.vertical_speed_mps * dt_s
+        self.depth_m += min(max(depth_m - self.depth_m, -most_m), most_m)
 
 
 # Scenario settings ------------------------------------------------------------------------------
@@ -113,11 +242,8 @@ def place_error_m(scenario: Scenario, vehicles: Sequence[VehicleData]) -> float 
     """Greatest error (m) that a vehicle accumulates in the time of a fix; None without error."""
     if not errs(scenario):
         return None
-    from remoras.motion.navigation import NavigationConstants, takes_s  # needed only with navigation error
-
     table = scenario.of_feature(KEY)
-    constants = NavigationConstants(table.drift, table.fix_s, vertical_speed_mps=table.vertical_speed_mps)
-    ways_m = [vehicle.survey_speed_mps * takes_s(constants, vehicle.depth_m) for vehicle in vehicles]
+    ways_m = [vehicle.survey_speed_mps * takes_s(table, vehicle.depth_m) for vehicle in vehicles]
     return float(table.drift * max(ways_m, default=0.0))
 
 
@@ -179,7 +305,7 @@ class FixingPosition(Behaviour):
         if navigation.has_fix:
             back_s = self._back_s(motion)
             spent_s, left_m = picture.body.now_s - since_s + back_s, navigation.uncertainty_m
-            self._is_fixed = left_m * spent_s <= (before_m - left_m) * navigation.constants.fix_s
+            self._is_fixed = left_m * spent_s <= (before_m - left_m) * navigation.table.fix_s
             if self._is_fixed:
                 self.depth_m = self._data.depth_m
         elif navigation.depth_m == self._data.depth_m:
@@ -188,16 +314,16 @@ class FixingPosition(Behaviour):
 
     def _back_s(self, motion: Motion) -> float:
         """Time (s) of the way back."""
-        rise_s = (self._data.depth_m - self.navigation.depth_m) / self.navigation.constants.vertical_speed_mps
+        rise_s = (self._data.depth_m - self.navigation.depth_m) / self.navigation.table.vertical_speed_mps
         return rise_s + distance_m(motion, self._from_m) / self._data.transit_speed_mps
 
     # Where ---------------------------------------------------------------------------------------
 
     def _nearest(self, motion: Motion, picture: Picture) -> int | None:
         """Return the number of the nearest beacon by time; None if the surface is nearer."""
-        constants = self.navigation.constants
-        soonest, least_s = None, self._data.depth_m / constants.vertical_speed_mps
-        for number, beacon in enumerate(constants.beacons):
+        navigation = self.navigation
+        soonest, least_s = None, self._data.depth_m / navigation.table.vertical_speed_mps
+        for number, beacon in enumerate(navigation.beacons):
             at_m = self._known_m(number, picture)
             if at_m is None or number in self._silent:
                 continue
@@ -212,7 +338,7 @@ class FixingPosition(Behaviour):
 
     def _known_m(self, number: int, picture: Picture) -> Point | None:
         """Return the known position of a beacon, for a carried one its carrier's last received."""
-        beacon = self.navigation.constants.beacons[number]
+        beacon = self.navigation.beacons[number]
         if beacon.carrier:
             return picture.peers.positions_m.get(beacon.carrier)
         return None if callable(beacon.position_m) else beacon.position_m
@@ -326,17 +452,13 @@ class Drift(Observer):
 
     def on_vehicle(self, vehicle: Vehicle) -> None:
         """Add navigation to a vehicle; a restarted one keeps its error."""
-        from remoras.motion.navigation import Navigation, NavigationConstants
-
-        layer, table = vehicle.functional, self._table
+        layer = vehicle.functional
         node = layer.data.node
-        beacons = self._heard_by(vehicle.name)
-        constants = NavigationConstants(table.drift, table.fix_s, beacons, table.vertical_speed_mps)
 
         def direction_rad(n_way: int) -> float:
             return TAU * loss.uniform(self._seed, loss.DRIFTS, n_way, node, 0)
 
-        navigation = Navigation(constants, layer.data.depth_m, direction_rad)
+        navigation = Navigation(self._table, self._heard_by(vehicle.name), layer.data.depth_m, direction_rad)
         self._adrift[node] = Adrift(layer, navigation, self._adrift.get(node))
 
     def separation(self, separation: Separation) -> Separation:
@@ -344,8 +466,6 @@ class Drift(Observer):
         return SeparationAcrossLayers(separation, lambda node: self._adrift[node].column_m)
 
     def _heard_by(self, vehicle: str) -> tuple[Beacon, ...]:
-        from remoras.motion.navigation import Beacon
-
         return tuple(
             Beacon(
                 beacon.position_m or partial(self.carrier_m, beacon.vehicle or "", beacon.sensor),

@@ -13,12 +13,11 @@ from pydantic import Field
 from missions.feature import Feature, Joining
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 from remoras.events import Host, Observer
-from remoras.recorder import TIME, VEHICLE, Column, Recorder, Table
+from remoras.recorder import TIME, VEHICLE, Column, Table
 from remoras.table import Section
 
 if TYPE_CHECKING:
     from missions.scenarios.scenario import Scenario
-    from remoras.deciding import InTime
     from remoras.strategy import Strategy
 
 KEY = "watch"
@@ -51,14 +50,9 @@ class Watch(Observer):
 
         strategy = host.vehicles[0].social.strategy
         assert isinstance(strategy, InTime)  # guaranteed by ``Feature.strategy``
-        watched_by(strategy, host.recorder)
-
-
-def watched_by(strategy: InTime, recorder: Recorder) -> None:
-    """Reset the timeouts of a strategy, and record later ones."""
-    strategy.silent.clear()
-    rows = recorder.rows(SILENCED.name)
-    strategy.late = lambda part, vehicle, group, now_s: rows.append((now_s, vehicle, group, part))
+        strategy.silent.clear()
+        rows = host.recorder.rows(SILENCED.name)
+        strategy.late = lambda part, vehicle, group, now_s: rows.append((now_s, vehicle, group, part))
 
 
 def n_silenced(run: MeasuredRun) -> int | Absent:

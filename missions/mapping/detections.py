@@ -15,7 +15,7 @@ from dataclasses import replace
 from exchange.channel import loss
 from missions.mapping.scenario import FindsTable, MappingRole, MappingScenario
 from missions.mapping.sensors import Cell, Seabed, SeabedFeature, SeaObject, Stays, mapping_speed_mps, swath_m
-from missions.meeting.job_mission import ReportedJob, numbered, with_needs
+from missions.meeting.job_mission import ReportedJob, numbered, playing, with_needs
 from remoras.activities import Objective
 from remoras.behaviours import (
     ADVANCING,
@@ -113,9 +113,7 @@ def with_inspectors(scenario: MappingScenario) -> MappingScenario:
     played = {role for vehicle in scenario.vehicle for role in vehicle.playable_roles or ()}
     unplayed = tuple(role for role in roles if role not in played)
     vehicles = [
-        one.model_copy(update={"playable_roles": (*(one.playable_roles or ()), *unplayed)})
-        if one.sensor and any(one.can_play(*role) for role in exploring)
-        else one
+        playing(one, unplayed) if one.sensor and any(one.can_play(*role) for role in exploring) else one
         for one in scenario.vehicle
     ]
     importance = scenario.mission.importance

@@ -24,23 +24,17 @@ Piece = tuple[int, int, int, int]
 """Column, row, width and height, in cells of the rectangle."""
 
 
-def drawn_ground(
-    tables: Mapping[str, Any],
-    seed: int,
-    n_mappers: tuple[int, int] = MAPPERS,
-    n_pieces: tuple[int, int] = PIECES,
-    n_cells: tuple[int, int] = CELLS,
-) -> dict[str, Any]:
+def drawn_ground(tables: Mapping[str, Any], seed: int) -> dict[str, Any]:
     """Randomise areas and fleet of a scenario with ``fleet.copies_of`` and one group with areas."""
     draws, found = _draws(seed), deepcopy(dict(tables))
     cell_m, (x_m, y_m) = found["world"]["cell_m"], (found["world"]["x_m"], found["world"]["y_m"])
     n_across, n_up = (int((high - low) / cell_m) for low, high in (x_m, y_m))
     width = _whole(draws, *WIDTHS)
-    height = min(n_up, round(_whole(draws, *n_cells) / width))
+    height = min(n_up, round(_whole(draws, *CELLS) / width))
     left_m = x_m[0] + cell_m * _whole(draws, 0, n_across - width)
     low_m = y_m[0] + cell_m * _whole(draws, 0, n_up - height)
-    pieces = _cut((0, 0, width, height), _whole(draws, *n_pieces), draws)
-    room, mappers = _whole(draws, 1, 2), _whole(draws, *n_mappers)
+    pieces = _cut((0, 0, width, height), _whole(draws, *PIECES), draws)
+    room, mappers = _whole(draws, 1, 2), _whole(draws, *MAPPERS)
     names = [f"piece {number:02d}" for number in range(1, len(pieces) + 1)]
     roles = [name.title().replace(" ", "") for name in names]
     found["area"] = [

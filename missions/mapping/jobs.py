@@ -3,7 +3,7 @@
 Rows are those of ``survey`` for the vehicle's swath; beside a slanted border they extend to every cell. Each cell
 belongs to its nearest row. A row with some mapped cells is cut to the span of the others; one without remaining cells
 is skipped. Rows run upwards or downwards, each from the end that gives the shortest path. Hence fewer remaining cells
-never make the path longer. An unmapped area is run in zigzag rows, see ``survey.zigzag``.
+never make the path longer. An unmapped area is run in zigzag rows, see ``survey.to_and_fro``.
 
 With position errors, rows may overlap. On one of n rows a vehicle may be off by a_n and still map all cells; beyond
 that it takes a new fix. If K is the error accumulated in the time of one fix, n rows take n (1 + K / a_n) times as long

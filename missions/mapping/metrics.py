@@ -7,9 +7,8 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, cast
 
 from exchange.arithmetic import distance
-from missions.figure import Declared, Figure, Layer, Mark, Place, RunResults, Style, Tiles, axis_end_s, round_up
-from missions.mapping.jobs import Ground, grounds_of
-from missions.mapping.sensors import COVERAGE, SIGHTINGS
+from missions.figure import Declared, Figure, Layer, Mark, RunResults, Style, axis_end_s, round_up
+from missions.mapping.sensors import SIGHTINGS
 from missions.mapping.truth import GOAL
 from missions.metric import NOT_APPLICABLE, Absent, Better, MeasuredRun, Metric
 from missions.scenarios.features import place_error_m
@@ -305,19 +304,3 @@ FIGURES: tuple[Declared, ...] = (
     Mark("inspected", "find inspected"),
 )
 """Figures of the mission."""
-
-
-def places(scenario: MappingScenario) -> tuple[Place, ...]:
-    """Return areas with their cells, and rally points."""
-    corners_m = tuple((area.name, area.corners_m) for area in scenario.area)
-    size_m = scenario.world.cell_m
-    areas = [
-        Place(name, "area to map", tuple((float(x), float(y)) for x, y in ground.corners_m), _tiles(ground, size_m))
-        for name, ground in grounds_of(size_m, corners_m).items()
-    ]
-    points = [Place(point.name, "rally point", (point.position_m,)) for point in scenario.rally_point]
-    return (*points, *areas)
-
-
-def _tiles(ground: Ground, size_m: float) -> Tiles:
-    return Tiles(size_m, ground.cells, "mappedCell", COVERAGE.name, ("cell_x", "cell_y"))

@@ -31,7 +31,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from missions.errors import ConfigurationFault, one_of
-from missions.figure import Declared, Place
+from missions.figure import Declared, Place, Tiles
 from missions.mapping.behaviours import MappingAlong, WorkLeft, ZigzagExploring, formation_of, positioning, room_of
 from missions.mapping.detections import (
     Inspecting,
@@ -42,7 +42,7 @@ from missions.mapping.detections import (
     with_inspectors,
 )
 from missions.mapping.jobs import SurveyJob, grounds_of, swaths_of
-from missions.mapping.metrics import FIGURES, METRICS, places
+from missions.mapping.metrics import FIGURES, METRICS
 from missions.mapping.scenario import NEEDED_OBJECTIVES, Area, FindsTable, MappingScenario
 from missions.mapping.sensors import (
     COVERAGE,
@@ -333,8 +333,13 @@ class MappingMission(JobMission):
 
     @property
     def places(self) -> Sequence[Place]:
-        """Areas and rally points."""
-        return places(self.scenario)
+        """Rally points, and areas with their cells."""
+        found = self.rally_places
+        for name, job in self._surveys.items():
+            tiles = Tiles(job.on.cell_m, job.on.cells, "mappedCell", COVERAGE.name, ("cell_x", "cell_y"))
+            corners_m = tuple((float(x), float(y)) for x, y in job.corners_m)
+            found.append(Place(name, "area to map", corners_m, tiles))
+        return found
 
     def founding_objectives(self) -> Sequence[Objective]:
         """Supervision of the groups by their leaders, and the inspections, which need no order."""

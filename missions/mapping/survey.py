@@ -36,12 +36,12 @@ def runs_along_x(corners: Sequence[Point]) -> bool:
     return max(xs) - min(xs) >= max(ys) - min(ys)
 
 
-def rows(corners: Sequence[Point], swath_m: float, inset_m: float | None = None) -> list[tuple[Point, Point]]:
+def rows(corners: Sequence[Point], swath_m: float, inset_m: float) -> list[tuple[Point, Point]]:
     """Return the ends of survey rows, each from the lower to the higher coordinate.
 
-    ``swath_m`` is the row spacing; ``inset_m`` the distance of row ends from the border, None: half a swath.
+    ``swath_m`` is the row spacing; ``inset_m`` the distance of row ends from the border.
 
-    >>> rows([(100, 100), (100, 350), (350, 350), (350, 100)], 25.0)[0]
+    >>> rows([(100, 100), (100, 350), (350, 350), (350, 100)], 25.0, 12.5)[0]
     ((112.5, 112.5), (337.5, 112.5))
     """
     xs, ys = [x for x, _ in corners], [y for _, y in corners]
@@ -55,23 +55,18 @@ def rows(corners: Sequence[Point], swath_m: float, inset_m: float | None = None)
         ends = _crossings(corners, 1 if along_x else 0, level)
         if len(ends) < 2:
             continue
-        inset = min(swath_m / 2.0 if inset_m is None else inset_m, (ends[-1] - ends[0]) / 2.0)
+        inset = min(inset_m, (ends[-1] - ends[0]) / 2.0)
         first, last = ends[0] + inset, ends[-1] - inset
         found.append(((first, level), (last, level)) if along_x else ((level, first), (level, last)))
     return found
 
 
-def zigzag(corners: Sequence[Point], swath_m: float, start_m: Point, inset_m: float | None = None) -> list[Point]:
-    """Return waypoints of the survey, two per row, from the row end nearest to ``start_m``.
+def to_and_fro(lines: Sequence[tuple[Point, Point]], start_m: Point) -> list[Point]:
+    """Return waypoints along all lines, from the outer line's end nearest to ``start_m``.
 
-    >>> zigzag([(0, 0), (0, 20), (40, 20), (40, 0)], 10.0, (0.0, 30.0))
+    >>> to_and_fro(rows([(0, 0), (0, 20), (40, 20), (40, 0)], 10.0, 5.0), (0.0, 30.0))
     [(5.0, 15.0), (35.0, 15.0), (35.0, 5.0), (5.0, 5.0)]
     """
-    return to_and_fro(rows(corners, swath_m, inset_m), start_m)
-
-
-def to_and_fro(lines: Sequence[tuple[Point, Point]], start_m: Point) -> list[Point]:
-    """Return waypoints along all lines, from the outer line's end nearest to ``start_m``."""
     corners_first = [(distance(start_m, lines[r][e]), r, e) for r in (0, len(lines) - 1) for e in (0, 1)]
     _, first_row, first_end = min(corners_first)
     ordered = lines if first_row == 0 else lines[::-1]

@@ -28,7 +28,7 @@ from remoras.beliefs import Known
 from remoras.database import VehicleData
 from remoras.motion import Motion
 from remoras.picture import Picture
-from remoras.sensor import Fact, Observation
+from remoras.sensor import Fact
 from remoras.work import HOME_MARGIN, Point
 
 POWER_SIGMA_W = 3.0
@@ -213,8 +213,3 @@ def _told(me: str, attribute: str, value: float | tuple[float, ...], diagnosis: 
     """Estimate with its diagnosis."""
     of: Fact = (me, attribute, value if isinstance(value, float | int) else (value[0], value[1]))
     return [of, (me, "diagnosis", diagnosis if is_wrong else "sound")]
-
-
-def as_observations(facts: list[Fact]) -> tuple[Observation, ...]:
-    """Combine facts in one observation."""
-    return (Observation(tuple(facts)),) if facts else ()

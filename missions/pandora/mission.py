@@ -14,7 +14,7 @@ vocabulary, from what the failure asserted. Steps with valid effects are not rep
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar
@@ -27,12 +27,11 @@ from missions.meeting.meeting import expected_of, importance_of
 from missions.metric import Metric
 from missions.pandora.part_actions import (
     Acting,
-    ActingContext,
     InspectingPart,
     Looking,
     Seeking,
     WorkingOnPart,
-    wrenching,
+    Wrenching,
 )
 from missions.pandora.scenario import ANY_VALVE, KINDS, TOLD, URGENCY, PandoraScenario, job_of
 from missions.pandora.structure import (
@@ -111,15 +110,13 @@ def _upsets(scenario: PandoraScenario) -> Iterator[ConfigurationFault]:
         yield ConfigurationFault("upset", f"{len(scenario.upset)} tables", allowed)
 
 
-ACTIONS: Mapping[
-    str, tuple[Callable[[PlannedPart, VehicleData, ActingContext], Acting], tuple[type[SensorSettings], ...]]
-] = {
+ACTIONS: Mapping[str, tuple[type[Acting], tuple[type[SensorSettings], ...]]] = {
     "Looking": (Looking, (CameraSettings, LogSettings)),
     "Seeking": (Seeking, (CameraSettings, LogSettings)),
     "Inspecting": (InspectingPart, (CameraSettings, LogSettings)),
     "Turning": (WorkingOnPart, (CameraSettings, LogSettings, ArmSettings)),
     "Cleaning": (WorkingOnPart, (CameraSettings, LogSettings, ArmSettings)),
-    "Wrenching": (wrenching, (CameraSettings, LogSettings, WrenchSettings)),
+    "Wrenching": (Wrenching, (CameraSettings, LogSettings, WrenchSettings)),
 }
 """Elementary tasks: their behaviour and the kinds of sensors switched on."""
 FINDING = ("Looking", "Seeking")
@@ -146,7 +143,6 @@ class PandoraMission(JobMission):
 
     def __init__(self, scenario: PandoraScenario) -> None:
         self._parts = planned_parts(scenario)
-        self._orders_of_actions = ActingContext(scenario.mission, scenario.foretold)
         super().__init__(scenario)
 
     @classmethod
@@ -190,10 +186,8 @@ class PandoraMission(JobMission):
     @property
     def places(self) -> Sequence[Place]:
         """Rally points and parts."""
-        return [
-            *self.rally_places,
-            *(Place(part.name, part.kind.lower(), part.points_m) for part in self._parts.values()),
-        ]
+        parts = (Place(part.name, part.kind.lower(), part.points_m) for part in self._parts.values())
+        return [*self.rally_places, *parts]
 
     @property
     def instances_found_per_vehicle(self) -> int:
@@ -225,8 +219,7 @@ class PandoraMission(JobMission):
     @cached_property
     def activity_domain(self) -> Domain:
         """Decomposition of a service, see the module; task arguments are the job and vehicle data."""
-        adaptation = self.scenario.mission.adaptation
-        assesses, repairs = adaptation != "none", adaptation == "all"
+        assesses, repairs = self.scenario.mission.assesses, self.scenario.mission.repairs
 
         def is_fit(facts: FactsLike, data: VehicleData) -> bool:
             return not facts.get(("isA", f"{data.name}.UnfitVehicle"))
@@ -289,7 +282,7 @@ class PandoraMission(JobMission):
 
     def _is_found_first(self, job: str) -> bool:
         """True for parts that may be displaced, unless the plan is executed blindly."""
-        return self.scenario.mission.adaptation != "none" and self._parts[job].kind == "Valve"
+        return self.scenario.mission.assesses and self._parts[job].kind == "Valve"
 
     def activities(
         self,
@@ -315,8 +308,8 @@ class PandoraMission(JobMission):
         if found is not None:
             return found
         make, _ = ACTIONS[activity.name]
-        return make(self._parts[activity.parameters[0]], data, self._orders_of_actions)
+        return make(self._parts[activity.parameters[0]], data, self.scenario)
 
     def behaviour_at(self, job: Any, data: VehicleData) -> Behaviour:
         """Work on a part, without a search."""
-        return ACTIONS[BY_KIND[job.kind]][0](job, data, self._orders_of_actions)
+        return ACTIONS[BY_KIND[job.kind]][0](job, data, self.scenario)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from itertools import pairwise
+from typing import ClassVar
 
 from exchange.arithmetic import distance
-from missions.pandora.assessment import ActionMonitor, as_observations
-from missions.pandora.scenario import Flow, PandoraSettings
+from missions.pandora.assessment import ActionMonitor
+from missions.pandora.scenario import PandoraScenario
 from missions.pandora.structure import CameraSettings, PlannedPart, WrenchSettings
 from remoras.behaviours import Approach, Behaviour, Perception, Reference, attracted, distance_m
 from remoras.beliefs import Known
@@ -28,30 +28,12 @@ MARGIN_S, MARGIN_SHARE = 30.0, 0.25
 """Margin of the expected duration, absolute and relative, for turns and braking."""
 
 
-@dataclass(frozen=True)
-class ActingContext:
-    """Common data of all actions of a run; ``foretold`` None means still water."""
-
-    settings: PandoraSettings
-    foretold: Flow | None
-
-    @property
-    def assesses(self) -> bool:
-        """True if actions are assessed."""
-        return self.settings.adaptation != "none"
-
-    @property
-    def repairs(self) -> bool:
-        """True if plans are repaired."""
-        return self.settings.adaptation == "all"
-
-
 class Acting(Behaviour):
     """Base of actions: travel, station keeping, assessment and end."""
 
-    def __init__(self, part: PlannedPart, data: VehicleData, orders: ActingContext) -> None:
-        self._part, self._data, self._orders = part, data, orders
-        self._monitor = ActionMonitor(data, orders.settings, part, orders.foretold)
+    def __init__(self, part: PlannedPart, data: VehicleData, scenario: PandoraScenario) -> None:
+        self._part, self._data, self._settings = part, data, scenario.mission
+        self._monitor = ActionMonitor(data, scenario.mission, part, scenario.foretold)
         self._approach = Approach(data.transit_speed_mps)
         self._gain, self._raised_s = 1.0, -math.inf
         self._seen_s: float | None = None
@@ -79,8 +61,8 @@ class Acting(Behaviour):
 
     def resign(self) -> list[Fact]:
         """Fail: the plan takes another alternative, or ends if plans are not repaired."""
-        self._has_failed = self._is_beyond_it = self._orders.repairs
-        self._is_done = not self._orders.repairs
+        self._has_failed = self._is_beyond_it = self._settings.repairs
+        self._is_done = not self._settings.repairs
         return [(self._part.of, "outcome", "failed")]
 
     # Behaviour interface -------------------------------------------------------------------------
@@ -105,11 +87,14 @@ class Acting(Behaviour):
             self._expected_s = MARGIN_S + (1.0 + MARGIN_SHARE) * time_s
         is_there = to_go_m <= NEAR_M
         self._there_s += dt_s if is_there else 0.0
-        found = self._carry_on(motion, picture, to_go_m, dt_s) if self._orders.assesses else self._by_the_clock()
-        return replace_ends(
-            Perception(1.0, 1.0 if is_there else advance, concludes=as_observations(found) + self.created()),
-            self._is_done, self._has_failed, self._is_beyond_it,
-        )  # fmt: skip
+        found = self._carry_on(motion, picture, to_go_m, dt_s) if self._settings.assesses else self._by_the_clock()
+        said = (Observation(tuple(found)),) if found else ()
+        perceived = Perception(1.0, 1.0 if is_there else advance, concludes=said + self.created())
+        if not (self._is_done or self._has_failed):
+            return perceived
+        failed = self._has_failed and not self._is_done
+        is_beyond_it = failed and self._is_beyond_it
+        return perceived._replace(stimulus=0.0, done=self._is_done, failed=failed, is_beyond_it=is_beyond_it)
 
     def created(self) -> tuple[Observation, ...]:
         """New instances; none here."""
@@ -120,8 +105,8 @@ class Acting(Behaviour):
         target_m = self.place_m(picture.facts)
         if distance_m(motion, target_m) > NEAR_M:
             return Reference(target_m, self._data.transit_speed_mps)
-        planned_mps = self._orders.settings.hold_speed_mps
-        if self._orders.assesses:
+        planned_mps = self._settings.hold_speed_mps
+        if self._settings.assesses:
             planned_mps = self._monitor.hold_speed_mps(picture.facts, picture.body.now_s, planned_mps, self._gain)
         return Reference(target_m, planned_mps)
 
@@ -133,7 +118,7 @@ class Acting(Behaviour):
         return []
 
     def _carry_on(self, motion: Motion, picture: Picture, to_go_m: float, dt_s: float) -> list[Fact]:
-        facts, now_s, settings = picture.facts, picture.body.now_s, self._orders.settings
+        facts, now_s, settings = picture.facts, picture.body.now_s, self._settings
         is_there = to_go_m <= NEAR_M
         if is_there:
             self._monitor.hold(to_go_m, settings.tolerance_m, dt_s)
@@ -158,7 +143,7 @@ class Acting(Behaviour):
 
     def _wait(self, facts: Known, now_s: float) -> list[Fact]:
         """Report a current too strong for the vehicle; the wait does not count as delay."""
-        waits = self._orders.repairs and self._monitor.is_overpowered(facts, now_s)
+        waits = self._settings.repairs and self._monitor.is_overpowered(facts, now_s)
         if waits == self._waits:
             return []
         self._waits = waits
@@ -166,7 +151,7 @@ class Acting(Behaviour):
 
     def _time(self) -> list[Fact]:
         """Compare elapsed with expected time."""
-        settings, expected_s = self._orders.settings, self._expected_s or math.inf
+        settings, expected_s = self._settings, self._expected_s or math.inf
         if self._taken_s > settings.failed_factor * expected_s:
             return self._failed()
         status = "late" if self._taken_s > settings.late_factor * expected_s else "proceeding"
@@ -178,14 +163,6 @@ class Acting(Behaviour):
     def _failed(self) -> list[Fact]:
         self._status = "failed"
         return [*self.resign(), (self._data.name, "actionStatus", "failed")]
-
-
-def replace_ends(perceived: Perception, is_done: bool, has_failed: bool, is_beyond_it: bool) -> Perception:
-    """Return the perception with the end of the action, if any."""
-    if is_done or has_failed:
-        failed = has_failed and not is_done
-        return perceived._replace(stimulus=0.0, done=is_done, failed=failed, is_beyond_it=failed and is_beyond_it)
-    return perceived
 
 
 LOOK_S = 120.0
@@ -205,8 +182,8 @@ SEEKING_M = 3.0
 class Looking(Acting):
     """Look for a part at its planned place; report its place, or a focus area for a search."""
 
-    def __init__(self, part: PlannedPart, data: VehicleData, orders: ActingContext) -> None:
-        super().__init__(part, data, orders)
+    def __init__(self, part: PlannedPart, data: VehicleData, scenario: PandoraScenario) -> None:
+        super().__init__(part, data, scenario)
         self._focus: tuple[Observation, ...] = ()
         self._has_said = False
 
@@ -227,11 +204,11 @@ class Looking(Acting):
         if self._there_s < LOOK_S:
             return []
         missing: Fact = part.of, "anomaly", "missing"
-        if not self._orders.repairs:
+        if not self._settings.repairs:
             return [missing, *self._failed()]
         self._has_failed = self._is_beyond_it = True
         focus: tuple[Fact, ...] = (
-            (SELF, "centre", part.place_m), (SELF, "radius", self._orders.settings.focus_radius_m),
+            (SELF, "centre", part.place_m), (SELF, "radius", self._settings.focus_radius_m),
             (part.of, "focusArea", SELF),
         )  # fmt: skip
         self._focus = (Observation(focus, found="FocusArea"),)
@@ -258,8 +235,8 @@ class Looking(Acting):
 class Seeking(Looking):
     """Search for a part along squares around the centre of its focus area."""
 
-    def __init__(self, part: PlannedPart, data: VehicleData, orders: ActingContext) -> None:
-        super().__init__(part, data, orders)
+    def __init__(self, part: PlannedPart, data: VehicleData, scenario: PandoraScenario) -> None:
+        super().__init__(part, data, scenario)
         camera = data.sensor(CameraSettings)
         range_m, every_s = (NEAR_M, 1.0) if camera is None else (camera.range_m, camera.every_s)
         self._spacing_m = SPACING_SHARE * range_m
@@ -316,16 +293,16 @@ def squares(centre_m: Point, radius_m: float, spacing_m: float) -> list[Point]:
 
 
 class WorkingOnPart(Acting):
-    """Work on a part with a tool until it senses the end; ``pace`` is relative to plan."""
+    """Work on a part with a tool until it senses the end."""
 
-    def __init__(
-        self, part: PlannedPart, data: VehicleData, orders: ActingContext, pace: float = 1.0, is_wrench: bool = False
-    ) -> None:
-        super().__init__(part, data, orders)
-        self._pace, self._is_wrench = pace, is_wrench
+    tool: ClassVar[str] = "arm"
+    _pace = 1.0  # relative to plan
+
+    def __init__(self, part: PlannedPart, data: VehicleData, scenario: PandoraScenario) -> None:
+        super().__init__(part, data, scenario)
         self._share: float | None = None  # last known, of any tool
         self._felt_there_s: float | None = None  # time on site at its last change
-        self._dead = "wrench" if is_wrench else "arm"
+        self._dead = self.tool
 
     def work_s(self) -> float:
         """Planned duration."""
@@ -341,10 +318,11 @@ class WorkingOnPart(Acting):
         if share is not None and share >= 1.0:
             self._is_done = True
             return [(part.of, "outcome", "done")]
-        if self._is_wrench or share != 0.0 or self._there_s * self._monitor.quality < NO_ADVANCE_SHARE * self.work_s():
+        least_s = NO_ADVANCE_SHARE * self.work_s()
+        if self.tool == "wrench" or share != 0.0 or self._there_s * self._monitor.quality < least_s:
             return self._placed_anew(facts)
         resists: Fact = part.of, "anomaly", "resists"
-        if not self._orders.repairs:
+        if not self._settings.repairs:
             return [resists, *self._failed()]
         self._has_failed = self._is_beyond_it = True
         return [resists, (self._data.name, "actionStatus", "failed")]
@@ -353,7 +331,7 @@ class WorkingOnPart(Acting):
         """Fail by timeout; a tool without progress for the planned duration is dead."""
         dead: Fact = self._data.name, "toolDead", self._dead
         felt_nothing_s = self._there_s - (self._felt_there_s or 0.0)
-        is_dead = self._orders.repairs and felt_nothing_s > self.work_s()
+        is_dead = self._settings.repairs and felt_nothing_s > self.work_s()
         return [*super()._failed(), *([dead] if is_dead else [])]
 
     def _placed_anew(self, facts: Known) -> list[Fact]:
@@ -365,11 +343,22 @@ class WorkingOnPart(Acting):
         return [(self._part.of, "placedAt", at_m)] if distance(at_m, was_m) > DISPLACED_M else []
 
 
+class Wrenching(WorkingOnPart):
+    """Work with a wrench."""
+
+    tool = "wrench"
+
+    def __init__(self, part: PlannedPart, data: VehicleData, scenario: PandoraScenario) -> None:
+        super().__init__(part, data, scenario)
+        wrench = data.sensor(WrenchSettings)
+        self._pace = 1.0 if wrench is None else wrench.pace
+
+
 class InspectingPart(Acting):
     """Hold the camera on each point of a part long enough."""
 
-    def __init__(self, part: PlannedPart, data: VehicleData, orders: ActingContext) -> None:
-        super().__init__(part, data, orders)
+    def __init__(self, part: PlannedPart, data: VehicleData, scenario: PandoraScenario) -> None:
+        super().__init__(part, data, scenario)
         self._nth = 0
         self._at_s = 0.0
 
@@ -393,15 +382,9 @@ class InspectingPart(Acting):
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Perceive as any action; without assessment time alone advances to the next point."""
-        if performed and not self._orders.assesses and self._nth + 1 < len(self._part.points_m):
+        if performed and not self._settings.assesses and self._nth + 1 < len(self._part.points_m):
             is_there = distance_m(motion, self.place_m(picture.facts)) <= NEAR_M
             self._at_s = (self._at_s or picture.body.now_s) if is_there else 0.0
             if is_there and picture.body.now_s - self._at_s >= self._part.work_s:
                 self._nth, self._at_s = self._nth + 1, 0.0
         return super().perceive(motion, picture, performed)
-
-
-def wrenching(part: PlannedPart, data: VehicleData, orders: ActingContext) -> WorkingOnPart:
-    """Create the work with a wrench."""
-    wrench = data.sensor(WrenchSettings)
-    return WorkingOnPart(part, data, orders, 1.0 if wrench is None else wrench.pace, is_wrench=True)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any, Literal
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, Literal
 
 from pydantic import Field, field_validator
 
@@ -11,9 +11,6 @@ from missions.meeting.job_mission import JobScenario, JobSettings
 from missions.meeting.sequential_tests import threshold
 from missions.scenarios.features import water
 from remoras.table import Name, PointM, Positive, Section, Sparse
-
-if TYPE_CHECKING:
-    from remoras.motion.current import Surge
 
 Flow = Callable[[float, float], PointM]
 """Velocity of the water (m/s, x east, y north) at a depth (m) and time (s)."""
@@ -97,6 +94,16 @@ class PandoraSettings(JobSettings):
             raise ValueError("an action fails after it is late: allowed: above late_factor")
         return given
 
+    @property
+    def assesses(self) -> bool:
+        """True if actions are assessed."""
+        return self.adaptation != "none"
+
+    @property
+    def repairs(self) -> bool:
+        """True if plans are repaired."""
+        return self.adaptation == "all"
+
     def alarm_at(self, every_s: float) -> float:
         """Threshold of a two-sided sequential test with a reading every ``every_s``."""
         return threshold(3600.0 / (every_s * self.false_alarms_per_h))
@@ -133,8 +140,8 @@ class PandoraScenario(JobScenario):
         planned = None if moving is None else moving.foretold()
         return None if planned is None else planned.at
 
-    def surges(self, seed: int) -> tuple[Surge, ...]:
-        """Unplanned surges of the current in a run."""
+    def surges(self, seed: int) -> Sequence[Any]:
+        """Unplanned surges of the current in a run, each from ``from_s`` to ``until_s``."""
         moving = water(self)
         return () if moving is None else moving.surges(seed)
 

@@ -368,7 +368,7 @@ class PlannedPart:
 def planned_parts(scenario: PandoraScenario) -> dict[str, PlannedPart]:
     """Service tasks by name."""
     panels = {panel.name: panel.position_m for panel in scenario.panel}
-    hands_on = tuple(vehicle.name for vehicle in scenario.vehicle) if scenario.mission.adaptation == "all" else ()
+    hands_on = tuple(vehicle.name for vehicle in scenario.vehicle) if scenario.mission.repairs else ()
     found = {}
     for kind, of_class in KINDS.items():
         for table in getattr(scenario, kind):

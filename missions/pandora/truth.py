@@ -237,27 +237,30 @@ def last_serviced_s(run: MeasuredRun) -> float | None:
     return float(rows[-1][0]) if rows and run.goal_fraction == 1.0 else None
 
 
+def delays_s(run: MeasuredRun) -> list[float | None]:
+    """Time (s) from the begin of each event to its first finding; None if undetected."""
+    found = list(findings_of(run))
+    return [detected_s(event, found) for event in events_of(run)]
+
+
 def detected_fraction(run: MeasuredRun) -> float | Absent:
     """Share of events that were detected."""
-    events, found = events_of(run), list(findings_of(run))
-    if not events:
-        return NOT_APPLICABLE
-    return sum(detected_s(event, found) is not None for event in events) / len(events)
+    taken_s = delays_s(run)
+    return (len(taken_s) - taken_s.count(None)) / len(taken_s) if taken_s else NOT_APPLICABLE
 
 
 def n_missed(run: MeasuredRun) -> int:
     """Events undetected at the end."""
-    found = list(findings_of(run))
-    return sum(detected_s(event, found) is None for event in events_of(run))
+    return delays_s(run).count(None)
 
 
 def time_to_detect_s(run: MeasuredRun) -> float | Absent | None:
     """Mean time from the begin of a detected event to its first finding."""
-    events, found = events_of(run), list(findings_of(run))
-    if not events:
+    taken_s = delays_s(run)
+    detected = [one for one in taken_s if one is not None]
+    if not taken_s:
         return NOT_APPLICABLE
-    taken_s = [one for event in events if (one := detected_s(event, found)) is not None]
-    return math.fsum(taken_s) / len(taken_s) if taken_s else None
+    return math.fsum(detected) / len(detected) if detected else None
 
 
 def n_false_alarms(run: MeasuredRun) -> int:

@@ -21,7 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Self, cast
+from typing import Any, Self
 
 from exchange.arithmetic import distance
 from missions.trident.services import (
@@ -52,11 +52,6 @@ RECOVERY_S = 400.0
 """Expected duration of a recovery on site, fitted to runs without faults."""
 
 
-def surveyor(data: VehicleData) -> SurveyorSettings | None:
-    """First surveying module of a vehicle."""
-    return data.sensor(SurveyorSettings)
-
-
 def survey_speed_mps(data: VehicleData, settings: SurveyorSettings) -> float:
     """Survey speed, limited by the module."""
     return min(data.survey_speed_mps, data.speed_factor * settings.speed_limit_mps)
@@ -69,11 +64,13 @@ def is_to_be_surveyed(facts: FactsLike, block: str, recovery: str) -> bool:
     return int(facts.get(("surveyedAgain", block), 0)) < int(facts.get(("surveysAgain", recovery), 0))
 
 
+@dataclass(frozen=True, kw_only=True)
 class OnServices:
     """Base of jobs on reporting ``services``, some ``failed``; see ``remoras.work.HinderedJob``."""
 
+    needs: tuple[str, ...] = ()
     services: tuple[str, ...]
-    failed: frozenset[str]
+    failed: frozenset[str] = frozenset()
 
     def is_able(self, data: VehicleData) -> bool:
         """Return True for a vehicle with working services for the job."""
@@ -81,7 +78,7 @@ class OnServices:
 
     def is_ever_able(self, data: VehicleData) -> bool:
         """Return True for a vehicle that is able while its services work."""
-        return self._with(frozenset()).is_able(data)
+        return replace(self, failed=frozenset()).is_able(data)
 
     @property
     def rests_on(self) -> tuple[Key, ...]:
@@ -96,10 +93,7 @@ class OnServices:
     def left(self, facts: Known) -> Self:
         """Return the job with the failed services."""
         failed = frozenset(name for name in self.services if facts.get(("serviceStatus", name)) == FAILED)
-        return self if failed == self.failed else self._with(failed)
-
-    def _with(self, failed: frozenset[str]) -> Self:
-        return cast(Self, replace(cast(Any, self), failed=failed))  # a dataclass, as both jobs are
+        return self if failed == self.failed else replace(self, failed=failed)
 
 
 @dataclass(frozen=True)
@@ -108,9 +102,6 @@ class BlockSurvey(OnServices):
 
     block: SeabedBlock
     vehicles: frozenset[str]
-    needs: tuple[str, ...] = ()
-    services: tuple[str, ...] = ()
-    failed: frozenset[str] = frozenset()
 
     @property
     def name(self) -> str:
@@ -131,11 +122,11 @@ class BlockSurvey(OnServices):
         """Return True for a vehicle with a service for it, or one that may request it."""
         if self.failed and self.failed.issuperset(self.services):
             return False
-        return data.name in self.vehicles and surveyor(data) is not None
+        return data.name in self.vehicles and data.sensor(SurveyorSettings) is not None
 
     def after(self, outlook: Outlook, data: VehicleData) -> Outlook | None:
         """Return the outlook after travel and all lanes of the first surveying module."""
-        settings = surveyor(data) if self.is_able(data) else None
+        settings = data.sensor(SurveyorSettings) if self.is_able(data) else None
         if settings is None:
             return None
         way_s = distance(outlook.position_m, self.place_m) / data.transit_speed_mps
@@ -151,9 +142,6 @@ class RecoveryJob(OnServices):
 
     name: str
     place_m: Point
-    needs: tuple[str, ...]
-    services: tuple[str, ...] = ()
-    failed: frozenset[str] = frozenset()
     exhausted: bool = False
 
     @property
@@ -303,6 +291,9 @@ def _operators(matching: Matching) -> list[Operator]:
     def fixed(facts: FactsLike, vehicle: str, candidate: str, service: str) -> Mapping[Hashable, Any]:
         return {("fixedOn", vehicle): True}
 
+    def is_localised(facts: FactsLike, job: str, candidate: str, service: str, after: str) -> bool:
+        return not after or bool(facts.get(("fixedOn", after)))  # ``after``: vehicle that must take a fix first
+
     def found(facts: FactsLike, job: str, candidate: str, service: str, after: str) -> Mapping[Hashable, Any]:
         return {("verdict", candidate): "target", ("reacquiredBy", candidate): provider(service)}
 
@@ -326,16 +317,11 @@ def _operators(matching: Matching) -> list[Operator]:
         Operator(STANDING_BY, lasts=True, expected=_unknown),
         Operator(SURVEYING, effects=surveyed, expected=_unknown),
         Operator(RANGING, effects=fixed, expected=_unknown),
-        Operator(REACQUIRING, _is_localised, found, expected=_unknown),
+        Operator(REACQUIRING, is_localised, found, expected=_unknown),
         Operator(MISSING, effects=absent, expected=_unknown),
         Operator(HOLDING, is_found, held, expected=_unknown),
         Operator(HANDLING, is_held, handled, expected=_unknown),
     ]
-
-
-def _is_localised(facts: FactsLike, job: str, candidate: str, service: str, after: str) -> bool:
-    """True if no vehicle must take a fix first (``after`` empty), or ``after`` has one."""
-    return not after or bool(facts.get(("fixedOn", after)))
 
 
 def _is_open(facts: FactsLike, recovery: str) -> bool:

@@ -240,21 +240,16 @@ class TridentMission(JobMission):
 
     def jobs_of(self, scenario: TridentScenario) -> Iterable[Job]:
         """A survey per block, and the recovery."""
-        everybody, services = frozenset(self._database), self.matching.services
-        heeded = (
-            services.items() if self.matching.response == "matching" else ()
-        )  # other plans respond to outcomes only
+        services, matches = self.matching.services, self.matching.response == "matching"
+        heeded = services.items() if matches else ()  # other plans respond to outcomes only
         surveying = tuple(name for name, one in heeded if isinstance(one.settings, SurveyorSettings))
         on_board = tuple(name for name, one in heeded if isinstance(one.settings, EffectorSettings | FinderSettings))
         for name, block in self.blocks.items():
-            of = self.matching.blocks[name]
-            listed = {of.service, *(of.spare if self.matching.response == "repair" else ())}
-            own = {one.vehicle for service, one in services.items() if service in listed}
-            vehicles = everybody if self.matching.response == "matching" else frozenset(own)
-            yield BlockSurvey(block, vehicles, services=surveying)
+            planned = {services[service].vehicle for service in self.matching.planned(self.matching.blocks[name])}
+            yield BlockSurvey(block, frozenset(self._database if matches else planned), services=surveying)
         xs, ys = zip(*(block.centre_m for block in self.blocks.values()), strict=True)
         middle_m = math.fsum(xs) / len(xs), math.fsum(ys) / len(ys)
-        yield RecoveryJob(scenario.recovery.name, middle_m, tuple(self.blocks), on_board)
+        yield RecoveryJob(scenario.recovery.name, middle_m, needs=tuple(self.blocks), services=on_board)
 
     @property
     def instances(self) -> Sequence[tuple[str, str]]:

@@ -25,7 +25,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
@@ -112,12 +112,11 @@ class Site:
     transponder_m: Point | None = None
     transponder_range_m: float = 0.0
     seed: int = 0
-    numbers: Mapping[Tile, tuple[str, int]] = field(init=False, repr=False, compare=False)
-    """Block and index in it of every tile."""
 
-    def __post_init__(self) -> None:
-        numbers = {tile: (block.name, n) for block in self.blocks for n, tile in enumerate(block.tiles)}
-        object.__setattr__(self, "numbers", numbers)
+    @cached_property
+    def numbers(self) -> Mapping[Tile, tuple[str, int]]:
+        """Block and index in it of every tile."""
+        return {tile: (block.name, n) for block in self.blocks for n, tile in enumerate(block.tiles)}
 
     def below(self, at_m: Point, reach_m: float) -> list[Tile]:
         """Return tiles of blocks with centre within ``reach_m`` of a place."""
@@ -153,16 +152,13 @@ def _drawn_m(blocks: Sequence[SeabedBlock], number: int, seed: int, others: Sequ
     for trial in range(DRAWS):
         which, east, north = (loss.uniform(seed, loss.FINDS, number, trial, draw) for draw in range(3))
         block = blocks[int(which * len(blocks))]
-        width_m, height_m = (max(0.0, side - 2.0 * RIM_M) for side in _sides_m(block))
+        sides_m = block.east_m - block.west_m, block.north_m - block.south_m
+        width_m, height_m = (max(0.0, side_m - 2.0 * RIM_M) for side_m in sides_m)
         x_m, y_m = block.centre_m
         at_m = x_m + (east - 0.5) * width_m, y_m + (north - 0.5) * height_m
         if all(distance(at_m, other.position_m) >= APART_M for other in others):
             break
     return at_m
-
-
-def _sides_m(block: SeabedBlock) -> tuple[float, float]:
-    return block.east_m - block.west_m, block.north_m - block.south_m
 
 
 CANDIDATE = "Candidate"
@@ -502,14 +498,18 @@ class Matching:
             return found
         return tuple(name for name in found if self.services[name].vehicle == me)
 
+    def planned(self, of: ActivityTable) -> tuple[str, ...]:
+        """Services that the plan names, with spares under ``repair``."""
+        listed = (of.service, *(of.spare if self.response == "repair" else ()))
+        return tuple(name for name in listed if name in self.services)
+
     def rests_on(self) -> frozenset[Key]:
         """Facts on which a match depends."""
         return frozenset(("serviceStatus", name) for name in self.services)
 
     def _ways(self, of: ActivityTable, me: str, facts: FactsLike, there: Collection[str]) -> tuple[str, ...]:
         if self.response != "matching":
-            listed = (of.service, *(of.spare if self.response == "repair" else ()))
-            return tuple(name for name in listed if name in self.services)
+            return self.planned(of)
         fitting = self._fitting(of.requires, me, facts)
         able = [service for name, service in self.services.items() if name in fitting and service.vehicle in there]
         able.sort(

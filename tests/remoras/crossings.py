@@ -8,14 +8,13 @@ from typing import Any
 
 from samples import activity_set, auv
 
-from missions.features.current import in_current
+from missions.features.current import Current, in_current
 from remoras.activities import Activity, ActivityType
 from remoras.behaviours import Behaviour, Reference, Standing, distance_m
 from remoras.database import VehicleData
 from remoras.functional.layer import FunctionalLayer
 from remoras.functional.vital import VITAL_SETS
 from remoras.motion import Motion
-from remoras.motion.current import Current
 from remoras.motion.separation import Separation
 from remoras.picture import Picture
 from remoras.work import Point

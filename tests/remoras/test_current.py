@@ -7,8 +7,8 @@ from crossings import KINDS, crossing, travel, traveller
 from hypothesis import given
 from hypothesis import strategies as st
 
+from missions.features.current import Current, through_water
 from remoras.behaviours import Reference
-from remoras.motion.current import Current, through_water
 
 ACROSS = Current(0.0, 0.6)
 TIDE = Current(0.5, -0.3, tide_period_s=1200.0, tide_phase=0.1)

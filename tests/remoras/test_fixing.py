@@ -9,7 +9,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from samples import activity_set, auv
 
-from missions.features.navigation import FIXING, Adrift, SeparationAcrossLayers
+from missions.features.navigation import (
+    FIXING,
+    Adrift,
+    Beacon,
+    Navigation,
+    NavigationTable,
+    SeparationAcrossLayers,
+    takes_s,
+)
 from remoras.activities import Activity, ActivityType
 from remoras.behaviours import DUE, Behaviour, Perception, Reference
 from remoras.database import VehicleData
@@ -17,7 +25,6 @@ from remoras.functional.layer import FunctionalLayer
 from remoras.functional.vital import VITAL_SETS
 from remoras.motion import Motion
 from remoras.motion.avoidance import Neighbour
-from remoras.motion.navigation import Beacon, Navigation, NavigationConstants, takes_s
 from remoras.motion.separation import Separation
 from remoras.picture import Picture
 from remoras.sensor import Pose
@@ -50,7 +57,7 @@ class Voyage:
     """One vehicle that decides every 2 s, as the executive layer has it: what is vital before what is not."""
 
     def __init__(self, *beacons: Beacon, drift: float = 0.02) -> None:
-        self.navigation = Navigation(NavigationConstants(drift, 10.0, beacons), 20.0, lambda n: 1.0 + n)
+        self.navigation = Navigation(NavigationTable(drift=drift), beacons, 20.0, lambda n: 1.0 + n)
         self.layer = FunctionalLayer(auv(), East(), None, {}, BOUNDS_M, Picture())
         self.adrift = Adrift(self.layer, self.navigation)
         sets = self.layer.prepare([activity_set(("Going", ActivityType.GUIDANCE))])
@@ -80,7 +87,7 @@ class Voyage:
 @given(st.lists(st.tuples(st.floats(0.0, 400.0), st.floats(0.0, 60.0)), max_size=30), st.floats(0.0, 0.2))
 def test_no_error_is_greater_than_its_bound(ways: list[tuple[float, float]], drift: float) -> None:
     """Ways under water in any directions, each ended by a fix of any length; the first is as far off as the bound."""
-    navigation = Navigation(NavigationConstants(drift), 20.0, lambda n: 2.4 * n * n)
+    navigation = Navigation(NavigationTable(drift=drift), (), 20.0, lambda n: 2.4 * n * n)
     for number, (way_m, stay_s) in enumerate(ways):
         navigation.go((0.0, 0.0), way_m, 1.0)
         error_m = math.hypot(*navigation.error_m)
@@ -97,7 +104,7 @@ def test_its_error_on_each_axis_spreads_no_more_than_it_says(ways: list[tuple[fl
     draw, squares = random.Random(7), list[float]()
     for _ in range(200):
         course = [math.tau * draw.random() for _ in ways]
-        navigation = Navigation(NavigationConstants(0.02), 20.0, course.__getitem__)
+        navigation = Navigation(NavigationTable(drift=0.02), (), 20.0, course.__getitem__)
         for way_m, stay_s in ways:
             navigation.depth_m = 0.0
             navigation.go((0.0, 0.0), 0.0, stay_s)
@@ -116,7 +123,7 @@ def test_a_vehicle_goes_up_once_it_may_be_too_far_off_and_goes_on_where_it_stopp
     assert voyage.layer.motion.distance_m == pytest.approx(500.0, abs=5.0)
     x_m = voyage.layer.motion.x_m
     took_s = voyage.go_on(lambda: not voyage.is_fixing)
-    assert took_s == pytest.approx(takes_s(voyage.navigation.constants, 20.0), abs=6.0)
+    assert took_s == pytest.approx(takes_s(voyage.navigation.table, 20.0), abs=6.0)
     assert voyage.layer.depth_m == 20.0
     assert abs(voyage.layer.motion.x_m - x_m) < 3.0  # it had to brake
     assert voyage.navigation.uncertainty_m == pytest.approx(0.088 * 10.0, abs=0.2)

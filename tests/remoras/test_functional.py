@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from samples import activity_set, auv
 
-from missions.features.current import in_current
+from missions.features.current import Current, in_current
 from remoras.activities import Activity, ActivitySet, ActivityType, Wait
 from remoras.behaviours import DUE, Behaviour, Homing, Perception, Reference, Standing
 from remoras.database import VehicleData
@@ -16,7 +16,6 @@ from remoras.functional.layer import FunctionalLayer
 from remoras.functional.sensing import Sensed
 from remoras.functional.vital import VITAL_NAMES, VITAL_SETS
 from remoras.motion import Motion
-from remoras.motion.current import Current
 from remoras.picture import Picture
 from remoras.recorder import TIME, VEHICLE, Column, Table
 from remoras.sensor import Observation, Pose

@@ -7,13 +7,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from samples import activity_set, auv
 
-from missions.features.navigation import Adrift
+from missions.features.navigation import Adrift, Beacon, Navigation, NavigationTable
 from remoras.activities import Activity, ActivityType
 from remoras.behaviours import Behaviour, Homing
 from remoras.database import VehicleData
 from remoras.functional.layer import FunctionalLayer
 from remoras.functional.vital import VITAL_SETS
-from remoras.motion.navigation import Beacon, Navigation, NavigationConstants
 from remoras.picture import Picture
 
 NORTH = math.pi / 2.0
@@ -22,7 +21,7 @@ BOUNDS_M = (-1000.0, -1000.0, 1000.0, 1000.0)
 
 def adrift(drift: float = 0.02, *beacons: Beacon, depth_m: float = 20.0) -> Navigation:
     """It drifts to the north on its first way, to the east on the next."""
-    return Navigation(NavigationConstants(drift, 10.0, beacons), depth_m, lambda n: NORTH if n == 0 else 0.0)
+    return Navigation(NavigationTable(drift=drift), beacons, depth_m, lambda n: NORTH if n == 0 else 0.0)
 
 
 @given(st.lists(st.floats(0.0, 3.0), min_size=1, max_size=50))

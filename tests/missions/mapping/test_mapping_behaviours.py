@@ -11,7 +11,7 @@ from surveying import CORNERS_M, JOB, Surveyor, cells_known, mapper, survey
 from watched import Facts
 
 from missions.mapping.behaviours import WORTH_FINISHING, MappingAlong, WorkLeft, ZigzagExploring, due
-from missions.mapping.survey import zigzag
+from missions.mapping.survey import rows, to_and_fro
 from missions.runs.setup import resolved
 from missions.scenarios import load
 from remoras.activities import Objective
@@ -41,7 +41,7 @@ def test_a_survey_of_an_untouched_area_runs_the_waypoints_of_the_paper() -> None
     """Twenty of them; transit to the first, 159.1 m at 2 m/s, then 2475 m at 1.25 m/s: 2060 s, and turns."""
     one = Surveyor(mapper(), cells_known())
     done_s = survey(one)
-    assert one.rows == zigzag(CORNERS_M, 25.0, (0.0, 0.0), 12.5)
+    assert one.rows == to_and_fro(rows(CORNERS_M, 25.0, 12.5), (0.0, 0.0))
     assert one.last == DONE
     assert one.covered == set(ALL)
     assert 2040.0 < done_s < 2060.0 * 1.03  # the last cell is mapped 12.5 m, 10 s, before the last waypoint

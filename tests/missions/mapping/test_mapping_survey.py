@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from sample_vehicles import AUV, WITHOUT_SENSOR
 
 from missions.mapping.jobs import Ground, Survey, SurveyJob, ground_of
-from missions.mapping.survey import Point, contains, length_m, rows, to_and_fro, zigzag
+from missions.mapping.survey import Point, contains, length_m, rows, to_and_fro
 from remoras.work import Outlook
 
 MIDFIELD = [(100.0, 100.0), (100.0, 350.0), (350.0, 350.0), (350.0, 100.0)]
@@ -18,7 +18,7 @@ MIDFIELD = [(100.0, 100.0), (100.0, 350.0), (350.0, 350.0), (350.0, 100.0)]
 
 def test_the_grid_of_table_ii() -> None:
     """Table II: (112.5,112.5) (137.5,112.5) ... (337.5,112.5), the next row at 137.5, up to (337.5,337.5)."""
-    waypoints = zigzag(MIDFIELD, 25.0, (0.0, 0.0))
+    waypoints = to_and_fro(rows(MIDFIELD, 25.0, 12.5), (0.0, 0.0))
     levels = [112.5 + 25.0 * number for number in range(10)]
     assert levels[-1] == 337.5
     assert [sorted(row) for row in zip(waypoints[::2], waypoints[1::2], strict=True)] == [
@@ -30,7 +30,7 @@ def test_the_grid_of_table_ii() -> None:
 
 def test_a_width_that_is_no_multiple_of_the_swath_is_shared_out() -> None:
     """60 m in swaths of 25 m: three rows, 20 m apart, the outer ones 10 m from the border."""
-    assert [begin[1] for begin, _ in rows([(0, 0), (100, 0), (100, 60), (0, 60)], 25.0)] == [10.0, 30.0, 50.0]
+    assert [begin[1] for begin, _ in rows([(0, 0), (100, 0), (100, 60), (0, 60)], 25.0, 12.5)] == [10.0, 30.0, 50.0]
 
 
 # Any convex polygon -------------------------------------------------------------------------------
@@ -50,8 +50,8 @@ GROUNDS = st.builds(ground_of, convex_polygons().map(tuple), st.sampled_from([8.
 
 @given(convex_polygons(), st.floats(5.0, 40.0), st.tuples(st.floats(-600, 600), st.floats(-600, 600)))
 def test_a_zigzag_runs_every_row_once_and_stays_inside(corners: list[Point], swath_m: float, start: Point) -> None:
-    lines = rows(corners, swath_m)
-    waypoints = zigzag(corners, swath_m, start)
+    lines = rows(corners, swath_m, swath_m / 2.0)
+    waypoints = to_and_fro(lines, start)
     run = list(zip(waypoints[::2], waypoints[1::2], strict=True))
     assert sorted(tuple(sorted(row)) for row in run) == sorted(tuple(sorted(line)) for line in lines)
     # to and fro; a row that the inset leaves no length has no direction
