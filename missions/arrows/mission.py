@@ -39,11 +39,10 @@ from missions.arrows.detectors import AcousticSettings, ClassifyingCameraSetting
 from missions.arrows.scenario import DETECTORS, ArrowsScenario, KindTable
 from missions.arrows.truth import FIGURES, FLEET_MAPS, IDENTIFIED, MAPS, METRICS, ArrowsTruth
 from missions.errors import ConfigurationFault, one_of
-from missions.figure import Declared, Place
+from missions.figure import Place
 from missions.meeting.job_mission import JobMission
 from missions.meeting.meeting import OBJECTIVES, Pursuit
 from missions.meeting.truth import JOBS
-from missions.metric import Metric
 from missions.scenarios.parts import database_of
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective
 from remoras.behaviours import Behaviour
@@ -51,7 +50,7 @@ from remoras.database import VehicleData
 from remoras.errors import PlanningError
 from remoras.htn import FactsLike
 from remoras.mission import Finding
-from remoras.recorder import Recorder, Table
+from remoras.recorder import Recorder
 from remoras.sensor import SensorSettings
 from remoras.work import Job, Point
 
@@ -127,9 +126,9 @@ class ArrowsMission(JobMission):
     sensors: ClassVar[Mapping[str, type[SensorSettings]]] = {
         "acoustic": AcousticSettings, "magnetic": MagneticSettings, "optical": ClassifyingCameraSettings,
     }  # fmt: skip
-    tables: ClassVar[tuple[Table, ...]] = (JOBS, IDENTIFIED, MAPS, FLEET_MAPS)
-    metrics: ClassVar[tuple[Metric, ...]] = METRICS
-    figures: ClassVar[tuple[Declared, ...]] = FIGURES
+    tables = (JOBS, IDENTIFIED, MAPS, FLEET_MAPS)
+    metrics = METRICS
+    figures = FIGURES
     scenario: ArrowsScenario
 
     def __init__(self, scenario: ArrowsScenario) -> None:
@@ -244,14 +243,13 @@ class ArrowsMission(JobMission):
 
     def founding_objectives(self) -> Sequence[Objective]:
         """Supervision by leaders; search and identification by other initial roles, by equipment."""
-        names = [SEARCHING, IDENTIFYING]
+        directing = (DIRECTING,) if self.scenario.mission.search == "central" else ()
         founding = [
             Objective(group.name, role.name, name, AREA)
             for group in self.groups.values()
             for role in group.roles
             if role.founding
-            for name in ([DIRECTING] if role.head and self.scenario.mission.search == "central" else [])
-            + ([] if role.head else names)
+            for name in (directing if role.head else (SEARCHING, IDENTIFYING))
         ]
         return [*super().founding_objectives(), *founding]
 

@@ -21,9 +21,10 @@ from typing import ClassVar
 from pydantic import Field
 
 from exchange.arithmetic import distance
-from missions.fieldwork.helping import MUCH_NEARER_M, NEWS_FRAMES, Help, HelpAwaited
+from missions.fieldwork.helping import MUCH_NEARER_M, Help, HelpAwaited
 from missions.fieldwork.jobs import SiteSurvey
 from missions.meeting.job_mission import DONE_BY, THERE_M
+from missions.meeting.meeting import NEWS_FRAMES
 from remoras.behaviours import (
     ADVANCING,
     CAPTURE_M,
@@ -69,8 +70,8 @@ ALL = 1.0 - 1e-9
 
 
 @dataclass
-class Drill:
-    """True state of a drill; ``hole`` is its site, or empty."""
+class Store:
+    """True state of a drill's battery, or of a charger; ``hole`` is the site of the drill, or empty."""
 
     left_j: float
     state: str = AT_REST
@@ -78,26 +79,17 @@ class Drill:
 
 
 @dataclass
-class Charger:
-    """True state of a charger."""
-
-    left_j: float
-    state: str = AT_REST
-
-
-@dataclass
 class Energies:
     """True energies, drilling progress and events of a run.
 
     Attributes:
-        drills, chargers: by vehicle and sensor, after first use.
+        stores: of drills and chargers, by vehicle and sensor, after first use.
         bored: finished share by site, 0..1.
         events: in order, rows of ``missions.fieldwork.truth.ENERGY``.
         passing: transferred energy (J) and time of the last transfer, by giver and site.
     """
 
-    drills: dict[tuple[str, str], Drill] = field(default_factory=dict)
-    chargers: dict[tuple[str, str], Charger] = field(default_factory=dict)
+    stores: dict[tuple[str, str], Store] = field(default_factory=dict)
     bored: dict[str, float] = field(default_factory=dict)
     events: list[Row] = field(default_factory=list)
     passing: dict[tuple[str, str], tuple[float, float]] = field(default_factory=dict)
@@ -139,9 +131,9 @@ class DrillSettings(EquipmentSettings):
     battery_j: float = Field(90e3, gt=0.0, description="energy of its full battery, as at the start")
     power_w: float = Field(300.0, gt=0.0, description="battery power for drilling")
 
-    def of(self, vehicle: str, energies: Energies) -> Drill:
+    def of(self, vehicle: str, energies: Energies) -> Store:
         """True state of a vehicle's drill."""
-        return energies.drills.get((vehicle, self.name)) or Drill(self.battery_j)
+        return energies.stores.get((vehicle, self.name)) or Store(self.battery_j)
 
     def reading(self, vehicle: str, energies: Energies) -> list[Fact]:
         """State, remaining battery share, site and finished share."""
@@ -159,9 +151,9 @@ class ChargerSettings(EquipmentSettings):
 
     store_j: float = Field(300e3, ge=0.0, description="energy in its store at the start")
 
-    def of(self, vehicle: str, energies: Energies) -> Charger:
+    def of(self, vehicle: str, energies: Energies) -> Store:
         """True state of a vehicle's charger."""
-        return energies.chargers.get((vehicle, self.name)) or Charger(self.store_j)
+        return energies.stores.get((vehicle, self.name)) or Store(self.store_j)
 
     def reading(self, vehicle: str, energies: Energies) -> list[Fact]:
         """State and remaining share of the store."""
@@ -251,8 +243,8 @@ class Passing:
         dt_s, self._last_s = now_s - self._last_s, now_s
         if dt_s <= 0.0:
             return
-        for charger in self._energies.chargers.values():
-            charger.state = AT_REST
+        for store in self._energies.stores.values():
+            store.state, store.hole = AT_REST, ""
         for vehicle in fleet.vehicles:
             for settings in vehicle.data.sensors:
                 if isinstance(settings, DrillSettings):
@@ -264,13 +256,10 @@ class Passing:
     def _let_work(
         self, fleet: FleetView, vehicle: VehicleView, settings: DrillSettings, dt_s: float, now_s: float
     ) -> None:
-        drills, key = self._energies.drills, (vehicle.name, settings.name)
         hole = self._hole(vehicle, settings)
         if hole is None:
-            if key in drills:
-                drills[key].state, drills[key].hole = AT_REST, ""
             return
-        drill = drills.setdefault(key, Drill(settings.battery_j))
+        drill = self._energies.stores.setdefault((vehicle.name, settings.name), Store(settings.battery_j))
         drill.hole = hole.name
         self._energies.bored.setdefault(hole.name, 0.0)
         comes = self._come_in(fleet, hole, settings.battery_j, drill, dt_s, now_s)
@@ -290,7 +279,7 @@ class Passing:
         there = [hole for hole in self._borings.values() if hole.drill == settings.name and _is_at(at_m, hole.place_m)]
         return min(there, key=lambda hole: distance(at_m, hole.place_m), default=None)
 
-    def _bore(self, vehicle: str, hole: Boring, power_w: float, drill: Drill, dt_s: float, now_s: float) -> None:
+    def _bore(self, vehicle: str, hole: Boring, power_w: float, drill: Store, dt_s: float, now_s: float) -> None:
         energies, whole_j = self._energies, power_w * hole.stay_s
         left = 1.0 - energies.bored[hole.name]
         if left <= 0.0:
@@ -308,16 +297,16 @@ class Passing:
             drill.state = HALTED
             energies.events.append((now_s, vehicle, hole.name, HALTED, 0.0))
 
-    def _come_in(self, fleet: FleetView, hole: Boring, full_j: float, drill: Drill, dt_s: float, now_s: float) -> bool:
+    def _come_in(self, fleet: FleetView, hole: Boring, full_j: float, drill: Store, dt_s: float, now_s: float) -> bool:
         """Transfer energy from vehicles at the berth with the charger on; return True if any."""
         berth_m, comes, energies = self._transfer.berth(hole.place_m), False, self._energies
         for other in fleet.vehicles:
-            settings = _charger(other)
+            settings = other.data.sensor(ChargerSettings)
             if settings is None or settings.name not in other.sensing or not other.is_alive:
                 continue
             if not _is_at(other.position_m, berth_m):
                 continue
-            charger = energies.chargers.setdefault((other.name, settings.name), Charger(settings.store_j))
+            charger = energies.stores.setdefault((other.name, settings.name), Store(settings.store_j))
             lacks_j = full_j - drill.left_j
             passes_j = self._transfer.passes_j(dt_s, charger.left_j, lacks_j)
             charger.state = GIVING if passes_j > 0.0 else FULL if lacks_j <= 0.0 else AT_REST
@@ -327,10 +316,6 @@ class Passing:
                 drill.left_j = min(full_j, drill.left_j + passes_j)
                 energies.note_passed((other.name, hole.name), passes_j, now_s)
         return comes
-
-
-def _charger(vehicle: VehicleView) -> ChargerSettings | None:
-    return vehicle.data.sensor(ChargerSettings)
 
 
 def _is_at(at_m: Point, place_m: Point) -> bool:

@@ -19,7 +19,7 @@ from pydantic import Field
 
 from exchange.arithmetic import distance
 from missions.meeting.job_mission import DONE_BY, JobMission, JobSettings
-from missions.meeting.meeting import Pursuit
+from missions.meeting.meeting import NEWS_FRAMES, Pursuit
 from remoras.activities import Activity, ActivityKind, ActivitySet, ActivityType, Objective, Wait
 from remoras.behaviours import BEYOND_IT, STANDING, Behaviour, Perception
 from remoras.database import VehicleData
@@ -34,8 +34,6 @@ HELPING_IMPORTANCE = 0.5
 """Default importance of helping: above the rendezvous, below own work."""
 URGENCY = 50
 """Default urgency of reports from helpers."""
-NEWS_FRAMES = 20.0
-"""TDMA frames without reception after which a helper no longer counts."""
 JUDGED = {UNABLE_TO: URGENCY, IS_IMPOSSIBLE: URGENCY}
 """Urgencies of reports: a vehicle cannot do a job; a leader declares it impossible."""
 LATER_SHARE = 0.5

@@ -65,7 +65,7 @@ from missions.fieldwork.truth import (
     EscortTruth,
     LiftTruth,
 )
-from missions.figure import Declared, Place
+from missions.figure import Place
 from missions.files import MISSIONS
 from missions.meeting.job_mission import (
     DONE_BY,
@@ -80,7 +80,6 @@ from missions.meeting.job_mission import (
     with_job_roles,
 )
 from missions.meeting.meeting import Pursuit
-from missions.metric import Metric
 from missions.scenarios.fleet import sensors_of
 from missions.scenarios.scenario import Role
 from remoras.activities import Objective
@@ -88,7 +87,7 @@ from remoras.behaviours import Behaviour
 from remoras.database import VehicleData
 from remoras.htn import FactsLike
 from remoras.mission import ABILITIES, FleetView
-from remoras.recorder import Recorder, Table
+from remoras.recorder import Recorder
 from remoras.sensor import SensorSettings
 from remoras.table import Name, NotNegative, PointM, Positive, Section
 from remoras.work import Job, Point
@@ -255,9 +254,9 @@ class RecoveryMission(FieldworkMission, HelpMission):
     needs = (*HelpMission.needs, "objectiveRecovering", DONE_BY, LYING_AT)
     vocabulary = (_vocabulary("recovery"), ABILITIES)
     sensors: ClassVar[Mapping[str, type[SensorSettings]]] = {"sonar": SonarSettings}
-    tables: ClassVar[tuple[Table, ...]] = (*HelpMission.tables, LIFTS)
-    metrics: ClassVar[tuple[Metric, ...]] = RECOVERY_METRICS
-    figures: ClassVar[tuple[Declared, ...]] = RECOVERY_FIGURES
+    tables = (*HelpMission.tables, LIFTS)
+    metrics = RECOVERY_METRICS
+    figures = RECOVERY_FIGURES
     scenario: RecoveryScenario
 
     @classmethod
@@ -322,8 +321,8 @@ class FerryMission(FieldworkMission):
     objective = "Carrying"
     needs = (*JobMission.needs, "objectiveCarrying", DONE_BY)
     vocabulary = (_vocabulary("ferry"),)
-    metrics: ClassVar[tuple[Metric, ...]] = FERRY_METRICS
-    figures: ClassVar[tuple[Declared, ...]] = FERRY_FIGURES
+    metrics = FERRY_METRICS
+    figures = FERRY_FIGURES
     scenario: FerryScenario
 
     @classmethod
@@ -364,9 +363,9 @@ class EscortMission(FieldworkMission, HelpMission):
     help_by = Help, ESCORTS
     needs = (*HelpMission.needs, "objectiveSurveying", DONE_BY, ESCORTS)
     vocabulary = (_vocabulary("escort"), ABILITIES)
-    tables: ClassVar[tuple[Table, ...]] = (*HelpMission.tables, ESCORTING)
-    metrics: ClassVar[tuple[Metric, ...]] = ESCORT_METRICS
-    figures: ClassVar[tuple[Declared, ...]] = ESCORT_FIGURES
+    tables = (*HelpMission.tables, ESCORTING)
+    metrics = ESCORT_METRICS
+    figures = ESCORT_FIGURES
     scenario: EscortScenario
 
     @classmethod
@@ -418,9 +417,9 @@ class ResupplyMission(FieldworkMission, HelpMission):
     needs = (*HelpMission.needs, "objectiveSampling", DONE_BY, IS_HALTED, BRINGS)
     vocabulary = (_vocabulary("resupply"), ABILITIES)
     sensors: ClassVar[Mapping[str, type[SensorSettings]]] = {"drill": DrillSettings, "charger": ChargerSettings}
-    tables: ClassVar[tuple[Table, ...]] = (*HelpMission.tables, ENERGY)
-    metrics: ClassVar[tuple[Metric, ...]] = RESUPPLY_METRICS
-    figures: ClassVar[tuple[Declared, ...]] = RESUPPLY_FIGURES
+    tables = (*HelpMission.tables, ENERGY)
+    metrics = RESUPPLY_METRICS
+    figures = RESUPPLY_FIGURES
     scenario: ResupplyScenario
 
     @classmethod

@@ -28,10 +28,10 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property, partial
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 from missions.errors import ConfigurationFault, one_of
-from missions.figure import Declared, Place, Tiles
+from missions.figure import Place, Tiles
 from missions.mapping.behaviours import MappingAlong, WorkLeft, ZigzagExploring, formation_of, positioning, room_of
 from missions.mapping.detections import (
     Inspecting,
@@ -70,7 +70,6 @@ from missions.mapping.tasks import (
 from missions.mapping.truth import GOAL, MappingTruth
 from missions.meeting.job_mission import JobMission, names_apart, numbered
 from missions.meeting.meeting import OBJECTIVES, importance_of
-from missions.metric import Metric
 from missions.scenarios.features import place_error_m
 from missions.scenarios.organisation import FORMATION_WORDS
 from missions.scenarios.parts import database_of, groups_of
@@ -250,8 +249,8 @@ class MappingMission(JobMission):
     vocabulary = (Path(__file__).with_name("vocabulary.ttl"), FINDS_WORDS, FORMATION_WORDS)
     sensors = SENSORS
     tables = (COVERAGE, GOAL)
-    metrics: ClassVar[tuple[Metric, ...]] = METRICS
-    figures: ClassVar[tuple[Declared, ...]] = FIGURES
+    metrics = METRICS
+    figures = FIGURES
     scenario: MappingScenario
 
     def __init__(self, scenario: MappingScenario) -> None:

@@ -22,7 +22,7 @@ from remoras.nesting import height
 from remoras.organisation import Group
 from remoras.recorder import CANNOT, FAULTS, TIME, VEHICLE, Column, Recorder, Table, Unread
 from remoras.truth import COMPLETE, left, reachable_by_jobs, within_reach
-from remoras.work import IS_IMPOSSIBLE, Job, Point
+from remoras.work import IS_IMPOSSIBLE, Job
 
 JOBS = Table("jobs", (TIME, VEHICLE, Column("job", "str")))
 """Completed jobs; a job done by two vehicles has two rows."""
@@ -42,7 +42,6 @@ class MeetingTruth:
         self._radius_m = meeting.arrival_radius_m
         self._deadline_s, self._opens_s = meeting.deadline_s, meeting.opens_s
         self._on_way: VehicleView | None = None  # a live vehicle that was not at rest
-        self._rests_m: dict[str, tuple[Point, ...]] = {}  # rest positions by vehicle
         self._there_s: dict[tuple[str, str], float] = {}  # vehicle and group
         self._waits_s: dict[tuple[str, str], float] = {}  # the same, with tolerance for vehicles pushed out a little
         self._has_met: set[tuple[str, str]] = set()
@@ -54,7 +53,6 @@ class MeetingTruth:
         founded = [group for group in meeting.groups.values() if group.formed_by is None]  # other groups are temporary
         from_below = sorted(founded, key=lambda group: height(group.name, before))
         self._apart = [group for group in from_below if group.rally_point is not None]
-        self._names_apart = {group.name for group in self._apart}
         self._n_meetings, self._n_met, self._last_met_s = len(self._apart), 0, 0.0
 
     @property
@@ -129,10 +127,7 @@ class MeetingTruth:
         if not vehicle.makes_headway:
             return True
         (x_m, y_m), radius_m = vehicle.position_m, self._radius_m
-        places_m = self._rests_m.get(vehicle.name)
-        if places_m is None:
-            places_m = self._rests_m[vehicle.name] = vehicle.data.start_m, *self._rally_points_m.values()
-        for at_x_m, at_y_m in places_m:
+        for at_x_m, at_y_m in (vehicle.data.start_m, *self._rally_points_m.values()):
             dx_m, dy_m = x_m - at_x_m, y_m - at_y_m
             if dx_m * dx_m + dy_m * dy_m <= radius_m * radius_m:
                 return True
@@ -150,7 +145,7 @@ class MeetingTruth:
                 self.milestones.append(Milestone(now_s, "consultation_done"))
             self.watch(fleet, now_s)
         for group in list(self._apart) if now_s >= self._opens_s else ():
-            if not self._names_apart.isdisjoint(self._meets_after[group.name]):
+            if any(other.name in self._meets_after[group.name] for other in self._apart):
                 continue
             self._note_who_is_there(alive, group, now_s)
             if not self._is_planned:
@@ -170,7 +165,6 @@ class MeetingTruth:
     ) -> None:
         self._last_met_s = now_s
         self._apart.remove(group)
-        self._names_apart.remove(group.name)
         self._n_met += any(self._has_come(vehicle, group) for vehicle in self._members(survivors, group))
         self.milestones.append(Milestone(now_s, "gathered", group=group.name))
         self.milestones += [Milestone(now_s, "missed_meeting", name, group.name) for name in missing]

@@ -15,7 +15,7 @@ from pydantic import Field
 from exchange.arithmetic import distance
 from exchange.channel import loss
 from missions.errors import ConfigurationFault
-from missions.figure import Declared, Place
+from missions.figure import Place
 from missions.meeting.job_mission import (
     DONE_BY,
     JobMission,
@@ -27,7 +27,6 @@ from missions.meeting.job_mission import (
     with_job_roles,
 )
 from missions.meeting.meeting import Pursuit
-from missions.metric import Metric
 from missions.minehunting.imagery import (
     CLASSIFIED,
     ON_FLOOR,
@@ -53,7 +52,7 @@ from remoras.mission import Finding
 from remoras.motion import Motion
 from remoras.organisation import Group, Organisation
 from remoras.picture import Picture
-from remoras.recorder import Recorder, Table
+from remoras.recorder import Recorder
 from remoras.sensor import SensorSettings
 from remoras.table import Name, PointM, Positive, Section
 from remoras.work import Job
@@ -99,9 +98,9 @@ class MinehuntingMission(JobMission):
     needs = (*JobMission.needs, "objectiveViewing", DONE_BY, *URGENCY)
     vocabulary = (Path(__file__).with_name("vocabulary.ttl"),)
     sensors: ClassVar[Mapping[str, type[SensorSettings]]] = {"sonar": SnippetSonarSettings}
-    tables: ClassVar[tuple[Table, ...]] = (*JobMission.tables, STRIPS, CLASSIFICATIONS)
-    metrics: ClassVar[tuple[Metric, ...]] = METRICS
-    figures: ClassVar[tuple[Declared, ...]] = FIGURES
+    tables = (*JobMission.tables, STRIPS, CLASSIFICATIONS)
+    metrics = METRICS
+    figures = FIGURES
     scenario: MinehuntingScenario
 
     @classmethod

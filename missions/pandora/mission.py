@@ -21,10 +21,9 @@ from typing import Any, ClassVar
 
 from exchange.arithmetic import distance
 from missions.errors import ConfigurationFault, one_of
-from missions.figure import Declared, Place
+from missions.figure import Place
 from missions.meeting.job_mission import WORK, JobMission, names_apart, with_job_roles, with_needs
 from missions.meeting.meeting import expected_of, importance_of
-from missions.metric import Metric
 from missions.pandora.part_actions import (
     Acting,
     InspectingPart,
@@ -55,7 +54,7 @@ from remoras.beliefs import Key
 from remoras.database import VehicleData
 from remoras.htn import ANY, Domain, FactsLike, Method, Operator, Task
 from remoras.mission import ABILITIES, PURSUE
-from remoras.recorder import Recorder, Table
+from remoras.recorder import Recorder
 from remoras.sensor import SensorSettings
 from remoras.table import PointM
 from remoras.work import Point
@@ -136,9 +135,9 @@ class PandoraMission(JobMission):
     sensors: ClassVar[Mapping[str, type[SensorSettings]]] = {
         "camera": CameraSettings, "log": LogSettings, "arm": ArmSettings, "wrench": WrenchSettings,
     }  # fmt: skip
-    tables: ClassVar[tuple[Table, ...]] = (*JobMission.tables, LOOKS, TURNS, SERVICED, MET)
-    metrics: ClassVar[tuple[Metric, ...]] = METRICS
-    figures: ClassVar[tuple[Declared, ...]] = FIGURES
+    tables = (*JobMission.tables, LOOKS, TURNS, SERVICED, MET)
+    metrics = METRICS
+    figures = FIGURES
     scenario: PandoraScenario
 
     def __init__(self, scenario: PandoraScenario) -> None:

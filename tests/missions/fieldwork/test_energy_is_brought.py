@@ -15,10 +15,10 @@ from missions.fieldwork.energy import (
     HALTED,
     Bringing,
     ChargerSettings,
-    Drill,
     DrillSettings,
     Energies,
     HelpAtBerth,
+    Store,
 )
 from missions.nodes import NodePlan
 from missions.runs.assembly import assemble
@@ -106,7 +106,7 @@ def test_what_is_measured_is_what_was_so_a_tick_before() -> None:
 
 def test_a_reading_is_told_in_steps_and_at_its_ends() -> None:
     """Of 90 kJ in 1000 steps down to nothing: at the start, where it passes a tenth, and at the end."""
-    drill = Drill(90e3, BORING, "hole 1")
+    drill = Store(90e3, BORING, "hole 1")
     world, sensor = Energies({(AUV.name, "corer"): drill}, bored={"hole 1": 0.0}), DRILL.make(AUV)
     told = []
     for step in range(1001):
