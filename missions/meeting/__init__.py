@@ -4,8 +4,11 @@
 ``missions.mapping``, combine ``Meeting`` and ``MeetingTruth`` themselves.
 """
 
-from missions.meeting.job_mission import AnyonesJob, JobMission, JobScenario, JobSettings, Stay
+from missions.meeting.job_mission import AnyonesJob, JobMission, JobScenario, JobSettings, ReportedJob, Stay, StayJob
 from missions.meeting.meeting import Meeting
 from missions.meeting.truth import JobTruth, MeetingTruth
 
-__all__ = ["AnyonesJob", "JobMission", "JobScenario", "JobSettings", "JobTruth", "Meeting", "MeetingTruth", "Stay"]
+__all__ = [
+    "AnyonesJob", "JobMission", "JobScenario", "JobSettings", "JobTruth", "Meeting", "MeetingTruth", "ReportedJob",
+    "Stay", "StayJob",
+]  # fmt: skip

@@ -8,11 +8,11 @@ from pathlib import Path
 
 from pydantic import Field
 
-from missions.meeting import AnyonesJob, Stay
+from missions.meeting import StayJob
 from missions.scenarios import Name, PointM, Section
 from remoras import (
-    DONE, SELF, TIME, VEHICLE, Behaviour, Better, Column, Figure, JobMission, JobScenario, JobSettings, Mark, Metric,
-    Observation, SensorSettings, Table, distance_m,
+    SELF, TIME, VEHICLE, Better, Column, Figure, JobMission, JobScenario, JobSettings, Mark, Metric, Observation,
+    SensorSettings, Table,
 )  # fmt: skip
 
 SIGHTINGS = Table("sightings", (TIME, VEHICLE, Column("x_m", "float", "m"), Column("y_m", "float", "m")))
@@ -35,32 +35,10 @@ class BuoyScenario(JobScenario):
     buoy: tuple[BuoyTable, ...] = Field(min_length=1)
 
 
-# A job: the data that a strategy needs to assign it
+# A job: the data that a strategy needs to assign it; a vehicle does this one by a stay
 @dataclass(frozen=True, kw_only=True)
-class Service(AnyonesJob):
-    place_m: tuple[float, float]
-    stay_s: float
+class Service(StayJob):
     needs: tuple[str, ...]
-
-    def after(self, outlook, data):
-        return outlook.stayed(self.place_m, self.stay_s, data)
-
-
-# A behaviour: execution of a job by a vehicle
-class Servicing(Behaviour):
-    def __init__(self, buoy, data):
-        self._buoy, self._stay, self._done = buoy, Stay(data), False
-
-    def perceive(self, motion, picture, performed):
-        if self._done:
-            return DONE
-        to_go_m = distance_m(motion, self._buoy.place_m)
-        found = self._stay.perceive(to_go_m, self._buoy.stay_s, picture.body.now_s, performed)
-        self._done = found.done
-        return found
-
-    def reference(self, motion, picture):
-        return self._stay.reference(self._buoy.place_m, motion)
 
 
 # A sensor: a detection becomes an instance with a position, and a table row
@@ -119,13 +97,7 @@ class BuoyMission(JobMission):
     )
 
     def jobs_of(self, scenario):
-        return [
-            Service(buoy.name, place_m=buoy.position_m, stay_s=buoy.service_s, needs=buoy.after)
-            for buoy in scenario.buoy
-        ]
-
-    def behaviour_at(self, job, data):
-        return Servicing(job, data)
+        return [Service(buoy.name, buoy.position_m, buoy.service_s, needs=buoy.after) for buoy in scenario.buoy]
 
     def world(self, seed):
         return self.scenario.mission.drifters_m
