@@ -8,9 +8,6 @@ from pathlib import Path
 import pytest
 
 from missions.files import shipped
-from missions.scenarios.parts import importable
-from remoras import plugins
-from remoras.plugins import PluginFolders, named_object
 
 OPTIONAL = (
     "bottleneck", "cython", "envwrap", "fsspec", "networkx", "numexpr", "org", "orjson", "pytz", "scikits", "sksparse",
@@ -60,28 +57,6 @@ def study(folder: Path) -> None:
     (folder / "short.toml").write_text(f"{head}duration_s = 30 #{tail}", encoding="utf-8")
     text = '[study]\nname = "two"\nscenario = "short.toml"\nrepeats = 2\n'
     (folder / "study.toml").write_text(text, encoding="utf-8")
-
-
-def test_a_finder_serves_names_that_are_asked_for_and_what_came_from_its_folder(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    finder = PluginFolders()
-    monkeypatch.setattr(plugins, "_finder", finder)
-    monkeypatch.setattr(sys, "meta_path", [*sys.meta_path])
-    for name in ("planted_part", "planted_other"):
-        (tmp_path / f"{name}.py").write_text("value = 1\n", encoding="utf-8")
-    (tmp_path / "planted_whole.py").write_text("import planted_part\n", encoding="utf-8")
-    try:
-        assert importable(f"{tmp_path}/planted_whole.py:planted_part") == "planted_whole:planted_part"
-        with pytest.raises(ModuleNotFoundError):
-            __import__("planted_other")
-        assert named_object("planted_whole:planted_part").value == 1
-        with pytest.raises(ModuleNotFoundError):
-            __import__("planted_other")
-        assert str(tmp_path) not in sys.path
-    finally:
-        for name in ("planted_whole", "planted_part", "planted_other"):
-            sys.modules.pop(name, None)
 
 
 @pytest.mark.slow

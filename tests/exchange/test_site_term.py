@@ -102,13 +102,3 @@ def test_losses_are_those_of_the_budget_shifted():
     assert p_loss(links(2), 0, 1, 60.0) != p_loss(asked, 0, 1, 60.0)
     means = [AcousticChannel(spreading=2.0, site=one).links(FLEET).loss_at(5000.0, 256) for one in (TABLE, None)]
     assert means[0] != means[1]
-
-
-def test_links_are_asymmetric_by_the_noise_of_receivers_alone():
-    quiet = replace_receiver(0.0)
-    assert p_loss(links(table=quiet), 0, 1) == pytest.approx(p_loss(links(table=quiet), 1, 0), abs=1e-9)
-    assert abs(p_loss(links(), 0, 1) - p_loss(links(), 1, 0)) > 0.001
-
-
-def replace_receiver(receiver_db: float) -> SiteTable:
-    return TABLE.model_copy(update={"receiver_db": receiver_db})

@@ -85,30 +85,6 @@ def test_the_worse_and_the_fresher_call_louder(value, other, age_s, other_age_s,
     assert call(worse, fresher_s, constants) >= call(worse, older_s, constants)
 
 
-@given(st.floats(0.01, 1.0), st.floats(0.1, 10.0), st.sets(st.integers(0, 39)))
-def test_a_signal_that_is_lost_only_delays(threshold: float, rate: float, lost: set[int]) -> None:
-    """A partner grows dissatisfied and says so in every frame: whichever of its signals are lost, as soon as
-    one arrives the call is as loud as if none had been lost, so an answer comes late but it comes."""
-    constants = DecisionConstants(tedium_per_s=-rate)
-
-    def answered_in(frames_lost: set[int]) -> int | None:
-        value, heard, heard_s = 0.0, 0, 0.0
-        for frame in range(200):
-            now_s = 7.1 * frame
-            value = evolved(value, 0.0, 7.1, constants)
-            if frame not in frames_lost:
-                heard, heard_s = signal_of(value), now_s
-            if call(heard, now_s - heard_s, constants) >= threshold:
-                return frame
-        return None
-
-    undisturbed = answered_in(set())
-    assert undisturbed is not None
-    disturbed = answered_in(lost)
-    expected = next(frame for frame in range(undisturbed, 200) if frame not in lost)
-    assert disturbed == expected
-
-
 # Motivation ---------------------------------------------------------------------------------------
 
 

@@ -65,12 +65,3 @@ def test_a_number_with_an_exponent_is_found() -> None:
         merge(model, [block(origin, 0, origin, (ECHO, CLASSIFICATION, 1, p))])  # type: ignore[arg-type]
     told = "SELECT ?p WHERE { ?f sit:origin ?by ; sit:probability ?p FILTER(?p IN (0.9e0, 0.6e0)) } ORDER BY ?p"
     assert query(model, told)[1] == [(0.6,), (0.9,)]
-
-
-def test_the_history_and_the_graphs_of_origins_are_as_they_were() -> None:
-    """No query that does not name the graph sees an estimate."""
-    model = three_looks()
-    count = "SELECT (COUNT(?f) AS ?n) WHERE { ?f a sit:PropertyValue }"
-    assert query(model, count)[1] == [(3,)]
-    graphs = query(model, "SELECT DISTINCT ?by WHERE { GRAPH ?by { ?f a sit:PropertyValue } } ORDER BY ?by")[1]
-    assert graphs == [("auv-0",), ("auv-1",), ("asv-0",)]

@@ -366,19 +366,16 @@ def newest(results: Results, at_s: float, fade_s: float) -> list[tuple[int, str,
     return found
 
 
-@pytest.mark.parametrize("n_vehicles", [4, 16])
-def test_the_newest_links_are_whole_and_older_losses_stay(tmp_path: Path, n_vehicles: int) -> None:
-    """At 60 times real time links fade for 15 s, a quarter of a second of the reader's, or a frame of 16 slots."""
-    scenario = {4: "mapping-rendezvous", 16: "mapping-patches"}[n_vehicles]
-    sizes = () if n_vehicles == 4 else ("fleet.size=16",)
-    results = recorded(tmp_path / "run", LOSSY, "scenario.duration_s=150", *sizes, scenario=scenario)
+def test_the_newest_links_are_whole_and_older_losses_stay(tmp_path: Path) -> None:
+    """Links of a large fleet fade for a frame of 16 slots, and those of the selected vehicle stand alone."""
+    large = (LOSSY, "scenario.duration_s=150", "fleet.size=16")
+    results = recorded(tmp_path / "run", *large, scenario="mapping-patches")
     rows = results.table("packets").to_pylist()
-    slot_s = (rows[-1]["time_s"] - rows[0]["time_s"]) / (rows[-1]["slot"] - rows[0]["slot"])
-    fade_s = max(0.25 * RATE, n_vehicles * slot_s)
+    fade_s = 16 * (rows[-1]["time_s"] - rows[0]["time_s"]) / (rows[-1]["slot"] - rows[0]["slot"])
     times_s = [30.0, 75.3, 120.0]
     for at_s, told in zip(times_s, links(results, tmp_path, times_s), strict=True):
         expected = newest(results, at_s, fade_s)
-        assert len(expected) > (100 if n_vehicles == 16 else 10)
+        assert len(expected) > 100
         shown = [(slot, name, heard) for slot, name, heard, _, _ in told]
         assert len(set(shown)) == len(shown) == min(len(expected), 150)
         assert set(shown) <= set(expected)
@@ -389,9 +386,8 @@ def test_the_newest_links_are_whole_and_older_losses_stay(tmp_path: Path, n_vehi
         assert all(0.0 <= age <= 1.0 for *_, age, _ in told)
     name, sender = results.scenario.vehicle[3].name, {row["slot"]: row["sender"] for row in rows}
     [told] = links(results, tmp_path, [90.0], selected=3)
-    own = [name in (sender[slot], receiver) for slot, receiver, *_ in told]
-    assert len(own) > 10
-    assert all(own) == (n_vehicles == 16)  # in a large fleet those of the selected vehicle
+    assert len(told) > 10
+    assert all(name in (sender[slot], receiver) for slot, receiver, *_ in told)
 
 
 # Where two runs part
