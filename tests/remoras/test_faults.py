@@ -180,29 +180,6 @@ def test_a_lost_vehicle_does_nothing_until_it_is_back() -> None:
     assert [row for row in known if FROM_S < row[0] < UNTIL_S] == []
 
 
-def test_a_mute_vehicle_is_not_heard_but_hears_and_pays_for_its_packets() -> None:
-    finished = during("mute")
-    others = ["ASV00", "AUV00", "AUV02"]
-    own = [one for one in packets(finished, FROM_S, UNTIL_S) if one[0] == "AUV01"]
-    assert len(own) > 20
-    assert all((receivers, lost_by) == ([], others) for _, receivers, lost_by in own)
-    assert all("AUV01" in one[1] for one in packets(finished, FROM_S, UNTIL_S) if one[0] != "AUV01")
-    assert all(one[1] == others for one in packets(finished, UNTIL_S, END_S) if one[0] == "AUV01")
-    sizes = [row[3] for row in finished.recorder.packets if row[2] == "AUV01" and FROM_S <= row[1] < UNTIL_S]
-    spent_j = track(finished, UNTIL_S, UNTIL_S)[0][4] - track(finished, FROM_S, FROM_S)[0][4]
-    moved_j = math.fsum(40.0 + 15.0 * row[3] ** 3 for row in track(finished, FROM_S + 1.0, UNTIL_S))
-    assert spent_j - moved_j == pytest.approx(sum(sizes) * 10.0 / 463.0, rel=0.05)  # 10 W at 463 bit/s
-
-
-def test_a_deaf_vehicle_hears_nobody_but_is_heard() -> None:
-    finished = during("deaf")
-    for sender, receivers, lost_by in packets(finished, FROM_S, UNTIL_S):
-        assert ("AUV01" in lost_by) if sender != "AUV01" else (len(receivers) == 3)
-    received = [row for row in finished.recorder.knowledge if row[1] == "AUV01" and row[4] == "received"]
-    assert [row for row in received if FROM_S < row[0] < UNTIL_S] == []
-    assert all("AUV01" in one[1] for one in packets(finished, UNTIL_S, END_S) if one[0] != "AUV01")
-
-
 def test_a_slow_vehicle_keeps_the_reserve_of_the_speed_that_is_left() -> None:
     """(40 + 15 v^3) / v J/m: 61.6 at 1.54 m/s, 105.9 at a quarter of it."""
     fleet = assemble(resolved(load("mapping-rendezvous")), seed=1)
@@ -230,17 +207,6 @@ def test_a_dead_sensor_yields_nothing_and_the_vehicle_goes_on_as_if_it_did() -> 
     assert mapped(finished, UNTIL_S, END_S) > 0
     assert mapped(finished, 0.0, FROM_S) == mapped(usual, 0.0, FROM_S) > 0
     assert len({row[:2] for row in track(finished, FROM_S, UNTIL_S)}) > 100
-
-
-def test_who_joins_late_is_not_there_before() -> None:
-    finished = run_with(f'kind="joins",vehicle="AUV01",at_s={FROM_S}')
-    assert set(track(finished, 0.0, FROM_S - 1.0)) == {(10.0, 0.0, 0.0, 0.0, 0.0)}  # where it starts
-    before = packets(finished, 0.0, FROM_S - 2.0)
-    assert before
-    assert all("AUV01" not in (sender, *receivers, *lost_by) for sender, receivers, lost_by in before)
-    assert any(sender == "AUV01" for sender, _, _ in packets(finished, FROM_S, END_S))
-    assert any("AUV01" in receivers for _, receivers, _ in packets(finished, FROM_S, END_S))
-    assert [row[2:] for row in finished.recorder.faults] == [("joins", "away until 300 s"), ("joins", "over")]
 
 
 @pytest.mark.parametrize(("kind", "evades"), [("slow", True), ("lost", False), ("joins", False)])

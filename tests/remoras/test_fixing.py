@@ -1,6 +1,7 @@
 """Fixing the position: the bound holds, a vehicle goes up in time, stays while it is worth it, keeps clear."""
 
 import math
+import random
 from collections.abc import Callable
 
 import pytest
@@ -95,6 +96,24 @@ def test_no_error_is_greater_than_its_bound(ways: list[tuple[float, float]], dri
         navigation.depth_m = 0.0
         navigation.go((0.0, 0.0), 0.0, stay_s)
         navigation.depth_m = 20.0
+
+
+@given(st.lists(st.tuples(st.floats(0.0, 400.0), st.floats(0.0, 60.0)), min_size=1, max_size=6))
+def test_its_error_on_each_axis_spreads_no_more_than_it_says(ways: list[tuple[float, float]]) -> None:
+    """The mean square over directions drawn evenly, of each way anew: what it says is the most that it can be."""
+    draw, squares = random.Random(7), list[float]()
+    for _ in range(200):
+        course = [math.tau * draw.random() for _ in ways]
+        navigation = Navigation(NavigationTable(drift=0.02), (), 20.0, course.__getitem__)
+        for way_m, stay_s in ways:
+            navigation.depth_m = 0.0
+            navigation.go((0.0, 0.0), 0.0, stay_s)
+            navigation.depth_m = 20.0
+            navigation.go((0.0, 0.0), way_m, 1.0)
+        squares.append(navigation.error_m[0] ** 2)
+    assert sum(squares) / len(squares) <= 1.4 * navigation.sigma_m**2 + 1e-12  # four times (1 / 2 / 200)^1/2
+    if len(ways) == 1:
+        assert sum(squares) / len(squares) >= 0.6 * navigation.sigma_m**2
 
 
 def test_a_vehicle_goes_up_once_it_may_be_too_far_off_and_goes_on_where_it_stopped() -> None:
