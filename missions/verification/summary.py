@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
+import re
+from collections import Counter, defaultdict
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from scipy.special import chdtri
 
 from missions.verification.ending import organisation_figures
 from missions.verification.mapping import cells_of
@@ -20,6 +22,8 @@ IDENTITY = {
     "scenario": ("scenario", "name"), "strategy": ("strategy", "name"), "policy": ("communication", "policy"),
     "channel": ("channel", "name"),
 }  # fmt: skip
+MEASURED = re.compile(r"(-?[\d.]+(?:e[+-]?\d+)?)|POINT \((\S+) (\S+)\)")
+"""Text of a number or a point."""
 NOT_DERIVED = {
     "bits_headers": "what a packet's bits are for stands in no table; only their sum is checked",
     "false_beliefs": "the tables do not say what each packet made its hearer believe",
@@ -46,7 +50,7 @@ def check_figures(record: Record, report: CheckReport) -> None:
             report.skip(name, why)
     derived: dict[str, tuple[Any, float]] = {}
     parts: list[Callable[[Record, CheckReport], dict[str, tuple[Any, float]]]] = [
-        _of_motion, _of_packets, _of_knowledge, _of_work, _of_organisation,
+        _of_motion, _of_packets, _of_knowledge, _of_work, _of_organisation, _of_doubt,
     ]  # fmt: skip
     if "coverage" in record.tables and "area" in record.scenario:
         parts.append(_of_mapping)
@@ -56,7 +60,7 @@ def check_figures(record: Record, report: CheckReport) -> None:
         if name in summary:
             report.same("figures", "summary", name, summary[name], value, within)
     known = {*derived, *NOT_DERIVED, *IDENTITY, "seed", "n_vehicles", "per", "run_id", "milestones", "completed"}
-    known |= {"goal_fraction", "mission_time_s", "wall_s"}
+    known |= {"mission_time_s", "wall_s", *(["goal_fraction"] if _of_mapping in parts else [])}
     for name in summary:
         if name not in known and not name.startswith("bits_"):
             report.not_checked.setdefault(name, "no check of this figure from the tables")
@@ -197,6 +201,45 @@ def _working_s(record: Record, name: str, work: set[tuple[str, str]], until_s: f
         elif before and not serving:
             spells_s.append(time_s - since_s)
     return math.fsum(spells_s) + (until_s - since_s if serving else 0.0)
+
+
+def _of_doubt(record: Record, report: CheckReport) -> dict[str, tuple[Any, float]]:
+    """Derive the vehicles in doubt: docs/model/world-model.md, for properties at rest."""
+    looks: defaultdict[tuple[str, str], defaultdict[str, list[tuple[Any, float]]]]
+    looks = defaultdict(lambda: defaultdict(list))  # by property and origin: place and weight
+    for origin, *about, text, sigma in record.rows("items", "origin subject attribute value uncertainty"):
+        if sigma and (axes := MEASURED.fullmatch(text)):
+            place = np.array([float(axis) for axis in axes.groups() if axis])
+            looks[about[0], about[1]][origin].append((place, float(sigma) ** -2))
+    estimates = [
+        {origin: _mean(own) for origin, own in by_origin.items()} for by_origin in looks.values() if len(by_origin) > 1
+    ]
+    if not estimates:
+        return {}
+
+    def deviation(without: str = "") -> tuple[float, int]:
+        total, degrees = 0.0, 0
+        for by_origin in estimates:
+            left = [one for origin, one in by_origin.items() if origin != without]
+            mean, _ = _mean(left)
+            total += sum(weight * float(((place - mean) ** 2).sum()) for place, weight in left)
+            degrees += mean.size * (len(left) - 1)
+        return total, degrees
+
+    total, degrees = deviation()
+    limit = float(chdtri(degrees, 0.01))
+    if abs(total - limit) < 0.01 * limit:
+        report.skip("n_doubted", "the deviation of the vehicles is at its limit")
+        return {}
+    rest = [deviation(origin)[0] for origin in sorted({origin for one in estimates for origin in one})]
+    n_doubted = 0 if total < limit else sum(one <= min(rest) + 1e-9 for one in rest)
+    return {"n_doubted": (n_doubted, 0)}
+
+
+def _mean(looks: list[tuple[Any, float]]) -> tuple[Any, float]:
+    """Return the weighted mean of places and the sum of their weights."""
+    places, weights = np.array([place for place, _ in looks]), np.array([weight for _, weight in looks])
+    return np.average(places, axis=0, weights=weights), float(weights.sum())
 
 
 def _of_mapping(record: Record, report: CheckReport) -> dict[str, tuple[Any, float]]:

@@ -1,6 +1,7 @@
 """What vehicles state of the places of objects is as sure as they say, whatever their navigation."""
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 import remoras
 from missions.mapping.metrics import REGION
 from missions.mapping.sensors import Classifier, ClassifierSettings, Seabed, SeaObject
+from missions.verification import verify
 from remoras.sensor import Pose
 from worldmodel import Block, Estimate, Observation, PropertyValue, core_ontology_paths, fused, read_tbox
 
@@ -99,7 +101,7 @@ def test_the_region_has_the_object_at_each_drift(drift: float) -> None:
 
 
 @pytest.mark.slow
-def test_a_biased_vehicle_is_named() -> None:
+def test_a_biased_vehicle_is_named(tmp_path: Path) -> None:
     fault = {
         "kind": "biased",
         "vehicle": "AUV02",
@@ -110,3 +112,8 @@ def test_a_biased_vehicle_is_named() -> None:
     run = remoras.run("mapping-objects", per=0.4, seed=3, set={"fault": [{**fault, "at_s": 0.0}]})
     assert run.known("ASV00", run.summary["mission_time_s"]).doubted == ("AUV02",)
     assert run.summary["n_doubted"] == 1
+    run.save(tmp_path / "run")
+    assert list(verify(tmp_path / "run").lines) == []
+    summary = tmp_path / "run" / "summary.json"
+    summary.write_text(summary.read_text().replace('"n_doubted": 1', '"n_doubted": 0'))
+    assert list(verify(tmp_path / "run").lines) == ["summary: n_doubted is 0; it follows 1 [figures]"]
