@@ -18,6 +18,8 @@ from missions.errors import LONGEST_VALUE, ConfigurationError, ConfigurationFaul
 
 LARGEST_BYTES = 1_000_000
 """Greatest size of a TOML file; shipped ones have up to 20 kB."""
+LONGEST_LINE = 65_536
+"""Most characters of a line; shipped files have up to 139."""
 MOST_PARTS = 100
 """Most parts of a dotted key; tomllib needs time and memory by their square."""
 MOST_LEVELS = 40
@@ -78,12 +80,15 @@ def parsed(text: str) -> dict[str, Any]:
     """Parse a TOML text within limits on time and memory.
 
     Raises:
-        LimitError: too many key parts, digits, tables or levels.
+        LimitError: a line too long; too many key parts, digits, tables or levels.
         tomllib.TOMLDecodeError: it is not TOML.
 
     >>> parsed("a.b = 1")
     {'a': {'b': 1}}
     """
+    for number, line in enumerate(text.split("\n"), 1):
+        if len(line) > LONGEST_LINE:
+            raise LimitError(f"a line of more than {LONGEST_LINE} characters; no key needs that", number)
     for dotted in DOTTED.finditer(text):
         is_key = text[dotted.end() : dotted.end() + 80].lstrip(" \t")[:1] in ("=", "]")
         if is_key and len(re.findall(PART, dotted[0])) > MOST_PARTS:

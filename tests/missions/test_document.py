@@ -166,15 +166,16 @@ DEEP = "levels deep; no key needs that"
 DIGITS = "an integer of more than 307 digits; no key needs that"
 TEXTS = {
     "key of 101 parts": ("x = 1\na" + ".a" * 100 + " = 1\n", 2, DEEP),
-    "quoted parts": ('"a"' + " . 'a'" * 50_000 + " = 1\n", 1, DEEP),
-    "header of 50,000 parts": ("\n[a" + ".a" * 50_000 + "]\n", 2, DEEP),
-    "inline table": ("x = {a" + ".a" * 50_000 + " = 1}\n", 1, DEEP),
-    "nested lists": ("x = " + "[" * 100_000 + "]" * 100_000 + "\n", None, DEEP),
-    "nested tables": ("x = " + "{a=" * 100_000 + "1" + "}" * 100_000 + "\n", None, DEEP),
+    "quoted parts": ('"a"' + " . 'a'" * 10_000 + " = 1\n", 1, DEEP),
+    "header of 10,000 parts": ("\n[a" + ".a" * 10_000 + "]\n", 2, DEEP),
+    "inline table": ("x = {a" + ".a" * 10_000 + " = 1}\n", 1, DEEP),
+    "nested lists": ("x = " + "[" * 20_000 + "]" * 20_000 + "\n", None, DEEP),
+    "nested tables": ("x = " + "{a=" * 10_000 + "1" + "}" * 10_000 + "\n", None, DEEP),
     "integer of 5000 digits": ("y = 1\nx = " + "9" * 5000 + "\n", 2, DIGITS),
     "integer that is no float": ("x = " + "9" * 400 + "\n", 1, DIGITS),
     "integer in hexadecimal": ("x = 0x" + "f" * 5000 + "\n", 1, DIGITS),
-    "one long word": ("x = 1\n" + "a" * 900_000 + "\n", 2, "Expected '='"),
+    "one long word": ("x = 1\n" + "a" * 60_000 + "\n", 2, "Expected '='"),
+    "one long line": ("x = 1\n" + "a" * 900_000 + "\n", 2, "a line of more than 65536 characters"),
     "tables": ("[[x]]\n" * (MOST_TABLES + 1), None, f"more than {MOST_TABLES} tables"),
 }
 
@@ -204,11 +205,12 @@ def test_what_a_file_may_have_is_read() -> None:
     ("override", "said"),
     [
         ("decision.weight_external=" + "9" * 5000, DIGITS),
-        ("decision.weight_external={a" + ".a" * 50_000 + "=1}", DEEP),
-        ("a" + ".a" * 50_000 + "=1", DEEP),
-        ("decision.weight_external=" + "[" * 50_000, DEEP),
+        ("decision.weight_external={a" + ".a" * 10_000 + "=1}", DEEP),
+        ("a" + ".a" * 10_000 + "=1", DEEP),
+        ("decision.weight_external=" + "[" * 10_000, DEEP),
+        ("decision.weight_external=" + "[" * 70_000, "a line of more than 65536 characters"),
     ],
-    ids=["digits", "parts", "key", "depth"],
+    ids=["digits", "parts", "key", "depth", "line"],
 )
 def test_an_option_beyond_the_limits_is_refused_in_one_line(override: str, said: str) -> None:
     for overrides in ([override], [override, override], ["decision.weight_external=1", override]):
