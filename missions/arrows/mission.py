@@ -224,7 +224,7 @@ class ArrowsMission(JobMission):
         a network; Hakimi, Operations Research 12, 1964).
         """
         settings, point = self.scenario.mission, next(iter(self.groups.values())).rally_point
-        at_m = self._rally_points_m[point or ""]
+        at_m = self.meeting.rally_points_m[point or ""]
         if settings.search != "central":
             grid, sites = self.grid, self.chart().sites(self.prior)
             dx_m, dy_m = grid.x_m[:, None] - grid.x_m, grid.y_m[:, None] - grid.y_m

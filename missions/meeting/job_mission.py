@@ -325,11 +325,10 @@ class JobMission(Mission):
         self.scenario = scenario
         self._jobs = {job.name: job for job in self.jobs_of(scenario)}
         self.groups = {group.name: group for group in groups_of(scenario)}
-        self._rally_points_m = {point.name: point.position_m for point in scenario.rally_point}
         settings = scenario.mission
         self.meeting = Meeting(
             self.groups,
-            self._rally_points_m,
+            {point.name: point.position_m for point in scenario.rally_point},
             settings.arrival_radius_m,
             settings.follow_distance_m,
             settings.patience_s,
@@ -387,7 +386,7 @@ class JobMission(Mission):
     @property
     def rally_places(self) -> list[Place]:
         """Rally points."""
-        return [Place(name, "rally point", (at_m,)) for name, at_m in self._rally_points_m.items()]
+        return [Place(name, "rally point", (at_m,)) for name, at_m in self.meeting.rally_points_m.items()]
 
     @cached_property
     def social_domain(self) -> Domain:

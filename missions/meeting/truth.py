@@ -41,7 +41,6 @@ class MeetingTruth:
         self._rally_points_m = meeting.rally_points_m
         self._radius_m = meeting.arrival_radius_m
         self._deadline_s, self._opens_s = meeting.deadline_s, meeting.opens_s
-        self._on_way: VehicleView | None = None  # a live vehicle that was not at rest
         self._there_s: dict[tuple[str, str], float] = {}  # vehicle and group
         self._waits_s: dict[tuple[str, str], float] = {}  # the same, with tolerance for vehicles pushed out a little
         self._has_met: set[tuple[str, str]] = set()
@@ -103,14 +102,7 @@ class MeetingTruth:
 
     def _is_hopeless(self, fleet: FleetView, alive: Sequence[VehicleView], now_s: float) -> bool:
         """True if all live vehicles are at rest and no remaining vehicle can or will make progress."""
-        last = self._on_way
-        if last is not None and last in alive and not self._is_at_rest(last):  # usually still under way
-            return False
-        for vehicle in alive:
-            if not self._is_at_rest(vehicle):
-                self._on_way = vehicle
-                return False
-        if self.goal_fraction >= 1.0:
+        if not all(map(self._is_at_rest, alive)) or self.goal_fraction >= 1.0:
             return False
         if self._n_meetings and not self._apart and now_s - self._last_met_s >= self._deadline_s:
             return True
@@ -244,8 +236,6 @@ class MeetingTruth:
             x_m, y_m = vehicle.position_m
             dx_m, dy_m = x_m - at_x_m, y_m - at_y_m
             is_there = dx_m * dx_m + dy_m * dy_m <= radius_m * radius_m
-            if not is_there and not self._waits_s:  # no arrival yet
-                continue
             key = vehicle.name, group.name
             if not is_there:
                 self._there_s.pop(key, None)

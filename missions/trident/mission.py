@@ -351,7 +351,7 @@ class TridentMission(JobMission):
                 doing = Activity(SURVEYING, ActivityType.GUIDANCE, of, (service.settings.name,))
                 sets.append(ActivitySet(objective, ActivityKind.INDIVIDUAL, (doing,), importance))
         if self.scenario.mission.escort_m > 0.0 and (names := self._escorted(data)):
-            home_m = self._rally_points_m.get(self.groups[objective.group].rally_point or "", data.start_m)
+            home_m = self.meeting.rally_points_m.get(self.groups[objective.group].rally_point or "", data.start_m)
             doing = Activity(ESCORTING, ActivityType.GUIDANCE, (names, home_m))
             sets.append(ActivitySet(objective, ActivityKind.INDIVIDUAL, (doing,), ESCORT_IMPORTANCE))
         return tuple(sets), frozenset()

@@ -192,7 +192,6 @@ class TridentTruth(JobTruth):
         self._statements = Unread(recorder.items)
         self._charted: set[Tile] = set()
         self.is_recovered = False
-        self._reached: tuple[tuple[object, ...], float] | None = None  # cached reachable fraction with its inputs
 
     def observe(self, fleet: FleetView, now_s: float) -> bool:
         """Record events; return True once the goal is reached and the group has gathered."""
@@ -204,18 +203,15 @@ class TridentTruth(JobTruth):
             self._charted.add((column, row))
         for time_s, vehicle, _, does, of, _, succeeded in self._attempts:
             if succeeded:
-                self._note_success(time_s, vehicle, does == "handle", of == TARGET)
+                what = "held" if does == "hold" else "recovered" if of == TARGET else "mistaken"
+                self.milestones.append(Milestone(time_s, what, vehicle))
+                self.is_recovered = self.is_recovered or what == "recovered"
         for _, origin, _, recorded_s, subject, attribute, *_ in self._statements:
             if attribute == "chosen":
                 self.milestones.append(Milestone(recorded_s, "chosen", origin))
             elif attribute == "surveyedBy":  # a survey on request is no objective
                 self.note(origin, subject, now_s)
         self._monitor.look(now_s)
-
-    def _note_success(self, time_s: float, vehicle: str, is_handled: bool, is_target: bool) -> None:
-        what = ("recovered" if is_target else "mistaken") if is_handled else "held"
-        self.milestones.append(Milestone(time_s, what, vehicle))
-        self.is_recovered = self.is_recovered or (is_handled and is_target)
 
     @property
     def charted_fraction(self) -> float:
@@ -238,12 +234,6 @@ class TridentTruth(JobTruth):
 
     def reachable_fraction(self, fleet: FleetView) -> float:
         """Share of the goal that the remaining vehicles can still reach."""
-        of = tuple([v.able_data for v in fleet.vehicles]), len(self._charted), len(self._done), self.is_recovered
-        if self._reached is None or self._reached[0] != of:
-            self._reached = of, self._reachable_fraction(fleet)
-        return self._reached[1]
-
-    def _reachable_fraction(self, fleet: FleetView) -> float:
         jobs = self._jobs
         within = within_reach(jobs, self._groups, fleet, self.jobs_done)
         able = within_reach({name: jobs[name] for name in jobs if name != self._recovery}, self._groups, fleet, ())
