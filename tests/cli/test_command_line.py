@@ -22,7 +22,19 @@ from missions.scenarios.explanations import explanations
 from missions.sweeps.study import study_explanations
 
 SHORT = ["--set", "scenario.duration_s=30"]
-HEAVY = ["numpy", "mesa", "matplotlib", "pyarrow", "rdflib", "scipy", "pandas", "numba", "networkx"]
+HEAVY = [
+    "numpy",
+    "mesa",
+    "matplotlib",
+    "pyarrow",
+    "rdflib",
+    "scipy",
+    "pandas",
+    "numba",
+    "networkx",
+    "duckdb",
+    "distributed",
+]
 
 
 # Importing ----------------------------------------------------------------------------------------
@@ -43,6 +55,7 @@ HEAVY = ["numpy", "mesa", "matplotlib", "pyarrow", "rdflib", "scipy", "pandas", 
         ({"explain": 0}, "numpy"),  # of all missions, of which one reckons with maps
         ({"compare SWEEP": 0}, "numpy scipy"),
         ({"plot RUN roles": 0}, "rdflib numpy pandas matplotlib pyarrow"),
+        ({"replay RUN --out PAGE": 0}, "rdflib numpy pyarrow"),
         (
             {"run mapping-rendezvous --set scenario.duration_s=30": 1},
             "rdflib numpy pyarrow mesa scipy pandas networkx",  # the last three come with Mesa
@@ -50,10 +63,11 @@ HEAVY = ["numpy", "mesa", "matplotlib", "pyarrow", "rdflib", "scipy", "pandas", 
     ],
 )  # fmt: skip
 def test_commands_load_what_they_need_and_nothing_else(
-    commands: dict[str, int], needed: str, swept: Path, results: Path
+    commands: dict[str, int], needed: str, swept: Path, results: Path, tmp_path: Path
 ):
     """What is answered at once needs none of these libraries: to load one takes longer than the answer may."""
-    given = {words.replace("SWEEP", str(swept)).replace("RUN", str(results)): of for words, of in commands.items()}
+    places = {"SWEEP": swept, "RUN": results, "PAGE": tmp_path / "a.html"}
+    given = {" ".join(str(places.get(word, word)) for word in words.split()): of for words, of in commands.items()}
     program = f"""
 import sys
 from remoras.cli import app
@@ -63,7 +77,7 @@ assert codes == {[*given.values()]}, codes
 print(*sys.modules)
 """
     done = subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True)
-    assert {*done.stdout.split()} & {*HEAVY} <= {*needed.split()}
+    assert {*done.stdout.split()} & HEAVY <= {*needed.split()}
 
 
 # list ---------------------------------------------------------------------------------------------
@@ -133,12 +147,11 @@ def test_json_is_one_value_and_nothing_else(tmp_path: Path):
     assert json.loads(done.stdout) == Results.read(tmp_path / "out").summary
 
 
-def test_options_reach_the_run_and_the_seed_repeats_it():
+def test_options_reach_the_run():
     options = ["--policy", "m-ack", "--channel", "bernoulli", "--per", "0.5", "--seed", "4", "--strategy", "remoras"]
-    reports = [json.loads(remoras("run", "mapping-rendezvous", *SHORT, *options, "--json").stdout) for _ in range(2)]
+    report = json.loads(remoras("run", "mapping-rendezvous", *SHORT, *options, "--json").stdout)
     given = {"policy": "m-ack", "channel": "bernoulli", "per": 0.5, "seed": 4, "strategy": "remoras"}
-    assert given.items() <= reports[0].items()
-    assert reports[0] == reports[1]
+    assert given.items() <= report.items()
 
 
 def test_results_are_written_and_not_overwritten_without_being_asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
@@ -226,23 +239,6 @@ def test_no_key_is_explained_by_a_type_of_python():
     for name, (kind, _) in (explanations() | study_explanations()).items():
         assert re.match(r"(text|number|whole number|true or false|table|lists? of|one of|value)", kind), (name, kind)
         assert not re.search(r"\b(str|int|float|bool|dict|tuple|None|Any|Literal|Annotated)\b|[()]", kind), (name, kind)
-
-
-@pytest.mark.parametrize(
-    ("key", "kind"),
-    [
-        ("world.x_m", "list of 2 numbers"),
-        ("vehicle.sensor", "list of tables, default []"),
-        ("vehicle.vehicle_type", 'one of "AUV", "ASV"'),
-        ("communication.needs", "table of whole numbers"),
-        ("fault.at_s", "number or list of 2 numbers, may be left out"),
-        ("fleet.size", "whole number, at least 2, at most 256, may be left out"),
-        ("study.sampling", 'one of "grid", "list", "latin", "factorial", default "grid"'),
-    ],
-)
-def test_types_are_said_in_words_of_a_toml_file(key: str, kind: str):
-    (row,) = [row for row in json.loads(remoras("explain", key, "--json").stdout) if row["key"] == key]
-    assert row["type"] == kind
 
 
 @cache

@@ -3,7 +3,6 @@
 import resource
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 from invoked import COMMAND, refused, remoras
@@ -11,8 +10,6 @@ from invoked import COMMAND, refused, remoras
 from missions.runs.results import write_results
 from missions.runs.run import run
 from missions.scenarios import load
-
-SLOW_TO_LOAD = {"pandas", "matplotlib", "scipy", "numba", "duckdb", "distributed"}
 
 
 def record(folder: Path, *settings: str, scenario: str = "mapping-rendezvous", seed: int = 1) -> Path:
@@ -115,14 +112,3 @@ def test_two_runs_stand_side_by_side_in_one_world_only(results: Path, tmp_path: 
         apart = record(tmp_path / name, *settings, scenario=scenario)
         said = refused("replay", results, apart, "--out", tmp_path / "a.html")
         assert said.startswith(f"remoras: {apart}: {what} differ from {results}; two runs are shown side by side if")
-
-
-def test_a_page_is_made_without_what_takes_long_to_load(results: Path, tmp_path: Path) -> None:
-    """Each of these takes a tenth of a second or more, and a page needs none of them."""
-    program = (
-        "import sys\nfrom remoras.cli import main\ntry:\n    main()\nfinally:\n"
-        f"    print(*sorted({SLOW_TO_LOAD} & {{*sys.modules}}))"
-    )
-    command = [sys.executable, "-c", program, "replay", str(results), "--out", str(tmp_path / "a.html")]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert done.stdout.splitlines() == [str(tmp_path / "a.html"), ""]

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from exchange.channel.loss import link_draw, link_uniform, slot_key, trial_key, uniform
 from exchange.errors import ConfigurationError
 from exchange.policy.acknowledgement import Acknowledgement
-from exchange.policy.policies import ACK, M_ACK, MPS_ACK, PAPER_POLICIES, POLICIES, STATING, AckPolicy
+from exchange.policy.policies import ACK, M_ACK, MPS_ACK, PAPER_POLICIES, POLICIES, STATING, AckPolicy, policy_fault
 from exchange.study import compiler, trial, trials
 from exchange.study.parameters import BOUND
 from exchange.study.parts import REMEMBERED_WORDS, TrialBatch, TrialPlan, play
@@ -202,3 +202,12 @@ def test_the_name_of_the_bound_is_taken():
     own = AckPolicy(Acknowledgement("bound", "mine", ACK.carries, ACK.header), repeat=False)
     with pytest.raises(ConfigurationError, match="two policies have the name bound"):
         ExchangeStudy(policies=(own,))
+
+
+def test_what_is_coded_has_to_be_stated() -> None:
+    kind = ACK._replace(name="mine", codes=True)
+    assert policy_fault(AckPolicy(kind, True)) == (
+        "codes is true and states is not: symbols are over what statements say to be held"
+    )
+    assert policy_fault(AckPolicy(kind._replace(states=True), True)) is None
+    assert policy_fault(AckPolicy(kind._replace(states="yes"), True)) == "states must be true or false, not 'yes'"

@@ -245,28 +245,6 @@ def test_a_mission_cannot_override_what_is_vital(name: str) -> None:
 # Integrity ----------------------------------------------------------------------------------------
 
 
-def test_the_reserve_is_what_the_way_home_takes() -> None:
-    """150 m at 1.5 m/s is 100 s at 40 + 15 * 1.5^3 = 90.625 W, so 9062.5 J; with a quarter on top of a megajoule,
-    0.011328."""
-    functional = layer(start_m=(0.0, 0.0))
-    functional.motion.x_m, functional.motion.y_m = 90.0, 120.0
-    functional.sense(5.0, ())
-    assert functional.picture.body.now_s == 5.0
-    assert functional.picture.body.reserve == pytest.approx(0.01132813, abs=1e-8)
-    assert functional.picture.body.battery == 1.0
-
-
-def test_the_battery_is_spent_by_time_and_by_sending() -> None:
-    functional = layer(energy_j=1000.0)
-    functional.act(10.0)  # 400 J
-    functional.transmitted(500)  # at 0.01 J a bit
-    functional.sense(10.0, ())
-    assert functional.picture.body.battery == pytest.approx(0.595)
-    assert not functional.exhausted
-    functional.act(14.875)  # 595 J
-    assert functional.exhausted
-
-
 @pytest.mark.parametrize(
     ("position", "outside_m"),
     [((0.0, 0.0), 0.0), ((-100.0, 800.0), 0.0), ((-130.0, 0.0), 30.0), ((0.0, 810.0), 10.0), ((850.0, -101.0), 50.0)],

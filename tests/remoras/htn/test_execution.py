@@ -7,11 +7,9 @@ decompositions of one method) and a walking method.
 import random
 from collections import Counter
 from collections.abc import Iterator
-from itertools import permutations
 from typing import Any
 
 import pytest
-from random_domains import is_executable
 
 from remoras.htn import (
     ANY,
@@ -19,8 +17,6 @@ from remoras.htn import (
     Execution,
     Expected,
     Method,
-    Node,
-    NoPlan,
     Operator,
     Plan,
     Status,
@@ -71,10 +67,6 @@ def begun(domain: Domain, facts: dict[Any, Any], task: Task = TRIP) -> Execution
     return Execution(domain, found)
 
 
-def no_other_way(domain: Domain, facts: Any, task: Task, without: Any) -> NoPlan:
-    return NoPlan(task, frozenset())
-
-
 def texts(execution: Execution) -> dict[str, str]:
     """Status by task."""
     pairs = zip(execution.branches, execution.statuses(), strict=True)
@@ -117,24 +109,6 @@ def test_what_holds_already_is_done_without_being_carried_out() -> None:
     execution = begun(trip(Counter()), facts)
     facts |= {"packed": True, ("on", "Ada"): True}
     assert carry_on(execution, facts, {"sail": {"at": "B"}}) == ["sail(Ada)", "report()"]
-
-
-@pytest.mark.parametrize("order", [order for order in permutations(range(4)) if order != (0, 1, 2, 3)])
-def test_a_plan_in_another_order_fails(order: tuple[int, ...], monkeypatch: pytest.MonkeyPatch) -> None:
-    """Every step needs the one before it, so of the 24 orders one is possible; the others need a repair."""
-    monkeypatch.setattr("remoras.htn.execution.plan", no_other_way)
-    facts: dict[Any, Any] = {}
-    domain = trip(Counter())
-    made = plan(domain, facts, TRIP)
-    steps = [node for node in made.nodes if node.method is None]
-    shuffled = tuple(Node(steps[at].task, None, 0) for at in order)
-    wrong = Plan((made.nodes[0], *shuffled), frozenset())
-    assert not is_executable(domain, facts, wrong)
-    execution = Execution(domain, wrong)
-    done = {"pack": {"packed": True}, "board": {("on", "Ada"): True}, "sail": {"at": "B"}, "report": {"heard by": 1}}
-    carry_on(execution, facts, done)
-    assert execution.has_failed
-    assert texts(execution)["trip()"] == "failed"
 
 
 def test_only_the_branch_that_fails_is_planned_anew() -> None:

@@ -13,7 +13,7 @@ from missions.metric import Better, Metric
 from visualisation import style
 from visualisation.output import DrawingError
 from visualisation.sweeps import charts
-from visualisation.sweeps.arrangement import arranged, by_kind, figure_kind, measure
+from visualisation.sweeps.arrangement import arranged, by_kind, measure
 
 TIME = Metric("mission_time_s", "s", Better.LOWER, "mission time", lambda run: run.end_s)
 
@@ -136,10 +136,6 @@ def test_a_share_is_what_lies_between_0_and_1(row: Comparison, means: list[float
 def test_where_an_interval_is_missing_the_spread_is_drawn(row: Comparison) -> None:
     bare = replace(row, mean=2000.0, least=1500.0, largest=2500.0, ci95_low=None, ci95_high=None)
     assert measure(ENERGY, [bare]).bounds(bare) == (1.5, 2.5)
-
-
-def test_the_kind_is_the_label_with_hyphens() -> None:
-    assert figure_kind(replace(ENERGY, label="Time to the 95 % mark")) == "time-to-the-95-mark"
 
 
 def test_two_metrics_of_one_label_are_refused() -> None:
