@@ -22,19 +22,9 @@ from missions.scenarios.explanations import explanations
 from missions.sweeps.study import study_explanations
 
 SHORT = ["--set", "scenario.duration_s=30"]
-HEAVY = [
-    "numpy",
-    "mesa",
-    "matplotlib",
-    "pyarrow",
-    "rdflib",
-    "scipy",
-    "pandas",
-    "numba",
-    "networkx",
-    "duckdb",
-    "distributed",
-]
+HEAVY = {
+    "numpy", "mesa", "matplotlib", "pyarrow", "rdflib", "scipy", "pandas", "numba", "networkx", "duckdb", "distributed",
+}  # fmt: skip
 
 
 # Importing ----------------------------------------------------------------------------------------
