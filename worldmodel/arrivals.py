@@ -21,8 +21,11 @@ Rank = tuple[bool, int, int]
 """Creation order of an origin's blocks: items before private blocks, then as recorded."""
 
 
-class _Wait(NamedTuple):
-    uid: int
+class Waiting(NamedTuple):
+    """Pending block: its missing instance, and the start of pending (s)."""
+
+    block: Block
+    missing: int
     since_s: float
 
 
@@ -36,7 +39,7 @@ class Arrivals:
 
     def __init__(self, links: frozenset[int], waiting_s: float, waiting_blocks: int) -> None:
         """Create an empty set; ``links`` are the attributes with instances as values."""
-        self.waiting: dict[Guid, Block] = {}
+        self.waiting: dict[Guid, Waiting] = {}
         self.refused: dict[Guid, Block] = {}
         self.unreported = NOTHING
         """Blocks released by a local ``record`` or ``expire``; the next merge reports them."""
@@ -47,19 +50,17 @@ class Arrivals:
         self.waiting_s = waiting_s
         self.waiting_blocks = waiting_blocks
         self._links = links
-        self._waits: dict[Guid, _Wait] = {}
-        self._waiting_for: dict[int, list[Guid]] = {}  # missing instance uid -> pending blocks
-        self._of_origin: dict[int, list[Guid]] = {}  # pending blocks, by origin
-        self._about: dict[int, set[Guid]] = {}  # instance uid -> pending and refused blocks
         self._created: dict[int, tuple[Rank, int, Guid]] = {}  # run-time instance uid -> rank, class uid, block
 
     def get(self, guid: Guid) -> Block | None:
         """Return a pending or refused block."""
-        return self.waiting.get(guid) or self.refused.get(guid)
+        waiting = self.waiting.get(guid)
+        return self.refused.get(guid) if waiting is None else waiting.block
 
     def about(self, uid: int) -> list[Block]:
-        """Return the pending and refused blocks that refer to an instance."""
-        return [self.waiting.get(guid) or self.refused[guid] for guid in sorted(self._about.get(uid, ()))]
+        """Return the pending and refused blocks that refer to an instance, by GUID."""
+        blocks = [*self.refused.values(), *(waiting.block for waiting in self.waiting.values())]
+        return sorted((block for block in blocks if uid in self._uids_of(block)), key=lambda block: block.guid)
 
     # Creations -----------------------------------------------------------------------------------
 
@@ -90,69 +91,54 @@ class Arrivals:
     def refuse(self, block: Block) -> None:
         """Store a block that can never fit."""
         self.refused[block.guid] = block
-        self._index(block)
 
-    def wait(self, block: Block, missing: tuple[int, ...], since_s: float | None = None) -> Block | None:
-        """Suspend a block until ``missing[0]`` is announced; return the oldest one of too many."""
-        guid = block.guid
+    def wait(self, block: Block, missing: int, since_s: float | None = None) -> Block | None:
+        """Suspend a block until ``missing`` is announced; return the oldest one of too many."""
         if since_s is None:
             since_s = block.time_s if self.now_s is None else self.now_s
-        self.waiting[guid] = block
-        self._waits[guid] = _Wait(missing[0], since_s)
-        self._waiting_for.setdefault(missing[0], []).append(guid)
-        others = self._of_origin.setdefault(block.origin, [])
-        others.append(guid)
-        self._index(block)
+        self.waiting[block.guid] = Waiting(block, missing, since_s)
+        others = [waiting for waiting in self.waiting.values() if waiting.block.origin == block.origin]
         if len(others) <= self.waiting_blocks:
             return None
-        return self.waiting[min(others, key=lambda waiting_guid: (self._waits[waiting_guid].since_s, waiting_guid))]
+        return min(others, key=lambda waiting: (waiting.since_s, waiting.block.guid)).block
 
     def since_s(self, guid: Guid) -> float | None:
         """Return the start of pending (s); None if the block is not pending."""
-        wait = self._waits.get(guid)
-        return None if wait is None else wait.since_s
+        waiting = self.waiting.get(guid)
+        return None if waiting is None else waiting.since_s
 
     def take(self, guid: Guid) -> None:
         """Remove a pending or refused block."""
-        block = self.refused.pop(guid, None) or self.waiting.pop(guid)
-        for uid in self.uids_of(block):
-            self._about[uid].discard(guid)
-            if not self._about[uid]:
-                del self._about[uid]
-        if (wait := self._waits.pop(guid, None)) is not None:
-            self._of_origin[block.origin].remove(guid)
-            if guid in (others := self._waiting_for.get(wait.uid, [])):
-                others.remove(guid)
+        if self.waiting.pop(guid, None) is None:
+            del self.refused[guid]
 
-    def release(self, block: Block) -> list[tuple[Block, float]]:
-        """Remove and return the blocks pending for ``block``, with their start of pending (s)."""
-        freed = []
-        for fact in block.facts:
-            if fact.attribute == TYPE_UID:
-                for guid in self._waiting_for.pop(fact.subject, ()):
-                    freed.append((self.waiting[guid], self._waits[guid].since_s))
-                    self.take(guid)
+    def release(self, block: Block) -> list[Waiting]:
+        """Remove and return the blocks pending for ``block``."""
+        announced = dict.fromkeys(fact.subject for fact in block.facts if fact.attribute == TYPE_UID)
+        freed = [waiting for uid in announced for waiting in self.waiting.values() if waiting.missing == uid]
+        for waiting in freed:
+            self.take(waiting.block.guid)
         return freed
 
     def overdue(self, now_s: float) -> list[Block]:
         """Return the blocks pending longer than ``waiting_s``, by GUID."""
-        late = (guid for guid, wait in self._waits.items() if now_s - wait.since_s > self.waiting_s)
-        return [self.waiting[guid] for guid in sorted(late)]
+        return [self.waiting[g].block for g in sorted(self.waiting) if now_s - self.waiting[g].since_s > self.waiting_s]
 
     def lacking(self, now_s: float, owner_of: Callable[[int], int | None]) -> tuple[Lacking, ...]:
         """Return the missing instances, by uid; see ``Store.lacking``."""
-        waiting = []
-        for uid in sorted(self._waiting_for):
-            if guids := sorted(self._waiting_for[uid]):
-                age_s = now_s - min(self._waits[guid].since_s for guid in guids)
-                waiting.append(Lacking(uid, owner_of(uid), age_s, tuple(guids)))
-        return tuple(waiting)
+        of_uid: dict[int, list[Waiting]] = {}
+        for guid in sorted(self.waiting):
+            of_uid.setdefault(self.waiting[guid].missing, []).append(self.waiting[guid])
+        return tuple(
+            Lacking(
+                uid,
+                owner_of(uid),
+                now_s - min(waiting.since_s for waiting in of_uid[uid]),
+                tuple(waiting.block.guid for waiting in of_uid[uid]),
+            )
+            for uid in sorted(of_uid)
+        )
 
-    def uids_of(self, block: Block) -> set[int]:
-        """Return the instances that a block refers to."""
+    def _uids_of(self, block: Block) -> set[int]:
         uids = {fact.subject for fact in block.facts}
         return uids | {fact.target for fact in block.facts if fact.attribute in self._links}
-
-    def _index(self, block: Block) -> None:
-        for uid in self.uids_of(block):
-            self._about.setdefault(uid, set()).add(block.guid)

@@ -219,7 +219,7 @@ def _settle(store: Store, block: Block, since_s: float | None = None) -> Merged:
     changes, faults = list(merged.changes), list(merged.faults)
     unsettled = deque(store.arrivals.release(block))
     while unsettled:
-        freed, waits_since_s = unsettled.popleft()
+        freed, _, waits_since_s = unsettled.popleft()
         merged = _put(store, freed, waits_since_s)
         changes += merged.changes
         faults += merged.faults
@@ -236,7 +236,7 @@ def _put(store: Store, block: Block, since_s: float | None) -> Merged:
     if result.faults:
         store.arrivals.refuse(block)
         return Merged((), result.faults)
-    oldest = store.arrivals.wait(block, result.missing, since_s)
+    oldest = store.arrivals.wait(block, result.missing[0], since_s)
     if oldest is None:
         return NOTHING
     detail = f"more than {store.arrivals.waiting_blocks} blocks of origin {block.origin} wait; this one came first"

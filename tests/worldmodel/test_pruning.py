@@ -68,7 +68,7 @@ def test_all_answers_but_old_values_stay(blocks, then, attribute, tick, banned) 
         for other in TBOX.attributes:
             kept = tuple(o for o in model.history(uid, other.uid) if o.block not in gone)
             assert pruned.history(uid, other.uid) == kept
-    again = [*model.blocks(), *model.arrivals.waiting.values(), *model.arrivals.refused.values()]
+    again = [*model.blocks(), *(one.block for one in model.arrivals.waiting.values()), *model.arrivals.refused.values()]
     assert merge(pruned, again) == ((), ())  # known, and refused as before
     known = {b.guid for b in blocks}
     for one in (model, pruned):

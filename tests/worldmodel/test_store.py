@@ -21,7 +21,7 @@ def merged(*batches: list[Block]) -> WorldModel:
 
 def everything(model: WorldModel) -> list[Block]:
     """All blocks that have arrived, whether in, waiting or refused: a peer passes on these."""
-    return [*model.blocks(), *model.arrivals.waiting.values(), *model.arrivals.refused.values()]
+    return [*model.blocks(), *(one.block for one in model.arrivals.waiting.values()), *model.arrivals.refused.values()]
 
 
 @settings(max_examples=150, deadline=None)
@@ -49,7 +49,7 @@ def test_every_block_is_in_or_waits_or_is_refused_as_the_checks_say(blocks: list
     model = merged(blocks)
     assert all(check(model, b) == CheckResult() for b in model.blocks())
     assert all(check(model, b).faults for b in model.arrivals.refused.values())
-    assert all(check(model, b) != CheckResult() for b in model.arrivals.waiting.values())
+    assert all(check(model, one.block) != CheckResult() for one in model.arrivals.waiting.values())
     said = {
         (origin, epoch, sequence)
         for (origin, epoch), (highest, mask) in model.digest().items()
@@ -66,7 +66,9 @@ def test_who_forgets_what_waits_and_hears_it_again_knows_the_same(first, then, r
     model = fleet_model()
     merge(model, first, now_s=10.0)
     forgotten: list[Block] = []
-    while waiting := list(model.arrivals.waiting.values()):  # without what they created, others may wait in turn
+    while waiting := [
+        one.block for one in model.arrivals.waiting.values()
+    ]:  # without what they created, others may wait in turn
         assert {fault.guid for fault in expire(model, 10_000.0)} == {b.guid for b in waiting}
         forgotten += waiting
     again = [*forgotten, *then]
