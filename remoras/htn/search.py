@@ -32,8 +32,6 @@ Agenda = list[Any]
 DEAD_END: Agenda = []
 Way = tuple[str | None, tuple[Task, ...]]
 """Decomposition: method name and its subtasks."""
-_Open = tuple[int, int, Any]
-"""Entered task: index, length of the trail, and an earlier one with equal name and arguments."""
 _Choice = tuple[Agenda, int, Iterator[Decomposition], int, int, int]
 """Choice point: agenda, next method, decompositions left; lengths of nodes, trail, entered."""
 
@@ -72,9 +70,8 @@ class _Search:
         self._tasks: list[Task] = []
         self._taken: list[str | None] = []
         self._parents: list[int] = []
-        self._open: dict[Task, _Open] = {}
-        self._open_in: dict[tuple[Task, int], int] = {}
-        self._entered: list[Any] = []
+        self._open: dict[tuple[Task, int], int] = {}  # last entered, by task and state
+        self._entered: list[tuple[tuple[Task, int], int | None]] = []  # changes of ``_open``: key, index before
         self._choices: list[_Choice] = []
         self._agenda = _agenda(tasks, ROOT, 0, None)
 
@@ -130,36 +127,16 @@ class _Search:
                 self.has_given_up = True
                 return self._dead_end()
             return self._decompose(agenda, 0, NO_OTHERS)
-        place, n_trail = len(self._tasks), len(self._facts.trail)
-        entered = self._open
+        key = task, self._facts.word(len(self._facts.trail))
         try:
-            above = before = entered.get(task)
+            before = self._open.get(key)
         except TypeError:  # unhashable argument
             return self._decompose(agenda, 0, NO_OTHERS)
-        while above is not None and not self._is_above(above[0], parent):
-            above = above[2]  # finished, hence no ancestor
-        if above is not None:
-            loop = above[0] if above[1] == n_trail else self._loop(task, parent, place, above)
-            if loop is not None:
-                return self._give_up(loop, parent, task)
-        self._entered += (entered, task, before)
-        entered[task] = (place, n_trail, above)
+        if before is not None and self._is_above(before, parent):  # else it is finished
+            return self._give_up(before, parent, task)
+        self._entered.append((key, before))
+        self._open[key] = len(self._tasks)
         return self._decompose(agenda, 0, NO_OTHERS)
-
-    def _loop(self, task: Task, parent: int, place: int, above: _Open) -> int | None:
-        """Index of an ancestor with the same task and state, else None; records the state."""
-        if above[2] is None:
-            self._note((task, self._facts.word(above[1])), above[0])
-        key = task, self._facts.word(len(self._facts.trail))
-        before = self._open_in.get(key)
-        if before is not None and self._is_above(before, parent):
-            return before
-        self._note(key, place)
-        return None
-
-    def _note(self, key: Any, place: int) -> None:
-        self._entered += (self._open_in, key, self._open_in.get(key))
-        self._open_in[key] = place
 
     def _give_up(self, before: int, parent: int, task: Task) -> Agenda:
         self.has_given_up = True
@@ -226,12 +203,11 @@ class _Search:
             del self._tasks[n_nodes:], self._taken[n_nodes:], self._parents[n_nodes:]
             self._facts.undo(n_trail)
             while len(entered) > n_entered:
-                where, key, before = entered[-3:]
-                del entered[-3:]
+                key, before = entered.pop()
                 if before is None:
-                    del where[key]
+                    del self._open[key]
                 else:
-                    where[key] = before
+                    self._open[key] = before
             found = self._decompose(agenda, next_method, others)
             if found is not DEAD_END:
                 return found
