@@ -22,11 +22,6 @@ from visualisation.output import DrawingError, check_format, unknown
 BODY_IN, LOADED_BODY_IN = 2.3, 1.75
 LEGEND_COLUMNS = 3
 
-LOOKS = (
-    (style.BLUE, "o"), (style.VERMILLION, "s"), (style.GREEN, "^"), (style.PURPLE, "D"), (style.ORANGE, "v"),
-    (style.SKY_BLUE, "P"),
-)  # fmt: skip
-"""Colour and marker per acknowledgement: shipped ones in order, then external ones."""
 REPEATING = (0, (4, 1.2))
 OF_THE_BOUND = (0, (1, 1.5))
 
@@ -188,7 +183,7 @@ def _looks(rows: Sequence[StudyRow]) -> dict[str, dict[str, Any]]:
         if row.acknowledgement == BOUND.acknowledgement.name:
             looks[row.policy] = {"color": style.GREY, "linestyle": OF_THE_BOUND, "label": "bound"}
             continue
-        colour, marker = LOOKS[kinds.index(row.acknowledgement) % len(LOOKS)]
+        colour, _, marker = style.look(kinds.index(row.acknowledgement))
         looks[row.policy] = {
             "color": colour, "marker": marker, "linestyle": REPEATING if row.repeats else "-", "markeredgewidth": 0.8,
             "markerfacecolor": "white" if row.repeats else colour, "label": row.policy,

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 import re
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from itertools import accumulate, pairwise
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from missions.fault import OVER, Absence, absence
 from missions.figure import PointM, RunResults
+
+K = TypeVar("K")
 
 
 class Span(NamedTuple):
@@ -37,6 +40,29 @@ def spans(events: Iterable[tuple[float, bool]], last_s: float = math.inf) -> lis
             found.append(Span(since_s, time_s))
             since_s = None
     return found if since_s is None else [*found, Span(since_s, last_s)]
+
+
+def spans_by(events: Iterable[tuple[K, float, bool]], last_s: float = math.inf) -> dict[K, list[Span]]:
+    """Return the spans of each key from its begin and end events, in time order; see ``spans``."""
+    of_key: defaultdict[K, list[tuple[float, bool]]] = defaultdict(list)
+    for key, time_s, begins in events:
+        of_key[key].append((time_s, begins))
+    return {key: spans(own, last_s) for key, own in of_key.items()}
+
+
+def n_at_once(overlapping: Iterable[Span]) -> list[tuple[Span, int]]:
+    """Return the number of spans between any two ends of spans.
+
+    >>> [(*span, n) for span, n in n_at_once([Span(0, 4), Span(2, 6), Span(8, 9)])]
+    [(0, 2, 1), (2, 4, 2), (4, 6, 1), (6, 8, 0), (8, 9, 1)]
+    """
+    steps: Counter[float] = Counter()
+    for span in overlapping:
+        steps[span.start_s] += 1
+        steps[span.end_s] -= 1
+    times_s = sorted(steps)
+    counts = accumulate(steps[time_s] for time_s in times_s)
+    return [(Span(*ends), count) for ends, count in zip(pairwise(times_s), counts, strict=False)]
 
 
 def outages(results: RunResults) -> dict[str, list[Span]]:

@@ -3,24 +3,17 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Protocol
-
-import numpy as np
 
 from missions.figure import Place, RunResults, Tiles
 from missions.files import leaves
 from missions.graphs import group_nodes
 from visualisation.replay import tables as of_run
-from visualisation.replay.tables import EVENTS, PLACE_STEP_M, TIME_STEP_S, Columns, Floats, Ints, Names
+from visualisation.replay.tables import EVENTS, PLACE_STEP_M, TIME_STEP_S, Columns, Names
 
 PLACE = ("x_m", "y_m")
-SPARED_BITS = 8
-"""Low bits dropped from 32-bit floats: four digits remain at any magnitude."""
-LARGEST = 3e38
-"""Clipping limit of numbers."""
-EXACT = 2**52
-"""Limit of exact sums in JavaScript: larger numbers are not stored as differences."""
 KINDS = {"double": "float", "int64": "int"}
 """Kinds of number columns by Arrow type; all others are text."""
 
@@ -37,40 +30,31 @@ def add_own(columns: Columns, names: Names, table: Any, called: str, most_rows: 
     for column in kept:
         columns.add(f"layer.{called}.{column}", [row[column] for row in rows], 1, PLACE_STEP_M)
     told = [
-        _add_told(columns, names, f"layer.{called}", field, [row[field.name] for row in rows])
+        {
+            "name": field.name,
+            "unit": (field.metadata or {}).get(b"unit", b"").decode(),
+            "kind": (kind := KINDS.get(str(field.type), "text")),
+            "values": [_shown(row[field.name], kind) for row in rows],
+        }
         for field in table.schema
         if field.name not in ("time_s", "vehicle", *kept)
     ]
     return {"name": called, "n": len(rows), "total": table.num_rows, "has_places": bool(kept), "columns": told}
 
 
-def _add_told(columns: Columns, names: Names, called: str, field: Any, values: Sequence[Any]) -> dict[str, Any]:
-    """Column of a mission table: numbers with a mask of missing ones; else texts."""
-    unit = (field.metadata or {}).get(b"unit", b"").decode()
-    kind = KINDS.get(str(field.type), "text")
+def _shown(value: Any, kind: str) -> Any:
+    """Return a value as displayed: numbers to five digits, None if missing or not finite; else text."""
     if kind == "text":
-        columns.add(f"{called}.told.{field.name}", [names.text(_said(value)) for value in values])
-    else:
-        numbers = np.array([np.nan if value is None else value for value in values], dtype=float)
-        is_there = np.isfinite(numbers)
-        numbers = np.where(is_there, numbers, 0.0)
-        whole = _bits(numbers) if kind == "float" else numbers
-        order = 1 if np.max(np.abs(whole), initial=0) < EXACT else 0
-        columns.add(f"{called}.told.{field.name}", whole, order)
-        columns.add(f"{called}.lacks.{field.name}", (~is_there).astype(np.int64))
-    return {"name": field.name, "unit": unit, "kind": kind}
+        return _text(value)
+    if kind == "int" or value is None:
+        return value
+    return float(f"{value:.5g}") if math.isfinite(value) else None
 
 
-def _bits(numbers: Floats) -> Ints:
-    """Truncated bits of 32-bit floats, so that similar numbers compress well."""
-    bits = numbers.clip(-LARGEST, LARGEST).astype(np.float32).view(np.int32).astype(np.int64)
-    return (bits + (1 << SPARED_BITS - 1)) >> SPARED_BITS
-
-
-def _said(value: Any) -> str:
+def _text(value: Any) -> str:
     if isinstance(value, list):
-        return " ".join(_said(part) for part in value)
-    return f"{value:.4g}" if isinstance(value, float) and np.isfinite(value) else "" if value is None else str(value)
+        return " ".join(map(_text, value))
+    return f"{value:.4g}" if isinstance(value, float) else "" if value is None else str(value)
 
 
 FORM = 1

@@ -7,7 +7,6 @@ Names become indices, times and lengths become steps. A column stores difference
 from __future__ import annotations
 
 import json
-import re
 import struct
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -80,15 +79,8 @@ SHARE_STEP = 0.00001
 """Resolutions below that of a screen."""
 ENERGY_STEPS = 4096
 """Number of steps up to the greatest energy use."""
-POINT_STEP_M = 2.0**-6
-"""Resolution of points in facts; others are stored as text."""
 NOBODY = -1
 """Index that is no vehicle."""
-POINT = re.compile(r"POINT \((\S+) (\S+)\)")
-TEXT_FORM, WHOLE_FORM, POINT_FORM, DECIMAL_FORM = range(4)
-"""Form of a fact value: text index, integer, two coordinates, millionths."""
-MILLION = 1_000_000
-
 EVENTS = (
     "roles", "organisation", "membership", "activities", "decisions", "plans", "faults", "refused", "links", "peers",
 )  # fmt: skip
@@ -183,26 +175,6 @@ def add_tracks(columns: Columns, names: Names, table: Any) -> list[int]:
     return [int(count) for count in counts]
 
 
-ITEM_NAME = re.compile(
-    r"\d+(?:\.e(?P<epoch>\d+))?(?:-(?P<kept>p?)(?P<sequence>\d+)(?:\.(?P<part>\d+))?"
-    r"|@[^:]+:(?P<subject>\d+)\.(?P<attribute>\d+))"
-)
-"""Names of items, private items and statuses, see ``remoras.recorder.ITEMS``."""
-TOLD_FORM, KEPT_FORM, STATUS_FORM = range(3)
-
-
-def read_name(uid: str) -> tuple[int, dict[str, int]]:
-    """Parse an item name into its form and numbers; missing ones are 0.
-
-    >>> read_name("2@1.5:7.3")[0], read_name("2.e1-17.4")[1]["sequence"]
-    (2, 17)
-    """
-    found = ITEM_NAME.fullmatch(uid)
-    said = found.groupdict() if found is not None else dict.fromkeys(ITEM_NAME.groupindex)
-    form = STATUS_FORM if said["subject"] else KEPT_FORM if said.pop("kept") else TOLD_FORM
-    return form, {key: int(value or 0) for key, value in said.items() if key != "kept"}
-
-
 def by_item(rows: Iterable[Mapping[str, Any]]) -> Iterator[list[Mapping[str, Any]]]:
     """Group facts by item; a status with the same name starts again with its first fact."""
     item: list[Mapping[str, Any]] = []
@@ -252,23 +224,12 @@ def add_items(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]],
     """Add items and their facts; rows hold all facts of each item."""
     facts = list(by_item(rows))
     heads = [of[0] for of in facts]
-    forms, uids = [], []
-    sequences: dict[tuple[str, int], int] = {}  # of the last item, by origin and form
     for number, first in enumerate(heads):
-        uid = first["uid"]
-        form, numbers = read_name(uid)
-        whose, sequence = (first["origin"], form), numbers["sequence"]
-        numbers["sequence"] = sequence - sequences.get(whose, 0)
-        sequences[whose] = sequence
-        said.items[uid] = number
-        if form == STATUS_FORM:
-            said.statuses.setdefault(uid, []).append((first["recorded_s"], number))
-        forms.append(form)
-        uids.append(numbers)
+        said.items[first["uid"]] = number
+        if "@" in first["uid"]:
+            said.statuses.setdefault(first["uid"], []).append((first["recorded_s"], number))
+    columns.add("items.uid", [names.text(row["uid"]) for row in heads], 1)
     columns.add("items.origin", [names.vehicle(row["origin"]) for row in heads])
-    columns.add("items.form", forms)
-    for part_of_name in ("epoch", "sequence", "part", "subject", "attribute"):
-        columns.add(f"items.{part_of_name}", [numbers[part_of_name] for numbers in uids])
     times_s = np.array([row["time_s"] for row in heads], dtype=float)
     columns.add("items.time", times_s, 1, TIME_STEP_S)
     recorded_s = np.array([row["recorded_s"] for row in heads], dtype=float)
@@ -279,30 +240,8 @@ def add_items(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]],
 
 
 def _add_facts(columns: Columns, names: Names, facts: Sequence[Mapping[str, Any]]) -> None:
-    columns.add("facts.subject", [names.text(fact["subject"]) for fact in facts])
-    columns.add("facts.attribute", [names.text(fact["attribute"]) for fact in facts])
-    values = [_value(fact["value"], names) for fact in facts]
-    for place, name in enumerate(("form", "a", "b")):
-        columns.add(f"facts.{name}", [value[place] for value in values])
-
-
-def _value(text: str, names: Names) -> tuple[int, int, int]:
-    if point := POINT.fullmatch(text):
-        try:
-            steps = [float(along) / POINT_STEP_M for along in point.groups()]
-        except ValueError:
-            steps = [0.5]
-        if all(step.is_integer() for step in steps):
-            return POINT_FORM, int(steps[0]), int(steps[1])
-    try:
-        number = float(text)
-    except ValueError:
-        return TEXT_FORM, names.text(text), 0
-    if number.is_integer() and abs(number) < MILLION * MILLION:
-        return WHOLE_FORM, int(number), 0
-    if abs(number) < MILLION and abs(number * MILLION - round(number * MILLION)) < 1e-3:
-        return DECIMAL_FORM, round(number * MILLION), 0
-    return TEXT_FORM, names.text(text), 0
+    for name in ("subject", "attribute", "value"):
+        columns.add(f"facts.{name}", [names.text(fact[name]) for fact in facts])
 
 
 UNREACHED, LOST, HEARD, COLLIDED, REFUSED = range(5)

@@ -20,23 +20,14 @@ class Kit:
     """Implement ``missions.figure.Style`` for the drawing functions of a mission."""
 
     black, grey = style.BLACK, style.GREY
+    tint = staticmethod(style.tint)
+    axis = staticmethod(words.axis)
+    time = staticmethod(words.time)
 
     def __init__(self, results: RunResults) -> None:
         self.looks: Mapping[str, style.Look] = {
             name: style.vehicle_look(number) for number, name in enumerate(run_records.vehicle_names(results))
         }
-
-    def tint(self, colour: str, strength: float) -> tuple[float, float, float]:
-        """Mix a colour with white: strength 1 is the colour, 0 white."""
-        return style.tint(colour, strength)
-
-    def axis(self, label: str, unit: str = "") -> str:
-        """Return the label of an axis."""
-        return words.axis(label, unit)
-
-    def time(self, time_s: float) -> str:
-        """Format a time with its unit, for captions."""
-        return words.time(time_s)
 
 
 def draw_declared(what: Figure | Layer, axes: Axes, results: RunResults) -> str:

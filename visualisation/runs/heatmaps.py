@@ -5,7 +5,6 @@ Colours denote vehicles in run figures; numbers are therefore grey.
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -18,7 +17,7 @@ from matplotlib.figure import Figure
 from missions.figure import RunResults, axis_end_s
 from visualisation import page, run_records, style, words
 from visualisation.page import DrawnPage, panel_in
-from visualisation.run_records import Floats, Span, outages, outages_until, spans
+from visualisation.run_records import Floats, Span, outages, outages_until, spans_by
 from visualisation.runs import captions, news
 
 SHADES = LinearSegmentedColormap.from_list("shades", ["#FFFFFF", "#000000"])
@@ -259,11 +258,8 @@ def link_estimates(results: RunResults) -> LinkEstimates:
 
 def spans_without(results: RunResults, end_s: float) -> dict[tuple[str, str], list[Span]]:
     """Return spans in which a vehicle declared a peer absent, by vehicle and peer."""
-    told: dict[tuple[str, str], list[tuple[float, bool]]] = defaultdict(list)
-    for row in results.rows("peers"):
-        if row["event"] != SLOT_CONFLICT:
-            told[row["vehicle"], row["peer"]].append((row["time_s"], row["event"] not in THERE))
-    return {pair: spans(events, end_s) for pair, events in told.items()}
+    rows = [row for row in results.rows("peers") if row["event"] != SLOT_CONFLICT]
+    return spans_by((((row["vehicle"], row["peer"]), row["time_s"], row["event"] not in THERE) for row in rows), end_s)
 
 
 def links(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:

@@ -92,7 +92,7 @@ class RoleRow(NamedTuple):
     name: str
     role: str
     lanes: list[list[Holding]]
-    vacant: list[tuple[Span, int]]
+    vacant: list[Span]
     is_counted: bool
     lane_in: float
     height_in: float
@@ -216,7 +216,7 @@ class _Drawing:
             self.page.axes.plot(times_s, [middle_in] * 2, color=style.BLACK, linewidth=1.2, zorder=5)
 
     def _row(self, row: RoleRow, top_in: float) -> None:
-        for span, _ in row.vacant:
+        for span in row.vacant:
             self.page.axes.broken_barh([self._along(span)], (top_in + 0.01, row.height_in - 0.02), **HATCH)
         if row.is_counted:
             self._count(row, top_in)

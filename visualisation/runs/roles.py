@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Hashable, Mapping, Sequence
-from itertools import accumulate, pairwise, product
+from itertools import accumulate, chain, pairwise, product
 from typing import Any, NamedTuple
 
 from matplotlib.artist import Artist
@@ -20,7 +20,7 @@ from matplotlib.patches import Patch
 from missions.figure import RunResults
 from visualisation import run_records, style
 from visualisation.page import DrawnPage
-from visualisation.run_records import RoleKey, Span, Tenure, VehicleFault
+from visualisation.run_records import RoleKey, Span, Tenure, VehicleFault, n_at_once
 from visualisation.runs import captions
 from visualisation.runs.declared import Kit
 from visualisation.runs.sheet import BESIDE_IN, WIDE_IN, Name, room_in, sheet
@@ -101,22 +101,8 @@ def shares(of_vehicles: Sequence[Sequence[Span]], n_vehicles: int) -> list[tuple
 
     Args:
         n_vehicles: all vehicles, including those without spans.
-
-    >>> [(*span, share) for span, share in shares([[Span(0, 4)], [Span(2, 6)]], 2)]
-    [(0, 2, 0.5), (2, 4, 1.0), (4, 6, 0.5)]
     """
-    steps: dict[float, int] = {}
-    for spans in of_vehicles:
-        for span in spans:
-            steps[span.start_s] = steps.get(span.start_s, 0) + 1
-            steps[span.end_s] = steps.get(span.end_s, 0) - 1
-    found: list[tuple[Span, float]] = []
-    count, start_s = 0, 0.0
-    for time_s in sorted(steps):
-        if count and time_s > start_s:
-            found.append((Span(start_s, time_s), count / n_vehicles))
-        count, start_s = count + steps[time_s], time_s
-    return found
+    return [(span, n / n_vehicles) for span, n in n_at_once(chain(*of_vehicles)) if n]
 
 
 ROWS = ((0.15, style.SMALL_PT), (0.12, style.TINY_PT))

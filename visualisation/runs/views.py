@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import accumulate, pairwise
 from typing import Any, NamedTuple
 
 from missions.figure import RunResults
 from missions.graphs import GroupNode, RoleKey, group_nodes
 from visualisation import run_records
 from visualisation.output import DrawingError, unknown
-from visualisation.run_records import Span, outages, outside, spans
+from visualisation.run_records import Span, n_at_once, outages, outside, spans, spans_by
 
 CREATED, DISSOLVED, MISSION, SUCCEEDED = "create", "dissolve", "mission", "succeed"
 """Marked acts."""
@@ -62,8 +61,8 @@ class View(NamedTuple):
     exists: dict[str, list[Span]]
     marks: list[ActMark]
 
-    def vacancies(self, group: GroupNode) -> dict[str, list[tuple[Span, int]]]:
-        """Return by role the spans with too few holders in the mission, and the shortage."""
+    def vacancies(self, group: GroupNode) -> dict[str, list[Span]]:
+        """Return by role the spans with too few holders in the mission."""
         return {
             role.name: [
                 stretch
@@ -75,13 +74,10 @@ class View(NamedTuple):
 
     def busiest_s(self, end_s: float) -> float:
         """Return the last time with the most role assignments; ``end_s`` if they last to the end."""
-        steps: Counter[float] = Counter()
-        for span in (holding.span for own in self.holdings.values() for holding in own):
-            steps[span.start_s] += 1
-            steps[span.end_s] -= 1
-        counts = [*zip(sorted(steps), accumulate(steps[time_s] for time_s in sorted(steps)), strict=True)]
-        inside = [(count, time_s) for time_s, count in counts if time_s < end_s]
-        return max(inside)[1] if inside and max(inside)[0] > inside[-1][0] else end_s
+        counts = n_at_once(holding.span for own in self.holdings.values() for holding in own)
+        most = max((n for _, n in counts), default=0)
+        last = next((span for span, n in reversed(counts) if n == most), Span(0.0, end_s))
+        return last.start_s if last.end_s < end_s else end_s
 
 
 def view_of(results: RunResults, viewer: str = "") -> View:
@@ -118,23 +114,19 @@ def checked_time_s(at_s: float | None, view: View, end_s: float) -> float:
 
 
 def _holdings(rows: Iterable[dict[str, Any]], away: Mapping[str, list[Span]]) -> dict[RoleKey, list[Holding]]:
-    told: dict[tuple[str, str, str], list[tuple[float, bool]]] = defaultdict(list)
-    for row in rows:
-        told[row["group"], row["role"], row["peer"]].append((row["time_s"], row["event"] == "assigned"))
+    told = spans_by(
+        ((row["group"], row["role"], row["peer"]), row["time_s"], row["event"] == "assigned") for row in rows
+    )
     found: dict[RoleKey, list[Holding]] = defaultdict(list)
-    for (group, role, vehicle), events in told.items():
-        for span in spans(events):
-            found[group, role].append(Holding(vehicle, span, tuple(outside(*span, away.get(vehicle, ())))))
+    for (group, role, vehicle), held in told.items():
+        found[group, role] += [Holding(vehicle, span, tuple(outside(*span, away.get(vehicle, ())))) for span in held]
     return {key: sorted(own, key=lambda holding: holding.span.start_s) for key, own in found.items()}
 
 
 def _absences(results: RunResults, viewer: str) -> dict[str, list[Span]]:
     """Return the spans in which the viewer presumed peers absent."""
-    told: dict[str, list[tuple[float, bool]]] = defaultdict(list)
-    for row in results.rows("membership"):
-        if row["vehicle"] == viewer:
-            told[row["peer"]].append((row["time_s"], row["event"] == "absent"))
-    return {peer: spans(events) for peer, events in told.items()}
+    rows = [row for row in results.rows("membership") if row["vehicle"] == viewer]
+    return spans_by((row["peer"], row["time_s"], row["event"] == "absent") for row in rows)
 
 
 def _marks(rows: Sequence[dict[str, Any]], viewer: str) -> list[ActMark]:
@@ -159,15 +151,9 @@ def _existence(group: GroupNode, marks: Iterable[ActMark]) -> list[Span]:
     return spans([(0.0, is_old), *((mark.time_s, mark.kind == CREATED) for mark in own)])
 
 
-def _lacking(holdings: Sequence[Holding], minimum: int, within_s: Span) -> list[tuple[Span, int]]:
-    present = [span for holding in holdings for span in holding.present]
-    times_s = {within_s.start_s, within_s.end_s, *(time_s for span in present for time_s in span)}
-    cuts_s = sorted(time_s for time_s in times_s if within_s.start_s <= time_s <= within_s.end_s)
-    found: list[tuple[Span, int]] = []
-    for start_s, end_s in pairwise(cuts_s):
-        lacking = minimum - sum(span.start_s <= start_s < span.end_s for span in present)
-        if lacking > 0 and found and found[-1][1] == lacking and found[-1][0].end_s == start_s:
-            found[-1] = Span(found[-1][0].start_s, end_s), lacking
-        elif lacking > 0:
-            found.append((Span(start_s, end_s), lacking))
-    return found
+def _lacking(holdings: Sequence[Holding], minimum: int, within_s: Span) -> list[Span]:
+    counts = n_at_once([within_s, *(span for holding in holdings for span in holding.present)])
+    inside = [
+        (span.start_s, n - 1 < minimum) for span, n in counts if within_s.start_s <= span.start_s < within_s.end_s
+    ]
+    return spans(inside, within_s.end_s)

@@ -7,13 +7,9 @@ globalThis.R = globalThis.R || {};
 (function () {
   const HEARD = 2; // what became of a packet at a vehicle, see tables.py; 0: it is the sender, or was out of reach
   const FAILED = { 1: "lost", 3: "collided", 4: "refused" };
-  const TEXT = 0, WHOLE = 1, POINT = 2, DECIMAL = 3; // forms of the values of facts
-  const KEPT_FORM = 1, STATUS_FORM = 2; // of names, see tables.py; others are items
-  const PER_SECOND = 1000; // vehicles keep times to a thousandth of a second at the finest
-  const POINT_STEP_M = 1 / 64;
-  const MILLION = 1e6;
+  const POINT = /^POINT \((\S+) (\S+)\)$/; // a value of a fact
+  const PART = /(-p?\d+)\.\d+$/; // the last number of the name of one of the parts of a block
   const EPSILON_S = 1e-6;
-  const SPARED_BITS = 8, WORD = new DataView(new ArrayBuffer(4)); // of floats, see own_tables.py
   const MOST_EVENTS_PER_VEHICLE = 20; // the rows of a longer table of the mission's own are samples, no events
   const OUT = new Set(["lost", "joins", "energy"]), OVER = "over"; // faults by which a vehicle is out of the mission
 
@@ -212,36 +208,29 @@ globalThis.R = globalThis.R || {};
   };
 
   function factsOf(run) {
-    const { "facts.subject": subject, "facts.attribute": attribute } = run.columns;
-    const { "facts.form": form, "facts.a": a, "facts.b": b } = run.columns;
-    const value = (n) => {
-      if (form[n] === POINT) return [a[n] * POINT_STEP_M, b[n] * POINT_STEP_M];
-      if (form[n] === TEXT) return run.text(a[n]);
-      return form[n] === WHOLE ? a[n] : a[n] / MILLION;
-    };
+    const { "facts.subject": subject, "facts.attribute": attribute, "facts.value": value } = run.columns;
     return Array.from(subject, (_, n) => ({
-      subject: run.text(subject[n]), attribute: run.text(attribute[n]), value: value(n),
+      subject: run.text(subject[n]), attribute: run.text(attribute[n]), value: valueOf(run.text(value[n])),
     }));
+  }
+
+  // A point, a number, or else the text.
+  function valueOf(text) {
+    const point = POINT.exec(text), number = Number(text);
+    if (point) return [Number(point[1]), Number(point[2])];
+    return text !== "" && Number.isFinite(number) ? number : text;
   }
 
   function itemsOf(run) {
     const column = (name) => run.columns["items." + name];
     if (!column("origin")) return [];
     const facts = factsOf(run);
-    const last = new Map();
     let start = 0;
     return Array.from(column("origin"), (origin, n) => {
-      const form = column("form")[n], whose = origin + "/" + form;
-      const sequence = (last.get(whose) || 0) + column("sequence")[n];
-      last.set(whose, sequence);
-      const part = column("part")[n], epoch = column("epoch")[n], node = run.vehicles[origin].node;
-      const time_s = Math.round(column("time")[n] * PER_SECOND) / PER_SECOND;
-      const block = form === STATUS_FORM ? `${node}@${time_s}:${column("subject")[n]}.${column("attribute")[n]}`
-        : node + (epoch ? ".e" + epoch : "") + (form === KEPT_FORM ? "-p" : "-") + sequence;
-      const end = start + column("facts")[n];
+      const uid = run.text(column("uid")[n]), end = start + column("facts")[n];
       const item = {
-        uid: block + (part ? "." + part : ""),
-        block,
+        uid,
+        block: uid.replace(PART, "$1"),
         origin,
         time_s: column("time")[n],
         recorded_s: column("time")[n] + column("late")[n],
@@ -325,29 +314,17 @@ globalThis.R = globalThis.R || {};
     return run.about.world.layers.map(({ name, n, total, has_places, columns }) => {
       const column = (of) => run.columns["layer." + name + "." + of];
       const vehicle = column("vehicle"), time_s = column("time");
-      const kept = columns.map((one) => ({ ...one, values: column("told." + one.name), lacks: column("lacks." + one.name) }));
-      const valueOf = ({ kind, values, lacks }, row) => {
-        if (kind === "text") return run.text(values[row]);
-        if (lacks[row]) return null;
-        return kind === "float" ? float(values[row]) : values[row];
-      };
       const place = (row) => {
         if (has_places) return { x: column("x_m")[row], y: column("y_m")[row] };
         return vehicle[row] >= 0 && run.track(vehicle[row]).t.length ? run.at(vehicle[row], time_s[row]) : { x: null, y: null };
       };
       const rows = Array.from({ length: n }, (_, row) => {
-        const values = kept.map((one) => valueOf(one, row));
+        const values = columns.map((one) => one.values[row]);
         const { x, y } = place(row);
         return { time_s: time_s[row], vehicle: vehicle[row], x, y, values, text: rowText(columns, values) };
       });
       return { name, total, columns, rows, isEvents: n <= MOST_EVENTS_PER_VEHICLE * run.vehicles.length };
     });
-  }
-
-  // A number from the first bits of its 32-bit float.
-  function float(bits) {
-    WORD.setInt32(0, bits * 2 ** SPARED_BITS);
-    return WORD.getFloat32(0);
   }
 
   function rowText(columns, values) {
