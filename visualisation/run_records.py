@@ -24,6 +24,10 @@ class Span(NamedTuple):
     start_s: float
     end_s: float
 
+    def holds(self, time_s: float) -> bool:
+        """Return True for a time within, the end excluded."""
+        return self.start_s <= time_s < self.end_s
+
 
 def spans(events: Iterable[tuple[float, bool]], last_s: float = math.inf) -> list[Span]:
     """Return the intervals between begin and end events; an unfinished one lasts to ``last_s``.

@@ -11,7 +11,7 @@ import numpy as np
 
 from missions.figure import Place
 from visualisation import output
-from visualisation.run_records import Floats, outages, track_columns
+from visualisation.run_records import Floats, outages, tenures, track_columns
 
 if TYPE_CHECKING:
     from missions.runs.reader import RunReader
@@ -150,27 +150,19 @@ class Voyage:
     @cached_property  # read per vehicle
     def states(self) -> list[RoleState]:
         """States of all vehicles in time order, from 0 s on at every change."""
-        rows = self.results.rows("roles")
-        driving: dict[str, list[tuple[str, str]]] = {name: [] for name in self.vehicles}
-        found = {(0.0, name): RoleState(0.0, name, ()) for name in self.vehicles} if rows else {}
-        for row in rows:
-            time_s, vehicle, role = float(row["time_s"]), row["vehicle"], (row["role"], row["group"])
-            own = driving.setdefault(vehicle, [])
-            if row["event"] == "active" and role not in own:
-                own.append(role)
-            elif row["event"] in ("inactive", "left") and role in own:
-                own.remove(role)
-            else:
-                continue
-            found[time_s, vehicle] = RoleState(time_s, vehicle, tuple(dict.fromkeys(name for name, _ in sorted(own))))
-        for vehicle, spells in outages(self.results).items():
-            for start_s, end_s in spells:
-                before = [pose for pose in found.values() if pose.vehicle == vehicle and pose.time_s <= end_s]
-                inside = [pose for pose in before if start_s <= pose.time_s]
-                for pose in inside:
-                    del found[pose.time_s, vehicle]
-                found[start_s, vehicle] = RoleState(start_s, vehicle, (), is_out=True)
-                if before and end_s <= self.end_s:
-                    last = max(before, key=lambda state: state.time_s)
-                    found[end_s, vehicle] = RoleState(end_s, vehicle, last.roles, last.is_out)
-        return sorted(found.values(), key=lambda state: state.time_s)
+        out = outages(self.results)
+        found: list[RoleState] = []
+        for vehicle, own in tenures(self.results).items():
+            active = [(span, tenure.role, tenure.group) for tenure in own for span in tenure.active]
+            gone = out.get(vehicle, [])
+            last: RoleState | None = None
+            for time_s in sorted(
+                {0.0, *(time_s for span in (*gone, *(span for span, *_ in active)) for time_s in span)}
+            ):
+                roles = sorted((role, group) for span, role, group in active if span.holds(time_s))
+                names = tuple(dict.fromkeys(role for role, _ in roles))
+                state = RoleState(time_s, vehicle, names, any(span.holds(time_s) for span in gone))
+                if time_s < self.end_s and (last is None or state[2:] != last[2:]):
+                    found.append(state)
+                    last = state
+        return sorted(found, key=lambda state: state.time_s)

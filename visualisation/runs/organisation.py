@@ -237,7 +237,7 @@ class _Drawing:
         inch_s = self.page.inch_s
         has_room = style.width_in(holding.vehicle, style.TINY_PT) <= length_s / inch_s - 0.08
         if has_room and lane_in >= LABELLED_IN:
-            is_here = any(span.start_s <= left_s < span.end_s for span in holding.present)
+            is_here = any(span.holds(left_s) for span in holding.present)
             axes.text(
                 left_s + 0.04 * inch_s, top_in + lane_in / 2, holding.vehicle.replace("$", r"\$"),
                 fontsize=style.TINY_PT, va="center_baseline", zorder=3,

@@ -166,7 +166,7 @@ def _by_supervision(view: View, at_s: float) -> Iterator[tuple[GroupNode, int]]:
     """Yield the groups at a time, each with the number of groups above it, before those that it supervises."""
     groups = {
         group.name: group for group in view.groups
-        if any(span.start_s <= at_s < span.end_s for span in view.exists[group.name])
+        if any(span.holds(at_s) for span in view.exists[group.name])
     }  # fmt: skip
     front = [(group, 0) for group in groups.values() if group.above not in groups][::-1]
     while front:

@@ -28,11 +28,11 @@ class Holding(NamedTuple):
 
     def holds(self, at_s: float) -> bool:
         """Return True while the role is held."""
-        return self.span.start_s <= at_s < self.span.end_s
+        return self.span.holds(at_s)
 
     def is_present(self, at_s: float) -> bool:
         """Return True while the role is held by a vehicle in the mission."""
-        return any(span.start_s <= at_s < span.end_s for span in self.present)
+        return any(span.holds(at_s) for span in self.present)
 
 
 class ActMark(NamedTuple):
