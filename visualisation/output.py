@@ -121,6 +121,8 @@ def write_folder(folder: Path, contents: Iterable[tuple[str, bytes]]) -> list[Pa
     ready: Sequence[tuple[str, bytes]] = list(contents)
     paths = [folder / name for name, _ in ready]
     drafts = [path.with_name(f".{path.name}.draft") for path in paths]
+    if folder.exists() and not folder.is_dir():
+        raise DrawingError(f"{folder}: is a file; name a folder")
     path = folder
     try:
         folder.mkdir(parents=True, exist_ok=True)

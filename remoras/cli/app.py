@@ -337,12 +337,21 @@ class Format(StrEnum):
     PDF = "pdf"
 
 
+def figure_format(given: Format | None, out: Path | None) -> str:
+    """Return the file format of figures; fail if one is given without a folder for figures."""
+    if given is not None and out is None:
+        fail(f"--format {given}: is about figures, which are drawn with --out DIR alone; add it")
+    return (given or Format.PNG).value
+
+
 Jobs = Annotated[int, typer.Option(min=1, max=1024, metavar="N", help="Processes on this machine.")]
 N_JOBS = os.cpu_count() or 1
 FigureFolder = Annotated[
     Path | None, typer.Option(metavar="DIR", help="Folder for the figure, its caption and its CSV.")
 ]
-FigureFormat = Annotated[Format, typer.Option("--format", metavar="png|svg|pdf", help="File format of the figure.")]
+FigureFormat = Annotated[
+    Format | None, typer.Option("--format", metavar="png|svg|pdf", help="File format of figures.  [default: png]")
+]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON value and nothing else.")]
 
 

@@ -16,12 +16,12 @@ from remoras.cli import completion
 from remoras.cli.app import (
     FigureFolder,
     FigureFormat,
-    Format,
     Json,
     aligned,
     check_known,
     command,
     fail,
+    figure_format,
     show_json,
 )
 from remoras.cli.runs import Seed, Settings
@@ -104,9 +104,7 @@ def exchange_study(
             metavar="DIR", help="Folder for figures, captions and their CSV; without --nodes, those of the paper."
         ),
     ] = None,
-    file_format: Annotated[
-        Format, typer.Option("--format", metavar="png|svg|pdf", help="File format of figures.")
-    ] = Format.PNG,
+    file_format: FigureFormat = None,
     force: Annotated[bool, typer.Option("--force", help="Replace existing files in --out.")] = False,
     as_json: Json = False,
 ) -> None:
@@ -114,6 +112,7 @@ def exchange_study(
     from exchange.study.study import ExchangeStudy, workload_named
     from missions.disk import check_output
 
+    form = figure_format(file_format, out)
     study = ExchangeStudy(
         nodes=5 if nodes is None else nodes,
         per=loss_rates(per),
@@ -130,7 +129,7 @@ def exchange_study(
         check_output(out, force)
     rows = _run([study], jobs)
     if out is not None:
-        files = _files(study, rows, file_format.value, jobs, of_the_paper=nodes is None)
+        files = _files(study, rows, form, jobs, of_the_paper=nodes is None)
         _write(files, out)
         print(*(out / name for name, _ in files), sep="\n", file=sys.stderr if as_json else sys.stdout)
     if as_json:
@@ -246,20 +245,21 @@ def sea(
     seed: Seed = 1,
     settings: Settings = None,
     out: FigureFolder = None,
-    file_format: FigureFormat = Format.PNG,
+    file_format: FigureFormat = None,
     as_json: Json = False,
 ) -> None:
     """Describe a measured network: source, losses, unknowns; or the reach of modems in a scenario.
 
     Reach is the share of delivered packets over range, on the channel acoustic.
     """
+    form = figure_format(file_format, out)
     of_scenario = {"--modem": modem, "--ranges": ranges, "--draws": draws or None, "--set": settings}
     if _is_network(name):
         if told := [option for option, value in of_scenario.items() if value is not None]:
             fail(f"{told[0]}: is about the modems of a scenario, and {name} is a network")
-        _describe_network(name, out, file_format, as_json)
+        _describe_network(name, out, form, as_json)
     else:
-        _describe_modems(name, modem, ranges or DEFAULT_RANGES, draws, seed, settings or (), out, file_format, as_json)
+        _describe_modems(name, modem, ranges or DEFAULT_RANGES, draws, seed, settings or (), out, form, as_json)
 
 
 def _is_network(name: str) -> bool:
@@ -282,7 +282,7 @@ def _describe_modems(
     seed: int,
     settings: Sequence[str],
     out: Path | None,
-    file_format: Format,
+    file_format: str,
     as_json: bool,
 ) -> None:
     from missions.scenarios import load
@@ -301,7 +301,7 @@ def _describe_modems(
             for reach, scenario in zip(reaches, scenarios, strict=True)
         ]
     if out is not None:
-        _draw(scenarios, reaches, ranges_m[-1], out, file_format.value, as_json)
+        _draw(scenarios, reaches, ranges_m[-1], out, file_format, as_json)
     if as_json:
         show_json([_as_json(reach, number) for reach in reaches for number in range(len(reach.points))])
     else:
@@ -404,7 +404,7 @@ def _print(reaches: Sequence[ModemReach]) -> None:
         print(f"{row[0]:<16}", *(f"{value:>10}" for value in row[1:]))
 
 
-def _describe_network(name: str, out: Path | None, file_format: Format, as_json: bool) -> None:
+def _describe_network(name: str, out: Path | None, file_format: str, as_json: bool) -> None:
     from exchange.channel.models import LinkFileError
     from exchange.channel.network import network_of
 
@@ -416,7 +416,7 @@ def _describe_network(name: str, out: Path | None, file_format: Format, as_json:
         from visualisation import output
         from visualisation.networks import network_contents
 
-        written = output.write_folder(out, network_contents(network, file_format.value))
+        written = output.write_folder(out, network_contents(network, file_format))
         print(*written, sep="\n", file=sys.stderr if as_json else sys.stdout)
     if as_json:
         show_json({**network.model_dump(mode="json"), "assumed": network.assumption})

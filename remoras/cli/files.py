@@ -18,7 +18,7 @@ from exchange.policy.policies import POLICIES
 from missions.errors import LONGEST_VALUE, cut
 from missions.files import shipped_abouts, shipped_studies
 from remoras.cli import completion
-from remoras.cli.app import Format, Json, check_known, command, fail, show, show_json
+from remoras.cli.app import Json, check_known, command, fail, show, show_json
 from remoras.strategies import bounds, factors_of, parameters, strategies
 
 KINDS = ("scenarios", "strategies", "policies", "channels", "modems", "networks", "studies")
@@ -105,31 +105,25 @@ def validate(
     warnings = list(cautions(setup))
     schedule, founded = setup.schedule, sorted(setup.agreement.organisation.assignments)
     reserves = [name for name in setup.database if not setup.agreement.organisation.roles_of(name)]
-    if as_json:
-        show_json(
-            {
-                "file": file,
-                "kind": "scenario",
-                "ok": True,
-                "slot_s": schedule.slot_s,
-                "frame_s": schedule.frame_s,
-                "founding": [{"vehicle": a.vehicle, "group": a.group, "role": a.role} for a in founded],
-                "reserves": reserves,
-                "warnings": [asdict(warning) for warning in warnings],
-            }
-        )
-        return
+    told = {
+        "file": file,
+        "kind": "scenario",
+        "ok": True,
+        "slot_s": schedule.slot_s,
+        "frame_s": schedule.frame_s,
+        "founding": [{"vehicle": a.vehicle, "group": a.group, "role": a.role} for a in founded],
+        "reserves": reserves,
+        "warnings": [asdict(warning) for warning in warnings],
+    }
     n_groups = len(setup.agreement.organisation.groups)
-    print(
+    said = [
         f"{file}: scenario ok; {len(setup.database)} vehicles, {n_groups} groups, {len(setup.mission.jobs)} jobs, "
-        f"slot {schedule.slot_s:.3f} s, frame {schedule.frame_s:.2f} s"
-    )
-    for assignment in founded:
-        print(f"  founding: {assignment.vehicle} plays {assignment.role} of {assignment.group}")
-    for name in reserves:
-        print(f"  reserve: {name} plays no role from the start")
-    for warning in warnings:
-        print(f"  warning: {warning}")
+        f"slot {schedule.slot_s:.3f} s, frame {schedule.frame_s:.2f} s",
+        *(f"  founding: {a.vehicle} plays {a.role} of {a.group}" for a in founded),
+        *(f"  reserve: {name} plays no role from the start" for name in reserves),
+        *(f"  warning: {warning}" for warning in warnings),
+    ]
+    show(told, as_json, said)
 
 
 def _validate_organisation(file: str, as_json: bool) -> bool:
@@ -143,14 +137,13 @@ def _validate_organisation(file: str, as_json: bool) -> bool:
         return False
     groups, n_templates = checked(document)
     n_roles = sum(len(group.role) for group in groups)
-    if as_json:
-        roles = [{"name": group.name, "within": group.within, "roles": group.role_names} for group in groups]
-        show_json({"file": file, "kind": "organisation", "ok": True, "templates": n_templates, "groups": roles})
-        return True
-    print(f"{file}: organisation ok; {n_templates} templates, {len(groups)} groups, {n_roles} roles")
+    roles = [{"name": group.name, "within": group.within, "roles": group.role_names} for group in groups]
+    said = [f"{file}: organisation ok; {n_templates} templates, {len(groups)} groups, {n_roles} roles"]
     for group in groups:
         within = "" if group.within is None else f" within {group.within}"
-        print(f"  {group.name}{within}: {', '.join(group.role_names)}")
+        said.append(f"  {group.name}{within}: {', '.join(group.role_names)}")
+    told = {"file": file, "kind": "organisation", "ok": True, "templates": n_templates, "groups": roles}
+    show(told, as_json, said)
     return True
 
 
@@ -228,11 +221,11 @@ def explain(
 
         given = cut(key, LONGEST_VALUE)
         fail(f"key {given!r} is in no scenario and no study{suggestion(key, known)}; `remoras explain` lists all keys")
-    if as_json:
-        show_json([{"key": name, "type": kind, "meaning": meaning} for name, (kind, meaning) in found.items()])
-        return
-    for name, (kind, meaning) in found.items():
-        print(f"{name}  ({kind})\n    {meaning}")
+    show(
+        [{"key": name, "type": kind, "meaning": meaning} for name, (kind, meaning) in found.items()],
+        as_json,
+        [f"{name}  ({kind})\n    {meaning}" for name, (kind, meaning) in found.items()],
+    )
 
 
 def _show_schema(key: str, scenario: str) -> None:
@@ -258,13 +251,10 @@ def _explain_codec(scenario: str, as_json: bool) -> None:
 
     setup = resolved(load(scenario))
     fields = setup.codec.listing()
-    if as_json:
-        show_json([asdict(field) for field in fields])
-        return
-    print(f"{scenario}: a packet of modem {setup.modem.name} has {setup.modem.payload_bits} bits")
     width = max(len(field.field) for field in fields)
-    for field in fields:
-        print(f"  {field.group:<9} {field.field:<{width}} {field.size_bits:>4}  {field.note}".rstrip())
+    said = [f"{scenario}: a packet of modem {setup.modem.name} has {setup.modem.payload_bits} bits"]
+    said += [f"  {f.group:<9} {f.field:<{width}} {f.size_bits:>4}  {f.note}".rstrip() for f in fields]
+    show([asdict(field) for field in fields], as_json, said)
 
 
 def _explain_ontology(scenario: str, as_json: bool) -> None:
@@ -273,11 +263,8 @@ def _explain_ontology(scenario: str, as_json: bool) -> None:
     from worldmodel.ontology import terms_of
 
     terms = terms_of(resolved(load(scenario)).tbox)
-    if as_json:
-        show_json([term._asdict() for term in terms])
-    else:
-        for term in terms:
-            print(f"{term.name}  ({term.kind})\n    {term.meaning}")
+    said = [f"{term.name}  ({term.kind})\n    {term.meaning}" for term in terms]
+    show([term._asdict() for term in terms], as_json, said)
 
 
 @command("doctor", "remoras doctor", names_code=False)
@@ -304,7 +291,7 @@ def doctor() -> None:
     print(f"a run of 60 s of mission time took {short.wall_s:.2f} s")
     with tempfile.TemporaryDirectory() as folder:
         write_results(short, Path(folder) / "run")
-        drawn = draw_run(Results.read(Path(folder) / "run"), (), Path(folder), Format.PNG)
+        drawn = draw_run(Results.read(Path(folder) / "run"), (), Path(folder), "png")
         print(f"drew {len(drawn.files)} files")
     print("ok")
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from remoras.cli.app import FAILED, Json, command, fail, show_json
+from remoras.cli.app import FAILED, Json, command, fail, show
 from remoras.cli.runs import ScenarioName, Seed, Settings
 
 if TYPE_CHECKING:
@@ -172,10 +172,7 @@ def node(
     found = VehicleNode(own, driver, pace, log, Mishaps(drop, double), body, witness).run()
     if share is not None:
         share.close()
-    if as_json:
-        show_json(asdict(found))
-        return
-    _print_outcomes([found])
+    show(asdict(found), as_json, _outcome_lines([found]))
 
 
 def _frontseat(given: str, start_utc: str, has_modem: bool) -> Frontseat:
@@ -319,11 +316,9 @@ def swarm(
         print(f"remoras: {who}; {plans[0].end_s / speed:.0f} s to go", file=sys.stderr)
 
     found = run_swarm(loaded.scenario.name, plans, speed, (drop, double), out, port, begun)
-    if as_json:
-        show_json(asdict(found))
-    else:
-        _print_outcomes([NodeOutcome(**vehicle) for vehicle in found.vehicles])
-        print("all who are there know the same" if found.equal else "they do not know the same; let --settle be longer")
+    equal = "all who are there know the same" if found.equal else "they do not know the same; let --settle be longer"
+    outcomes = [NodeOutcome(**vehicle) for vehicle in found.vehicles]
+    show(asdict(found), as_json, [*_outcome_lines(outcomes), equal])
     for name, why in found.ended.items():
         print(f"remoras: {name}: {why}", file=sys.stderr)
     if found.ended or not found.equal:
@@ -338,15 +333,13 @@ def _replay(log: Path, vehicle: str, as_json: bool) -> None:
     if vehicle not in ("", logged.plan.vehicle):
         fail(f"--replay {log}: is the log of {logged.plan.vehicle}, not of {vehicle}")
     found = play(logged)
-    if as_json:
-        show_json(asdict(found))
-    elif found.difference:
-        print(f"{found.vehicle} differs from its log: {found.difference}")
-    else:
-        print(
-            f"{found.vehicle}: {found.packets_sent} packets sent as in the log, {found.packets_heard} heard; "
-            f"state {found.state_hash[:16]}"
-        )
+    said = (
+        f"{found.vehicle} differs from its log: {found.difference}"
+        if found.difference
+        else f"{found.vehicle}: {found.packets_sent} packets sent as in the log, {found.packets_heard} heard; "
+        f"state {found.state_hash[:16]}"
+    )
+    show(asdict(found), as_json, [said])
     if found.difference:
         raise typer.Exit(FAILED)
 
@@ -386,11 +379,13 @@ def _peers(text: str, vehicle: str, names: list[str]) -> list[Address]:
     return list(found.values())
 
 
-def _print_outcomes(outcomes: list[NodeOutcome]) -> None:
-    print("vehicle       sent  heard   lost  twice refused  items   open  state             behind by")
-    for outcome in outcomes:
-        print(
+def _outcome_lines(outcomes: list[NodeOutcome]) -> list[str]:
+    return [
+        "vehicle       sent  heard   lost  twice refused  items   open  state             behind by",
+        *(
             f"{outcome.vehicle:<12} {outcome.packets_sent:>5} {outcome.packets_heard:>6} {outcome.packets_lost:>6} "
             f"{outcome.packets_doubled:>6} {outcome.packets_refused:>7} {outcome.items:>6} {outcome.open:>6}  "
             f"{outcome.state_hash[:16]}  {outcome.late_s:>6.1f} s"
-        )
+            for outcome in outcomes
+        ),
+    ]

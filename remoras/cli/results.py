@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from remoras.cli import completion
-from remoras.cli.app import FAILED, Format, Json, aligned, command, fail, give_up, show_json
+from remoras.cli.app import FAILED, FigureFormat, Json, aligned, command, fail, figure_format, give_up, show, show_json
 from remoras.process import Progress
 
 if TYPE_CHECKING:
@@ -23,7 +23,21 @@ if TYPE_CHECKING:
     from worldmodel.rdf.writing import RdfFormat
 
 
+@contextmanager
+def _glyphs_noted() -> Iterator[None]:
+    """Summarise warnings of missing glyphs in one line; pass on other warnings."""
+    with warnings.catch_warnings(record=True) as caught:
+        yield
+    others = [warning for warning in caught if "missing from font" not in str(warning.message)]
+    if len(others) < len(caught):
+        text = "the font of figures lacks some characters of the names; they are drawn as boxes"
+        print(f"remoras: {text}", file=sys.stderr)
+    for other in others:
+        warnings.showwarning(other.message, other.category, other.filename, other.lineno)
+
+
 @command("plot", "remoras plot results/lossy trajectories roles --format pdf")
+@_glyphs_noted()
 def plot(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Results of a run, or folder of a sweep.")],
     kinds: Annotated[
@@ -34,7 +48,7 @@ def plot(
             autocompletion=completion.kind,
         ),
     ] = None,
-    file_format: Annotated[Format, typer.Option("--format", metavar="png|svg|pdf", help="File format.")] = Format.PNG,
+    file_format: FigureFormat = None,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder for the figures; default: that of the results.")
     ] = None,
@@ -68,38 +82,11 @@ def plot(
     ] = False,
 ) -> None:
     """Draw figures of a run (trajectories, roles and more) or of a sweep (ranking and more)."""
-    with _glyphs_noted():
-        _plot(folder, kinds or (), out or folder, file_format, metric, width, at, viewer, draw_all)
-
-
-@contextmanager
-def _glyphs_noted() -> Iterator[None]:
-    """Summarise warnings of missing glyphs in one line; pass on other warnings."""
-    with warnings.catch_warnings(record=True) as caught:
-        yield
-    others = [warning for warning in caught if "missing from font" not in str(warning.message)]
-    if len(others) < len(caught):
-        text = "the font of figures lacks some characters of the names; they are drawn as boxes"
-        print(f"remoras: {text}", file=sys.stderr)
-    for other in others:
-        warnings.showwarning(other.message, other.category, other.filename, other.lineno)
-
-
-def _plot(
-    folder: Path,
-    kinds: Sequence[str],
-    out: Path,
-    file_format: Format,
-    metric: str | None,
-    width: float | None,
-    at_s: float | None,
-    viewer: str,
-    draw_all: bool,
-) -> None:
+    form = figure_format(file_format, out or folder)
     if (folder / "study.json").is_file():
-        if at_s is not None or viewer:
+        if at is not None or viewer:
             fail(f"--at and --viewer: are about the organisation of a single run, and {folder} holds a sweep")
-        _plot_sweep(folder, kinds, out, file_format, metric, width, draw_all)
+        _plot_sweep(folder, kinds or (), out or folder, form, metric, width, draw_all)
         return
     if draw_all:
         fail(f"--all: is about the figures of a sweep, and {folder} holds a single run, of which all are drawn")
@@ -110,14 +97,14 @@ def _plot(
     from missions.runs.results import Results
 
     results = Results.read(folder)
-    _show_drawn(draw_run(results, kinds, out, file_format, width, at_s, viewer))
+    _show_drawn(draw_run(results, kinds or (), out or folder, form, width, at, viewer))
 
 
 def draw_run(
     results: Results,
     kinds: Sequence[str],
     out: Path,
-    file_format: Format,
+    file_format: str,
     width_in: float | None = None,
     at_s: float | None = None,
     viewer: str = "",
@@ -129,7 +116,7 @@ def draw_run(
 
     mission, moment = mission_of(results.scenario), ViewAt(at_s, viewer)
     asked, figures = with_figures(kinds, mission.figures, (*KINDS, *SWEEP_KINDS, *FACTORIAL_KINDS))
-    return draw_run_figures(results, asked, out, file_format.value, figures, mission.places, width_in, moment)
+    return draw_run_figures(results, asked, out, file_format, figures, mission.places, width_in, moment)
 
 
 def _show_drawn(drawn: Drawn) -> None:
@@ -143,7 +130,7 @@ def _plot_sweep(
     folder: Path,
     kinds: Sequence[str],
     out: Path,
-    file_format: Format,
+    file_format: str,
     metric: str | None,
     width_in: float | None,
     draw_all: bool,
@@ -158,7 +145,7 @@ def _plot_sweep(
     results, (ranked,) = results.naming([metric or RANKED])
     results, kinds = results.naming(kinds, "KIND")
     with Progress(f"plot {folder}", 1, "steps") as progress:
-        drawn = draw_sweep_figures(results, kinds, out, file_format.value, ranked, progress.of, width_in, draw_all)
+        drawn = draw_sweep_figures(results, kinds, out, file_format, ranked, progress.of, width_in, draw_all)
     _show_drawn(drawn)
 
 
@@ -249,12 +236,8 @@ def export(
         path, counts, what = _voyage(results, file_format, out, force)
     else:
         path, counts, what = _knowledge(results, form, out, force, about)
-    if as_json:
-        show_json({"path": str(path), "format": file_format.value, "counts": counts})
-        return
-    print(path)
-    for name, count in counts.items():
-        print(f"  {count:>8}  {what}{name}")
+    lines = [str(path), *(f"  {count:>8}  {what}{name}" for name, count in counts.items())]
+    show({"path": str(path), "format": file_format.value, "counts": counts}, as_json, lines)
 
 
 def _voyage(
@@ -370,18 +353,14 @@ def verify(
         report = verified(folder)
     except NoResults as error:
         fail(str(error))
-    if as_json:
-        show_json(report.as_json)
-    else:
-        for line in report.lines:
-            print(line)
-        n_wrong, n_checked = sum(report.n_findings.values()), sum(report.checked.values())
-        print(
-            f"{folder}: {n_wrong} of {n_checked} values do not follow"
-            if n_wrong
-            else f"{folder}: all follows, {n_checked} values"
-        )
-        for what, why in sorted(report.not_checked.items()):
-            print(f"  not checked: {what}: {why}")
+    n_wrong, n_checked = sum(report.n_findings.values()), sum(report.checked.values())
+    said = [
+        *report.lines,
+        f"{folder}: {n_wrong} of {n_checked} values do not follow"
+        if n_wrong
+        else f"{folder}: all follows, {n_checked} values",
+        *(f"  not checked: {what}: {why}" for what, why in sorted(report.not_checked.items())),
+    ]
+    show(report.as_json, as_json, said)
     if report.findings:
         raise typer.Exit(FAILED)

@@ -177,7 +177,7 @@ def test_a_full_disk_leaves_no_cut_file_and_keeps_what_was_there(tmp_path: Path)
 
 def test_a_file_in_the_way_is_named(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("precious", encoding="utf-8")
-    with pytest.raises(DrawingError, match="file: cannot be written: File exists"):
+    with pytest.raises(DrawingError, match="file: is a file; name a folder"):
         write_folder(tmp_path / "file", [("roles.png", PICTURE)])
     assert (tmp_path / "file").read_text(encoding="utf-8") == "precious"
 
