@@ -7,7 +7,7 @@ import copy
 import math
 import pickle
 import random
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import lru_cache
 from typing import Any
@@ -18,6 +18,13 @@ from remoras.fleet.radio import note_position
 from remoras.motion import Motion
 from remoras.picture import Body, Groups, Picture
 from remoras.sensor import Observation
+
+
+def passed(checks: Iterable[Callable[..., None]], *plugin: Any) -> Iterator[str]:
+    """Run the checks of a plug-in and yield their names."""
+    for check_one in checks:
+        check_one(*plugin)
+        yield check_one.__name__
 
 
 def picture_of(value: Any, seen: dict[int, int] | None = None) -> Any:

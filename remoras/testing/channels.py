@@ -17,6 +17,7 @@ from exchange.channel.link import LinkModel, Transmission
 from exchange.channel.models import ChannelModel, Deployment
 from exchange.channel.modems import modems
 from exchange.drivers import Driver, Pace
+from remoras.testing.behaviours import passed
 
 Model = type[ChannelModel] | ChannelModel
 
@@ -144,9 +145,7 @@ CHECKS: tuple[Callable[[Model], None], ...] = (
 
 def conforms(model: Model) -> Iterator[str]:
     """Run all checks of a channel model and yield their names."""
-    for check_one in CHECKS:
-        check_one(model)
-        yield check_one.__name__
+    return passed(CHECKS, model)
 
 
 Pair = tuple[Driver, Driver, Pace]

@@ -20,6 +20,7 @@ from remoras.condition import SOUND
 from remoras.errors import PluginError
 from remoras.fleet.fleet import Fleet
 from remoras.fleet.vehicle import Vehicle
+from remoras.testing.behaviours import passed
 
 SCENARIO, VEHICLE, SEED = "mapping-rendezvous", "AUV01", 1
 FROM_S, UNTIL_S, END_S = 20.0, 40.0, 60.0
@@ -113,9 +114,7 @@ def conforms(name: str, keys: Mapping[str, Any] | None = None) -> Iterator[str]:
     """
     kind: type[DeclaredFault] = kind_named(name)
     assert issubclass(kind, DeclaredFault)
-    for check_one in CHECKS:
-        check_one(name, keys or {})
-        yield check_one.__name__
+    return passed(CHECKS, name, keys or {})
 
 
 def check(name: str, keys: Mapping[str, Any] | None = None) -> None:

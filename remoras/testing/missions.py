@@ -37,11 +37,11 @@ from remoras.recorder import TABLES
 from remoras.social.planning import Pursuit
 from remoras.testing.behaviours import check as check_behaviour
 from remoras.testing.behaviours import difference, picture_of
+from remoras.testing.sensors import check_rows
 from worldmodel import UnknownNameError
 
 SEED = 1
 OPERATORS = {"AllocateRoles", "GiveMission", "AssignObjective"}
-KINDS: dict[str, type | tuple[type, ...]] = {"float": (float, int), "int": int, "str": str, "list": list}
 
 Rows = dict[str, list[tuple[Any, ...]]]
 
@@ -264,12 +264,7 @@ def check_results(finished_run: Run) -> None:
         assert applies, f"metric {name} is missing in the summary though it applies"
     for table in mission.tables:
         assert table.name in recorder.tables, f"table {table.name} was not declared to the recorder"
-        for row in recorder.rows(table.name):
-            fits = len(row) == len(table.columns) and all(
-                isinstance(value, KINDS[column.kind]) for value, column in zip(row, table.columns, strict=False)
-            )
-            names = ", ".join(f"{column.name} ({column.kind})" for column in table.columns)
-            assert fits, f"table {table.name}: row {row} does not fit its columns {names}"
+        check_rows(table, recorder.rows(table.name))
     times_s = [milestone.time_s for milestone in finished_run.milestones]
     assert times_s == sorted(times_s), "milestones are not in time order"
 

@@ -21,6 +21,7 @@ from exchange.study.parts import REMEMBERED_WORDS, TrialPlan, play
 from exchange.study.trial import Load
 from exchange.wire.codec import Codec
 from remoras.plugins import named_object
+from remoras.testing.behaviours import passed
 from worldmodel import Terms, core_ontology_paths, read_tbox
 
 TBOX = read_tbox(*core_ontology_paths())
@@ -220,10 +221,7 @@ CHECKS: tuple[Callable[[AckPolicy], None], ...] = (
 
 def conforms(name: str) -> Iterator[str]:
     """Run all checks of a named policy and yield their names."""
-    policy = named_object(name) if ":" in name else policy_named(name)
-    for check_one in CHECKS:
-        check_one(policy)
-        yield check_one.__name__
+    return passed(CHECKS, named_object(name) if ":" in name else policy_named(name))
 
 
 FRAME_S = 20.0

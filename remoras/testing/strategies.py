@@ -24,6 +24,7 @@ from remoras.organisation import Outcome
 from remoras.plugins import named_object
 from remoras.strategies import configured, parameters
 from remoras.strategy import INFLUENCE_SIGNAL, JOB_DONE, OBJECTIVE, Situation, Strategy, division_of, faults_of_strategy
+from remoras.testing.behaviours import passed
 from remoras.testing.missions import printed_by_each
 from remoras.testing.sample_worlds import (
     GROUPS,
@@ -357,8 +358,5 @@ CHECKS: tuple[Callable[[Strategy], None], ...] = (
 def conforms(reference: str) -> Iterator[str]:
     """Run all checks of a named strategy and yield their names."""
     strategy: Strategy = named_object(reference) if ":" in reference else strategy_named(reference)
-    for check in CHECKS:
-        check(strategy)
-        yield check.__name__
-    check_deterministic(reference)
-    yield check_deterministic.__name__
+    yield from passed(CHECKS, strategy)
+    yield from passed([check_deterministic], reference)
