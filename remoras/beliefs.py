@@ -21,7 +21,6 @@ from worldmodel import (
     FactError,
     Instance,
     PropertyValue,
-    Subscription,
     TBox,
     UnknownNameError,
     ValueKind,
@@ -63,10 +62,9 @@ Fact = tuple[int, int, Any] | tuple[int, int, Any, float]
 
 @dataclass(slots=True)
 class _Collected:
-    """All values of one fact, with the subscription that updates them."""
+    """All values of one fact."""
 
     attribute: Attribute
-    news: Subscription
     values: set[Any]
 
 
@@ -100,7 +98,6 @@ class Beliefs(Known):
         self._by_key: dict[Key, _Collected] = {}  # by key
         self._trust = model.index.trust
         self._banned = self._trust.from_s
-        self._n_noted = 0
         self._from_s: dict[tuple[int, int], float] = {}  # by (subject, attribute), where old values are invalid
         self._n_over = Counter[tuple[int, int]]()
 
@@ -141,8 +138,8 @@ class Beliefs(Known):
         subject, attribute = self._slot(key)
         slot = subject, attribute.uid
         if slot not in self._collected:
-            news = self.model.subscriptions.add(attribute.uid, instance=subject)
-            self._collected[slot] = _Collected(attribute, news, self._all(slot, attribute))
+            self.model.watched.add(slot)
+            self._collected[slot] = _Collected(attribute, self._all(slot, attribute))
         collected = self._by_key[key] = self._collected[slot]
         return collected.values
 
@@ -155,19 +152,15 @@ class Beliefs(Known):
         """Update ``values`` after facts were recorded or merged."""
         if self._banned is not self._trust.from_s:
             self._banned = self._trust.from_s
+            self.model.take_news()
             for slot, collected in self._collected.items():
-                self.model.news(collected.news)
                 collected.values = self._all(slot, collected.attribute)
             self.n_told += 1
             return
-        if self._n_noted == self.model.subscriptions.n_noted:
-            return
-        self._n_noted = self.model.subscriptions.n_noted
-        waiting = self.model.subscriptions.waiting
-        for slot, collected in self._collected.items():
-            for observation in self.model.news(collected.news) if collected.news in waiting else ():
-                if observation.time_s < self._from_s.get(slot, -math.inf):
-                    continue
+        for observation in self.model.take_news() if self.model.news else ():
+            slot = observation.fact.subject, observation.fact.attribute
+            if observation.time_s >= self._from_s.get(slot, -math.inf):
+                collected = self._collected[slot]
                 collected.values.add(self._plain(collected.attribute, observation.value))
                 self.n_told += 1
 

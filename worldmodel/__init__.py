@@ -37,7 +37,6 @@ from worldmodel.ontology import (
 )
 from worldmodel.ontology.fields import Field, Value
 from worldmodel.ontology.tbox import TYPE_UID, Attribute, OntologyClass, Source, TBox, ValueKind, reaching
-from worldmodel.subscriptions import Subscription
 from worldmodel.world_model import Knowledge, Reception, Stated, WorldModel, prune, tidy
 
 __all__ = [
@@ -72,7 +71,6 @@ __all__ = [
     "Reception",
     "Source",
     "Stated",
-    "Subscription",
     "TBox",
     "Terms",
     "UnknownNameError",

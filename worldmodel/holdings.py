@@ -65,69 +65,45 @@ class Keeping(NamedTuple):
 
 
 class BlockLog:
-    """Blocks of one origin and epoch: list up to the first gap, dictionary after it."""
+    """Blocks of one origin and epoch by sequence, and which sequences have arrived."""
 
-    __slots__ = ("ahead", "blocks", "mask")
+    __slots__ = ("blocks", "mask", "n_whole")
 
     def __init__(self) -> None:
-        self.blocks: list[Block | None] = []
-        """Sequences 0, 1, ... up to the first gap; None for one that arrived but is not stored."""
-        self.ahead: dict[int, Block | None] = {}
-        """Sequences after the first gap; None as in ``blocks``."""
+        self.blocks: dict[int, Block | None] = {}
+        """Arrived sequences; None for one whose block is not stored."""
+        self.n_whole = 0
+        """Number of sequences up to the first gap."""
         self.mask = 0
-        """Bit k is set if the sequence ``len(blocks) + k`` has arrived."""
+        """Bit k is set if the sequence ``n_whole + k`` has arrived."""
 
     @property
     def digest(self) -> tuple[int, int]:
         """Highest contiguous sequence or -1, and mask of later ones: bit k stands for that + 1 + k."""
-        return len(self.blocks) - 1, self.mask
+        return self.n_whole - 1, self.mask
 
     def __iter__(self) -> Iterator[Block]:
         """Yield the stored blocks, by sequence."""
-        for block in self.blocks:
-            if block is not None:
-                yield block
-        for sequence in sorted(self.ahead):
-            if (ahead := self.ahead[sequence]) is not None:
-                yield ahead
-
-    def has(self, sequence: int) -> bool:
-        """True if the sequence has arrived."""
-        return 0 <= sequence < len(self.blocks) or sequence in self.ahead
-
-    def get(self, sequence: int) -> Block | None:
-        """Return the block if it is stored."""
-        return self.blocks[sequence] if 0 <= sequence < len(self.blocks) else self.ahead.get(sequence)
+        return (block for sequence in sorted(self.blocks) if (block := self.blocks[sequence]) is not None)
 
     def put(self, sequence: int, block: Block | None) -> None:
         """Mark a sequence as arrived and store its block, or None."""
-        blocks = self.blocks
-        if sequence == len(blocks):
-            blocks.append(block)
-            if self.ahead:
-                self._close_gap()
-        elif sequence < len(blocks):
-            blocks[sequence] = block
-        else:
-            self.ahead[sequence] = block
-            self.mask |= 1 << (sequence - len(blocks))
-
-    def _close_gap(self) -> None:
-        n_before = len(self.blocks) - 1
-        while len(self.blocks) in self.ahead:
-            self.blocks.append(self.ahead.pop(len(self.blocks)))
-        self.mask >>= len(self.blocks) - n_before
+        self.blocks[sequence] = block
+        if sequence >= self.n_whole:
+            self.mask |= 1 << sequence - self.n_whole
+            while self.mask & 1:
+                self.mask >>= 1
+                self.n_whole += 1
 
     def forget(self, sequence: int) -> None:
         """Mark an arrived sequence as missing again."""
-        if sequence >= len(self.blocks):
-            del self.ahead[sequence]
-            self.mask ^= 1 << (sequence - len(self.blocks))
+        del self.blocks[sequence]
+        if sequence >= self.n_whole:
+            self.mask ^= 1 << sequence - self.n_whole
             return
-        behind = self.blocks[sequence + 1 :]
-        del self.blocks[sequence:]
-        self.ahead.update(enumerate(behind, start=sequence + 1))
-        self.mask = (self.mask << len(behind) | (1 << len(behind)) - 1) << 1 if behind or self.mask else 0
+        n_behind = self.n_whole - sequence - 1
+        self.mask = self.mask << n_behind + 1 | (1 << n_behind) - 1 << 1
+        self.n_whole = sequence
 
 
 class StoredItems:
@@ -225,7 +201,7 @@ class StoredItems:
     def block(self, guid: Guid) -> Block | None:
         """Return an item or private block if it is accepted and stored."""
         log, sequence = self._place(guid)
-        return None if log is None else log.get(sequence)
+        return None if log is None else log.blocks.get(sequence)
 
     def blocks(self) -> Iterator[Block]:
         """Yield the accepted items, by origin, epoch and sequence."""
@@ -244,17 +220,17 @@ class StoredItems:
     def has_arrived(self, guid: Guid) -> bool:
         """True if peers need not send the block again, even if it was pruned since."""
         log, sequence = self._place(guid)
-        return log is not None and log.has(sequence)
+        return log is not None and sequence in log.blocks
 
     def digest(self) -> dict[tuple[int, int], tuple[int, int]]:
         """Return the arrived items by (origin, epoch), each as in ``BlockLog.digest``."""
-        return {key: log.digest for key, log in self.logs.items() if log.blocks or log.ahead}
+        return {key: log.digest for key, log in self.logs.items() if log.blocks}
 
     def items(self) -> Iterator[tuple[Guid, Block | None]]:
         """Yield the arrived items, by origin, epoch and sequence; None for a pruned one."""
         for origin, epoch in sorted(self.logs):
             log = self.logs[origin, epoch]
-            for sequence in sorted((*range(len(log.blocks)), *log.ahead)):
+            for sequence in sorted(log.blocks):
                 guid = origin, epoch, sequence
                 yield guid, self.arrived(guid)
 

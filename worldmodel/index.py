@@ -51,7 +51,6 @@ class Index:
         """Changed properties of these attributes since the last inference."""
         self.version_of_types = 0
         """Counter of added and removed type facts."""
-        self._linking: dict[int, dict[tuple[Guid] | StatusSlot, Block]] = {}  # instance uid -> blocks linking to it
 
     def enter(self, observation: Observation) -> None:
         """Add a fact."""
@@ -69,8 +68,6 @@ class Index:
         if attribute == TYPE_UID:
             self.masks[subject] = self.masks.get(subject, 0) | self._tbox.ancestor_mask(fact.target)
             self.version_of_types += 1
-        elif self._tbox.attributes[attribute].range_class is not None:
-            self._linking.setdefault(fact.target, {})[_link_name((subject, attribute), block)] = block
         elif attribute == self.trust.attribute:
             self._turn(self.trust.note(observation))
 
@@ -87,11 +84,6 @@ class Index:
             self.touched.add(slot)
         if fact.attribute == TYPE_UID:
             self._work_out_types(fact.subject)
-        elif self._tbox.attributes[fact.attribute].range_class is not None:
-            linking = self._linking.get(fact.target, {})
-            linking.pop(_link_name(slot, block), None)
-            if not linking:
-                self._linking.pop(fact.target, None)
         elif fact.attribute == self.trust.attribute:
             self._turn(self.trust.forget(observation))
 
@@ -185,8 +177,8 @@ class Index:
                     block = entry.block
                     if not block.is_status and (attribute.uid != TYPE_UID or block.guid != creator):
                         blocks[block.guid] = block
-        for block in self._linking.get(uid, {}).values():
-            if not block.is_status and self._asks(block, uid, base):
+        for block in self._linking(uid, base):
+            if not block.is_status:
                 blocks[block.guid] = block
         return blocks.values()
 
@@ -199,23 +191,20 @@ class Index:
             for entry in self.all_of((uid, attribute.uid))
             if (block := entry.block).is_status
         ]
-        linking = self._linking.get(uid, {}).values()
-        dropped += [block for block in linking if block.is_status and self._asks(block, uid, base)]
+        dropped += [block for block in self._linking(uid, base) if block.is_status]
         for block in dropped:
             fact = block.facts[0]
             if self.statuses.pop((fact.subject, fact.attribute, block.origin), None) is not None:
                 self.leave(Observation(block, 0))
 
-    def _asks(self, block: Block, uid: int, base: int) -> bool:
-        """True if a block links to the instance by an attribute whose range is not in ``base``."""
-        attributes = self._tbox.attributes
-        return any(
-            (range_class := attributes[fact.attribute].range_class) is not None
-            and fact.target == uid
-            and not base >> range_class & 1
-            for fact in block.facts
-        )
-
-
-def _link_name(slot: Slot, block: Block) -> tuple[Guid] | StatusSlot:
-    return (*slot, block.origin) if block.is_status else (block.guid,)
+    def _linking(self, uid: int, base: int) -> list[Block]:
+        """Return the blocks that link to an instance by an attribute whose range is not in ``base``."""
+        return [
+            entry.block
+            for attribute in self._tbox.attributes
+            if attribute.range_class is not None and not base >> attribute.range_class & 1
+            for slots in (self.slots, self.apart)
+            for entries in slots.get(attribute.uid, EMPTY).values()
+            for entry in entries
+            if entry.fact.target == uid
+        ]

@@ -20,7 +20,6 @@ from worldmodel.index import EMPTY, sort_key
 from worldmodel.inference import Inference
 from worldmodel.ontology.fields import Value
 from worldmodel.ontology.tbox import TYPE_UID, TBox, ValueKind
-from worldmodel.subscriptions import Subscription, Subscriptions
 
 USUAL = Keeping()
 _NONE = (None,)
@@ -68,8 +67,10 @@ class Store(StoredItems):
         self.epoch = epoch
         self.clock_tolerance_s = clock_tolerance_s
         self.version = 0
-        self.subscriptions = Subscriptions(tbox, self.class_mask)
-        """Updates for subscribers."""
+        self.watched: set[tuple[int, int]] = set()
+        """Properties (instance uid, attribute uid) whose new observations ``take_news`` returns."""
+        self.news: list[Observation] = []
+        """Observations of watched properties since ``take_news``, those of excluded origins included."""
         self._members: dict[int, tuple[Instance, ...]] = {}
         self._members_of = (0, 0)  # versions of types and conclusions of this cache
         self.common_facts = tuple(keeping.common_facts)
@@ -125,14 +126,10 @@ class Store(StoredItems):
         """Start (s) of the exclusion of each excluded origin; replaced on each change."""
         return self.index.trust.from_s
 
-    def news(self, subscription: Subscription) -> tuple[Observation, ...]:
-        """Return new observations in order of arrival; raises FactError for a foreign subscription."""
-        news = self.subscriptions.fetch(subscription)
-        return (
-            tuple([observation for observation in news if self.is_seen(observation.block)])
-            if self.index.trust.from_s
-            else news
-        )
+    def take_news(self) -> list[Observation]:
+        """Return and clear the new observations of watched properties, in order of arrival."""
+        news, self.news = self.news, []
+        return [observation for observation in news if self.is_seen(observation.block)]
 
     def value(self, subject: int, attribute: int, default: Value | None = None) -> Value | None:
         """Return the latest value of a property, else the common initial value, else ``default``."""
@@ -189,12 +186,13 @@ class Store(StoredItems):
 
     def _indexed(self, block: Block) -> Change:
         entries = [Observation(block, position) for position in range(len(block.facts))]
-        watching = self.subscriptions.watching
-        for fact, entry in zip(block.facts, entries, strict=True):
+        for entry in entries:
             self.index.enter(entry)
-            if fact.attribute in watching:
-                self.subscriptions.note(entry)
+        self._note(entries)
         return Change(block, self._turned() if self.index.turned else self._latest_of(entries))
+
+    def _note(self, entries: Iterable[Observation]) -> None:
+        self.news += [entry for entry in entries if (entry.fact.subject, entry.fact.attribute) in self.watched]
 
     def _latest_of(self, entries: Iterable[Observation]) -> tuple[PropertyValue, ...]:
         latest = []
@@ -214,9 +212,7 @@ class Store(StoredItems):
         """Replace older statuses of the origin by a checked status."""
         placed = self.index.place(block)
         self.version += bool(placed)
-        for entry in placed:
-            if entry.block.facts[0].attribute in self.subscriptions.watching:
-                self.subscriptions.note(entry)
+        self._note(placed)
         return Change(block, self._latest_of(placed))
 
     def facts_of(self, subject: int, attribute: int) -> list[Observation]:

@@ -1,53 +1,36 @@
 """Values as of a time, slices of history, what an origin said since, and news; with bans, and for the same cost."""
 
-import pytest
 from small_fleet import (
     AUV_0,
     BANNED_FROM,
     BATTERY,
     ECHO,
     LOCATION,
-    OBJECT,
-    TYPE_UID,
-    WRECK,
     ban,
     block,
-    class_uid,
     fleet_model,
 )
 
-from worldmodel import Block, FactError, PropertyValue, merge
+from worldmodel import Block, PropertyValue, merge
 
 
-def test_news_come_once_of_an_instance_and_of_a_class() -> None:
+def test_news_of_watched_properties_come_once() -> None:
     model = fleet_model()
-    of_echo = model.subscriptions.add(LOCATION, instance=ECHO)
-    of_objects = model.subscriptions.add(LOCATION, class_uid=OBJECT)
-    of_wrecks = model.subscriptions.add(LOCATION, class_uid=WRECK)
-    wreck = model.new_instance_uid()
+    model.watched.add((ECHO, LOCATION))
     model.record([(ECHO, LOCATION, (1.0, 2.0))], 1.0)
-    model.record([(wreck, TYPE_UID, WRECK), (wreck, LOCATION, (3.0, 4.0))], 2.0)
-    assert [o.value for o in model.news(of_echo)] == [(1.0, 2.0)]
-    assert [o.value for o in model.news(of_objects)] == [(1.0, 2.0), (3.0, 4.0)]  # a wreck is an object
-    assert [o.value for o in model.news(of_wrecks)] == [(3.0, 4.0)]
-    assert model.news(of_objects) == ()
-    model.subscriptions.remove(of_echo)
-    with pytest.raises(FactError, match="subscribe here first"):
-        model.news(of_echo)
-    with pytest.raises(FactError, match="exactly one of the two"):
-        model.subscriptions.add(LOCATION)
-    with pytest.raises(FactError, match=r"class 999 is unknown; allowed: 0\.\."):
-        model.subscriptions.add(LOCATION, class_uid=999)
+    model.record([(AUV_0, BATTERY, 0.5)], 2.0)
+    assert [o.value for o in model.take_news()] == [(1.0, 2.0)]
+    assert model.take_news() == []
 
 
 def test_statuses_are_news_and_banned_ones_are_not() -> None:
     model = fleet_model()
-    levels = model.subscriptions.add(BATTERY, class_uid=class_uid("Vehicle"))
+    model.watched.add((AUV_0, BATTERY))
     merge(model, [Block(1, -1, 3.0, (PropertyValue(AUV_0, BATTERY, 0.5),))])
-    assert [o.value for o in model.news(levels)] == [0.5]
+    assert [o.value for o in model.take_news()] == [0.5]
     ban(model, [1])
     merge(model, [Block(1, -1, 4.0, (PropertyValue(AUV_0, BATTERY, 0.4),))])
-    assert model.news(levels) == ()
+    assert model.take_news() == []
 
 
 def test_a_ban_from_a_time_leaves_what_was_said_before() -> None:
