@@ -29,11 +29,13 @@ class ExportError(VisualisationError, ValueError):
     """Export impossible for these results, or failed output."""
 
 
-def unknown(what: str, given: str, known: Iterable[str]) -> DrawingError:
+def unknown(
+    what: str, given: str, known: Iterable[str], error: type[VisualisationError] = DrawingError
+) -> VisualisationError:
     """Return the error for an unknown name: value given, values allowed, nearest."""
     names = list(known)
     near = get_close_matches(given, names, n=1, cutoff=0.0)
-    return DrawingError(f"unknown {what} {given!r}; known: {', '.join(names)}; nearest: {near[0]!r}")
+    return error(f"unknown {what} {given!r}; known: {', '.join(names)}; nearest: {near[0]!r}")
 
 
 KINDS: Mapping[str, tuple[str, ...]] = {

@@ -115,11 +115,6 @@ class Inference:
         self.settle()
         return tuple(sorted({*self.told_links(subject, attribute), *self._graph.reached(subject, attribute)}))
 
-    def linking(self, target: int, attribute: int) -> tuple[int, ...]:
-        """Return the sorted instances that link to ``target`` in the sense of ``links``."""
-        self.settle()
-        return tuple(sorted(set(self._graph.reached(target, attribute, backward=True))))
-
     def told_links(self, subject: int, attribute: int) -> tuple[int, ...]:
         """Return the asserted targets: common facts and latest value."""
         value = self._seen.value(subject, attribute)

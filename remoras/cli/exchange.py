@@ -22,6 +22,7 @@ from remoras.cli.app import (
     command,
     fail,
     figure_format,
+    show,
     show_json,
 )
 from remoras.cli.runs import Seed, Settings
@@ -418,21 +419,17 @@ def _describe_network(name: str, out: Path | None, file_format: str, as_json: bo
 
         written = output.write_folder(out, network_contents(network, file_format))
         print(*written, sep="\n", file=sys.stderr if as_json else sys.stdout)
-    if as_json:
-        show_json({**network.model_dump(mode="json"), "assumed": network.assumption})
-        return
-    print(f"{network.name}: {network.title}".removesuffix(": "))
-    for what, text in (("source", network.citation), ("packet", network.packet), ("assumed", network.assumption)):
-        if text:
-            print(f"  {what}: {text}")
-    for text in network.unknown:
-        print(f"  not known: {text}")
+    said = [f"{network.name}: {network.title}".removesuffix(": ")]
+    about = (("source", network.citation), ("packet", network.packet), ("assumed", network.assumption))
+    said += [f"  {what}: {text}" for what, text in about if text]
+    said += [f"  not known: {text}" for text in network.unknown]
     for node in network.node:
         place = "" if node.position_m is None else " at {:g}, {:g} m".format(*node.position_m)
         depth = "" if node.depth_m is None else f", {node.depth_m:g} m deep"
-        print(f"  node {node.name}{place}{depth}")
+        said.append(f"  node {node.name}{place}{depth}")
     rows = list(_rows(network))
-    print(*[f"  {line}" for line in aligned(rows, right=range(len(rows[0])))], sep="\n")
+    said += [f"  {line}" for line in aligned(rows, right=range(len(rows[0])))]
+    show({**network.model_dump(mode="json"), "assumed": network.assumption}, as_json, said)
 
 
 def _rows(network: Network) -> Iterator[list[str]]:

@@ -296,7 +296,7 @@ def replay(
     for second in runs[1:]:
         _check_pair(runs[0], second)
     payloads = [_data(run) for run in runs]
-    write_page(target, page_text(title_of([run.summary for run in runs]), payloads), force)
+    write_page(target, page_text(title_of([run.summary for run in runs]), payloads))
     for run in runs:
         if lacking := missing(run):
             what = "; ".join(lacking)

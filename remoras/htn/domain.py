@@ -105,8 +105,7 @@ class Domain:
     """Operators and methods by task name.
 
     Raises:
-        PlanningError: lists all faults: tasks both elementary and abstract, or without a method; unknown subtasks;
-            unavoidable recursion.
+        PlanningError: lists all faults: tasks both elementary and abstract, or without a method; unknown subtasks.
     """
 
     operators: Mapping[str, Operator]
@@ -171,32 +170,6 @@ def _faults(domain: Domain) -> Iterator[str]:
                     f"method {method.name!r} of task {task} uses {', '.join(unknown)}, not in the domain, "
                     f"which has: {', '.join(sorted(known))}"
                 )
-    yield from (
-        f"endless recursion: every method of {chain[0]} leads to {' > '.join(chain)}" for chain in _rings(domain)
-    )
-
-
-def _rings(domain: Domain) -> Iterator[tuple[str, ...]]:
-    """A cycle per group of tasks that no choice of methods terminates."""
-    ends = {name for name, methods in domain.methods.items() if any(method.uses is None for method in methods)}
-    ends |= domain.operators.keys()
-    left = {name: methods for name, methods in domain.methods.items() if methods and name not in ends}
-    while found := [
-        name for name, methods in left.items() if any(ends.issuperset(method.uses or ()) for method in methods)
-    ]:
-        ends.update(found)
-        for name in found:
-            del left[name]
-    told: set[str] = set()
-    for start in left:
-        chain: list[str] = []
-        name = start
-        while name in left and name not in chain and name not in told:
-            chain.append(name)
-            name = next((use for use in left[name][0].uses or () if use not in ends), "")
-        if name in chain:
-            yield (*chain[chain.index(name) :], name)
-        told.update(chain)
 
 
 # Plans -------------------------------------------------------------------------------------------

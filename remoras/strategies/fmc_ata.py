@@ -34,7 +34,6 @@ from pydantic import Field
 
 from exchange.arithmetic import distance, exp, log
 from remoras.organisation import Group, RoleSpecification
-from remoras.strategies.allocation import Expectations
 from remoras.strategies.negotiator import DividedAtSea, Member, frames, taking
 from remoras.strategy import Declaration, Heard, Move, Situation, Statement
 from remoras.work import Outlook, Work
@@ -96,7 +95,6 @@ class Buyer(Member["FmcAta"]):
         self._news: dict[str, int] = {}  # of which round they are
         self._at: dict[str, str] = {}  # at which role another one is
         self._shares: dict[str, dict[str, float]] = {}  # by role and buyer
-        self._expectations = Expectations()
         self._traded: set[str] = set()  # roles and vehicles that have been in the market
         self._since = 0  # the round of the last one that came into it
 
@@ -175,7 +173,7 @@ class Buyer(Member["FmcAta"]):
         work, now_s = situation.work, situation.now_s
         data, here = work.database[self._me], Outlook(now_s, work.position_m(self._me))
         held = () if at is None else (at,)
-        free = self._expectations.of(data, held, work, now_s).end(data, work)
+        free = self._engagement(self._me, held, situation).end(data, work)
         found = {}
         for role in work.open:
             full = role.maximum is not None and sum(role.name == place for place in self._at.values()) >= role.maximum

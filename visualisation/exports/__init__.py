@@ -6,7 +6,6 @@ Libraries load on use. Output is written under a draft name, then renamed.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from difflib import get_close_matches
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -15,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 from missions.disk import drafted
 from missions.figure import Place
 from visualisation.exports.voyage import Voyage
-from visualisation.output import ExportError
+from visualisation.output import ExportError, unknown
 
 if TYPE_CHECKING:
     from missions.runs.results import MemoryResults, Results
@@ -105,8 +104,7 @@ def export(
 def of_name(format: str) -> FormatOfExport:
     """Return the format of a name, or raise ExportError."""
     if format not in FORMATS:
-        near = get_close_matches(format, FORMATS, n=1, cutoff=0.0)
-        raise ExportError(f"unknown format {format!r}; known: {', '.join(FORMATS)}; nearest: {near[0]!r}")
+        raise unknown("format", format, FORMATS, ExportError)
     return FORMATS[format]
 
 

@@ -132,9 +132,8 @@ def check_page_output(out: Path, force: bool) -> None:
         raise DrawingError(f"--out {out}: there is no folder {out.parent}; make it, or name another file")
 
 
-def write_page(out: Path, text: str, force: bool = False) -> None:
-    """Write a page atomically; DrawingError on failure, or if ``out`` exists without ``force``."""
-    check_page_output(out, force)
+def write_page(out: Path, text: str) -> None:
+    """Write a page atomically after ``check_page_output``; DrawingError on failure."""
     try:
         with drafted(out) as draft:
             draft.write_text(text, encoding="utf-8")
