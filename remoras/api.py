@@ -385,11 +385,11 @@ class Run:
         """
         from missions.scenarios.parts import with_figures
         from visualisation.output import KINDS
-        from visualisation.runs import ViewAt, run_picture
+        from visualisation.runs import run_picture
 
         mission = self._results.mission
         (asked,), figures = with_figures([kind], mission.figures, KINDS)
-        about = figures, mission.places, width_in, ViewAt(at_s, viewer)
+        about = figures, mission.places, width_in, at_s, viewer
         return run_picture(self._results, asked, *about).shown()
 
     def graph(

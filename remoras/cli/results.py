@@ -112,11 +112,11 @@ def draw_run(
     """Draw a run with figures of its mission and of the user."""
     from missions.scenarios.parts import mission_of, with_figures
     from visualisation.output import FACTORIAL_KINDS, KINDS, SWEEP_KINDS
-    from visualisation.runs import ViewAt, draw_run_figures
+    from visualisation.runs import draw_run_figures
 
-    mission, moment = mission_of(results.scenario), ViewAt(at_s, viewer)
+    mission = mission_of(results.scenario)
     asked, figures = with_figures(kinds, mission.figures, (*KINDS, *SWEEP_KINDS, *FACTORIAL_KINDS))
-    return draw_run_figures(results, asked, out, file_format, figures, mission.places, width_in, moment)
+    return draw_run_figures(results, asked, out, file_format, figures, mission.places, width_in, at_s, viewer)
 
 
 def _show_drawn(drawn: Drawn) -> None:

@@ -7,7 +7,6 @@ no partial output.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -32,33 +31,14 @@ HEATMAPS = ("delivery", "knowledge", "links")
 """Kinds in one module; each of the others has its own."""
 
 
-@dataclass(frozen=True)
-class ViewAt:
-    """Time and viewer of the organisation figure.
-
-    Attributes:
-        at_s: None for the last time with the most role assignments.
-        viewer: name of a vehicle; empty for the roles that each vehicle assumes for itself.
-    """
-
-    at_s: float | None = None
-    viewer: str = ""
-
-    def __str__(self) -> str:
-        at = "" if self.at_s is None else f"at {self.at_s:g} s"
-        return ", ".join(part for part in (at, self.viewer and f"viewer {self.viewer}") if part)
-
-
-ANY = ViewAt()
-
-
 def run_picture(
     results: RunResults,
     kind: str,
     figures: Sequence[Declared] = (),
     places: Sequence[Place] = (),
     width_in: float | None = None,
-    moment: ViewAt = ANY,
+    at_s: float | None = None,
+    viewer: str = "",
 ) -> DrawnPage:
     """Draw one figure of a run in memory, with its caption and notes on omissions.
 
@@ -67,11 +47,12 @@ def run_picture(
         figures: declared by the run's mission.
         places: for the map of trajectories.
         width_in: None for the default of the kind.
-        moment: for the organisation.
+        at_s, viewer: time and vehicle whose view is drawn, for the organisation; None for the last time with the most
+            role assignments, empty for the roles that each vehicle assumes for itself.
 
     Raises:
-        DrawingError: unknown kind, missing tables, width out of range, no such moment, or failure of the mission's
-            function.
+        DrawingError: unknown kind, missing tables, width out of range, no such time or viewer, or failure of
+            the mission's function.
     """
     check_width(width_in)
     own = _own(figures)
@@ -92,7 +73,7 @@ def run_picture(
     if kind == ORGANISATION:
         from visualisation.runs import organisation
 
-        return organisation.picture(results, moment.at_s, moment.viewer, *widths)
+        return organisation.picture(results, at_s, viewer, *widths)
     module = import_module(f"visualisation.runs.{'heatmaps' if kind in HEATMAPS else kind}")
     drawn: DrawnPage = getattr(module, kind if kind in HEATMAPS else "picture")(results, *widths)
     return drawn
@@ -106,7 +87,8 @@ def draw_run_figures(
     figures: Sequence[Declared] = (),
     places: Sequence[Place] = (),
     width_in: float | None = None,
-    moment: ViewAt = ANY,
+    at_s: float | None = None,
+    viewer: str = "",
 ) -> Drawn:
     """Write ``<kind>.<format>`` and its caption ``<kind>.txt`` for each kind.
 
@@ -117,7 +99,7 @@ def draw_run_figures(
         figures: declared by the run's mission.
         places: for the map of trajectories.
         width_in: of all figures; None for the default of each kind.
-        moment: for the organisation; if given, ``kinds`` must include that or be empty.
+        at_s, viewer: as in ``run_picture``; if given, ``kinds`` must include the organisation or be empty.
 
     Returns:
         Written files (figure, caption, next figure, ...) and notes on omissions.
@@ -130,8 +112,9 @@ def draw_run_figures(
     own = _own(figures)
     _check_kinds(kinds, own)
     check_width(width_in)
-    if moment != ANY and kinds and ORGANISATION not in kinds:
-        raise DrawingError(f"{moment}: is about the figure {ORGANISATION}; name that too")
+    if (at_s is not None or viewer) and kinds and ORGANISATION not in kinds:
+        given = f"at {at_s:g} s" if at_s is not None else f"viewer {viewer}"
+        raise DrawingError(f"{given}: is about the figure {ORGANISATION}; name that too")
     check_format(format)
     asked = list(dict.fromkeys(kinds)) or [*KINDS, *own]
     missing = {kind: reason for kind in asked if (reason := _lacking(results, kind, own))}
@@ -144,7 +127,7 @@ def draw_run_figures(
     contents: list[tuple[str, bytes]] = []
     for kind in asked:
         if kind not in missing:
-            drawn = run_picture(results, kind, figures, places, width_in, moment)
+            drawn = run_picture(results, kind, figures, places, width_in, at_s, viewer)
             contents.append((f"{kind}.{format}", style.rendered(drawn.figure, format, said)))
             contents.append((f"{kind}.txt", f"{drawn.caption}\n".encode()))
             notes += drawn.notes
