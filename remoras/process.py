@@ -1,7 +1,7 @@
 """Conduct of the process: interruptions, progress on standard error, thresholds of the garbage collector.
 
 Ctrl-C and SIGTERM end the program with one line after cleaning up. During imports, where an exception could surface
-anywhere with a traceback, the process exits at once. Progress is a bar on a terminal, a rewritten line in a notebook,
+anywhere with a traceback, the process exits at once. Progress is a rewritten line on a terminal or in a notebook,
 else lines.
 """
 
@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import gc
 import os
+import shutil
 import signal
 import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType, TracebackType
-from typing import Any
 
 SAID = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
 LOADER = "<frozen importlib._bootstrap>"
@@ -45,7 +45,7 @@ def _end(number: int, frame: FrameType | None) -> None:
 QUIET_S = 1.0
 """Time (s) before any progress is shown."""
 LINE_EVERY_S = 10.0
-NOTEBOOK_EVERY_S = 0.5
+REWRITTEN_EVERY_S = 0.5
 
 
 def is_notebook() -> bool:
@@ -68,8 +68,6 @@ class Progress:
         self._began = self._last_line = time.monotonic()
         self._first: float | None = None
         self._rewritten = 0
-        self._bar: Any = None
-        self._task: Any = None
 
     def __enter__(self) -> Progress:
         return self
@@ -84,41 +82,23 @@ class Progress:
         now = time.monotonic()
         if self._first is None:
             self._first, self._began = done, now
-        if now - self._began < QUIET_S:
+        rewrites = is_watched()
+        if now - self._began < QUIET_S or now - self._last_line < (REWRITTEN_EVERY_S if rewrites else LINE_EVERY_S):
             return
-        if sys.stderr.isatty():
-            self._show_bar(done)
-        elif now - self._last_line >= (NOTEBOOK_EVERY_S if is_notebook() else LINE_EVERY_S):
-            self._last_line = now
-            rate = (done - self._first) / (now - self._began)
-            left = f", {(self._total - done) / rate:.0f} s left" if rate > 0.0 else ""
-            text = f"{self._label}: {done:.0f} of {self._total:.0f} {self._unit}, {rate:.2g} per s{left}"
-            if is_notebook():  # overwrite the previous line
-                self._rewritten = max(self._rewritten, len(text))
-                print(f"\r{text:{self._rewritten}}", end="", file=sys.stderr, flush=True)
-            else:
-                print(text, file=sys.stderr)
-
-    def _show_bar(self, done: float) -> None:
-        if self._bar is None:
-            from rich.console import Console
-            from rich.progress import BarColumn, TextColumn, TimeRemainingColumn
-            from rich.progress import Progress as RichProgress
-
-            counts = TextColumn("{task.completed:.0f} of {task.total:.0f} {task.fields[unit]}")
-            rates = TextColumn("{task.fields[rate]:.2g}/s")
-            columns = (TextColumn("{task.description}"), BarColumn(), counts, rates, TimeRemainingColumn())
-            self._bar = RichProgress(*columns, console=Console(stderr=True), transient=True)
-            self._bar.start()
-            self._task = self._bar.add_task(self._label, total=self._total, unit=self._unit, rate=0.0)
-        rate = (done - (self._first or 0.0)) / max(time.monotonic() - self._began, QUIET_S)
-        self._bar.update(self._task, completed=done, total=self._total, rate=rate)
+        self._last_line = now
+        rate = (done - self._first) / (now - self._began)
+        left = f", {(self._total - done) / rate:.0f} s left" if rate > 0.0 else ""
+        text = f"{self._label}: {done:.0f} of {self._total:.0f} {self._unit}, {rate:.2g} per s{left}"
+        if rewrites:
+            text = text[: shutil.get_terminal_size().columns - 1]
+            self._rewritten = max(self._rewritten, len(text))
+            print(f"\r{text:{self._rewritten}}", end="", file=sys.stderr, flush=True)
+        else:
+            print(text, file=sys.stderr)
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self._bar is not None:
-            self._bar.stop()
         if self._rewritten:
             print("\r" + " " * self._rewritten + "\r", end="", file=sys.stderr, flush=True)
 

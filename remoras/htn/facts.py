@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Hashable, Iterable, Mapping
 from enum import Enum
 from typing import Any, Final, Protocol
@@ -20,7 +21,6 @@ class _Mark(Enum):
 ANY: Final = _Mark.ANY
 """Effect value that matches any known value."""
 MISSING: Final = _Mark.MISSING
-_WORD = (1 << 64) - 1
 
 
 class FactsLike(Protocol):
@@ -32,13 +32,11 @@ class FactsLike(Protocol):
 
 
 class _Words(dict[Any, int]):
-    """64-bit hash word per requested fact, from its sequence number (SplitMix64)."""
+    """64-bit hash word per requested fact, from its sequence number."""
 
     def __missing__(self, fact: Any) -> int:
-        mixed = (len(self) + 1) * 0x9E3779B97F4A7C15 & _WORD
-        mixed = (mixed ^ (mixed >> 30)) * 0xBF58476D1CE4E5B9 & _WORD
-        mixed = (mixed ^ (mixed >> 27)) * 0x94D049BB133111EB & _WORD
-        word = self[fact] = mixed ^ (mixed >> 31)
+        digest = hashlib.blake2b(len(self).to_bytes(8), digest_size=8).digest()
+        word = self[fact] = int.from_bytes(digest)
         return word
 
 
