@@ -23,13 +23,16 @@ def rebuilt(view: View, at_s: float) -> dict[str, Any]:
     for group in view.groups:
         if not any(span.start_s <= at_s < span.end_s for span in view.exists[group.name]):
             continue
-        lacking = view.vacancies(group)
         roles = {}
         for role in group.roles:
             own = [one for one in view.holdings.get((group.name, role.name), ()) if one.holds(at_s)]
-            vacant = [n for span, n in lacking[role.name] if span.start_s <= at_s < span.end_s]
             present = {one.vehicle for one in own if one.is_present(at_s)}
-            roles[role.name] = [role.is_head, {one.vehicle for one in own}, present, sum(vacant)]
+            roles[role.name] = [
+                role.is_head,
+                {one.vehicle for one in own},
+                present,
+                max(0, role.minimum - len(present)),
+            ]
         found[group.name] = [group.above, roles]
     return found
 

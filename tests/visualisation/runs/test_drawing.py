@@ -13,7 +13,7 @@ from synthetic_runs import DECLARED, FICTIONS, FINDS, LONG, Fiction
 from missions.runs.results import Results
 from visualisation import KINDS, DrawingError, style
 from visualisation.page import DrawnPage
-from visualisation.runs import ViewAt, draw_run_figures, motivation, run_picture
+from visualisation.runs import draw_run_figures, motivation, run_picture
 from visualisation.runs.sheet import TALLEST_IN
 
 ALL_KINDS = [*KINDS, FINDS.name]
@@ -99,9 +99,9 @@ def test_a_caption_tells_what_is_odd_in_a_run(runs: dict[str, Results], name: st
         (["roles", "trajectory"], {}, r"'trajectory'.*roles.*nearest: 'trajectories'"),
         (["roles"], {"format": "jpg"}, "'jpg'; known: png, svg, pdf"),
         (["roles"], {"width_in": 90.0}, "width 90 in: allowed are 3 to 20 inches"),
-        (["organisation"], {"moment": ViewAt(1200.0)}, "at 1200 s: this run lasts from 0 to 1000 s"),
-        (["organisation"], {"moment": ViewAt(None, "a")}, "unknown vehicle 'a'; known: A, B; nearest: '[AB]'"),
-        (["roles"], {"moment": ViewAt(9.0, "A")}, "at 9 s, viewer A: is about the figure organisation; name that too"),
+        (["organisation"], {"at_s": 1200.0}, "at 1200 s: this run lasts from 0 to 1000 s"),
+        (["organisation"], {"viewer": "a"}, "unknown vehicle 'a'; known: A, B; nearest: '[AB]'"),
+        (["roles"], {"at_s": 9.0, "viewer": "A"}, "at 9 s: is about the figure organisation; name that too"),
     ],
 )
 def test_what_cannot_be_drawn_is_refused(

@@ -7,7 +7,7 @@ from replayed import moments_s
 from synthetic_runs import FICTIONS, FLEET, Fiction, nested
 
 from missions.runs.results import Results
-from visualisation.runs import ViewAt, run_picture
+from visualisation.runs import run_picture
 from visualisation.runs.views import ActMark, Span, View, view_of
 
 
@@ -40,7 +40,7 @@ def test_a_succession_ends_the_vacancy_that_a_loss_leaves(lost: Results) -> None
     view = view_of(lost)
     (operational,) = [group for group in view.groups if group.name == "Operational"]
     (mark,) = [one for one in view.marks if (one.kind, one.role) == ("succeed", "Coordinator")]
-    assert view.vacancies(operational)["Coordinator"] == [(Span(200.0, mark.time_s), 1)]
+    assert view.vacancies(operational)["Coordinator"] == [Span(200.0, mark.time_s)]
     assert operational.above == "Coordination"
     boxes = shown(lost, 0.5 * (200.0 + mark.time_s))
     assert boxes[boxes.index("Operational") :][1:4] == ["\u2605 Coordinator (1)", "AUV00", "vacant"]
@@ -57,8 +57,8 @@ def test_a_group_formed_at_sea_exists_from_its_forming_to_its_dissolution(tmp_pa
     ]  # fmt: skip
     (inspection,) = [group for group in view.groups if group.name == "Inspection"]
     assert view.vacancies(inspection) == {
-        "Leader": [(Span(300.0, 310.0), 1)],
-        "Diver": [(Span(300.0, 320.0), 2), (Span(320.0, 700.0), 1)],
+        "Leader": [Span(300.0, 310.0)],
+        "Diver": [Span(300.0, 700.0)],
     }
     assert {group.name: group.above for group in view.groups} == {
         "Fleet": "", "Wing": "Fleet", "Team A": "Wing", "Team B": "Wing", "Team C": "Wing", "Inspection": "Team B",
@@ -67,7 +67,7 @@ def test_a_group_formed_at_sea_exists_from_its_forming_to_its_dissolution(tmp_pa
 
 def shown(results: Results, at_s: float | None, viewer: str = "") -> list[str]:
     """Texts of the boxes."""
-    figure = run_picture(results, "organisation", moment=ViewAt(at_s, viewer)).figure
+    figure = run_picture(results, "organisation", at_s=at_s, viewer=viewer).figure
     boxes = next(axes for axes in figure.axes if not axes.axison)
     return [text.get_text() for text in boxes.texts]
 
@@ -100,7 +100,7 @@ def test_who_holds_no_role_is_a_reserve(tmp_path: Path) -> None:
 
 
 def marks(results: Results, viewer: str = "") -> set[str]:
-    figure = run_picture(results, "organisation", moment=ViewAt(None, viewer)).figure
+    figure = run_picture(results, "organisation", viewer=viewer).figure
     return {str(line.get_marker()) for axes in figure.axes for line in axes.lines} - {"None", ""}
 
 
@@ -109,6 +109,6 @@ def test_acts_are_marked_where_they_were_heard_of(tmp_path: Path) -> None:
     results = FICTIONS["nested"].write(tmp_path / "run")
     assert marks(results) == {"X", "*", "d", "|"}
     assert marks(results, "AUV00") == {"X", "d"}
-    caption = run_picture(results, "organisation", moment=ViewAt(600.0, "AUV00")).caption
+    caption = run_picture(results, "organisation", at_s=600.0, viewer="AUV00").caption
     assert caption.startswith("Organisation in the view of AUV00: above at 600 s, ")
     assert "Requests refused by AUV00 are crossed at 1 place." in caption
