@@ -154,20 +154,19 @@ class _Passage:
 class ZigzagExploring(Behaviour):
     """Survey of the remaining cells of an area, row by row.
 
-    The stimulus falls with ``work`` (None: of this area alone, with ``half_left``); before the first row also with the
-    distance to it. The vehicle starts as far as possible from ``others`` already in the area.
+    The stimulus falls with the remaining ``work``; before the first row also with the distance to it. The vehicle
+    starts as far as possible from ``others`` already in the area.
     """
 
     def __init__(
         self,
         job: SurveyJob,
         data: VehicleData,
-        work: WorkLeft | None = None,
-        half_left: float = 0.0,
+        work: WorkLeft,
         others: Sequence[str] = (),
     ) -> None:
         self._job = job
-        self._work = work or WorkLeft([job], half_left)
+        self._work = work
         self._data = data
         self._others = others
         self._swath_m = swath_m(data)

@@ -419,7 +419,7 @@ class MappingMission(JobMission):
                 return MappingAlong(settings.patience_s, self._work(*parameters))
             case "ZigzagExploring":
                 area, group, others = parameters
-                return ZigzagExploring(self._surveys[area], data, self._work(group), others=others)
+                return ZigzagExploring(self._surveys[area], data, self._work(group), others)
             case "Inspecting":
                 return Inspecting(parameters[0], self.finds, data)
             case "Positioning":

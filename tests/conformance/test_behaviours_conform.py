@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from sample_vehicles import AUV
 
-from missions.mapping.behaviours import ZigzagExploring
+from missions.mapping.behaviours import WorkLeft, ZigzagExploring
 from missions.mapping.jobs import SurveyJob
 from remoras.behaviours import (
     DONE,
@@ -29,7 +29,7 @@ from remoras.functional.vital import ReturningHome, ReturningToArea
 from remoras.motion import Motion
 from remoras.testing import behaviours as conformance
 
-CORNERS_M = ((0.0, 0.0), (50.0, 0.0), (50.0, 50.0), (0.0, 50.0))
+BANK = SurveyJob("bank", ((0.0, 0.0), (50.0, 0.0), (50.0, 50.0), (0.0, 50.0)))
 MADE: dict[str, Callable[[], Behaviour]] = {
     "Standing": Standing,
     "Planning": Planning,
@@ -41,7 +41,7 @@ MADE: dict[str, Callable[[], Behaviour]] = {
     "Positioning": lambda: Positioning(("AUV01",), "Operational", (0.0, 15.0), AUV),
     "ReturningHome": lambda: ReturningHome(AUV),
     "ReturningToArea": lambda: ReturningToArea((0.0, 0.0), AUV),
-    "ZigzagExploring": lambda: ZigzagExploring(SurveyJob("bank", CORNERS_M), AUV),
+    "ZigzagExploring": lambda: ZigzagExploring(BANK, AUV, WorkLeft([BANK], 0.0)),
 }
 
 

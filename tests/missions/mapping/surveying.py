@@ -7,7 +7,7 @@ from typing import Any
 from sample_vehicles import AUV
 from watched import Facts
 
-from missions.mapping.behaviours import ZigzagExploring
+from missions.mapping.behaviours import WorkLeft, ZigzagExploring
 from missions.mapping.jobs import SurveyJob, ground_of
 from missions.mapping.sensors import Seabed, SwathSettings
 from remoras.behaviours import Perception
@@ -48,7 +48,7 @@ class Surveyor:
     last: Perception = field(default_factory=lambda: Perception(1.0))
 
     def __post_init__(self) -> None:
-        self.exploring = ZigzagExploring(JOB, self.data, None, 0.03, self.others)
+        self.exploring = ZigzagExploring(JOB, self.data, WorkLeft([JOB], 0.03), self.others)
         self.motion = Motion(*self.at_m)
         self.sensor = self.data.sensors[0].make(self.data)
         self.picture = Picture(facts=self.facts)

@@ -31,7 +31,7 @@ def at(x_m: float, y_m: float = 0.0) -> Motion:
 def exploring(facts: Facts | None = None) -> tuple[ZigzagExploring, Picture]:
     picture = Picture(facts=facts or cells_known())
     picture.body.sensors_on = ("mapping",)
-    return ZigzagExploring(JOB, mapper()), picture
+    return ZigzagExploring(JOB, mapper(), WorkLeft([JOB], 0.0)), picture
 
 
 # One vehicle, nothing known -----------------------------------------------------------------------
