@@ -35,8 +35,8 @@ _UIDS = (ValueKind.TYPE, ValueKind.LINK)
 _ATTRIBUTE = itemgetter(1)
 
 
-def check_form(store: Store, block: Block, judged: bool = False) -> tuple[Fault, ...]:
-    """Return the faults in the form of a block; ``judged`` values are in range and on their grid."""
+def check_form(store: Store, block: Block, quantised: bool = False) -> tuple[Fault, ...]:
+    """Return the faults in the form of a block; ``quantised`` values are in range and on their grid."""
     faults: list[tuple[FaultCode, str]] = []
     if not 0 <= block.origin < store.n_origins:
         faults.append((FaultCode.UNKNOWN_ORIGIN, f"origin {block.origin} is outside 0..{store.n_origins - 1}"))
@@ -64,7 +64,7 @@ def check_form(store: Store, block: Block, judged: bool = False) -> tuple[Fault,
         if not 0 <= fact.subject < store.n_uids:
             detail = f"subject {fact.subject} is outside 0..{store.n_uids - 1}"
             faults.append((FaultCode.UNKNOWN_INSTANCE, detail))
-        if not judged or attributes[fact.attribute].kind in _UIDS:
+        if not quantised or attributes[fact.attribute].kind in _UIDS:
             _check_value(store, attributes[fact.attribute], fact, faults)
     return _faults(block, faults) if faults else ()
 

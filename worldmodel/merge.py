@@ -119,13 +119,13 @@ class Revision:
         self._loose[guid] = (block, since_s)
 
 
-def merge(store: Store, blocks: Iterable[Block], now_s: float | None = None, judged: bool = False) -> Merged:
+def merge(store: Store, blocks: Iterable[Block], now_s: float | None = None, checked: bool = False) -> Merged:
     """Merge local or received blocks in any order; skip known ones.
 
     Args:
         blocks: of any content; invalid ones become faults.
         now_s: arrival time (s); if None, accept any time and count pending time from the observation.
-        judged: the decoder guarantees values of the right kind, in range and on their grid.
+        checked: the decoder guarantees their form, see ``worldmodel.checks``.
 
     Returns the accepted blocks, with those that an earlier ``record`` or ``expire`` released, and the faults.
     """
@@ -137,7 +137,7 @@ def merge(store: Store, blocks: Iterable[Block], now_s: float | None = None, jud
     for block in blocks:
         if block.time_s > latest_s and now_s is not None:
             latest_s = store.latest_time_s(now_s)
-        went_in, refused = _taken(store, block, latest_s, judged)
+        went_in, refused = _taken(store, block, latest_s, checked)
         changes += went_in
         faults += refused
     return Merged(tuple(changes), tuple(faults))
@@ -181,7 +181,7 @@ def enter(store: Store, block: Block, known: Block | None = None) -> Merged:
     return Merged(changes, (conflict, *faults))
 
 
-def _taken(store: Store, block: Block, latest_s: float, judged: bool) -> Merged:
+def _taken(store: Store, block: Block, latest_s: float, checked: bool) -> Merged:
     """Check and add a block, unless it is known."""
     known = None
     is_status = block.sequence == STATUS
@@ -189,7 +189,7 @@ def _taken(store: Store, block: Block, latest_s: float, judged: bool) -> Merged:
         known = store.arrived(block.guid)
         if known == block if known is not None else store.has_arrived(block.guid):
             return NOTHING
-    if bad_form := check_form(store, block, judged):
+    if not checked and (bad_form := check_form(store, block)):
         return Merged((), bad_form)
     if block.time_s > latest_s:
         detail = f"time {block.time_s} s is later than {latest_s:g} s, its arrival and the clock tolerance"

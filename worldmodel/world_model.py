@@ -51,7 +51,7 @@ class WorldModel(Store):
             raise FactError(f"now_s is {now_s}; allowed: seconds since the mission began")
         stored = self._quantised(facts)
         block = Block(self.owner, self._sequence(stored, private), self.quantise_time(now_s), stored, self.epoch)
-        result = CheckResult(check_form(self, block, judged=True))
+        result = CheckResult(check_form(self, block, quantised=True))
         if not result.faults:
             result = check_fit(self, block)
         if result.faults:

@@ -270,7 +270,7 @@ class Radio:
 
     def _merged(self, blocks: Sequence[Block], now_s: float, aside: Iterable[PropertyValue] = ()) -> tuple[Change, ...]:
         """Merge received blocks; note new information about jobs, also in facts set ``aside``."""
-        merged = merge(self._beliefs.model, blocks, now_s, judged=True)  # by the codec
+        merged = merge(self._beliefs.model, blocks, now_s, checked=True)  # by the codec, once for all receivers
         for fault in merged.faults:
             self._record_fault(now_s, f"refused block: {fault.code}", fault.detail)
             if fault.code in GIVEN_UP:

@@ -76,16 +76,16 @@ def believe_that_all_hold_what_is_new_here(patch: Patch) -> None:
 
 
 def shift_what_is_merged(patch: Patch) -> None:
-    def merge(model: Any, blocks: Any, now_s: float, judged: bool) -> Merged:
+    def merge(model: Any, blocks: Any, now_s: float, checked: bool) -> Merged:
         shifted = [one._replace(time_s=max(0.0, one.time_s - 0.1)) if now_s > 100.0 else one for one in blocks]
-        return REAL_MERGE(model, shifted, now_s, judged)
+        return REAL_MERGE(model, shifted, now_s, checked)
 
     patch.setattr(radio, "merge", merge)
 
 
 def merge_all_facts_but_the_last(patch: Patch) -> None:
-    def merge(model: Any, blocks: Any, now_s: float, judged: bool) -> Merged:
-        return REAL_MERGE(model, [one._replace(facts=one.facts[:-1] or one.facts) for one in blocks], now_s, judged)
+    def merge(model: Any, blocks: Any, now_s: float, checked: bool) -> Merged:
+        return REAL_MERGE(model, [one._replace(facts=one.facts[:-1] or one.facts) for one in blocks], now_s, checked)
 
     patch.setattr(radio, "merge", merge)
 
