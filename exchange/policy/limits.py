@@ -1,6 +1,4 @@
-"""Queue limits: capacity, deadlines, blackouts, and the reasons why entries are not sent.
-
-Limits are created once the queue is full or the first need with delivery requirements other than the default arrives.
+"""Queue limits: capacity, deadlines, and the reasons why entries are not sent.
 
 On overflow the entry of lowest priority is displaced; of equals the newest, or the oldest under newest-first order.
 Entries that need an acknowledgement wait outside and return once one fits: none is lost. An entry that was sent but is
@@ -10,7 +8,7 @@ still lacking swaps places with one outside; each transmission counts as a halvi
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Iterable, Iterator, Sequence
+from collections.abc import Iterator
 from enum import Enum
 from heapq import heappop, heappush
 from typing import NamedTuple
@@ -65,7 +63,7 @@ It keeps overdue items that were sent often from preceding new ones for ever.
 class QueueLimits:
     """Capacity limits and deadlines of queued items; ``limit`` is infinite for none."""
 
-    def __init__(self, limit: float, waiting: Iterable[Candidate]) -> None:
+    def __init__(self, limit: float) -> None:
         self._limit = limit
         self._n_items = 0
         self._levels: dict[int, dict[int, Candidate]] = {}  # by priority and column, in the order of taking
@@ -74,8 +72,6 @@ class QueueLimits:
         self._ended: dict[int, Terms] = {}  # by column of a discarded item: its terms
         self._deadlines: list[tuple[float, int, Candidate]] = []
         self._n_deadlines = 0
-        for candidate in waiting:
-            self.add(candidate)
 
     # Inside --------------------------------------------------------------------------------------
 
@@ -113,7 +109,7 @@ class QueueLimits:
     @property
     def n_outside(self) -> int:
         """Number of items outside."""
-        return sum(len(outside) for outside in self._outside.values())
+        return sum(map(len, self._outside.values()))
 
     def outside(self, column: int) -> Candidate | None:
         """Return the item of a column if it waits outside."""
@@ -199,45 +195,6 @@ def _rank(candidate: Candidate) -> int:
 
 def _deadline_s(candidate: Candidate) -> float:
     return candidate.waiting.observed_s + candidate.terms.time_to_live_s
-
-
-class LinesOnTerms:
-    """Queue classes of entries with newest-first order or blackouts."""
-
-    def __init__(self) -> None:
-        self._blackouts: dict[
-            Hashable, tuple[tuple[int, int], float]
-        ] = {}  # by line: subject and attribute, duration (s)
-        self._said_s: dict[tuple[int, int], float] = {}  # by subject and attribute
-
-    def place(
-        self, candidate: Candidate, key: Hashable, rank: float, n_slots: int
-    ) -> tuple[Hashable, float, Waiting | None]:
-        """Return queue class, rank and (if the class is valued as a whole) its value state.
-
-        ``key`` and ``rank`` are those on default terms.
-        """
-        waiting, terms, about, shared = candidate.waiting, candidate.terms, candidate.about, None
-        if terms.newest_first:
-            key, rank = (waiting.priority, "newest", about[1]), waiting.observed_s
-            shared = Waiting(waiting.priority, waiting.observed_s, waiting.since_s, n_slots)
-            shared.terms = terms
-        if terms.blackout_s:
-            blackout = about, terms.blackout_s
-            key = blackout, key
-            self._blackouts[key] = blackout
-        return key, rank, shared
-
-    def is_barred(self, line: Hashable, now_s: float) -> bool:
-        """True while a queue class is blocked."""
-        about, blackout_s = self._blackouts.get(line, ((0, 0), 0.0))
-        return bool(blackout_s) and now_s - self._said_s.get(about, -math.inf) < blackout_s
-
-    def note_said(self, chosen: Sequence[Candidate], now_s: float) -> None:
-        """Start the blackouts of sent entries."""
-        for candidate in chosen:
-            if candidate.terms.blackout_s:
-                self._said_s[candidate.about] = now_s
 
 
 # Rules by the time to live -------------------------------------------------------------------------

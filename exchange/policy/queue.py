@@ -8,8 +8,9 @@ the number of classes and of entries sent.
 Entries larger than the remaining capacity are skipped. After ``LOOK_PAST`` skipped entries of a class, the rest of it
 is skipped too: exact for equal sizes, approximate for packed ones, which differ by some bits.
 
-Limits apply once the queue is full or a need asks for them (`exchange.policy.limits`). An `Expiry` reports each entry
-that is refused or displaced.
+Limits apply if the queue is full or a need asks for them (`exchange.policy.limits`). An `Expiry` reports each entry
+that is refused or displaced. Under newest-first order a class is valued as a whole; a blackout blocks classes for a
+time after each transmission about their property.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from typing import Protocol
 
 from exchange.packets import Fragment, StatusUid
 from exchange.policy.acknowledgement import members
-from exchange.policy.limits import Expired, Expiry, LinesOnTerms, QueueLimits, Unsaid
+from exchange.policy.limits import Expired, Expiry, QueueLimits, Unsaid
 from exchange.policy.values import ADDITIVE, STATUS_COLUMN, Candidate, Moment, ValueRule, Waiting
 from worldmodel import PLAIN, Terms
 
@@ -43,16 +44,20 @@ class Line:
 
     Attributes:
         shared: value state if the line is valued as a whole; None if each candidate has its own.
+        blackout: subject and attribute that are not sent again for a duration (s); None without.
         n_repeated: waiting candidates that were sent before.
         entries: heap of waiting and stale entries.
     """
 
-    __slots__ = ("entries", "key", "n_repeated", "n_waiting", "priority", "shared")
+    __slots__ = ("blackout", "entries", "key", "n_repeated", "n_waiting", "priority", "shared")
 
-    def __init__(self, key: Hashable, priority: int, shared: Waiting | None = None) -> None:
+    def __init__(
+        self, key: Hashable, priority: int, shared: Waiting | None, blackout: tuple[tuple[int, int], float] | None
+    ) -> None:
         self.key = key
         self.priority = priority
         self.shared = shared
+        self.blackout = blackout
         self.n_waiting = 0
         self.n_repeated = 0
         self.entries: list[Entry] = []
@@ -66,12 +71,12 @@ class Room(Protocol):
 
 
 class Lines:
-    """Queue classes of one vehicle; ``on_terms`` is None while all requirements are default."""
+    """Queue classes of one vehicle."""
 
     def __init__(self, rule: ValueRule) -> None:
         self._rule = rule
         self._lines: dict[Hashable, Line] = {}
-        self.on_terms: LinesOnTerms | None = None
+        self._said_s: dict[tuple[int, int], float] = {}  # last transmission with a blackout by subject and attribute
 
     @property
     def n_waiting(self) -> int:
@@ -105,9 +110,9 @@ class Lines:
         for of_line in passed.values():
             for line, entry in of_line:
                 heappush(line.entries, entry)
-        if self.on_terms is not None:
-            self.on_terms.note_said(chosen, moment.now_s)
         for candidate in chosen:
+            if candidate.terms.blackout_s:
+                self._said_s[candidate.about] = moment.now_s
             n_repeated -= candidate.waiting.n_said > 0
             self.remove(candidate)
         n_unsaid = n_waiting - len(chosen) - n_too_large
@@ -132,7 +137,7 @@ class Lines:
                     del self._lines[line.key]
             elif line.key == RESTING:
                 unsaid[Unsaid.RELAYED] = line.n_waiting
-            elif self.on_terms is not None and self.on_terms.is_barred(line.key, moment.now_s):
+            elif line.blackout and moment.now_s - self._said_s.get(line.blackout[0], -math.inf) < line.blackout[1]:
                 unsaid[Unsaid.BLACKOUT] = unsaid.get(Unsaid.BLACKOUT, 0) + line.n_waiting
             else:
                 n_waiting += line.n_waiting
@@ -163,19 +168,23 @@ class Lines:
     def place(self, candidate: Candidate, n_slots: int) -> None:
         """Put a candidate into its line; ``n_slots`` counts own slots up to now."""
         waiting = candidate.waiting
-        place, shared = self._rule.place(waiting), None
+        place, shared, blackout, terms = self._rule.place(waiting), None, None, candidate.terms
         key: Hashable
         if place is None:
             key, rank = (waiting.priority, "alone", candidate.tie), 0.0
         else:
             key, rank = (waiting.priority, candidate.size_bits, place.group), place.rank
-        if self.on_terms is not None:
-            key, rank, shared = self.on_terms.place(candidate, key, rank, n_slots)
+        if terms.newest_first:
+            key, rank = (waiting.priority, "newest", candidate.about[1]), waiting.observed_s
+            shared = Waiting(waiting.priority, waiting.observed_s, waiting.since_s, n_slots, terms=terms)
+        if terms.blackout_s:
+            blackout = candidate.about, terms.blackout_s
+            key = blackout, key
         if candidate.rests:
-            key, shared = RESTING, None
+            key, shared, blackout = RESTING, None, None
         line = self._lines.get(key)
         if line is None:
-            line = self._lines[key] = Line(key, 0 if candidate.rests else waiting.priority, shared)
+            line = self._lines[key] = Line(key, 0 if candidate.rests else waiting.priority, shared, blackout)
         candidate.version += 1
         candidate.line = key
         line.n_waiting += 1
@@ -201,8 +210,7 @@ class Queue:
     def __init__(self, rule: ValueRule = ADDITIVE, limit: int | None = None) -> None:
         self._lines = Lines(rule)
         self._items: dict[int, Candidate] = {}  # by column, in the order of taking
-        self._limit = math.inf if limit is None else limit
-        self._limits: QueueLimits | None = None  # made once there is something to limit
+        self._limits = QueueLimits(math.inf if limit is None else limit)
         self._status: dict[tuple[int, int], Candidate] = {}  # by subject and attribute
         self._n_status = 0
         self._n_slots = 0
@@ -243,9 +251,7 @@ class Queue:
         A discarded item is queued again on a new need or stricter terms before its time to live ends. ``waiting`` is
         its state from a previous time in the queue, ``size_bits`` is approximate.
         """
-        self._heed(terms)
-        limits = self._limits
-        if limits is not None and limits.bars(column, waiting, terms, now_s, is_new_need):
+        if self._limits.bars(column, waiting, terms, now_s, is_new_need):
             return
         uid = fragment.uid
         candidate = Candidate(uid, fragment, column, waiting, terms, (0, *uid), size_bits)
@@ -254,8 +260,6 @@ class Queue:
 
     def take_status(self, fragment: Fragment, priority: int, size_bits: int, terms: Terms = PLAIN) -> None:
         """Replace the queued value of a status by the newest; its accumulated weight remains."""
-        if terms is not PLAIN:
-            self._heed(terms)
         about = fragment.facts[0].subject, fragment.facts[0].attribute
         uid = StatusUid(fragment.origin, fragment.time_s, *about)
         candidate = self._status.get(about)
@@ -271,8 +275,7 @@ class Queue:
         waiting = candidate.waiting
         waiting.priority, waiting.observed_s, waiting.n_said = priority, fragment.time_s, 0
         waiting.since_slot = self._n_slots
-        if (limits := self._limits) is not None:
-            limits.set_deadline(candidate)
+        self._limits.set_deadline(candidate)
         self._lines.place(candidate, self._n_slots)
 
     def drop_status(self, about: tuple[int, int], now_s: float) -> None:
@@ -290,10 +293,7 @@ class Queue:
 
     def revalue(self, column: int, priority: int, terms: Terms, now_s: float = 0.0) -> None:
         """Change priority or terms of an item inside or outside."""
-        self._heed(terms)
-        candidate = self._items.get(column)
-        if (limits := self._limits) is not None:
-            candidate = candidate or limits.outside(column)
+        candidate = self._items.get(column) or self._limits.outside(column)
         if candidate is None or (priority, terms) == (candidate.waiting.priority, candidate.terms):
             return
         self._withdraw(column)
@@ -310,23 +310,15 @@ class Queue:
                     candidate.rests, self.resting = True, self.resting | 1 << column
                 self._lines.place(candidate, self._n_slots)
 
-    def _heed(self, terms: Terms) -> None:
-        """Create limits once the queue is full or ``terms`` are not the default."""
-        if self._limits is None and (len(self._items) >= self._limit or (terms is not PLAIN and terms != PLAIN)):
-            self._limits = QueueLimits(self._limit, self._items.values())
-            self._lines.on_terms = LinesOnTerms()
-
     # What goes out -------------------------------------------------------------------------------
 
     def choose(self, room: Room, now_s: float) -> list[Candidate]:
         """Fill the packet of an own slot at ``now_s``; return its entries, most valuable first."""
-        if self._limits is not None:
-            self._update(now_s)
+        self._update(now_s)
         self._n_slots += 1
         moment = Moment(now_s, self._n_slots)
         chosen, self.unsaid = self._lines.choose(room, moment)
-        n_outside = 0 if self._limits is None else self._limits.n_outside
-        if n_outside:
+        if n_outside := self._limits.n_outside:
             self.unsaid[Unsaid.OVERFLOW] = n_outside
         elif not chosen and not self.unsaid:
             self.unsaid[Unsaid.NOTHING_OPEN] = 1
@@ -340,23 +332,22 @@ class Queue:
                 self._let_go(candidate)
                 self._end(candidate)
                 self._tell(candidate, Expired.SAID_ONCE, now_s)
-        if self._limits is not None:
-            self._said = [candidate for candidate in chosen if candidate.column in self._items]
+        self._said = [candidate for candidate in chosen if candidate.column in self._items]
         return chosen
 
     def _update(self, now_s: float) -> None:
         """Move items inside, into free capacity or in place of sent ones; discard overdue entries."""
-        if (limits := self._limits) is not None:
-            for candidate in limits.from_outside():
-                self._enter(candidate)
-            for said in self._said:
-                if said.line is not None and (follower := limits.follower(said)) is not None:
-                    self._let_go(said)
-                    limits.forget_outside(follower.column)
-                    self._enter(follower)
-                    limits.put_outside(said)
-            for candidate in limits.overdue(now_s):
-                self._expire(candidate, now_s)
+        limits = self._limits
+        for candidate in limits.from_outside() if limits.n_outside else ():
+            self._enter(candidate)
+        for said in self._said if limits.n_outside else ():
+            if said.line is not None and (follower := limits.follower(said)) is not None:
+                self._let_go(said)
+                limits.forget_outside(follower.column)
+                self._enter(follower)
+                limits.put_outside(said)
+        for candidate in limits.overdue(now_s):
+            self._expire(candidate, now_s)
 
     def take_expired(self) -> tuple[Expiry, ...]:
         """Return and clear the entries discarded since the last call."""
@@ -366,44 +357,38 @@ class Queue:
     # Coming and going ----------------------------------------------------------------------------
 
     def _let_in(self, candidate: Candidate, now_s: float) -> None:
-        if (limits := self._limits) is not None:
-            victim = limits.rival(candidate)
-            if victim is not candidate:
-                self._enter(candidate)
-            if victim is not None:
-                self._put_out(victim, limits, now_s)
-            return
-        self._enter(candidate)
+        victim = self._limits.rival(candidate)
+        if victim is not candidate:
+            self._enter(candidate)
+        if victim is not None:
+            self._put_out(victim, now_s)
 
-    def _put_out(self, victim: Candidate, limits: QueueLimits, now_s: float) -> None:
+    def _put_out(self, victim: Candidate, now_s: float) -> None:
         """Displace an item: outside if it needs an acknowledgement, else discarded."""
         if victim.line is not None:
             self._let_go(victim)
         if victim.terms.acknowledged:
-            limits.put_outside(victim)
+            self._limits.put_outside(victim)
         else:
             self._end(victim)
         self._tell(victim, Expired.OVERFLOW, now_s, comes_back=victim.terms.acknowledged)
 
     def _enter(self, candidate: Candidate) -> None:
         self._items[candidate.column] = candidate
-        if (limits := self._limits) is not None:
-            limits.add(candidate)
-            limits.set_deadline(candidate)
+        self._limits.add(candidate)
+        self._limits.set_deadline(candidate)
         candidate.waiting.resume(self._n_slots)
         self._lines.place(candidate, self._n_slots)
 
     def _withdraw(self, column: int) -> None:
         if (candidate := self._items.get(column)) is not None:
             self._let_go(candidate)
-            return
-        if (limits := self._limits) is not None:
-            limits.forget_outside(column)
+        else:
+            self._limits.forget_outside(column)
 
     def _let_go(self, candidate: Candidate) -> None:
         del self._items[candidate.column]
-        if (limits := self._limits) is not None:
-            limits.remove(candidate)
+        self._limits.remove(candidate)
         self._leave(candidate)
 
     def _leave(self, candidate: Candidate) -> None:
@@ -417,8 +402,7 @@ class Queue:
 
     def _end(self, candidate: Candidate) -> None:
         self.open &= ~(1 << candidate.column)
-        if (limits := self._limits) is not None:
-            limits.end(candidate)
+        self._limits.end(candidate)
 
     # Reasons -------------------------------------------------------------------------------------
 
