@@ -20,9 +20,7 @@ acknowledgement matrix only the sender's own row counts.
 from __future__ import annotations
 
 import math
-from collections import deque
-from dataclasses import dataclass, field
-from statistics import median
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from exchange.arithmetic import log
@@ -40,7 +38,7 @@ REPEATED_EPOCHS = 2
 LOST, HEARD = 1, 0
 """Samples of a link."""
 MOST_SAMPLES = 64
-"""Largest number of samples in the buffer."""
+"""Largest number of losses in succession that count."""
 UNLIKELY = 1e-3
 """Probability of a silence, at the estimated loss, below which it counts as absence."""
 SHORTEST_SILENCE = 4
@@ -76,53 +74,34 @@ class PeerLinks(NamedTuple):
 class LossEstimate:
     """Running loss estimate of one directed link.
 
-    Attributes:
-        samples: buffer of new samples, a byte each: `LOST` or `HEARD`.
-
-    >>> estimate = LossEstimate(bytearray([LOST, LOST, LOST, HEARD]))
+    >>> estimate = LossEstimate()
+    >>> for sample in (LOST, LOST, LOST, HEARD): estimate.note(sample)
     >>> round(estimate.link.p_loss, 2), estimate.link.n, estimate.longest_silence
     (0.74, 4, 17)
     """
 
-    samples: bytearray = field(default_factory=bytearray)
     _n: int = 0
     _lost: float = 0.0
     _weight: float = 0.0
 
+    def note(self, sample: int) -> None:
+        """Record a sample, `LOST` or `HEARD`."""
+        self._lost, self._weight, self._n = KEPT * self._lost + sample, KEPT * self._weight + 1.0, self._n + 1
+
     def note_heard(self, n_lost: int) -> None:
         """Record a packet received after ``n_lost`` lost ones; the last ``MOST_SAMPLES`` count."""
-        self.samples += bytes([LOST]) * min(n_lost, MOST_SAMPLES)
-        self.samples.append(HEARD)
-        if len(self.samples) > MOST_SAMPLES:
-            self._count()
-
-    def _count(self) -> None:
-        lost, weight, samples = self._lost, self._weight, self.samples
-        for sample in samples:
-            lost = KEPT * lost + sample
-            weight = KEPT * weight + 1.0
-        self._lost, self._weight, self._n = lost, weight, self._n + len(samples)
-        samples.clear()
+        for _ in range(min(n_lost, MOST_SAMPLES)):
+            self.note(LOST)
+        self.note(HEARD)
 
     @property
     def link(self) -> Link:
         """Estimate as a value."""
-        if self.samples:
-            self._count()
-        return Link(self._lost / self._weight if self._n else None, self._n, self.p_reckoned)
-
-    @property
-    def p_reckoned(self) -> float:
-        """Posterior share of lost packets, see `Link`."""
-        if self.samples:
-            self._count()
-        return loss_of(self._lost, self._weight)
+        return Link(self._lost / self._weight if self._n else None, self._n, loss_of(self._lost, self._weight))
 
     @property
     def reception(self) -> float:
         """Delivery rate, see `reception_of`."""
-        if self.samples:
-            self._count()
         return reception_of(self._lost, self._weight)
 
     @property
@@ -195,7 +174,7 @@ class PeerStates:
         if last is None or frame > last:
             if last is not None and frame > last + 1:
                 self._note_missed(sender, frame - last - 1)
-            self._incoming[sender].samples.append(HEARD)
+            self._incoming[sender].note(HEARD)
         was_away = self.awaited >> sender & 1
         if was_away:
             self.is_alone = False
@@ -220,7 +199,8 @@ class PeerStates:
         """Count missed packets of a peer, unless it was absent."""
         incoming = self._incoming[sender]
         if n_missed <= 2 * SHORTEST_SILENCE or n_missed <= 2 * incoming.longest_silence:
-            incoming.samples += bytes([LOST]) * n_missed
+            for _ in range(n_missed):
+                incoming.note(LOST)
 
     def heed(self, sender: int, own: int, frame: int, is_answer: bool) -> int:
         """Record the receptions ``own`` of a peer; return the nodes (bit mask) whose acknowledgements count.
@@ -230,7 +210,7 @@ class PeerStates:
         """
         self._informed_of[sender] |= own
         if is_answer:
-            self._outgoing[sender].samples.append(HEARD if own >> self._me & 1 else LOST)
+            self._outgoing[sender].note(HEARD if own >> self._me & 1 else LOST)
         return 1 << sender | (self._informed_of[sender] if frame >= self.trusted_from else 0)
 
     def reception(self, peer: int) -> float:
@@ -258,51 +238,3 @@ class PeerStates:
         self._doubted_until[node] = frame + DOUBT_FRAMES
         self.trusted_from = max(self._doubted_until) + 1
         return is_new
-
-
-# Clocks ---------------------------------------------------------------------------------------------
-
-ARRIVALS = 9
-"""Arrivals per peer in the median."""
-LEAST_ARRIVALS = 3
-"""Minimum number of arrivals for an estimate."""
-
-
-class Offsets:
-    """Lead of one vehicle's clock over each peer's, estimated from arrival times.
-
-    A packet of duration L over distance d is complete at t + L + d/c, with t the start of its slot by the sender's
-    clock. The lead is the excess of the own clock over this time. Distances come from believed positions: 15 m of error
-    make 10 ms at c = 1500 m/s. The median suppresses single wrong positions and indirect paths.
-
-    >>> offsets = Offsets(3)
-    >>> for lead_s in (0.101, 0.099, 7.0, 0.1): offsets.note(2, lead_s)
-    >>> round(offsets.estimate_s(2), 4), offsets.estimate_s(1)
-    (0.1005, None)
-    """
-
-    def __init__(self, n_nodes: int) -> None:
-        self._leads_s: list[deque[float]] = [deque(maxlen=ARRIVALS) for _ in range(n_nodes)]
-
-    def note(self, peer: int, lead_s: float) -> None:
-        """Record the lead shown by one arrival."""
-        self._leads_s[peer].append(lead_s)
-
-    def estimate_s(self, peer: int) -> float | None:
-        """Return the lead over a peer's clock; None below ``LEAST_ARRIVALS``."""
-        leads_s = self._leads_s[peer]
-        return median(leads_s) if len(leads_s) >= LEAST_ARRIVALS else None
-
-    def correction_s(self) -> float:
-        """Return the clock correction: half the way to the median of all clocks, own included.
-
-        A single wrong clock thus converges to a fleet whose clocks agree.
-        """
-        known = [offset_s for peer in range(len(self._leads_s)) if (offset_s := self.estimate_s(peer)) is not None]
-        return -median([0.0, *known]) / 2.0
-
-    def shift(self, by_s: float) -> None:
-        """Correct all leads after the own clock was advanced."""
-        for leads_s in self._leads_s:
-            for k in range(len(leads_s)):
-                leads_s[k] += by_s

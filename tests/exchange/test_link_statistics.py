@@ -40,7 +40,9 @@ def test_estimates_lie_within_four_standard_errors_of_the_true_loss(loss: dict[t
 def test_the_silence_that_is_taken_for_absence_follows_from_the_loss():
     """At a loss p it is the least n with p^n below 0.001, with the prior counted in: 2 packets, one of them lost."""
     for p_percent in (0, 20, 40, 80):
-        estimate = LossEstimate(([LOST] * p_percent + [HEARD] * (100 - p_percent)) * 10)
+        estimate = LossEstimate()
+        for sample in ([LOST] * p_percent + [HEARD] * (100 - p_percent)) * 10:
+            estimate.note(sample)
         p_loss = estimate.link.p_loss
         silence = estimate.longest_silence
         assert silence == SHORTEST_SILENCE or p_loss ** (silence - 1) > UNLIKELY / 4
