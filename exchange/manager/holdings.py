@@ -1,6 +1,6 @@
 """Holdings reports of one vehicle: its own, those of peers, and coded repairs.
 
-The rules are in `exchange.policy.planning`; `exchange.study.stating` applies them to all nodes at once. Here items have
+The rules are in `exchange.policy.planning`; `exchange.study.reports` applies them to all nodes at once. Here items have
 names, and reports cover whole blocks by their origin's numbers. Reports of peers are stored by number, so that they
 also apply to items received later.
 """
@@ -10,7 +10,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from operator import mul
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 from exchange.errors import PeerFault
 from exchange.manager.beliefs import Beliefs, Life, item_set
@@ -25,30 +25,17 @@ from exchange.policy.planning import (
     MOST_SYMBOL_BYTES,
     SIZE_BITS,
     PacketPlan,
+    holder_set_rank,
     kept_of_lack,
     lack_after,
     plan_packet,
     reception_of,
     share_of_symbols,
 )
-from worldmodel import Block
 from worldmodel.facts import Guid
 
-
-class Accounts(Protocol):
-    """Codec of holdings sections, see `exchange.wire.accounts`."""
-
-    def statement(self, one: OriginStatement, sender: int) -> tuple[int, int]:
-        """Encode a statement."""
-
-    def holder_set(self, one: HolderSet, sender: int) -> tuple[int, int]:
-        """Encode a holder set."""
-
-    def block_bytes(self, block: Block) -> bytes:
-        """Encode a block independently of any packet."""
-
-    def block_of(self, data: bytes, guid: Guid) -> Block:
-        """Decode a recovered block; raise PeerFault if invalid."""
+if TYPE_CHECKING:
+    from exchange.wire.accounts import AccountCodec
 
 
 class Stating:
@@ -63,7 +50,7 @@ class Stating:
     def __init__(
         self,
         beliefs: Beliefs,
-        accounts: Accounts,
+        accounts: AccountCodec,
         fragment_bits: Callable[[Fragment], int],
         priority_here: Callable[[int], int],
         codes_repairs: bool,
@@ -132,7 +119,8 @@ class Stating:
         """Return the item set of the known blocks with these numbers (bit mask)."""
         items = 0
         for number in members(numbers & (1 << self._beliefs.ends.get(life, 0)) - 1):
-            items |= item_set(self._beliefs.parts((*life, number)))
+            for column in self._beliefs.parts((*life, number)):
+                items |= 1 << column
         return items
 
     def _items_below(self, life: Life, first: int) -> int:
@@ -242,36 +230,27 @@ class Stating:
         return Account(tuple(self._statements), holder_sets, symbols)
 
     def _holder_sets(self, slot: int, left_bits: int) -> Iterator[HolderSet]:
-        """Yield holder sets within the remaining capacity: new information first, newest first."""
-        beliefs, uids = self._beliefs, self._beliefs.uids
-        blocks: dict[Guid, int] = {}  # by block, of which all parts are needed, the part that was learned of last
-        for column in sorted(self._learned, key=uids.__getitem__):
-            uid = uids[column]
-            guid = uid.origin, uid.epoch, uid.sequence
-            if guid[:2] not in self._beliefs.shared and beliefs.is_whole(guid):
-                before = blocks.get(guid)
-                if before is None or self._learned[column] > self._learned[before]:
-                    blocks[guid] = column
-        waiting: list[tuple[bool, int, HolderSet, int]] = []
-        for guid, column in blocks.items():
-            learned, passed, _ = self._learned[column]
-            items = item_set(beliefs.parts(guid))
+        """Yield holder sets within the remaining capacity, in order of ``holder_set_rank``."""
+        beliefs, uids, news = self._beliefs, self._beliefs.uids, self._learned
+        for column in sorted(news, key=lambda column: (holder_set_rank(*news[column][:2]), uids[column])):
+            origin, sequence, _, epoch = uids[column]
+            guid = origin, epoch, sequence
+            if column not in news or guid[:2] in beliefs.shared or not beliefs.is_whole(guid):
+                continue
+            parts = beliefs.parts(guid)  # all are needed; the one with the latest news comes first
+            items = item_set(parts)
             holders = sum([1 << node for node, held in enumerate(beliefs.held) if not items & ~held])
             if holders & ~(1 << self._me):
-                rank = passed if learned <= passed else -learned
-                waiting.append((learned <= passed, rank, HolderSet(*guid, holders), column))
-        waiting.sort(key=lambda one: one[:2])
-        for _, _, one, column in waiting:
-            size_bits = self._accounts.holder_set(one, self._me)[1]
-            if size_bits > left_bits:
-                return
-            left_bits -= size_bits
-            learned, _, n_passed = self._learned[column]
-            for part in beliefs.parts((one.origin, one.epoch, one.sequence)):
-                self._learned.pop(part, None)
-            if n_passed + 1 < MOST_PASSED:
-                self._learned[column] = learned, slot, n_passed + 1
-            yield one
+                one = HolderSet(*guid, holders)
+                left_bits -= self._accounts.holder_set(one, self._me)[1]
+                if left_bits < 0:
+                    return
+                learned, _, n_passed = news[column]
+                for part in parts:
+                    news.pop(part, None)
+                if n_passed + 1 < MOST_PASSED:
+                    news[column] = learned, slot, n_passed + 1
+                yield one
 
     def _note_sent(
         self, content: int, coded: dict[tuple[int, int], bytes], n_symbols: int, holder_sets: Sequence[HolderSet]
@@ -359,14 +338,12 @@ class Stating:
             if life in self._beliefs.shared or one.epoch != self._peers.epochs[one.origin]:
                 continue
             lacked |= self._deny(sender, one)
-            self._believe(sender, life, one.held)
+            self._believe(1 << sender, life, one.held)
             if one.is_known_to_all:
-                for peer in members(vouched):
-                    self._believe(peer, life, (1 << one.first) - 1)
+                self._believe(vouched, life, (1 << one.first) - 1)
         for shown in account.holder_sets:
-            if (shown.origin, shown.epoch) not in self._beliefs.shared:
-                for peer in members(shown.holders & (vouched | 1 << sender)):
-                    self._believe(peer, (shown.origin, shown.epoch), 1 << shown.sequence)
+            if (life := (shown.origin, shown.epoch)) not in self._beliefs.shared:
+                self._believe(shown.holders & (vouched | 1 << sender), life, 1 << shown.sequence)
         return self._decoded(packet, slot, now_s), lacked
 
     def note_news(self, packet: Packet, slot: int) -> None:
@@ -407,14 +384,13 @@ class Stating:
         held = [column for column in plain if column is not None]
         self._note_brought(packet.sender, held, over, len(packet.account.symbols))
 
-    def _believe(self, peer: int, life: Life, numbers: int) -> None:
-        """Believe that a peer holds blocks of an incarnation (bit mask of numbers)."""
-        if peer == self._me:
-            return
-        known = self._stated.get((peer, life), 0)
-        if new := numbers & ~known:
-            self._stated[peer, life] = known | numbers
-            self._beliefs.held[peer] |= self._items(life, new)
+    def _believe(self, peers: int, life: Life, numbers: int) -> None:
+        """Believe that peers (bit mask) hold blocks of an incarnation (bit mask of numbers)."""
+        for peer in members(peers & ~(1 << self._me)):
+            known = self._stated.get((peer, life), 0)
+            if new := numbers & ~known:
+                self._stated[peer, life] = known | numbers
+                self._beliefs.held[peer] |= self._items(life, new)
 
     def _deny(self, sender: int, one: OriginStatement) -> int:
         """Believe that a peer lacks what its statement omits; return the items (set) believed held before."""

@@ -123,6 +123,11 @@ def lack_after(lack: float, reception: float, share: float, is_received: bool) -
     return min(1.0, lack / kept_of_lack(reception, share) * (1.0 - share if is_received else 1.0))
 
 
+def holder_set_rank(learned_slot: int, passed_slot: int) -> int:
+    """Rank of a holder set, lowest first: latest learned, then longest time since its report."""
+    return passed_slot if learned_slot <= passed_slot else -1 - learned_slot
+
+
 class PacketPlan(NamedTuple):
     """Input, result and scratch of a packet plan.
 

@@ -25,6 +25,7 @@ from exchange.policy.planning import (
     SIZE_BITS,
     PacketPlan,
     holder_set_bits,
+    holder_set_rank,
     kept_of_lack,
     lack_after,
     plan_packet,
@@ -357,9 +358,8 @@ def can_show(fleet: Fleet, statements: Statements, owner: int, column: int) -> b
 
 
 def rank(statements: Statements, owner: int, column: int) -> int:
-    """Rank of a holder set, lowest first: latest learned, then longest time since its report."""
-    learned, passed = statements.learned_slot[owner, column], statements.passed_slot[owner, column]
-    return int(passed if learned <= passed else -1 - learned)
+    """Rank of an item's holder set."""
+    return holder_set_rank(statements.learned_slot[owner, column], statements.passed_slot[owner, column])
 
 
 def note_told(load: Load, fleet: Fleet, statements: Statements, owner: int, slot: int) -> None:

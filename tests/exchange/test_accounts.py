@@ -8,6 +8,7 @@ from benchmarks.manager_fleet import N_BLOCKS, codec_of
 from exchange.packets import Account, HolderSet, OriginStatement
 from exchange.policy.planning import MOST_STATED, MOST_SYMBOL_BYTES, MOST_SYMBOLS, holder_set_bits, statement_bits
 from exchange.wire.accounts import AccountCodec
+from worldmodel.facts import MOST_ITEMS
 
 
 def accounts_of(n_nodes: int) -> AccountCodec:
@@ -18,7 +19,7 @@ def accounts_of(n_nodes: int) -> AccountCodec:
 def statements(draw: st.DrawFn, n_nodes: int, sender: int) -> OriginStatement:
     origin, length = draw(st.integers(0, n_nodes - 1)), draw(st.integers(0, MOST_STATED))
     mask = (1 << length) - 1 if origin == sender else draw(st.integers(0, (1 << length) - 1))
-    first = draw(st.one_of(st.integers(0, 40), st.integers(0, 1 << 20)))
+    first = draw(st.one_of(st.integers(0, 40), st.integers(0, MOST_ITEMS - MOST_STATED)))
     return OriginStatement(origin, draw(st.integers(0, 9)), first, length, mask, draw(st.booleans()))
 
 
@@ -28,7 +29,8 @@ def made_accounts(draw: st.DrawFn) -> tuple[int, int, Account]:
     sender = draw(st.integers(0, n_nodes - 1))
     holder_sets = st.builds(
         lambda origin, epoch, sequence, holders: HolderSet(origin, epoch, sequence, holders | 1 << sender),
-        st.integers(0, n_nodes - 1), st.integers(0, 9), st.integers(0, 1 << 20), st.integers(0, (1 << n_nodes) - 1),
+        st.integers(0, n_nodes - 1), st.integers(0, 9), st.integers(0, MOST_ITEMS - 1),
+        st.integers(0, (1 << n_nodes) - 1),
     )  # fmt: skip
     size = draw(st.integers(1, MOST_SYMBOL_BYTES))
     symbols = st.lists(st.binary(min_size=size, max_size=size), max_size=MOST_SYMBOLS)
@@ -41,7 +43,7 @@ def test_an_account_arrives_as_it_was_said(made: tuple[int, int, Account]) -> No
     n_nodes, sender, account = made
     codec = codec_of(n_nodes, "adaptive")
     data = codec.encode(sender, [0] * n_nodes, account=account)
-    assert codec.decode(data).account == account
+    assert codec.decode(data).packet.account == account
     overhead = len(codec.encode(sender, [0] * n_nodes))
     assert len(data) - overhead <= -(-codec.accounts.encode(account, sender)[1] // 8)
 
