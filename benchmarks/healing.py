@@ -51,7 +51,8 @@ class Healing:
         assert len(lacking) == len(self.uids)
         while lacking:
             sent = self.fleet.pass_slot()
-            packet = self.fleet.codec.decode(sent.data, sent.slot // N_NODES, self.fleet.schedule.start_s(sent.slot))
+            start_s = self.fleet.schedule.start_s(sent.slot)
+            packet = self.fleet.codec.decode(sent.data, sent.slot // N_NODES, start_s).packet
             n_symbols = len(packet.account.symbols)
             n += len(lacking.intersection(sent.items)) + n_symbols
             self.most_in_packet = max(self.most_in_packet, len(sent.items) + n_symbols)

@@ -246,7 +246,7 @@ class Packet(NamedTuple):
     account: Account = NO_ACCOUNT
 
 
-class Judged(NamedTuple):
+class DecodedPacket(NamedTuple):
     """Packet with the checks that all receivers share.
 
     Attributes:

@@ -2,8 +2,8 @@
 
 An item is a *column*, an index that is never reused; packets name it by `ItemUid`. A set of items is an integer with
 bit c for column c. Acknowledgements add items to those that a node is believed to hold (see
-`exchange.policy.acknowledgement.PacketLog`); a restarted peer or a duplicate node id removes them. `Holdings` has the
-whole blocks of this vehicle.
+`exchange.policy.acknowledgement.PacketLog`); a restarted peer or a duplicate node id removes them. `ReceivedSet` has
+the whole blocks of this vehicle.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class Sendable:
     waiting: Waiting | None = None
 
 
-class Holdings:
+class ReceivedSet:
     """Received set of one vehicle: whole blocks by origin and epoch."""
 
     def __init__(self) -> None:
@@ -102,7 +102,7 @@ class Beliefs:
         self.ends: dict[Life, int] = {}
         """Highest known sequence plus 1, by origin and epoch."""
         self._parts: dict[Guid, tuple[int, ...]] = {}  # of blocks of several
-        self.own = Holdings()
+        self.own = ReceivedSet()
         """Received set of this vehicle."""
         self.shared: set[Life] = set()
         """Incarnations with a duplicate node id."""
@@ -276,7 +276,7 @@ class Beliefs:
         life = node, self.peers.epochs[node]
         self.shared.add(life)
         if self.summaries is not None:
-            self.summaries.telling.silence(life, by_alarm)
+            self.summaries.queue.silence(life, by_alarm)
             self.summaries.forget()
         if is_new or node == self.me:
             for peer, items in enumerate(self.origins):
@@ -317,7 +317,7 @@ class Beliefs:
             if sequence >= 0 and self.own.has((origin, epoch), sequence):
                 self.own.give_up((origin, epoch), sequence)
                 if self.summaries is not None:
-                    self.summaries.telling.urge((origin, epoch))
+                    self.summaries.queue.urge((origin, epoch))
 
     def given_up(self) -> Iterator[tuple[int, ItemUid]]:
         """Yield this node with the first item of each discarded block not received again."""

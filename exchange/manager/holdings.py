@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from exchange.wire.accounts import AccountCodec
 
 
-class Stating:
+class HoldingsReports:
     """Statements, holder sets and symbols of one vehicle.
 
     Args:

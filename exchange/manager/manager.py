@@ -25,7 +25,7 @@ from exchange.manager.beliefs import Beliefs, Sendable
 from exchange.manager.fragmentation import fragments_of
 from exchange.manager.interests import Interests, Renewal
 from exchange.manager.peers import PeerLinks
-from exchange.manager.receiver import Listener, Parking
+from exchange.manager.receiver import Parking, Receiver
 from exchange.manager.relaying import Relaying
 from exchange.manager.summaries import Summaries
 from exchange.packets import (
@@ -51,7 +51,7 @@ from worldmodel import STATUS, Change, Needs, PropertyValue, Stated, WorldModel
 from worldmodel.facts import Guid
 
 if TYPE_CHECKING:
-    from exchange.manager.holdings import Stating
+    from exchange.manager.holdings import HoldingsReports
 
 OptionalPart = Literal["parking", "relaying", "summaries"]
 OPTIONAL_PARTS: tuple[OptionalPart, ...] = get_args(OptionalPart)
@@ -134,17 +134,17 @@ class ExchangeManager:
         self.is_of_use = self._interests.is_of_use
         """``is_of_use(facts)``: True if an attribute of these is exchanged, needed now or not."""
         evidence, frame_s = options.carrier_evidence, schedule.frame_s
-        self._listener = Listener(model, beliefs, self._interests, policy.repeat, evidence, frame_s)
-        self.parking: Parking | None = Parking(beliefs, self._listener)
+        self._receiver = Receiver(model, beliefs, self._interests, policy.repeat, evidence, frame_s)
+        self.parking: Parking | None = Parking(beliefs, self._receiver)
         """Suspension for absent peers; None if disabled."""
         if not policy.repeat:
-            self._listener.relaying = Relaying(beliefs, self._listener)
+            self._receiver.relaying = Relaying(beliefs, self._receiver)
         if codec.accounts is not None:
-            from exchange.manager.holdings import Stating
+            from exchange.manager.holdings import HoldingsReports
 
             sizes = codec.accounts, codec.fragment_bits
-            self._listener.stating = Stating(beliefs, *sizes, self._interests.priority_here, kind.codes)
-        self.half_blocks = self._listener.assembly.lacking
+            self._receiver.reports = HoldingsReports(beliefs, *sizes, self._interests.priority_here, kind.codes)
+        self.half_blocks = self._receiver.assembly.lacking
         """``half_blocks() -> list``: names of incomplete blocks."""
         self._signals: tuple[InfluenceSignal, ...] = ()
         self._n_signals_said = 0
@@ -167,17 +167,17 @@ class ExchangeManager:
             room_bits = self._room_bits - self._signal_room_bits
             for fragment in fragments_of(block, room_bits, self._codec.fragment_bits):
                 entry = Sendable(fragment, block.facts, addressed=sum([1 << peer for peer in addressed]))
-                self._listener.register(name_of_item(fragment), block.time_s, entry)
+                self._receiver.register(name_of_item(fragment), block.time_s, entry)
                 items.append(fragment)
             self._beliefs.complete(block.guid)
         return tuple(items)
 
     def resume(self, now_s: float) -> None:
         """Register the content of the world model after a restart; its holders are unknown."""
-        self._listener.resume(self._room_bits - self._signal_room_bits, self._codec.fragment_bits, now_s)
+        self._receiver.resume(self._room_bits - self._signal_room_bits, self._codec.fragment_bits, now_s)
         self._interests.adopt(self._beliefs.orphans(), now_s)
         if self.summaries is not None:
-            self.summaries.telling.urge()
+            self.summaries.queue.urge()
 
     def fits(self, facts: Iterable[Stated]) -> bool:
         """True if a block of these facts fits one packet, beside influence signals."""
@@ -205,10 +205,10 @@ class ExchangeManager:
         try:
             era = self._peers.epochs[sender] >> EPOCH_BITS
             try:
-                judged = self._codec.judged(data, frame, start_s, era)
+                decoded = self._codec.decode(data, frame, start_s, era)
             except DefinitionFault:
-                judged = self._codec.judged(data, frame, start_s, self._era_now(data, sender, frame, era))
-            packet = judged.packet
+                decoded = self._codec.decode(data, frame, start_s, self._era_now(data, sender, frame, era))
+            packet = decoded.packet
             if not schedule.may_arrive(slot, now_s, self._model.clock_tolerance_s):
                 raise PeerFault(f"a packet of node {sender} of slot {slot} arrives in slot {schedule.slot_at(now_s)}")
             if sender == self._me:
@@ -216,23 +216,23 @@ class ExchangeManager:
             self._refuse_untimely(slot, sender, now_s)
             if sender not in self._definitions.trusted:
                 self._definitions.agree(sender, frame)
-            if judged.latest_s > now_s:
+            if decoded.latest_s > now_s:
                 _refuse_future(packet, now_s, self._model)
-            if judged.wrong is not None:  # the world model would refuse its block
-                raise PeerFault(judged.wrong)
+            if decoded.wrong is not None:  # the world model would refuse its block
+                raise PeerFault(decoded.wrong)
             met = self._peers.meet(sender, packet.epoch, frame)
         except PeerFault as fault:
             self.n_faults += 1
             differs = isinstance(fault, DefinitionFault) and self._definitions.differ(sender, frame)
-            is_twin = isinstance(fault, SlotConflict) and self._listener.doubt(sender, frame, now_s)
+            is_twin = isinstance(fault, SlotConflict) and self._receiver.doubt(sender, frame, now_s)
             return Reception(slot, sender, fault=str(fault), is_stranger=differs, conflict=sender if is_twin else None)
         self._beliefs.log.open(slot)
         is_second = self._peers.conflicts(sender, slot, data)
-        heard = self._listener.listen(judged, slot, met, is_second, now_s)
-        if (stating := self._listener.stating) is not None:
-            self.n_faults, stating.n_refused = self.n_faults + stating.n_refused, 0
-        if (relaying := self._listener.relaying) is not None:
-            if judged.relays:
+        heard = self._receiver.apply(decoded, slot, met, is_second, now_s)
+        if (reports := self._receiver.reports) is not None:
+            self.n_faults, reports.n_refused = self.n_faults + reports.n_refused, 0
+        if (relaying := self._receiver.relaying) is not None:
+            if decoded.relays:
                 relaying.note(packet)
             if frame >= relaying.due_frame:
                 relaying.look(frame, now_s)
@@ -267,14 +267,14 @@ class ExchangeManager:
     @property
     def relaying(self) -> Relaying | None:
         """Relaying over poor links; None if disabled or if the policy repeats items."""
-        return self._listener.relaying
+        return self._receiver.relaying
 
     def leave_out(self, part: OptionalPart) -> None:
         """Disable an optional part."""
         if part == "parking":
             self.parking = None
         elif part == "relaying":
-            self._listener.relaying = None
+            self._receiver.relaying = None
         else:
             self._beliefs.summaries = None
 
@@ -310,21 +310,21 @@ class ExchangeManager:
             noticed = self.parking.look(frame, now_s)
         summary: tuple[Summary, ...] = ()
         if (summaries := self._beliefs.summaries) is not None:
-            summary = summaries.telling.urgent(self._room_bits // SUMMARY_SHARE)
-        if (relaying := self._listener.relaying) is not None and (relaying.left or self.queue.resting):
+            summary = summaries.queue.urgent(self._room_bits // SUMMARY_SHARE)
+        if (relaying := self._receiver.relaying) is not None and (relaying.left or self.queue.resting):
             self.queue.rest(relaying.resting(self.queue.open, frame, now_s))
         header = codec.header
         spared_bits = header.largest_bits - header.size_bits(self._me, frame) if header.varies else 0
         signals_bits = len(signals) * codec.signal_bits
         summary_bits = sum(map(codec.summary_bits, summary))
         room_bits = self._room_bits + spared_bits - signals_bits - summary_bits
-        if (stating := self._listener.stating) is not None:
-            room_bits -= self._let_plan(stating, room_bits)
+        if (reports := self._receiver.reports) is not None:
+            room_bits -= self._let_plan(reports, room_bits)
         packing = codec.packing(self._me, self._epoch, start_s, room_bits)
         chosen = self.queue.choose(packing, now_s)
         is_spare = not summary
         if summaries is not None and is_spare:
-            summary = summaries.telling.spare(packing.left_bits)
+            summary = summaries.queue.spare(packing.left_bits)
             summary_bits = sum(map(codec.summary_bits, summary))
         content = 0
         items: list[ItemUid] = []
@@ -342,12 +342,12 @@ class ExchangeManager:
         head = Head(self._me, self._epoch, frame)
         acks, wired = header.encode(self._me, rows, frame), packing.wired()
         n_acks = acks[0].bit_count()
-        if stating is not None and codec.accounts is not None:
+        if reports is not None and codec.accounts is not None:
             self.queue.rest(self._left_to_relays)
             said_bits = sum([candidate.size_bits for candidate in chosen if candidate.column == STATUS_COLUMN])
             self._due_to_statuses = max(0, self._due_to_statuses - said_bits)
             left_bits = packing.left_bits - (summary_bits if is_spare else 0)
-            acks = behind(acks, codec.accounts.encode(stating.account(content, slot, left_bits), self._me))
+            acks = behind(acks, codec.accounts.encode(reports.account(content, slot, left_bits), self._me))
         data = codec.assembled(head, start_s, acks, wired, signals, summary)
         self._signals = ()
         return Transmission(
@@ -365,7 +365,7 @@ class ExchangeManager:
             noticed,
         )
 
-    def _let_plan(self, stating: Stating, room_bits: int) -> int:
+    def _let_plan(self, reports: HoldingsReports, room_bits: int) -> int:
         """Plan the packet, suspend all other items; return the size of the holdings section.
 
         Statuses are not planned. Their share of the capacity is their share of the queue by priority times size, as
@@ -386,7 +386,7 @@ class ExchangeManager:
                 kept_bits = 0
         if not kept_bits:
             large_first, self._is_for_large = self._is_for_large, not self._is_for_large
-        chosen, account_bits = stating.plan(queue.open & ~self._left_to_relays, room_bits - kept_bits, large_first)
+        chosen, account_bits = reports.plan(queue.open & ~self._left_to_relays, room_bits - kept_bits, large_first)
         queue.rest(queue.open & ~chosen)
         return account_bits
 

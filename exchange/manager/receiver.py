@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, NamedTuple
 from exchange.manager.beliefs import Beliefs, Sendable
 from exchange.manager.fragmentation import Assembly, fragments_of, joined_block
 from exchange.manager.interests import Interests
-from exchange.packets import Fragment, ItemUid, Judged, Met, Named, Packet, Reception, name_of_item
+from exchange.packets import DecodedPacket, Fragment, ItemUid, Met, Named, Packet, Reception, name_of_item
 from exchange.policy.acknowledgement import members
 from worldmodel import STATUS, Block, WorldModel
 from worldmodel.facts import MOST_ITEMS
 
 if TYPE_CHECKING:
-    from exchange.manager.holdings import Stating
+    from exchange.manager.holdings import HoldingsReports
     from exchange.manager.relaying import Relaying
 
 
@@ -45,7 +45,7 @@ class _Taken(NamedTuple):
     is_ambiguous: bool = False
 
 
-class Listener:
+class Receiver:
     """Receiver of one vehicle; with ``repeats`` it also sends items of others."""
 
     def __init__(
@@ -69,7 +69,7 @@ class Listener:
         self._passed_on_s: dict[tuple[int, int], float] = {}  # times of the newest statuses relayed
         self.assembly = Assembly()
         """Incomplete blocks."""
-        self.stating: Stating | None = None
+        self.reports: HoldingsReports | None = None
         """Holdings reports; None without the policy."""
         self.relaying: Relaying | None = None
         """Relaying; None if off."""
@@ -82,25 +82,25 @@ class Listener:
             self._interests.take(column, now_s)
         return column
 
-    def listen(self, judged: Judged, slot: int, met: Met, is_second: bool, now_s: float) -> Reception:
+    def apply(self, decoded: DecodedPacket, slot: int, met: Met, is_second: bool, now_s: float) -> Reception:
         """Apply a valid packet; ``is_second`` if the slot had another packet of its sender."""
-        packet, beliefs, peers, log = judged.packet, self._beliefs, self._peers, self._beliefs.log
+        packet, beliefs, peers, log = decoded.packet, self._beliefs, self._peers, self._beliefs.log
         frame, sender = packet.frame, packet.sender
         conflict: int | None = None
         begun: Sequence[tuple[int, int]] = ()
-        if is_second or judged.concerns >> self._me & 1:
+        if is_second or decoded.concerns >> self._me & 1:
             conflict = self._twin(packet, is_second, now_s)
         is_new_life = packet.epoch != peers.epochs[sender]
-        for origin, epoch in judged.lives:
+        for origin, epoch in decoded.lives:
             is_new_life |= epoch > peers.epochs[origin]
         if is_new_life:
             begun = self._lives_told(packet)
         for node, epoch in begun:
             self._begin(node, epoch)
         beliefs.before = beliefs.held.copy()
-        missed = judged.heard & ~(log.heard | 1 << sender | 1 << self._me)
-        told = self._told(packet, missed, now_s) if missed or judged.relays else ()
-        taken = self._take_in(judged.items, now_s) if judged.items else _Taken(0, judged.statuses)
+        missed = decoded.heard & ~(log.heard | 1 << sender | 1 << self._me)
+        told = self._told(packet, missed, now_s) if missed or decoded.relays else ()
+        taken = self._take_in(decoded.items, now_s) if decoded.items else _Taken(0, decoded.statuses)
         lacked = 0
         is_trusted = frame >= peers.trusted_from or not peers.is_doubted(sender, frame)
         if is_trusted and not taken.is_ambiguous:  # else neither acknowledged nor accepted
@@ -113,20 +113,20 @@ class Listener:
             log.note(slot, taken.content)
             if taken.content:
                 beliefs.take(taken.content, sender if self._carrier_evidence else None)
-            log.learn(slot, judged.facts, heeded, beliefs.held)
-            if self.stating is not None:
-                decoded, lacked = self.stating.hear(packet, slot, is_answer, answers, heeded, now_s)
-                taken = self._with_decoded(taken, decoded, now_s) if decoded else taken
+            log.learn(slot, decoded.facts, heeded, beliefs.held)
+            if self.reports is not None:
+                recovered, lacked = self.reports.hear(packet, slot, is_answer, answers, heeded, now_s)
+                taken = self._with_recovered(taken, recovered, now_s) if recovered else taken
             lacked |= self._take_summaries(packet, now_s) if packet.summary else 0
-        for status in judged.statuses if self._relayed else ():
+        for status in decoded.statuses if self._relayed else ():
             if self._relayed >> status.origin & 1 and self._is_news(status):
                 self._interests.take_status(status)
         if begun or met is Met.BACK:
             self._catch_up(sender, now_s)
         elif lacked:
             self._interests.reopen(now_s)
-        if self.stating is not None:
-            self.stating.note_news(packet, slot)
+        if self.reports is not None:
+            self.reports.note_news(packet, slot)
         gained = beliefs.gained() if beliefs.held != beliefs.before else ()
         settled = self._interests.settle() if gained or begun else ()
         return Reception(
@@ -136,8 +136,8 @@ class Listener:
 
     def _begin(self, node: int, epoch: int) -> None:
         self._beliefs.begin(node, epoch)
-        if self.stating is not None:
-            self.stating.forget(node)
+        if self.reports is not None:
+            self.reports.forget(node)
 
     def _take_summaries(self, packet: Packet, now_s: float) -> int:
         """Apply the summaries of a packet; return the items (set) that its sender lacks."""
@@ -151,9 +151,9 @@ class Listener:
                     self._interests.adopt(beliefs.orphans(summary[:2]), now_s)
         return lacked
 
-    def _with_decoded(self, taken: _Taken, decoded: Sequence[Named], now_s: float) -> _Taken:
-        """Take the decoded items of a packet as well."""
-        more = self._take_in(decoded, now_s)
+    def _with_recovered(self, taken: _Taken, recovered: Sequence[Named], now_s: float) -> _Taken:
+        """Take the recovered items of a packet as well."""
+        more = self._take_in(recovered, now_s)
         self._beliefs.take(more.content, None)
         items, aside = (*taken.items, *more.items), (*taken.aside, *more.aside)
         return taken._replace(blocks=(*taken.blocks, *more.blocks), items=items, aside=aside)
@@ -215,8 +215,8 @@ class Listener:
     def doubt(self, node: int, frame: int, now_s: float, by_alarm: bool = False) -> bool:
         """Record a duplicate node id (see ``Beliefs.doubt``); if new, reopen items and return True."""
         is_new = self._beliefs.doubt(node, frame, by_alarm)
-        if self.stating is not None:
-            self.stating.forget()
+        if self.reports is not None:
+            self.reports.forget()
         if is_new:
             self.reopen(now_s)
         return is_new
@@ -289,13 +289,13 @@ class Listener:
 
     def _catch_up(self, peer: int, now_s: float) -> None:
         """Resynchronise a peer that returns or restarts: reopen items, send all summaries."""
-        if self.stating is not None:
-            self.stating.miss(peer)
+        if self.reports is not None:
+            self.reports.miss(peer)
         if not self._repeats:
             self._interests.adopt(self._beliefs.orphans(), now_s)
         self.reopen(now_s)
         if self._beliefs.summaries is not None:
-            self._beliefs.summaries.telling.urge()
+            self._beliefs.summaries.queue.urge()
 
     def reopen(self, now_s: float) -> None:
         """Reopen delivered items that some node lacks now."""
@@ -317,10 +317,10 @@ class Parking:
     none, and treats the next peer as returning.
     """
 
-    def __init__(self, beliefs: Beliefs, listener: Listener) -> None:
+    def __init__(self, beliefs: Beliefs, receiver: Receiver) -> None:
         self._all = (1 << beliefs.n_nodes) - 1 & ~(1 << beliefs.me)
         self._peers = beliefs.peers
-        self._listener = listener
+        self._receiver = receiver
 
     def look(self, frame: int, now_s: float) -> tuple[tuple[int, str], ...]:
         """Mark peers as absent whose silence exceeds loss; return them with the event."""
@@ -338,5 +338,5 @@ class Parking:
             peers.heard_frame[:] = [frame] * len(peers.heard_frame)
         peers.awaited = self._all if peers.is_alone else peers.away
         if peers.away != before:
-            self._listener.reopen(now_s) if is_alone else self._listener.settle()
+            self._receiver.reopen(now_s) if is_alone else self._receiver.settle()
         return () if is_alone else tuple([(node, PARKED) for node in parked])

@@ -22,7 +22,7 @@ from heapq import heappop, heappush
 
 from exchange.manager.beliefs import Beliefs
 from exchange.manager.peers import HEARD, LOST
-from exchange.manager.receiver import Listener
+from exchange.manager.receiver import Receiver
 from exchange.packets import Packet
 from exchange.policy.acknowledgement import members
 from exchange.policy.planning import KEPT, loss_of
@@ -71,12 +71,12 @@ class LossesAt:
 class Relaying:
     """Relaying of one vehicle: origins it relays, peers it leaves to other relays."""
 
-    def __init__(self, beliefs: Beliefs, listener: Listener) -> None:
+    def __init__(self, beliefs: Beliefs, receiver: Receiver) -> None:
         self._me = beliefs.me
         self._nodes = range(beliefs.n_nodes)
         self._beliefs = beliefs
         self._peers = beliefs.peers
-        self._listener = listener
+        self._receiver = receiver
         self.rows: list[list[int]] = [[] for _ in self._nodes]
         """Acknowledgement rows since the last evaluation, by peer."""
         self._losses = [LossesAt(len(self._nodes)) for _ in self._nodes]  # by receiver
@@ -98,7 +98,7 @@ class Relaying:
         between = [share for one, shares in enumerate(lost) for other, share in enumerate(shares) if one != other]
         if FAVOUR * (1.0 - max(between)) >= 1.0 - min(between):  # no link is that much better than another
             self.left = []
-            self._listener.relay(0, now_s)
+            self._receiver.relay(0, now_s)
             return
         worth = [[1.0 - max(lost[one][other], lost[other][one]) for other in self._nodes] for one in self._nodes]
         tree, away, relayed = tree_of(worth), self._peers.away, 0
@@ -108,7 +108,7 @@ class Relaying:
                 relayed |= self._cut_off_from(worth[receiver], joined(tree, self._me, 1 << receiver), away)
         cut_off = [(peer, way) for peer, way in ways if worth[peer][way[-1]] > FAVOUR * worth[peer][self._me]]
         self.left = [(peer, by) for peer, way in cut_off for by in way]
-        self._listener.relay(relayed, now_s)
+        self._receiver.relay(relayed, now_s)
 
     def note(self, packet: Packet) -> None:
         """Record which items, with earlier ones of their origins, the sender of a packet passes on."""

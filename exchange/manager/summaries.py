@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-from exchange.manager.beliefs import Beliefs, Holdings, Life
+from exchange.manager.beliefs import Beliefs, Life, ReceivedSet
 from exchange.packets import FULL_MASK, MASK_BITS, ItemUid, Summary
 from worldmodel.facts import MOST_ITEMS
 
@@ -45,10 +45,10 @@ class _Told(NamedTuple):
 _NEVER = _Told(Summary(-1, 0, -1, 0), 0, 0)
 
 
-class Telling:
+class SummaryQueue:
     """Transmission schedule of one vehicle's summaries."""
 
-    def __init__(self, holdings: Holdings, size_bits: Callable[[Summary], int]) -> None:
+    def __init__(self, holdings: ReceivedSet, size_bits: Callable[[Summary], int]) -> None:
         self._holdings = holdings
         self._size_bits = size_bits
         self._due: dict[Life, None] = {}
@@ -115,7 +115,7 @@ class Summaries:
 
     def __init__(self, beliefs: Beliefs, size_bits: Callable[[Summary], int]) -> None:
         self._beliefs = beliefs
-        self.telling = Telling(beliefs.own, size_bits)
+        self.queue = SummaryQueue(beliefs.own, size_bits)
         """Transmission schedule."""
         self._noted: dict[int, dict[Life, Summary]] = {}  # by peer
         self._lives: dict[Life, Life] = {}

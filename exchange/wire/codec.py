@@ -43,10 +43,10 @@ from exchange.packets import (
     MASK_BITS,
     NO_ACCOUNT,
     Account,
+    DecodedPacket,
     Fragment,
     Head,
     InfluenceSignal,
-    Judged,
     Named,
     Packet,
     Summary,
@@ -285,13 +285,11 @@ class Codec:
         self._hash = zlib.crc32(repr(shape).encode()).to_bytes(HASH_BYTES, "big")
         self.head = lru_cache(maxsize=32)(self._head)
         """``head(data) -> Head``, epoch and frame modulo 4; raises PeerFault if invalid."""
-        self.judged = lru_cache(maxsize=32)(self._judged)
-        """``judged(data, frame=0, slot_start_s=0.0, era=0) -> Judged``, cached for all receivers.
+        self.decode = lru_cache(maxsize=32)(self._decode)
+        """``decode(data, frame=0, slot_start_s=0.0, era=0) -> DecodedPacket``, cached for all receivers.
 
         Raises DefinitionFault if the hash byte is that of another definition, frame or era of the sender.
         """
-        self.decode = lru_cache(maxsize=32)(self._decode)
-        """``decode(data, frame=0, slot_start_s=0.0, era=0) -> Packet``, cached for all receivers."""
 
     def _summary_bits(self, summary: Summary) -> int:
         return self._side.encode_summary(summary)[1]
@@ -336,7 +334,6 @@ class Codec:
         """Clear all caches, so that timing of the next packets is that of new ones."""
         self.head.cache_clear()
         self.decode.cache_clear()
-        self.judged.cache_clear()
         self._facts.forget()
 
     # To bits -------------------------------------------------------------------------------------
@@ -437,7 +434,7 @@ class Codec:
             raise PeerFault(f"sender {sender} is not one of {self._n_nodes} nodes")
         return Head(sender, epoch, frame)
 
-    def _judged(self, data: bytes, frame: int = 0, slot_start_s: float = 0.0, era: int = 0) -> Judged:
+    def _decode(self, data: bytes, frame: int = 0, slot_start_s: float = 0.0, era: int = 0) -> DecodedPacket:
         packet, is_beyond = self._read(data, frame, slot_start_s, era)
         wrong = self._out_of_range(packet.fragments) if is_beyond else None
         latest_s, concerns, relays, statuses, lives = -math.inf, 0, False, [], set[Life]()
@@ -458,7 +455,7 @@ class Codec:
             heard |= row
         facts = acknowledged(packet.rows, self._n_nodes, frame * self._n_nodes + packet.sender)
         of_items = items, heard, facts, frozenset(lives)
-        return Judged(packet, wrong, latest_s, concerns, relays, tuple(statuses), *of_items)
+        return DecodedPacket(packet, wrong, latest_s, concerns, relays, tuple(statuses), *of_items)
 
     def _out_of_range(self, fragments: Iterable[Fragment]) -> str | None:
         """Describe the first fact whose value no vehicle can record; None if all are valid."""
@@ -467,9 +464,6 @@ class Codec:
                 if not (attribute := self._facts.attribute(fact.attribute)).stores(fact.value):
                     return f"{attribute.name} is {fact.value}, out of its range"
         return None
-
-    def _decode(self, data: bytes, frame: int = 0, slot_start_s: float = 0.0, era: int = 0) -> Packet:
-        return self._read(data, frame, slot_start_s, era)[0]
 
     def _read(self, data: bytes, frame: int, slot_start_s: float, era: int) -> tuple[Packet, bool]:
         """Return the packet, and whether a number may be out of range; raise PeerFault if invalid."""
@@ -516,7 +510,6 @@ def renewed(codec: Codec, salt_of: Callable[[int], bytes | None] | None = None) 
     """Copy a codec with other salts (see ``Seal``), for another mission under the same key."""
     copied = copy(codec)
     copied._seal = None if codec._seal is None else codec._seal.renewed(salt_of)
-    copied.judged = lru_cache(maxsize=32)(copied._judged)
     copied.decode = lru_cache(maxsize=32)(copied._decode)
     return copied
 

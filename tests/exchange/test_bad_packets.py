@@ -165,7 +165,7 @@ def taken(of: Codec, data: bytes, frame: int = 0) -> Packet | None:
     """The packet, if it is one; anything raised but a PeerFault is an error."""
     try:
         of.head(data)
-        return of.decode(data, frame)
+        return of.decode(data, frame).packet
     except PeerFault:
         return None
 

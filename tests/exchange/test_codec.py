@@ -146,7 +146,7 @@ def test_a_packet_arrives_as_it_was_sent_with_the_size_added_up_before(made, dic
         packet.sender, packet.rows, packing.fragments, packet.signals, frame, packet.epoch, start_s, packet.summary
     )
     assert len(data) == -(-(size_bits + fragments_bits) // 8)
-    received = codec.decode(data, frame, start_s)
+    received = codec.decode(data, frame, start_s).packet
     offered = packet._replace(fragments=tuple(packing.fragments))
     arrived = tuple(quantised(fragment) for fragment in on_the_wire(offered))
     assert received == packet._replace(rows=bits_sent(packet, policy, n_nodes), fragments=arrived, frame=frame)
@@ -201,7 +201,7 @@ def test_every_epoch_has_a_name_in_heads_relayed_items_and_summaries():
         relayed, summary = Fragment(1, 3, 0.0, cells(4, 1), epoch=epoch), Summary(2, epoch, 4, 0b101)
         data = codec.encode(0, [0] * 4, [relayed], (), 9, epoch, summary=[summary])
         assert codec.era_of(data, 9) == epoch // 4
-        received = codec.decode(data, 9, 0.0, epoch // 4)
+        received = codec.decode(data, 9, 0.0, epoch // 4).packet
         assert (received.epoch, received.fragments, received.summary) == (epoch, (relayed,), (summary,))
         with pytest.raises(PeerFault, match="definition hash differs"):
             codec.decode(data, 9, 0.0, epoch // 4 + 1)
@@ -275,7 +275,7 @@ def test_a_packet_is_of_one_frame_in_1024():
     for frame in (*range(6), *range(7, 1030)):
         with pytest.raises(PeerFault):
             codec.decode(data, frame)
-    assert codec.decode(data, 1030).sender == 1
+    assert codec.decode(data, 1030).packet.sender == 1
 
 
 # Sizes --------------------------------------------------------------------------------------------
@@ -346,6 +346,6 @@ def test_an_uncertainty_comes_out_as_it_went_in_and_costs_a_bit_where_there_is_n
     sizes = []
     for uncertainty in (None, 0.5, 2.0, 32.0):
         fragment = Fragment(0, 0, 0.0, (PropertyValue(0, location, (1.0, 2.0), uncertainty),))
-        assert codec.decode(code(codec, fragment), 0).fragments == (fragment,)
+        assert codec.decode(code(codec, fragment), 0).packet.fragments == (fragment,)
         sizes.append(size_of(codec, fragment))
     assert [size - sizes[0] for size in sizes] == [0, 6, 6, 6]

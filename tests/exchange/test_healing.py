@@ -9,7 +9,7 @@ def test_what_the_others_lack_is_coded_though_all_who_were_there_held_it() -> No
     fleet, over = healing.fleet, set()
     for _ in range(4 * N_NODES):
         sent = fleet.pass_slot()
-        account = fleet.codec.decode(sent.data, sent.slot // N_NODES, fleet.schedule.start_s(sent.slot)).account
+        account = fleet.codec.decode(sent.data, sent.slot // N_NODES, fleet.schedule.start_s(sent.slot)).packet.account
         sender = sent.slot % N_NODES
         over |= {(sender, one.origin) for one in account.statements if account.symbols and one.mask}
     assert any((sender < HALF) == (origin < HALF) for sender, origin in over)

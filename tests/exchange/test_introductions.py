@@ -40,7 +40,7 @@ class Process:
         if self.introductions.hear(data, SCHEDULE.start_s(slot) + 1.2):
             return
         try:
-            packet = self.codec.decode(data, SCHEDULE.frame_of(slot), SCHEDULE.start_s(slot))
+            packet = self.codec.decode(data, SCHEDULE.frame_of(slot), SCHEDULE.start_s(slot)).packet
         except PeerFault:
             self.introductions.miss(slot % 3)
             return

@@ -1,43 +1,43 @@
 """Summaries: what is told of holdings, and how often."""
 
-from exchange.manager.beliefs import Holdings
-from exchange.manager.summaries import TIMES_TOLD, Telling
+from exchange.manager.beliefs import ReceivedSet
+from exchange.manager.summaries import TIMES_TOLD, SummaryQueue
 from exchange.packets import Summary
 
 LIFE = (2, 0)
 
 
-def told(telling: Telling, packets: int) -> int:
+def told(queue: SummaryQueue, packets: int) -> int:
     """In how many of so many packets with room a summary was told."""
-    return sum(bool(telling.spare(100)) for _ in range(packets))
+    return sum(bool(queue.spare(100)) for _ in range(packets))
 
 
-def holding(*sequences: int) -> Holdings:
-    held = Holdings()
+def holding(*sequences: int) -> ReceivedSet:
+    held = ReceivedSet()
     for sequence in sequences:
         held.add(LIFE, sequence)
     return held
 
 
 def test_what_does_not_change_is_told_a_few_times() -> None:
-    assert told(Telling(holding(0, 1, 2), lambda one: 30), 20) == TIMES_TOLD
+    assert told(SummaryQueue(holding(0, 1, 2), lambda one: 30), 20) == TIMES_TOLD
 
 
 def test_that_a_block_was_given_up_is_told_until_it_comes_again() -> None:
     held = holding(0, 1, 2, 3)
-    telling = Telling(held, lambda one: 30)
-    assert told(telling, 20) == TIMES_TOLD
+    queue = SummaryQueue(held, lambda one: 30)
+    assert told(queue, 20) == TIMES_TOLD
     held.give_up(LIFE, 2)
-    assert telling.spare(100) == (Summary(*LIFE, highest=1, mask=1),)
-    assert told(telling, 20) == 20
+    assert queue.spare(100) == (Summary(*LIFE, highest=1, mask=1),)
+    assert told(queue, 20) == 20
     held.add(LIFE, 2)
-    assert told(telling, 20) == TIMES_TOLD
+    assert told(queue, 20) == TIMES_TOLD
 
 
 def test_what_a_summary_cannot_say_is_not_told_for_ever() -> None:
     """The mask behind the first gap does not reach the block that was given up."""
     held = holding(0, *range(2, 20))
-    telling = Telling(held, lambda one: 30)
-    told(telling, 20)
+    queue = SummaryQueue(held, lambda one: 30)
+    told(queue, 20)
     held.give_up(LIFE, 15)
-    assert told(telling, 20) == 0
+    assert told(queue, 20) == 0

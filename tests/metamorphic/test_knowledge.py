@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from sampling import sampled
 
-from exchange.manager.receiver import Listener
-from exchange.packets import Judged, Reception
+from exchange.manager.receiver import Receiver
+from exchange.packets import DecodedPacket, Reception
 from missions.mapping.metrics import duplicate_fraction
 from missions.runs.run import Run, run
 from missions.scenarios import load, shipped
@@ -40,13 +40,13 @@ def test_acknowledgements_change_plans(strategy: str, monkeypatch: pytest.Monkey
     It fails if room in packets were without limit, or nobody asked what is acknowledged: then rows would be ballast.
     """
     usual = of("mapping-patches", strategy, 0.7, "communication.summaries=false")
-    listen = Listener.listen
+    apply = Receiver.apply
 
-    def without_rows(listener: Listener, judged: Judged, *more: Any) -> Reception:
-        packet = judged.packet._replace(rows=(0,) * len(judged.packet.rows))
-        return listen(listener, judged._replace(packet=packet, facts=0), *more)
+    def without_rows(receiver: Receiver, decoded: DecodedPacket, *more: Any) -> Reception:
+        packet = decoded.packet._replace(rows=(0,) * len(decoded.packet.rows))
+        return apply(receiver, decoded._replace(packet=packet, facts=0), *more)
 
-    monkeypatch.setattr(Listener, "listen", without_rows)
+    monkeypatch.setattr(Receiver, "apply", without_rows)
     ignoring = of("mapping-patches", strategy, 0.7, "communication.summaries=false")
     assert plans(ignoring) != plans(usual)
     assert ignoring.milestones != usual.milestones

@@ -31,7 +31,7 @@ class Flipping:
         self, slot: int, sender: int, data: bytes, now_s: float, positions_m: list[tuple[float, float]]
     ) -> list[Arrival]:
         start_s = self._schedule.start_s(slot)
-        told = self._codec.decode(data, slot // self._schedule.n_nodes, start_s)
+        told = self._codec.decode(data, slot // self._schedule.n_nodes, start_s).packet
         if now_s >= AT_S and sender == SENDER and not self.n_flipped:
             fragments = [self._flipped(one) for one in told.fragments]
             data = self._codec.encode(
