@@ -1,155 +1,99 @@
 """Channel models that break one rule each, and one from outside that keeps to all: they prove that checks can fail."""
 
 import random
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping
+from types import SimpleNamespace
+from typing import Any, NamedTuple
 
 from pydantic import Field
 
 from exchange.channel.link import Bernoulli, LinkModel, Transmission
-from exchange.channel.models import BernoulliChannel, ChannelModel, Deployment
+from exchange.channel.models import BernoulliChannel, ChannelModel, Deployment, SettingFault, VehicleName
 
 
-@dataclass(frozen=True)
-class FadingLink:
-    """Links that lose the more, the longer they are."""
+class Muddy(NamedTuple):
+    """Links of one vehicle lose all packets, the others some."""
 
-    reach_m: float
+    per: float
+    muddy_node: int | None
 
     def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
-        """Loss grows with range to 1."""
-        return min(1.0, range_m / self.reach_m)
+        return 1.0 if self.muddy_node in (packet.sender, receiver) else self.per
 
 
-class Fading(ChannelModel):
-    """A model from outside that keeps to all rules."""
+class Mud(ChannelModel):
+    """A model from outside that keeps to all rules: one vehicle lies in the mud, and is not heard."""
 
-    title = "losses grow with range"
+    title = "one vehicle is in the mud"
 
-    reach_m: float = Field(2000.0, ge=1000.0, description="range from which on all is lost (m)")
+    clear_per: float = Field(0.1, ge=0.0, le=0.5, description="packet error rate of the others")
+    in_mud: VehicleName = Field("", description="vehicle in the mud; nobody if absent")
+    layers_m: tuple[float, ...] = Field((), description="depths of the layers of mud")
 
     def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
-        """Links by their range."""
-        return FadingLink(self.reach_m)
+        return Muddy(self.clear_per, deployment.nodes.get(self.in_mud))
 
     def mean_per(self, deployment: Deployment) -> float:
-        """Over distances of 0 to 1000 m."""
-        return 500.0 / self.reach_m
+        share = 2 / len(deployment.nodes) if self.in_mud else 0.0
+        return share + (1.0 - share) * self.clear_per
 
-
-class Untitled(BernoulliChannel):
-    """Says not what it does."""
-
-    title = ""
-
-
-class Unexplained(BernoulliChannel):
-    """Has a setting that nobody explains."""
-
-    haste: float = 0.0
-
-
-class Unset(BernoulliChannel):
-    """Has a setting without a default."""
-
-    haste: float = Field(description="how soon")
-
-
-class NoMean(ChannelModel):
-    """Does not say what it loses."""
-
-    title = "no mean"
-
-    def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
-        """Links of some rate."""
-        return Bernoulli(0.1)
-
-
-class NamesVehicle(BernoulliChannel):
-    """Has a setting with a name that every channel has."""
-
-    blackout: float = Field(0.0, description="taken")
-
-
-@dataclass
-class Answers:
-    """Links that answer as a function says."""
-
-    answer: Any
-
-    def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> Any:
-        """Whatever."""
-        return self.answer(packet, receiver, range_m)
-
-
-class Percent(BernoulliChannel):
-    """Counts in percent."""
-
-    def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
-        """Rates of 20."""
-        return Answers(lambda *asked: 20.0)
-
-
-class Wordy(BernoulliChannel):
-    """Answers with a text."""
-
-    def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
-        """Rates in words."""
-        return Answers(lambda *asked: "few")
-
-
-class Nothing(BernoulliChannel):
-    """Makes no links."""
-
-    def link_model(self, deployment: Deployment, seed: int) -> Any:
-        """Nothing at all."""
-        return None
-
-
-class ShortOfArguments(BernoulliChannel):
-    """Takes no seed."""
-
-    def link_model(self, deployment: Deployment) -> LinkModel:  # type: ignore[override]
-        """Links without a seed."""
-        return Bernoulli(0.1)
-
-
-class Unrepeatable(BernoulliChannel):
-    """Draws from a stream of the process."""
-
-    def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
-        """Links of any rate."""
-        return Answers(lambda *asked: random.random())
-
-
-@dataclass
-class Streaming:
-    """Draws from a stream of the run: the answer depends on how many came before."""
-
-    dice: random.Random
-    known: dict[tuple[Any, ...], float] = field(default_factory=dict)
-
-    def p_loss(self, *asked: Any) -> float:
-        """Drawn when it is first asked, then remembered."""
-        return self.known.setdefault(asked, self.dice.random())
-
-
-class Streamed(BernoulliChannel):
-    """Draws in the order of asking."""
-
-    def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
-        """Links of a stream."""
-        return Streaming(random.Random(seed))
-
-
-class Optimist(BernoulliChannel):
-    """Claims half of what it loses."""
-
-    per: float = Field(0.2, ge=0.0, lt=1.0, description="packet error rate")
-
-    def mean_per(self, deployment: Deployment) -> float:
-        """Too little."""
-        return self.per / 2
+    @classmethod
+    def faults(cls, given: Mapping[str, Any]) -> Iterator[SettingFault]:
+        """Layers have to lie in order."""
+        layers = given.get("layers_m", [])
+        if isinstance(layers, list) and layers != sorted(layers):
+            yield SettingFault("layers_m", str(layers), "must be in order")
 
 
 NO_CLASS = Bernoulli(0.1)
+
+
+def wrong(**parts: Any) -> Any:
+    """A channel model with these parts in the place of sound ones."""
+    return type(BernoulliChannel)("Wrong", (BernoulliChannel,), {"__module__": __name__, **parts})
+
+
+def with_setting(name: str, kind: type, **field: Any) -> Any:
+    """A channel model with one more setting."""
+    return wrong(__annotations__={name: kind}, **field)
+
+
+def losing(p_loss: Callable[..., Any]) -> Any:
+    """A channel model whose links lose as a function of packet, receiver and range says."""
+    return wrong(link_model=lambda self, deployment, seed: SimpleNamespace(p_loss=p_loss))
+
+
+def raising(*_: Any) -> Any:
+    """Raises."""
+    raise KeyError("sea")
+
+
+def streaming(self: Any, deployment: Deployment, seed: int) -> Any:
+    """Links that draw from a stream when they are first asked, and remember the answer."""
+    dice, known = random.Random(seed), dict[tuple[Any, ...], float]()
+    return SimpleNamespace(p_loss=lambda *asked: known.setdefault(asked, dice.random()))
+
+
+# Found by the checks of conformance.
+Untitled = wrong(title="")
+Unexplained = with_setting("haste", float, haste=0.0)
+Unset = with_setting("haste", float, haste=Field(description="how soon"))
+NamesVehicle = with_setting("blackout", float, blackout=Field(0.0, description="a key of every channel"))
+NoMean = wrong(mean_per=ChannelModel.mean_per)
+Percent = losing(lambda *_: 20.0)
+Wordy = losing(lambda *_: "few")
+Unrepeatable = losing(lambda *_: random.random())
+Streamed = wrong(link_model=streaming)
+ShortOfArguments = wrong(link_model=lambda self, deployment: NO_CLASS)
+Optimist = with_setting(
+    "per", float, per=Field(0.2, ge=0.0, lt=1.0, description="rate"), mean_per=lambda self, deployment: self.per / 2
+)
+# Found when a scenario is loaded, or in its run.
+Late = losing(lambda packet, *_: 0.0 if packet.slot < 5 else 1.5)
+Nothing = wrong(link_model=lambda *_: None)
+Failing = wrong(link_model=raising)
+WrongMean = wrong(mean_per=lambda *_: 20.0)
+Standing = wrong(sound_speed_mps=lambda *_: 0.0)
+Telling = wrong(sound_speed_mps=lambda *_: "1500 m/s")
+Misfitting = wrong(misfits=lambda *_: iter(["too deep"]))
+Grumbling = wrong(faults=classmethod(raising))

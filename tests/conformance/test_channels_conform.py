@@ -7,7 +7,7 @@ import nonconforming_channels as broken
 import pytest
 
 from exchange.channel.acoustic import AcousticChannel
-from exchange.channel.models import BernoulliChannel, GilbertElliottChannel, MatrixChannel
+from exchange.channel.models import GilbertElliottChannel, MatrixChannel
 from exchange.channel.shipped import CHANNELS
 from exchange.channel.trace import TraceChannel
 from missions.scenarios.channel import model_named
@@ -19,16 +19,11 @@ RECORDED = str(Path(__file__).parent / "recorded_links.csv")
 CONFORMING: dict[str, conformance.Model] = {
     **CHANNELS,
     "trace": TraceChannel(file=RECORDED),
-    "trace over and over": TraceChannel(file=RECORDED, repeat=True),
     "acoustic, faint, one fade a packet": AcousticChannel(source_level_db=120.0, fading="packet"),
     "acoustic, fainter, one fade a bit": AcousticChannel(source_level_db=155.0, spreading=2.0, fading="bit"),
-    "acoustic, steady, at the end of its reach": AcousticChannel(
-        acoustic_power_w=2e-6, absorption="thorp", fading="none"
-    ),
-    "bernoulli of 0.3": BernoulliChannel(per=0.3),
     "matrix of two links": MatrixChannel.model_validate({"per": 0.1, "link": LINKS}),
     "long bursts": GilbertElliottChannel(p_good_to_bad=0.01, p_bad_to_good=0.02, per_good=0.0, per_bad=1.0),
-    "from outside": broken.Fading,
+    "from outside": broken.Mud(in_mud="A"),
 }
 
 
