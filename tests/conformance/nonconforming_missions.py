@@ -12,7 +12,7 @@ from remoras.activities import Activity, Objective
 from remoras.behaviours import Behaviour, Standing
 from remoras.database import VehicleData
 from remoras.mission import FleetView, Mission
-from remoras.recorder import TIME, Column, Recorder, Table
+from remoras.recorder import TIME, Column, Table
 from remoras.testing.sample_worlds import Visit
 
 
@@ -74,27 +74,21 @@ class Individual(VisitingMission):
 class Meddling(VisitingMission):
     """Its truth carries a vehicle to its visit."""
 
-    def truth(self, recorder: Recorder, world: Any) -> VisitingTruth:
-        class Truth(VisitingTruth):
-            def observe(self, fleet: FleetView, now_s: float) -> bool:
-                fleet.vehicles[0]._vehicle.functional.motion.x_m += 0.1  # type: ignore[attr-defined]
-                return super().observe(fleet, now_s)
-
-        return Truth(tuple(self._visits))
+    class Truth(VisitingTruth):
+        def observe(self, fleet: FleetView, now_s: float) -> bool:
+            fleet.vehicles[0]._vehicle.functional.motion.x_m += 0.1  # type: ignore[attr-defined]
+            return super().observe(fleet, now_s)
 
 
 class Speechless(VisitingMission):
     """Never completes and never says why."""
 
-    def truth(self, recorder: Recorder, world: Any) -> VisitingTruth:
-        class Truth(VisitingTruth):
-            def observe(self, fleet: FleetView, now_s: float) -> bool:
-                return False
+    class Truth(VisitingTruth):
+        def observe(self, fleet: FleetView, now_s: float) -> bool:
+            return False
 
-            def close(self, fleet: FleetView, now_s: float) -> str:
-                return ""
-
-        return Truth(tuple(self._visits))
+        def close(self, fleet: FleetView, now_s: float) -> str:
+            return ""
 
 
 class Boundless(VisitingMission):
@@ -108,13 +102,10 @@ class Careless(VisitingMission):
 
     tables = (Table("looks", (TIME, Column("n_vehicles", "int"))),)
 
-    def truth(self, recorder: Recorder, world: Any) -> VisitingTruth:
-        class Truth(VisitingTruth):
-            def observe(self, fleet: FleetView, now_s: float) -> bool:
-                recorder.rows("looks").append((now_s, "many"))
-                return super().observe(fleet, now_s)
-
-        return Truth(tuple(self._visits))
+    class Truth(VisitingTruth):
+        def observe(self, fleet: FleetView, now_s: float) -> bool:
+            self.recorder.rows("looks").append((now_s, "many"))
+            return super().observe(fleet, now_s)
 
 
 class ByHash(VisitingMission):

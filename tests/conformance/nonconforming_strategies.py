@@ -1,7 +1,7 @@
 """Strategies that break one rule each: they prove that the checks of conformance can fail."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import Annotated, Any, ClassVar
 
@@ -99,160 +99,98 @@ class ByHash(FixedPartition):
 PATIENCE_S = 150.0
 
 
-class _Idle:
-    """Has nothing to say."""
+@dataclass
+class Altered:
+    """A negotiator whose moves a function alters; ``memory`` is for what the function has to remember."""
+
+    negotiator: Negotiator
+    me: str
+    group: Group
+    alter: Callable[["Altered", Move, Situation], Move]
+    memory: set[str] = field(default_factory=set)
 
     def negotiate(self, situation: Situation) -> Move:
-        return Move()
+        return self.alter(self, self.negotiator.negotiate(situation), situation)
+
+    def states(self, move: Move, *facts: tuple[str, str, Any]) -> Move:
+        """The move, and a statement of each fact."""
+        return replace(move, statements=(*move.statements, *(Statement((fact,)) for fact in facts)))
 
 
-class _Altered:
-    """A negotiator whose moves are altered."""
-
-    def __init__(self, negotiator: Negotiator, me: str, group: Group) -> None:
-        self._negotiator = negotiator
-        self._me = me
-        self._group = group
-
-    def negotiate(self, situation: Situation) -> Move:
-        return self.altered(self._negotiator.negotiate(situation), situation)
-
-    def altered(self, move: Move, situation: Situation) -> Move:
-        raise NotImplementedError
-
-
-def altering(base: type[Strategy], kind: type[_Altered]) -> Any:
-    """A strategy whose negotiators are altered."""
+def altering(base: type[Strategy], alter: Callable[[Altered, Move, Situation], Move], **parts: Any) -> Any:
+    """A strategy whose moves a function alters."""
 
     def negotiator(self: Strategy, me: str, group: Group) -> Negotiator:
-        return kind(base.negotiator(self, me, group), me, group)
+        return Altered(base.negotiator(self, me, group), me, group, alter)
 
-    parts = {"negotiator": negotiator, "__module__": __name__, "__slots__": ()}
-    return dataclass(frozen=True)(type(kind.__name__.removeprefix("_"), (base,), parts))
-
-
-class _Skipping(_Altered):
-    """Forgets one job."""
-
-    def altered(self, move: Move, situation: Situation) -> Move:
-        skipped = self._group.path(situation.work.roles[-1].name)
-        kept = [said for said in move.statements if all(value != skipped for _, _, value in said.facts)]
-        return replace(move, statements=tuple(kept))
+    parts |= {"negotiator": negotiator, "__module__": __name__, "__slots__": ()}
+    return dataclass(frozen=True)(type(alter.__name__, (base,), parts))
 
 
-Skipping = altering(Central, _Skipping)
+def skipping(of: Altered, move: Move, situation: Situation) -> Move:
+    """Forget one job."""
+    skipped = of.group.path(situation.work.roles[-1].name)
+    kept = [said for said in move.statements if all(value != skipped for _, _, value in said.facts)]
+    return replace(move, statements=tuple(kept))
 
 
-class _Gullible(_Altered):
-    """Plays whatever role anybody speaks of."""
-
-    def altered(self, move: Move, situation: Situation) -> Move:
-        roles = [str(value) for heard in situation.heard for _, what, value in heard.facts if what == "playsRole"]
-        said = tuple(Statement(((self._me, "playsRole", role),)) for role in roles)
-        return replace(move, statements=move.statements + said)
+def gullible(of: Altered, move: Move, situation: Situation) -> Move:
+    """Play whatever role anybody speaks of."""
+    roles = [str(value) for heard in situation.heard for _, what, value in heard.facts if what == "playsRole"]
+    return of.states(move, *((of.me, "playsRole", role) for role in roles))
 
 
-Gullible = altering(Central, _Gullible)
+def presumptuous(of: Altered, move: Move, situation: Situation) -> Move:
+    """Take what the vehicle is able to do, without being asked."""
+    work = situation.work
+    able = [role for role in work.open if work.able(work.database[of.me], role)]
+    return of.states(move, *((of.me, "playsRole", of.group.path(role.name)) for role in able))
 
 
-class _Presumptuous(_Altered):
-    """Gives itself what it is able to do, without being asked."""
-
-    def altered(self, move: Move, situation: Situation) -> Move:
-        work = situation.work
-        able = [role for role in work.open if work.able(work.database[self._me], role)]
-        said = tuple(Statement(((self._me, "playsRole", self._group.path(role.name)),)) for role in able)
-        return replace(move, statements=move.statements + said)
-
-
-Presumptuous = altering(Central, _Presumptuous)
+def fickle(of: Altered, move: Move, situation: Situation) -> Move:
+    """Give every job that it holds up in every frame, and take it again, until it has done so often enough."""
+    if situation.round > 4 * OFTEN:
+        return Move()
+    of.memory |= {of.group.path(role.name) for role in situation.work.held_by(of.me)}
+    word = "leftRole" if situation.round % 2 else "playsRole"
+    return of.states(Move(), *((of.me, word, role) for role in sorted(of.memory)))
 
 
-class _Fickle(_Altered):
-    """Gives every job that it holds up in every frame, and takes it again, until it has done so often enough."""
-
-    def altered(self, move: Move, situation: Situation) -> Move:
-        if situation.round > 4 * OFTEN:
-            return move
-        self._mine |= {self._group.path(role.name) for role in situation.work.held_by(self._me)}
-        word = "leftRole" if situation.round % 2 else "playsRole"
-        said = tuple(Statement(((self._me, word, role),)) for role in sorted(self._mine))
-        return replace(move, statements=move.statements + said)
-
-    _mine: frozenset[str] = frozenset()
-
-
-@dataclass(frozen=True, slots=True)
-class Fickle(FixedPartition):
-    declaration: ClassVar[Declaration] = replace(
-        Central().declaration, messages={"playsRole": "now", "leftRole": "not now"}, blocks_per_round=1
-    )
-
-    def negotiator(self, me: str, group: Group) -> Negotiator:
-        return _Fickle(_Idle(), me, group)
-
-
-class _Resentful(_Altered):
-    """Lays down its work, and gives out none, once a peer has been silent."""
-
-    def __init__(self, negotiator: Negotiator, me: str, group: Group) -> None:
-        super().__init__(negotiator, me, group)
-        self._offended = False
-
-    def altered(self, move: Move, situation: Situation) -> Move:
-        self._offended |= any(situation.now_s - heard_s > PATIENCE_S for heard_s in situation.heard_s.values())
-        if not self._offended:
-            return move
-        held = situation.work.held_by(self._me)
-        return Move(tuple(Statement(((self._me, "leftRole", self._group.path(role.name)),)) for role in held), True)
-
-
-Resentful = altering(Central, _Resentful)
-
-
-class _Talkative(_Altered):
-    """Says everything three times in each round."""
-
-    def altered(self, move: Move, situation: Situation) -> Move:
-        told = tuple(Statement(((r.job, "knownDone", False),)) for r in self._group.roles if r.job is not None)
-        return replace(move, statements=move.statements + 3 * told)
-
-
-Talkative = altering(StatusBroadcast, _Talkative)
-
-
-class _Undeclared(_Altered):
-    """Tells what its strategy does not declare."""
-
-    def altered(self, move: Move, situation: Situation) -> Move:
-        told = Statement(((self._group.name, "hasMission", "AreaMapping"),))
-        return replace(move, statements=(*move.statements, told))
-
-
-Undeclared = altering(StatusBroadcast, _Undeclared)
-
-
-class _Trusting(_Altered):
-    """Takes it for granted that all others have been heard."""
-
-    def altered(self, move: Move, situation: Situation) -> Move:
-        others = [name for name in situation.work.members if name != self._me]
-        if situation.round > 100 and min(situation.heard_s[name] for name in others) < 0.0:
-            return Move()
+def resentful(of: Altered, move: Move, situation: Situation) -> Move:
+    """Lay down all work, and give out none, once a peer has been silent."""
+    of.memory |= {name for name, heard_s in situation.heard_s.items() if situation.now_s - heard_s > PATIENCE_S}
+    if not of.memory:
         return move
+    held = situation.work.held_by(of.me)
+    return of.states(Move(holding=True), *((of.me, "leftRole", of.group.path(role.name)) for role in held))
 
 
-Trusting = altering(Central, _Trusting)
+def talkative(of: Altered, move: Move, situation: Situation) -> Move:
+    """Say everything three times in each round."""
+    return of.states(move, *3 * [(role.job, "knownDone", False) for role in of.group.roles if role.job is not None])
 
 
-class _Waiting(_Altered):
-    """Gives out nothing before somebody has said something."""
-
-    def altered(self, move: Move, situation: Situation) -> Move:
-        return move if situation.heard_s else Move(holding=True)
+def undeclared(of: Altered, move: Move, situation: Situation) -> Move:
+    """Tell what the strategy does not declare."""
+    return of.states(move, (of.group.name, "hasMission", "AreaMapping"))
 
 
-Waiting = altering(StatusBroadcast, _Waiting)
+def trusting(of: Altered, move: Move, situation: Situation) -> Move:
+    """Take it for granted that all others have been heard."""
+    others = [name for name in situation.work.members if name != of.me]
+    return Move() if situation.round > 100 and min(situation.heard_s[name] for name in others) < 0.0 else move
+
+
+def waiting(of: Altered, move: Move, situation: Situation) -> Move:
+    """Give out nothing before somebody has said something."""
+    return move if situation.heard_s else Move(holding=True)
+
+
+Skipping, Gullible, Presumptuous = (altering(Central, alter) for alter in (skipping, gullible, presumptuous))
+Resentful, Trusting = altering(Central, resentful), altering(Central, trusting)
+Talkative, Undeclared, Waiting = (altering(StatusBroadcast, alter) for alter in (talkative, undeclared, waiting))
+FICKLE = replace(Central().declaration, messages={"playsRole": "now", "leftRole": "not now"}, blocks_per_round=1)
+Fickle = altering(FixedPartition, fickle, declaration=FICKLE)
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,7 +22,7 @@ from tests.remoras.samples import auv, database
 from worldmodel import merge
 
 ENOUGH_TO_GO_NEAR_J = 30e3
-CASES = ["remoras", "central", "contract-net", "cbba", "status-broadcast", "fixed-partition"]
+CASES = ["remoras", "contract-net", "cbba", "fixed-partition"]
 
 
 def visits(strategy: str, energy_j: float) -> Run:

@@ -1,7 +1,5 @@
 """Shipped missions and one of visits conform, and the check finds a mission that breaks a rule."""
 
-from pathlib import Path
-
 import nonconforming_missions as broken
 import pytest
 from visiting_mission import VisitingMission, visiting_scenario
@@ -12,43 +10,35 @@ from missions.mapping import MappingMission
 from missions.minehunting import MinehuntingMission
 from missions.pandora import PandoraMission
 from missions.scenarios import load
+from missions.trident import TridentMission
 from remoras.mission import Mission
 from remoras.testing import missions as conformance
-from tests.missions.small_mission import SMALL
 
-SHORT = ("scenario.duration_s=600.0",)
-SERVICE = ("fault=[]", "current.surge=[]", "chain=[]", "anode=[]", "scenario.duration_s=900.0")
+SHORT = "scenario.duration_s=200.0"
+SHIPPED: dict[str, tuple[type[Mission], tuple[str, ...]]] = {
+    "mapping-rendezvous": (MappingMission, ()),
+    "pandora-inspection": (PandoraMission, ("fault=[]", "current.surge=[]", "chain=[]", "anode=[]")),
+    "arrows-archaeology": (ArrowsMission, ("mission.search_s=150.0",)),
+    "trident-intervention": (TridentMission, ()),
+    "minehunting-contacts": (MinehuntingMission, ()),
+    "resupply-field": (ResupplyMission, ()),
+    "recovery-field": (RecoveryMission, ()),
+    "ferry-passage": (FerryMission, ()),
+    "escort-lines": (EscortMission, ()),
+}
 
 
 @pytest.mark.slow
 def test_the_mission_of_visits_conforms() -> None:
+    """A whole mission."""
     conformance.check(VisitingMission, visiting_scenario(0.3))
 
 
 @pytest.mark.slow
-def test_the_mapping_mission_conforms(tmp_path: Path) -> None:
-    """A whole mission."""
-    file = tmp_path / "pond.toml"
-    file.write_text(SMALL, encoding="utf-8")
-    conformance.check(MappingMission, load(str(file)))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("mission", "name", "keys"),
-    [
-        (MappingMission, "mapping-rendezvous", SHORT),
-        (PandoraMission, "pandora-inspection", SERVICE),
-        (ArrowsMission, "arrows-archaeology", ("mission.search_s=200.0", "scenario.duration_s=500.0")),
-        pytest.param(RecoveryMission, "recovery-field", SHORT, marks=pytest.mark.thorough),  # they share code with the
-        pytest.param(FerryMission, "ferry-passage", SHORT, marks=pytest.mark.thorough),  # one that brings energy
-        pytest.param(EscortMission, "escort-lines", SHORT, marks=pytest.mark.thorough),
-        (ResupplyMission, "resupply-field", SHORT),
-        (MinehuntingMission, "minehunting-contacts", SHORT),
-    ],
-)
-def test_shipped_missions_conform(mission: type[Mission], name: str, keys: tuple[str, ...]) -> None:
-    conformance.check(mission, load(name, [("--set", key) for key in keys]))
+@pytest.mark.parametrize("name", SHIPPED)
+def test_shipped_missions_conform(name: str) -> None:
+    mission, keys = SHIPPED[name]
+    conformance.check(mission, load(name, [("--set", key) for key in (SHORT, *keys)]))
 
 
 @pytest.mark.slow

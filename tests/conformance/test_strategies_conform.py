@@ -16,18 +16,11 @@ from remoras.testing import strategies as conformance
 SHIPPED = {**strategies(), "grape": GRAPE, "fmc-ata": FMC_ATA, "reorganising": REORGANISING}
 IN_THE_SAME_CODE = ("remoras-planned", "plan-and-dispatch", "central", "cbba-plain")
 """Strategies whose vehicles negotiate as those of ``remoras`` and ``cbba``, by other parameters."""
-WHOLE_MISSIONS = (
-    conformance.check_runs, conformance.check_survives_silence, conformance.check_survives_the_silence_of_one,
-)  # fmt: skip
+OF_THE_VALUE = (conformance.check_parts, conformance.check_declaration, conformance.check_parameters)
 CASES = [
-    pytest.param(
-        check,
-        name,
-        id=f"{check.__name__.removeprefix('check_')}-{name}",
-        marks=pytest.mark.thorough if check in WHOLE_MISSIONS and name in IN_THE_SAME_CODE else (),
-    )
+    pytest.param(check, name, id=f"{check.__name__.removeprefix('check_')}-{name}")
     for check, name in product(conformance.CHECKS, SHIPPED)
-    if check is not conformance.check_states_within_the_group or name not in IN_THE_SAME_CODE
+    if check in OF_THE_VALUE or name not in IN_THE_SAME_CODE
 ]
 
 

@@ -82,8 +82,8 @@ class Visiting(Behaviour):
 class VisitingTruth:
     """Notes when each visit has ended; the mission is complete when all have."""
 
-    def __init__(self, jobs: Sequence[str]) -> None:
-        self._jobs = jobs
+    def __init__(self, jobs: Sequence[str], recorder: Recorder) -> None:
+        self._jobs, self.recorder = jobs, recorder
         self.milestones: list[Milestone] = []
 
     @property
@@ -113,6 +113,7 @@ class VisitingMission(Mission):
     group_missions = ("Visiting",)
     needs = ("playsRole", "objectiveVisiting", "jobDone")
     vocabulary: ClassVar[tuple[Path, ...]] = (VOCABULARY,)
+    Truth = VisitingTruth
 
     def __init__(self, groups: Sequence[Group], visits: Mapping[str, Visit], rally_m: Mapping[str, Point]) -> None:
         self._groups = {group.name: group for group in groups}
@@ -180,7 +181,7 @@ class VisitingMission(Mission):
         return Finding(objective.argument, "jobDone", vehicle) if objective.name == "Visiting" else None
 
     def truth(self, recorder: Recorder, world: Any) -> VisitingTruth:
-        return VisitingTruth(tuple(self._visits))
+        return self.Truth(tuple(self._visits), recorder)
 
 
 def visiting_scenario(per: float) -> VisitingScenario:

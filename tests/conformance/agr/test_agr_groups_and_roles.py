@@ -10,7 +10,7 @@ from sample_vehicles import AUV
 from remoras.authority import Act, Authority, Request, Rules, may_assign
 from remoras.database import AUVDatabase
 from remoras.organisation import Group, Organisation, Outcome, RoleAssignment, RoleSpecification
-from remoras.organisation.leadership import Age, Claim, Claimed, Leadership, stepping_down
+from remoras.organisation.leadership import stepping_down
 from remoras.testing.sample_worlds import Visit
 
 OPEN = Group("Open")  # it names no roles: one exists as soon as somebody plays it
@@ -50,16 +50,6 @@ def test_room_is_made_by_the_absent_and_jobs_go_to_who_takes_them() -> None:
     assert may_assign(asked, full, rules, absent={"AUV02"}) is Outcome.NO_ROOM  # one of two
     assert may_assign(asked, full, rules, absent={"AUV02", "AUV03"}) is Outcome.SUCCESS
     assert may_assign(asked, LED, rules, unavailable={"AUV01"}) is Outcome.UNAVAILABLE
-
-
-AGE: tuple[Age, ...] = tuple((float(time_s), 0, 0, 0, 0) for time_s in range(20))
-
-
-def test_a_claim_against_a_head_that_is_there_counts_for_nobody_until_the_head_is_missed() -> None:
-    known = Leadership.founded(LED).claim("Team", Claimed(Claim(1, -2), AGE[5], "AUV02"))
-    assert known.leading == {}
-    assert known.miss({"AUV00"}).leading["Team"].vehicle == "AUV02"
-    assert known.miss({"AUV03"}).leading == {}
 
 
 def test_a_head_that_steps_down_leaves_its_role_and_takes_one_of_the_succession() -> None:

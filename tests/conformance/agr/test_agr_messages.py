@@ -5,7 +5,6 @@ from agr_fleet import hear
 from resting import fleet_at_rest, named, say
 
 from missions.errors import ConfigurationError
-from missions.runs.run import run
 from missions.scenarios import load
 from remoras.fleet.fleet import Fleet
 from remoras.organisation import Outcome
@@ -72,22 +71,6 @@ def test_every_holder_has_one_copy_of_its_own() -> None:
         assert not second.social.organisation.plays("AUV01", "Operational", "LeftWinger")
         assert len(hear(second, block)) == 1
         assert first.beliefs.model is not second.beliefs.model
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("strategy", ["remoras", "contract-net"])
-def test_the_record_of_a_role_has_every_holder_and_drops_who_left(strategy: str) -> None:
-    """The table is the probe: whenever a vehicle takes or leaves a role itself, its view has the same row."""
-    settings = [("--set", f"strategy.name='{strategy}'"), ("--set", "channel.per=0.3")]
-    recorder = run(load("mapping-patches", settings), 3).recorder
-    own = [
-        (row[0], row[1], *row[3:6])
-        for row in recorder.organisation
-        if row[1] == row[2] and row[5] in ("assigned", "left")
-    ]
-    taken = [row for row in recorder.roles if row[4] in ("assigned", "left")]
-    assert len(taken) > 20
-    assert sorted(own) == sorted(taken)
 
 
 def test_every_group_has_a_head_with_the_social_layer_and_all_reach_each_other() -> None:
