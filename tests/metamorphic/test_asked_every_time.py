@@ -11,9 +11,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import pytest
+from recorded import flown
 
-from missions.runs.run import Run, run
-from missions.scenarios import load
+from missions.runs.run import Run
 from remoras.executive.decision import Choice
 from remoras.executive.layer import Decision, ExecutiveLayer
 from remoras.social.layer import SocialLayer
@@ -21,22 +21,13 @@ from remoras.work import Work
 from worldmodel import Change
 
 CASES = [
-    ("mapping-rendezvous", "remoras", 0.6, ()),
-    *(
-        pytest.param(*one, marks=pytest.mark.slow)
-        for one in (
-            ("mapping-rendezvous", "contract-net", 0.4, ()),
-            ("mapping-rendezvous", "status-broadcast", 0.2, ("vehicle.AUV01.energy_j=60000",)),
-            ("mapping-patches", "cbba", 0.4, ()),
-            ("mapping-patches", "central", 0.6, ()),
-        )
-    ),
+    ("mapping-rendezvous", "status-broadcast", 0.2, ("vehicle.AUV01.energy_j=60000",)),
+    ("mapping-patches", "central", 0.6, ()),
 ]
 
 
 def of(scenario: str, strategy: str, per: float, more: Sequence[str]) -> Run:
-    settings = (f"strategy.name={strategy}", "channel.name=bernoulli", f"channel.per={per}", *more)
-    return run(load(scenario, [("--set", one) for one in settings]), seed=11)
+    return flown(scenario, f"strategy.name={strategy}", f"channel.per={per}", *more, seed=11)
 
 
 def ask_every_time(monkeypatch: pytest.MonkeyPatch, n_spared: list[int]) -> None:

@@ -6,9 +6,7 @@ from functools import cache
 from statistics import fmean
 
 import pytest
-
-from missions.runs.run import run
-from missions.scenarios import load
+from recorded import flown
 
 SEEDS = range(1, 13)
 TOLERANCE = 1.05
@@ -24,9 +22,8 @@ BETTER = {
 @cache
 def mean_s(strategy: str, *settings: str) -> float:
     """Mean mission time; a run that does not complete counts with the whole duration."""
-    given = [f"strategy.name={strategy}", "channel.per=0.3", *settings]
-    scenario = load("mapping-patches", [("--set", one) for one in given])
-    return fmean(run(scenario, seed).end_s for seed in SEEDS)
+    given = f"strategy.name={strategy}", "channel.per=0.3", *settings
+    return fmean(flown("mapping-patches", *given, seed=seed).end_s for seed in SEEDS)
 
 
 @pytest.mark.slow

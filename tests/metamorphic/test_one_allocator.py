@@ -5,10 +5,9 @@ from __future__ import annotations
 from statistics import fmean
 
 import pytest
+from recorded import flown
 
 from missions.mapping.metrics import time_to_s
-from missions.runs.run import run
-from missions.scenarios import load
 
 SEEDS = range(1, 4)
 WITH_HELP = ("remoras", "remoras-planned", "central", "plan-and-dispatch", "status-broadcast")
@@ -19,9 +18,8 @@ NO_HELP = ("strategy.parameters.help_s=100000.0",)
 
 def to_95_s(scenario: str, strategy: str, *settings: str) -> float:
     """Mean time to 95 % of the goal."""
-    given = [f"strategy.name={strategy}", "channel.per=0.0", *settings]
-    loaded = load(scenario, [("--set", one) for one in given])
-    times_s = [time_to_s(0.95)(run(loaded, seed)) for seed in SEEDS]
+    given = f"strategy.name={strategy}", "channel.per=0.0", *settings
+    times_s = [time_to_s(0.95)(flown(scenario, *given, seed=seed)) for seed in SEEDS]
     return fmean(time_s for time_s in times_s if time_s is not None)
 
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 from functools import cache
 
 import pytest
+from recorded import flown
 from sampling import sampled
 
 from benchmarks.tuning import range_of, tunable, tuned
-from missions.runs.run import run
-from missions.scenarios import load
 from remoras.strategies import parameters
 
 LOSSES = ("mapping-patches", "channel.per=0.8")
@@ -55,8 +54,7 @@ TUNED = [
 def tracks(strategy: str, case: tuple[str, ...], *settings: str) -> object:
     """Where every vehicle was at every step."""
     scenario, *of_case = case
-    given = [f"strategy.name={strategy}", *of_case, *settings]
-    return run(load(scenario, [("--set", one) for one in given]), SEED).recorder.trajectories
+    return flown(scenario, f"strategy.name={strategy}", *of_case, *settings, seed=SEED).recorder.trajectories
 
 
 @pytest.mark.slow

@@ -79,13 +79,12 @@ def shifted(text: str) -> str:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("per", [0.0, 0.5])
-@pytest.mark.parametrize("strategy", sampled(sorted(strategies()), "remoras", "contract-net"))
-def test_renaming_vehicles_renames_only(strategy: str, per: float, tmp_path: Path) -> None:
+@pytest.mark.parametrize("strategy", sampled(sorted(strategies()), "remoras", "contract-net", "status-broadcast"))
+def test_renaming_vehicles_renames_only(strategy: str, tmp_path: Path) -> None:
     """It fails if a tie is broken by name, or names are sorted anywhere that decides: in a claim, a succession."""
     text = text_of("mapping-rendezvous")
-    usual = tables(of(text, tmp_path, strategy, per))
-    found = tables(of(renamed(text), tmp_path, strategy, per))
+    usual = tables(of(text, tmp_path, strategy, 0.5))
+    found = tables(of(renamed(text), tmp_path, strategy, 0.5))
     for name, rows in usual.items():
         assert found[name] == [renamed(row) for row in rows], name
 

@@ -3,10 +3,10 @@
 from itertools import combinations
 
 import pytest
+from recorded import flown
 
 from missions.files import toml_value
-from missions.runs.run import Run, run
-from missions.scenarios import load
+from missions.runs.run import Run
 from remoras.picture import Peers
 
 FLEET = ("ASV00", "AUV00", "AUV01", "AUV02")
@@ -22,7 +22,7 @@ def sailed(sea: str, *settings: str) -> Run:
     cut = [pair for pair in combinations(FLEET, 2) if pair not in SEAS[sea]]
     links = [{"sender": a, "receiver": b, "per": 1.0} for pair in cut for a, b in (pair, pair[::-1])]
     given = ("channel.name=matrix", "channel.per=0.3", f"channel.link={toml_value(links)}", "scenario.duration_s=3000")
-    return run(load("mapping-rendezvous", [("--set", one) for one in (*given, *settings)]), 1)
+    return flown("mapping-rendezvous", *given, *settings)
 
 
 def taken_for_absent(finished: Run) -> int:

@@ -6,12 +6,10 @@ Coordinator of the Operational group, AUV01 and AUV02 are Performers. Here AUV02
 """
 
 from contextlib import AbstractContextManager
-from itertools import product
 from typing import Any
 
 import pytest
 from resting import Said, fleet_at_rest, miss, named, stated
-from sampling import sampled
 
 from remoras.authority import Authority
 from remoras.fleet.fleet import Fleet
@@ -20,18 +18,14 @@ from remoras.organisation import Organisation, Outcome
 from remoras.strategies import strategies
 from worldmodel import merge
 
-SHIPPED = tuple(name for name, one in strategies().items() if one.declaration.sharing is None)
 RECRUITING = [name for name, one in strategies().items() if Authority.RECRUIT in one.declaration.authorities]
 TAKING = [name for name, one in strategies().items() if Authority.TAKE in one.declaration.authorities]
-EVERYBODY = ("MissionAdministrator", "Tactician", "Coordinator", "Performer", "Cartographer", "LeftWinger")
 PLAIN = "vehicle.AUV02.social_layer=false"
-VERSATILE = f"vehicle.AUV01.playable_roles={list(EVERYBODY[1:])}"
-"""AUV01 would be able to be Coordinator, if it were the Tactician."""
 NARROW = "vehicle.AUV02.playable_roles=['Performer','Cartographer','RightWinger']"
 
 
 def fleet_of(strategy: str, *settings: str) -> AbstractContextManager[Fleet]:
-    given = {one.partition("=")[0]: one for one in (PLAIN, VERSATILE, NARROW, f"strategy.name='{strategy}'", *settings)}
+    given = {one.partition("=")[0]: one for one in (PLAIN, NARROW, f"strategy.name='{strategy}'", *settings)}
     return fleet_at_rest(*given.values())
 
 
@@ -82,12 +76,7 @@ FORGED: dict[str, tuple[str, Said, Outcome]] = {
     ),
     "give a mission": ("AUV01", ("Operational", "hasMission", "AreaMapping"), Outcome.NO_AUTHORITY),
     "unable": ("AUV00", ("AUV02", "playsRole", "Operational.LeftWinger"), Outcome.UNABLE),
-    "incompatible": ("AUV00", ("AUV01", "playsRole", "Operational.Coordinator"), Outcome.INCOMPATIBLE),
     "assign from outside": ("ASV00", ("AUV01", "playsRole", "Operational.LeftWinger"), Outcome.OUTSIDE),
-    "objective from outside": (
-        "ASV00", ("Operational.LeftWinger", "objectiveExploring", "left"), Outcome.OUTSIDE,
-    ),
-    "recruit from outside": ("AUV00", ("ASV00", "playsRole", "Operational.LeftWinger"), Outcome.NOT_OF_GROUP),
     "mission without social layer": (
         "AUV02", ("Operational", "hasMission", "AreaMapping"), Outcome.NO_SOCIAL_LAYER,
     ),
@@ -95,13 +84,8 @@ FORGED: dict[str, tuple[str, Said, Outcome]] = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("act", "strategy"),
-    sampled(
-        product(FORGED, SHIPPED),
-        *[one for one in product(FORGED, SHIPPED) if one[1] in EVERY_ACT or one[0] == "promote oneself"],
-    ),
-)
+@pytest.mark.parametrize("strategy", EVERY_ACT)
+@pytest.mark.parametrize("act", FORGED)
 def test_every_forged_act_is_refused_by_all(act: str, strategy: str) -> None:
     issuer, fact, outcome = FORGED[act]
     assert refused_by_all(strategy, issuer, fact) == {outcome.value}
@@ -117,10 +101,7 @@ def test_a_vehicle_without_the_social_layer_takes_no_part_where_vehicles_divide_
 @pytest.mark.parametrize(
     ("settings", "issuer", "head", "outcome"),
     [
-        ((), "AUV02", "AUV02", Outcome.NO_SOCIAL_LAYER),
         ((), "AUV01", "AUV00", Outcome.NO_AUTHORITY),  # claimed for another
-        ((), "ASV00", "ASV00", Outcome.OUTSIDE),
-        (("group.Operational.succession=[]",), "AUV01", "AUV01", Outcome.NO_AUTHORITY),  # nobody succeeds there
         (("vehicle.AUV01.playable_roles=['Performer','LeftWinger']",), "AUV01", "AUV01", Outcome.UNABLE),
         ((), "AUV01", "AUV01", Outcome.HEAD_PRESENT),
     ],
@@ -131,16 +112,11 @@ def test_a_claim_to_lead_that_is_not_sound_is_refused_by_all(settings, issuer, h
     assert refused_by_all("remoras", issuer, *claim, settings=settings) == {outcome.value}
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("strategy", SHIPPED)
-@pytest.mark.parametrize(
-    ("term", "outcome"),
-    [(64, Outcome.HEAD_PRESENT), (65, Outcome.TERM_LEAPS)],
-)
-def test_nobody_takes_the_lead_while_its_head_is_there(strategy: str, term: int, outcome: Outcome) -> None:
+@pytest.mark.parametrize(("term", "outcome"), [(64, Outcome.HEAD_PRESENT), (65, Outcome.TERM_LEAPS)])
+def test_nobody_takes_the_lead_while_its_head_is_there(term: int, outcome: Outcome) -> None:
     """Not the sitting head, nor the members, nor whoever claims: the lead stays where it is."""
     claim = (("Operational", "headedBy", "AUV01"), ("Operational", "headTerm", term))
-    assert refused_by_all(strategy, "AUV01", *claim, settings=SUCCEEDED) == {outcome.value}
+    assert refused_by_all("remoras", "AUV01", *claim, settings=SUCCEEDED) == {outcome.value}
 
 
 # Whoever leads when it says so -------------------------------------------------------------------

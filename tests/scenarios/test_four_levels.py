@@ -6,16 +6,17 @@ from pathlib import Path
 
 import pytest
 from flicker import undone
+from recorded import flown
 
-from missions.runs.run import Run, run
-from missions.scenarios import load, shipped
+from missions.runs.run import Run
+from missions.scenarios import shipped
 
 TEAMS = ("West", "Middle", "East")
 
 
 @pytest.fixture(scope="module")
 def in_teams() -> Run:
-    return run(load("mapping-nine-teams", [("--set", "channel.per=0.2")]), seed=3)
+    return flown("mapping-nine-teams", "channel.per=0.2", seed=3)
 
 
 def members(finished: Run) -> dict[str, set[str]]:
@@ -117,10 +118,10 @@ succession = ["Deputy"]
     return folder / "mine.toml"
 
 
-@pytest.mark.parametrize("per", [0.0, pytest.param(0.4, marks=pytest.mark.slow)])
-def test_whoever_belongs_to_several_levels_goes_to_the_lowest_meeting_first(tmp_path: Path, per: float) -> None:
+@pytest.mark.slow
+def test_whoever_belongs_to_several_levels_goes_to_the_lowest_meeting_first(tmp_path: Path) -> None:
     """Where a vehicle went to the meeting whose head had called last, 25 of 66 and 4 of 55 changes were undone."""
-    finished = run(load(str(four_levels(tmp_path)), [("--set", f"channel.per={per}")]), seed=1)
+    finished = flown(str(four_levels(tmp_path)), "channel.per=0.4")
     assert finished.completed, finished.reason
     n_undone, n_changes = undone(finished.recorder.rows("activities"))
     assert n_undone <= 0.02 * n_changes

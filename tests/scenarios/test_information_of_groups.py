@@ -1,11 +1,11 @@
 """What a group knows of its jobs is replicated, or held by its head: what that saves, and costs without the head."""
 
 import pytest
+from recorded import flown
 
 from missions.runs.metrics import bits_of
 from missions.runs.results import MemoryResults
-from missions.runs.run import Run, run
-from missions.scenarios import load
+from missions.runs.run import Run
 from remoras.recorder import Content
 
 GROUP = "group.Operational.information"
@@ -14,7 +14,7 @@ LOST = 'fault=[{kind="lost", vehicle="AUV00", at_s=600.0}]'
 
 
 def finished(*settings: str) -> Run:
-    return run(load("mapping-patches", [("--set", one) for one in (*COMMON, *settings)]), 1)
+    return flown("mapping-patches", *COMMON, *settings)
 
 
 @pytest.fixture(scope="module")

@@ -3,20 +3,18 @@
 import math
 
 import pytest
-from sampling import sampled
+from recorded import flown
 
-from missions.runs.run import Run, run
-from missions.scenarios import load
+from missions.runs.run import Run
 
 
-def with_a_weak_auv01() -> Run:
+@pytest.fixture(scope="module")
+def finished() -> Run:
     """150 kJ of the usual 5 MJ last AUV01 for half of an area: it is given one, for others go on with it."""
-    return run(load("mapping-rendezvous", [("--set", "vehicle.AUV01.energy_j=150000")]))
+    return flown("mapping-rendezvous", "vehicle.AUV01.energy_j=150000")
 
 
-@pytest.mark.slow
-def test_its_area_is_allocated_anew_and_the_others_meet_without_it() -> None:
-    finished = with_a_weak_auv01()
+def test_its_area_is_allocated_anew_and_the_others_meet_without_it(finished: Run) -> None:
     roles = finished.recorder.roles
     left_s = min(row[0] for row in roles if row[1] == "AUV01" and row[4] == "left")
     taken_over = [row for row in roles if row[3] == "LeftWinger" and row[4] == "assigned" and row[1] != "AUV01"]
@@ -25,8 +23,7 @@ def test_its_area_is_allocated_anew_and_the_others_meet_without_it() -> None:
     assert finished.completed
 
 
-def test_it_comes_home_before_its_battery_is_empty() -> None:
-    finished = with_a_weak_auv01()
+def test_it_comes_home_before_its_battery_is_empty(finished: Run) -> None:
     track = [row for row in finished.recorder.trajectories if row[1] == "AUV01"]
     home = [row for row in track if math.dist(row[2:4], track[0][2:4]) <= 1.0 and row[0] > 100.0]
     assert home
@@ -36,21 +33,14 @@ def test_it_comes_home_before_its_battery_is_empty() -> None:
 def test_a_head_that_joins_late_gives_way_to_its_successor() -> None:
     """It gives out jobs before it hears of its successor: these are taken back, or both would wait for good."""
     late = 'fault=[{kind="joins", vehicle="AUV00", at_s=900.0}]'
-    settings = [("--set", one) for one in ("strategy.name=central", "channel.per=0.4", late)]
-    finished = run(load("mapping-patches", settings), 3)
+    finished = flown("mapping-patches", "strategy.name=central", "channel.per=0.4", late, seed=3)
     assert finished.completed
     assert finished.end_s < 3000.0
 
 
-def head_lost(at_s: float) -> float:
-    """When a mission is complete whose head is lost after all but a few cells are mapped (s)."""
-    fault = f'fault=[{{kind="lost", vehicle="AUV00", at_s={at_s}}}]'
-    finished = run(load("mapping-rendezvous", [("--set", fault), ("--set", "channel.per=0.2")]))
+def test_what_the_goal_spares_is_not_given_to_others_once_its_vehicle_is_lost() -> None:
+    """All but a few cells are mapped. The successor waits for nothing that nobody needs, and meets the others."""
+    fault = 'fault=[{kind="lost", vehicle="AUV00", at_s=1920}]'
+    finished = flown("mapping-rendezvous", fault, "channel.per=0.2")
     assert finished.completed
-    return finished.end_s
-
-
-@pytest.mark.parametrize("at_s", sampled((1800.0, 1860.0, 1920.0, 1980.0, 2040.0), 1920.0))
-def test_what_the_goal_spares_is_not_given_to_others_once_its_vehicle_is_lost(at_s: float) -> None:
-    """The successor waits for nothing that nobody needs: it meets the others, and both the surface vehicle."""
-    assert head_lost(at_s) <= 2350.0
+    assert finished.end_s <= 2350.0

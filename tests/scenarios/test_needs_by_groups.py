@@ -3,31 +3,27 @@
 import statistics
 
 import pytest
+from recorded import flown
 
 from missions.runs.knowledge import query as ask
 from missions.runs.metrics import bits_of
 from missions.runs.results import MemoryResults
-from missions.runs.run import Run, run
-from missions.scenarios import load
+from missions.runs.run import Run
 from remoras.recorder import Content
 
 TEAMS = {"North": ("AUV00", "AUV01"), "East": ("AUV02", "AUV03"), "South": ("AUV04", "AUV05")}
-LOSS = ("channel.per=0.4",)
+TEAMS_OF_THREE, LOSS = "mapping-three-teams", "channel.per=0.4"
 FOR_ALL = "communication.needs_follow=all"
-
-
-def finished(*settings: str, seed: int = 1) -> Run:
-    return run(load("mapping-three-teams", [("--set", one) for one in settings]), seed)
 
 
 @pytest.fixture(scope="module")
 def by_groups() -> Run:
-    return finished(*LOSS)
+    return flown(TEAMS_OF_THREE, LOSS)
 
 
 @pytest.fixture(scope="module")
 def for_all() -> Run:
-    return finished(*LOSS, FOR_ALL)
+    return flown(TEAMS_OF_THREE, LOSS, FOR_ALL)
 
 
 def team_of(vehicle: str) -> str:
@@ -54,10 +50,9 @@ def test_the_world_model_of_a_team_has_no_cells_of_another(by_groups: Run) -> No
     assert cells_known(by_groups) == {(name, team) for team, names in TEAMS.items() for name in names}
 
 
-@pytest.mark.parametrize("policy", ["ack", "ack-repeat"])
-def test_no_packet_carries_what_nobody_in_need_of_it_could_lack(policy: str) -> None:
+def test_no_packet_carries_what_nobody_in_need_of_it_could_lack() -> None:
     """Cells ride in packets of the own team alone, and only until all of it are known to hold them."""
-    made = finished(*LOSS, f"communication.policy={policy}", "scenario.duration_s=900")
+    made = flown(TEAMS_OF_THREE, LOSS, "communication.policy=ack-repeat", "scenario.duration_s=900")
     area_of = {row[0]: row[4] for row in made.recorder.items if row[5] == "mappedCell"}
     rides = {
         (team_of(row[2]), team_of_area(area_of[uid]))
@@ -89,7 +84,9 @@ def test_fewer_bytes_and_sooner_news_at_the_same_mission_time(by_groups: Run, fo
 
 def test_a_new_head_takes_up_what_it_had_set_aside() -> None:
     """AUV00 leads all groups in the place of ASV00: it needs to know from then on what is done, and who does it."""
-    made = finished(*LOSS, 'fault=[{kind="lost", vehicle="ASV00", at_s=1000.0}]', "communication.lease_frames=15")
+    made = flown(
+        TEAMS_OF_THREE, LOSS, 'fault=[{kind="lost", vehicle="ASV00", at_s=1000.0}]', "communication.lease_frames=15"
+    )
     heads = (row for row in made.recorder.roles if row[3:] == ("MissionAdministrator", "assigned"))
     successor, leads_s = next((row[1], row[0]) for row in heads if row[1] != "ASV00")
     aside = {row[2]: row[0] for row in made.recorder.knowledge if row[1] == successor and row[4] == "set aside"}

@@ -2,9 +2,6 @@
 
 from typing import Any
 
-import pytest
-from sampling import sampled
-
 from missions.runs.assembly import assemble
 from missions.runs.results import MemoryResults
 from missions.runs.run import run, settled_of
@@ -13,7 +10,6 @@ from missions.scenarios import Scenario, load
 from remoras.fleet.fleet import Fleet
 from remoras.fleet.settling import Settled
 
-POLICIES = ("ack", "ack-repeat", "m-ack", "mps-ack-repeat", "adaptive")
 CUT = "scenario.duration_s=900"
 """The mission is ended in its midst, with much that is still to be told."""
 SETTLED = "scenario.settle_s=900"
@@ -35,20 +31,6 @@ def knowledge(fleet: Fleet) -> tuple[set[str], list[dict[tuple[int, int], tuple[
     """The hashes of what the vehicles hold, and their digests."""
     models = [vehicle.beliefs.model for vehicle in fleet.vehicles]
     return {model.state_hash() for model in models}, [model.digest() for model in models]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("policy", POLICIES)
-@pytest.mark.parametrize("seed", sampled([1, 2, 3], 1))
-def test_after_a_mission_at_high_loss_all_vehicles_know_the_same(policy: str, seed: int) -> None:
-    fleet, settled = ended(seed, SETTLED, f"communication.policy={policy!r}")
-    assert settled.complete
-    hashes, digests = knowledge(fleet)
-    assert len(hashes) == 1
-    assert all(digest == digests[0] for digest in digests)
-    assert set(digests[0]) == {(node, 0) for node in range(4)}
-    assert all(mask == 0 for _, mask in digests[0].values())  # no gaps: items are dense, statuses are apart
-    assert not any(list(vehicle.beliefs.model.private_blocks()) for vehicle in fleet.vehicles)
 
 
 def test_it_ends_when_its_time_is_over() -> None:

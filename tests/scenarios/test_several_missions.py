@@ -3,19 +3,15 @@
 import itertools
 
 import pytest
+from recorded import flown
 
 from missions.runs.assembly import assemble
-from missions.runs.run import Run, run
+from missions.runs.run import Run
 from missions.runs.setup import resolved
 from missions.scenarios import load
 from remoras.htn.domain import ROOT
 from remoras.recorder import PLANS
 from worldmodel import merge
-
-
-def mapped(number: int, per: float = 0.0) -> Run:
-    settings = ("scenario.mission='further:Further'", f"finds.number={number}", f"channel.per={per}")
-    return run(load("mapping-rendezvous", [("--set", one) for one in settings]), seed=1)
 
 
 def given(finished: Run, viewer: str) -> list[str]:
@@ -25,9 +21,9 @@ def given(finished: Run, viewer: str) -> list[str]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("per", [0.0, 0.4])
-def test_the_planner_makes_a_mission_of_what_is_found(per: float) -> None:
-    finished = mapped(2, per)
+def test_the_planner_makes_a_mission_of_what_is_found() -> None:
+    settings = ("scenario.mission='further:Further'", "finds.number=2", "channel.per=0.4")
+    finished = flown("mapping-rendezvous", *settings)
     assert finished.completed, finished.reason
     for viewer in ("AUV00", "AUV01", "AUV02"):
         assert given(finished, viewer) == ["AreaMapping", "Inspection"]

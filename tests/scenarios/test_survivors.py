@@ -1,13 +1,12 @@
 """Vehicles that are lost, mute or deaf: the others go on, meet and end; who comes back is one of them again."""
 
-from itertools import product
 from typing import Any
 
 import pytest
-from sampling import sampled
+from recorded import flown
 
 from missions.runs.assembly import assemble
-from missions.runs.run import Run, result_of, run
+from missions.runs.run import Run, result_of
 from missions.runs.setup import resolved
 from missions.scenarios import load
 from remoras.fleet.fleet import Fleet
@@ -16,9 +15,9 @@ LEASES_S = 2 * 40 * 7.09
 """Two leases of 40 TDMA frames."""
 
 
-def with_fault(fault: str, strategy: str = "remoras", per: float = 0.4, seed: int = 1, *more: str) -> Run:
-    settings = [f"fault=[{{{fault}}}]", f"strategy.name={strategy}", f"channel.per={per}", "scenario.duration_s=7200"]
-    return run(load("mapping-rendezvous", [("--set", one) for one in (*settings, *more)]), seed)
+def with_fault(fault: str, strategy: str = "remoras") -> Run:
+    settings = f"fault=[{{{fault}}}]", f"strategy.name={strategy}", "channel.per=0.4", "scenario.duration_s=7200"
+    return flown("mapping-rendezvous", *settings)
 
 
 def took(finished: Run) -> list[tuple[str, str]]:
@@ -26,13 +25,7 @@ def took(finished: Run) -> list[tuple[str, str]]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("kind", "strategy"),
-    sampled(
-        product(["lost", "mute", "deaf"], ["remoras", "central"]),
-        ("lost", "remoras"), ("lost", "central"), ("mute", "remoras"), ("deaf", "central"),
-    ),
-)  # fmt: skip
+@pytest.mark.parametrize(("kind", "strategy"), [("lost", "remoras"), ("mute", "remoras"), ("deaf", "central")])
 def test_a_lost_head_is_succeeded_in_both_its_groups(kind: str, strategy: str) -> None:
     """The Coordinator of Operational is the Tactician of Coordination; AUV01 comes before AUV02 by name."""
     finished = with_fault(f'kind="{kind}",vehicle="AUV00",at_s=300', strategy)
@@ -89,12 +82,9 @@ def shortcomings(ground: str, strategy: str, per: float, kind: str, vehicle: str
     [
         # Who succeeds looks at the work before it concludes.
         ("mapping-patches", "central", 0.4, "lost", "AUV00", 1, 1500.0, 1500.0),
-        # A job just given out is begun before the meeting.
-        ("mapping-patches", "remoras", 0.4, "lost", "AUV00", 1, 1500.0, 1500.0),
         # The mute vehicle's contact stands for nobody else.
         ("mapping-rendezvous", "remoras", 0.4, "mute", "AUV01", 1, 300.0, 300.0),
         # Who is away is waited for no longer than due, also by who takes no part in the work.
-        ("mapping-patches", "rendezvous-sync", 0.4, "lost", "AUV01", 1, 300.0, 300.0),
         ("mapping-patches", "rendezvous-sync", 0.4, "deaf", "ASV00", 1, 1500.0, 1500.0),
         # What the goal spares may stay undone; the head waits no longer for the deaf one, which is elsewhere.
         ("mapping-patches", "remoras-planned", 0.0, "deaf", "AUV00", 6, 1500.0, 1500.0),

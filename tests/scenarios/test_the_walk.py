@@ -1,32 +1,18 @@
 """The walk of one observation: from a sensor on A, over the channel, to a changed plan on B, by one item UID."""
 
 import pytest
+from recorded import flown
 
-from missions.runs.run import Run, run
-from missions.scenarios import load
-
-SCENARIO = load("mapping-rendezvous", [("--per", "channel.per=0.3")])
+from missions.runs.run import Run
 
 
 @pytest.fixture(scope="module")
 def finished() -> Run:
-    return run(SCENARIO, seed=5)
+    return flown("mapping-rendezvous", "channel.per=0.3", seed=5)
 
 
 def events_of(finished: Run, item: str) -> list[tuple[float, str, str]]:
     return [(row[0], row[1], row[4]) for row in finished.recorder.knowledge if row[2] == item]
-
-
-@pytest.mark.slow
-def test_a_mapped_cell_becomes_an_item_that_its_peers_receive_and_acknowledge(finished: Run) -> None:
-    mapped_s, mapper = next((row[0], row[1]) for row in finished.recorder.rows("coverage") if row[1] == "AUV02")
-    item = next(row[2] for row in finished.recorder.knowledge if row[0] == mapped_s and row[1] == mapper)
-    events = events_of(finished, item)
-    assert events[0] == (mapped_s, "AUV02", "observed")
-    received = [vehicle for _, vehicle, event in events if event == "received"]
-    assert sorted(received) == ["ASV00", "AUV00", "AUV01"]
-    assert (events[-1][1], events[-1][2]) == ("AUV02", "acknowledged")
-    assert [event[0] for event in events] == sorted(event[0] for event in events)
 
 
 def test_a_finished_area_changes_the_coordinators_plan(finished: Run) -> None:
