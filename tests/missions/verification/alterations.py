@@ -1,6 +1,5 @@
 """Random alterations of a results folder: of cells, rows, columns and tables."""
 
-import json
 import random
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,7 +8,6 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-SUMMARY = "summary"
 SHARES = {"cell": 0.7, "row removed": 0.08, "row repeated": 0.06, "rows exchanged": 0.06, "column": 0.05, "table": 0.05}
 """How often each kind of alteration is drawn."""
 
@@ -31,15 +29,11 @@ class Alteration:
     @property
     def names(self) -> set[str]:
         """Names by which ``not_checked`` may have it."""
-        if self.table == SUMMARY:
-            return {self.column}
         return {f"{self.table}.{self.column}"} if self.column else {f"rows of {self.table}"}
 
 
 def alter(folder: Path, table: str, draw: random.Random) -> Alteration:
-    """Alter one thing of a table of a folder, which has rows, or of its summary."""
-    if table == SUMMARY:
-        return _figure(folder / "summary.json", draw)
+    """Alter one thing of a table of a folder, which has rows."""
     path = folder / f"{table}.parquet"
     read = pq.read_table(path)
     kind = draw.choices(list(SHARES), list(SHARES.values()))[0]
@@ -66,17 +60,6 @@ def alter(folder: Path, table: str, draw: random.Random) -> Alteration:
         rows.insert(at, rows[at])
     pq.write_table(pa.Table.from_pylist(rows, schema=read.schema), path)
     return Alteration(table, column if kind == "cell" else "", kind, what)
-
-
-def _figure(path: Path, draw: random.Random) -> Alteration:
-    """Alter or remove a figure of the summary."""
-    summary = json.loads(path.read_text())
-    name = draw.choice([key for key in summary if key != "milestones"])
-    before = summary[name]
-    after = _other([before], 0, draw)
-    summary[name] = after
-    path.write_text(json.dumps(summary))
-    return Alteration(SUMMARY, name, "cell", f"{before!r} becomes {after!r}")
 
 
 def _other(values: list[Any], at: int, draw: random.Random) -> Any:

@@ -21,27 +21,19 @@ ours = ("worldmodel", "exchange", "remoras", "missions", "visualisation")
 added = sorted(name for name in set(sys.modules) - before if name.split(".")[0] in ours)
 print(*[name for name in added if not name.startswith("missions.verification")])
 """
-LOST = 'fault=[{kind="lost",vehicle="AUV01",at_s=200},{kind="restarts",vehicle="AUV02",at_s=100,until_s=150}]'
 DRAINED = 'fault=[{kind="drains",vehicle="AUV01",at_s=62,until_s=99,drain_w=9},{kind="deaf",vehicle="AUV00",at_s=181}]'
 ADRIFT = 'fault=[{kind="lost",vehicle="AUV01",at_s=100,until_s=500}]'
 SLOWED = 'fault=[{kind="slow",vehicle="AUV01",at_s=100,factor=0.2}]'
-TIDE = ("current.east_mps=-0.2", "current.north_mps=0.25", "current.tide_period_h=1.5")
 RUNS = {
-    "oracle": ("mapping-rendezvous", ["strategy.name=oracle"]),
-    "clocks": ("mapping-rendezvous", ["communication.clocks.offset_s=0.2", "communication.clocks.apart_s=1.0"]),
-    "lost and anew, tide": ("mapping-rendezvous", [LOST, *TIDE]),
     "drains, and one that leads since it is deaf": ("mapping-rendezvous", [DRAINED, "channel.per=0.3"]),
     "misses, spread, drift": (
         "mapping-corridor",
         ["uncertainty.p_miss=0.2", "uncertainty.speed_spread=0.2", "navigation.drift=0.01"],
     ),
     "acoustic": ("mapping-rendezvous", ["channel.name=acoustic", "communication.receive_power_w=0.5"]),
-    "teams, needs by groups": ("mapping-three-teams", ["communication.needs_follow=groups", "channel.per=0.4"]),
-    "formed at sea": ("mapping-inspection", []),
     "adrift beyond the border": ("mapping-rendezvous", [ADRIFT, "current.north_mps=-1.0"]),
     "slower than the water": ("mapping-rendezvous", [SLOWED, "current.north_mps=-1.2"]),
     "a sensor that no role uses": ("mapping-inspection", ["vehicle.ASV00.sensor={swath_m=30,speed_limit_mps=2}"]),
-    "Arrows": ("arrows-archaeology", []),
 }  # fmt: skip
 
 
@@ -70,8 +62,8 @@ def test_it_imports_nothing_of_ours_not_even_by_others() -> None:
 @pytest.mark.parametrize("case", RUNS)
 def test_runs_of_all_kinds_pass(case: str, tmp_path: Path) -> None:
     name, settings = RUNS[case]
-    short = [*settings, "scenario.duration_s=600"] if name.startswith("mapping") else settings
-    write_results(run(load(name, [("--set", one) for one in short]), 7), tmp_path / "run")
+    given = [("--set", one) for one in (*settings, "scenario.duration_s=600")]
+    write_results(run(load(name, given), 7), tmp_path / "run")
     report = verify(tmp_path / "run")
     assert list(report.lines) == []
     assert report.checked["positions"] > 100
