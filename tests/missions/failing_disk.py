@@ -27,14 +27,14 @@ class FailingDisk:
 
     Args:
         patch: takes it away again.
-        operation: that fails.
+        operation: that fails; None for any.
         fault: how.
 
     Attributes:
         counts: calls of each operation since it was healed.
     """
 
-    def __init__(self, patch: pytest.MonkeyPatch, operation: str, fault: str) -> None:
+    def __init__(self, patch: pytest.MonkeyPatch, operation: str | None, fault: str) -> None:
         self.counts = Counter[str]()
         self._operation = operation
         self._fault = fault
@@ -58,7 +58,8 @@ class FailingDisk:
     def _fails(self, name: str) -> bool:
         """Count a call, and raise what it fails with; True if half of it is done before that."""
         self.counts[name] += 1
-        is_it = name == self._operation and self.counts[name] == self._fails_at
+        number = self.counts.total() if self._operation is None else self.counts[self._operation]
+        is_it = self._operation in (None, name) and number == self._fails_at
         if is_it and self._fault == "short":
             self._is_down = True
             return True

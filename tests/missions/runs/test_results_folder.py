@@ -5,13 +5,12 @@ import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
-from failing_disk import Killed
+from failing_disk import FailingDisk, Killed
 from small_mission import SMALL, pond
 
 from missions import disk as folders
@@ -92,38 +91,6 @@ def test_what_was_made_of_the_older_run_goes_with_it_and_what_was_not_stays(
     assert {path.name for path in tmp_path.iterdir()} == {"out", "fresh"}
 
 
-_alive, _end = -1, Killed
-"""Changes of files that the process makes before its end; below zero it lives on. What the end is: a kill or an error
-of the disk."""
-CHANGES = ("os.rename", "os.remove", "os.mkdir", "os.rmdir", "os.link", "shutil.rmtree", "open")
-
-
-def _watch(event: str, arguments: tuple[object, ...]) -> None:
-    global _alive  # noqa: PLW0603  # an audit hook cannot be taken away
-    if _alive < 0 or event not in CHANGES:
-        return
-    if event == "open" and not (isinstance(arguments[1], str) and "w" in arguments[1]):
-        return
-    if _alive == 0:
-        if _end is OSError:
-            _alive = -1  # the disk is sound again
-        raise _end
-    _alive -= 1
-
-
-sys.addaudithook(_watch)
-
-
-@contextmanager
-def ended_after(changes: int, end: type[BaseException]) -> Iterator[None]:
-    global _alive, _end  # noqa: PLW0603
-    _alive, _end = changes, end
-    try:
-        yield
-    finally:
-        _alive = -1
-
-
 def contents(text: str) -> Callable[[Path], None]:
     def fill(draft: Path) -> None:
         for name in ("summary.json", "manifest.json", "packets.parquet", "roles.parquet"):
@@ -146,10 +113,10 @@ def is_whole(out: Path) -> bool:
     return own_of(out) in ({"older"}, {"newer"}) and len(list(out.glob("*.json"))) == 2
 
 
-@pytest.mark.parametrize("end", [Killed, OSError])
+@pytest.mark.parametrize("fault", ["killed", "error"])
 @pytest.mark.parametrize("place", ["elsewhere", "without swaps", "inside"])
 def test_killed_at_any_moment_the_folder_holds_the_older_run_or_the_new_one(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, place: str, end: type[BaseException]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, place: str, fault: str
 ) -> None:
     """A folder that one works in is filled in place, and refused until it is whole: a shell would be left in none."""
     out = tmp_path / "out"
@@ -158,13 +125,15 @@ def test_killed_at_any_moment_the_folder_holds_the_older_run_or_the_new_one(
         monkeypatch.setattr(folders, "_swapped", lambda one, other: False)
     elif place == "inside":
         monkeypatch.chdir(out)
-    for changes in range(200):
+    disk = FailingDisk(monkeypatch, None, fault)
+    for number in range(1, 400):
         put(out, "older")
         drawn(out)
+        disk.fail_at(number)
         try:
-            with ended_after(changes, end):
-                put(out, "newer")
+            put(out, "newer")
         except (Killed, OSError, OutputError):
+            disk.heal()
             folders.check_output(out, force=True)
             if not is_whole(out):
                 assert place == "inside"
@@ -172,8 +141,9 @@ def test_killed_at_any_moment_the_folder_holds_the_older_run_or_the_new_one(
                     Results.read(out)
             assert (out / "notes" / "mine.md").read_text(encoding="utf-8") == "precious"
         else:
+            disk.heal()
             assert own_of(out) == {"newer"}
-            if changes > 10 and [path.name for path in tmp_path.iterdir()] == ["out"]:
+            if number > 10 and [path.name for path in tmp_path.iterdir()] == ["out"]:
                 break
     else:
         pytest.fail("never came to its end")
