@@ -42,11 +42,8 @@ def test_its_name_is_a_column_of_runs_and_of_comparisons_and_a_condition_of_rank
     [
         (NOTHING + NOTHING, 'study.toml:20: unforeseen.2.name = "nothing": a second entry of this name'),
         (NOTHING + NOTHING.replace("nothing", "calm"), 'unforeseen.2.name = "calm": sets nothing, and neither does'),
-        (SPREAD.replace("0.3", "0.9"), "study.toml:20: unforeseen.speeds within 30 %.set.uncertainty.speed_spread"),
         (NOTHING + SPREAD.replace("0.3", "0.0"), 'runs alike with it and with "nothing"'),
-        (SPREAD + "[grid]\nuncertainty.speed_spread = [0.1]\n", "is set by grid.uncertainty.speed_spread too"),
         (LOST.replace('"any"', '"AUV09"'), 'study.toml:20: unforeseen.one lost.fault.1.vehicle = "AUV09": allowed: '),
-        (LOST.replace('"lost"\nat', '"sunk"\nat'), 'study.toml:21: unforeseen.one lost.fault.1.kind = "sunk": '),
         (LOST + '[grid]\n"fault.1.at_s" = [1.0]\n', "grid.fault.1.at_s: [[unforeseen.fault]] sets all faults"),
     ],
 )

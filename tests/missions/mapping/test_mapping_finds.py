@@ -6,11 +6,9 @@ from itertools import pairwise
 from typing import Any
 
 import pytest
-from small_mission import SMALL, line_of
 from surveying import mapper
 from watched import Facts
 
-from missions.errors import ConfigurationError
 from missions.mapping.detections import PATIENCE_S, Inspecting, InspectionJob, seabed_with_finds
 from missions.mapping.scenario import FindsTable
 from missions.mapping.sensors import Seabed, SeabedFeature, Stays, SwathSensor
@@ -177,27 +175,3 @@ def test_what_is_found_is_inspected_before_the_group_meets(strategy: str, per: f
     assert told["finds_inspected_fraction"] == 1.0
     if strategy == "fixed-partition":  # nobody hears of what others have found
         assert sorted(vehicle for _, vehicle in found) == sorted(vehicle for _, vehicle in inspected)
-
-
-# Bad input ---------------------------------------------------------------------------------------
-
-POND = f"{SMALL}\n[finds]\nnumber = 2\n"
-
-
-COARSE = POND.replace("cell_m = 10.0", "cell_m = 100.0").replace("number = 2", "number = 9")
-
-
-@pytest.mark.parametrize(("text", "said"), [
-    (POND.replace("number = 2", "number = -1"), "finds.number = -1"),
-    (POND.replace("number = 2", "number = 65"), "finds.number = 65"), (COARSE, "finds.number = 9: allowed: 0 to"),
-    (f"{POND}close_radius_m = 10.5\n", "finds.close_radius_m = 10.5: allowed: 2 to world.cell_m = 10"),
-    (f"{POND}longest_stay_s = 50.0\n", "finds.longest_stay_s = 50.0: allowed: shortest_stay_s = 60"),
-])  # fmt: skip
-def test_tables_that_cannot_be_are_refused_with_their_line(tmp_path: Any, text: str, said: str) -> None:
-    file = tmp_path / "pond.toml"
-    file.write_text(text, encoding="utf-8")
-    with pytest.raises(ConfigurationError) as refused:
-        load(str(file))
-    key, _, rest = said.partition(" = ")
-    line = line_of(text, f"{key.split('.')[1]} = {rest.split(':')[0]}")
-    assert f":{line}: {said}" in str(refused.value)

@@ -26,9 +26,7 @@ def refusal(folder: Path, tables: dict[str, Any]) -> str:
     ("table", "entry", "change", "says"),
     [
         ("valve", 1, {"position_m": [-43.0, 1.0]}, "valve A2.position_m.*: 1 m from valve A1; allowed: 2.5 m or more"),
-        ("valve", 0, {"position_m": [-943.0, 1.0]}, "valve.valve A1.position_m = .*outside the world"),
         ("valve", 0, {"panel": "panel Z"}, 'valve.valve A1.panel = "panel Z": allowed: panel A'),
-        ("valve", 0, {"name": "panel A"}, "panel.panel A.name = .*used 2 times"),
         ("valve", 0, {"name": "any"}, "valve.any.name = .*stands for a valve that is drawn"),
     ],
 )  # fmt: skip
@@ -45,10 +43,8 @@ def test_a_part_that_cannot_be(tmp_path: Path, table: str, entry: int, change: d
     [
         ([{"kind": "moved"}], "upset.1.distance_m: missing: how far the valve is from its place"),
         ([{"kind": "stuck", "distance_m": 2.0}], "upset.1.distance_m = 2.0: not used by kind stuck, only by moved"),
-        ([{"kind": "stuck", "part": "valve A9"}], 'upset.1.part = "valve A9": allowed: valve A1, valve A2, valve A3'),
         ([{"kind": "stuck", "part": "valve A1"}] * 2, 'upset.2.part = "valve A1": is upset already'),
         ([{"kind": "stuck"}] * 4, "upset = 4 tables: each befalls another valve, and there are 3"),
-        ([{"kind": "moved", "distance_m": 900.0}], "upset.1.distance_m = 900.0: at most "),
     ],
 )  # fmt: skip
 def test_an_upset_that_cannot_be(tmp_path: Path, upsets: list[dict[str, Any]], says: str) -> None:
@@ -60,7 +56,6 @@ SURGE = {"between_s": [0.0, 10.0], "lasts_s": 5.0, "east_mps": 0.7}
 
 @pytest.mark.parametrize(("table", "change", "says"), [
     ("mission", {"late_factor": 3.0, "failed_factor": 2.0}, "an action fails after it is late: allowed: above late_fa"),
-    ("mission", {"adaptation": "some"}, "'none', 'tactical' or 'all'"),
     ("current", {"surge": [{**SURGE, "between_s": [20.0, 10.0]}]}, "the earliest start may not be later than the lat"),
     ("current", {"surge": [SURGE]}, "could not stay where it is"),
 ])  # fmt: skip

@@ -86,14 +86,11 @@ FAULTY: dict[str, dict[str, Any]] = {
     "NoMetric": {"metrics": (len,)},
     "OtherColumns": {"tables": (*MappingMission.tables, Table("coverage", (TIME, DEPTH)))},
     "NoVocabulary": {"vocabulary": (Path("/nowhere/buoys.ttl"),)},
-    "NoSensorSettings": {"sensors": {"mapping": dict}}, "WorldRaises": {"world": raises},
+    "NoSensorSettings": {"sensors": {"mapping": dict}},
     "DomainOfNumbers": {"social_domain": 5}, "Dancing": {"social_domain": DANCE},
     "NoTruth": {"truth": lambda self, recorder, world: None}, "Undecided": {"is_enough": gives("perhaps")},
     "FigureOfNumbers": {"figures": (3,)},
     "UnknownClass": {"instances": property(lambda self: [("Boy", name) for name in self.corners_m])},
-    "InstancesOfNumbers": {"instances": [3]}, "JobsOfNumbers": {"jobs": {"north bank": 1}},
-    "PlacesRaise": {"places": property(raises)},
-    "CountOfText": {"instances_found_per_vehicle": "many"},
 }  # fmt: skip
 globals().update({name: type(name, (MappingMission,), {"__module__": __name__, **of}) for name, of in FAULTY.items()})
 
@@ -140,7 +137,6 @@ SENSORS: dict[str, Any] = {
     "NumbersSettings": (Sounder, {"sense": lambda self, pose, world, now_s: [pose.depth_m]}),
     "ShortRowSettings": (Sounder, {"sense": gives([Observation(row=("deep",))])}),
     "NoTableSettings": (Sounder, {"table": "soundings"}),
-    "OtherTableSettings": (Sounder, {"table": Table("packets", (TIME, VEHICLE, DEPTH))}),
     "TablelessSettings": (Sounder, {"table": None}),
     "MuteSettings": (object, {"table": None}),
 }

@@ -1,5 +1,6 @@
 """Shipped scenarios with one drawn mistake: never a traceback, and a line for each fault with its place and value."""
 
+import copy
 import random
 import tomllib
 from collections.abc import Iterator
@@ -13,6 +14,8 @@ from missions.errors import ConfigurationError
 from missions.scenarios import load, shipped
 
 Place = tuple[str | int, ...]
+TABLES = [tomllib.loads(path.read_text(encoding="utf-8")) for path in shipped().values()]
+OWN = [raw for raw in TABLES if "group" in raw]
 OTHERS: tuple[Any, ...] = ("x", 7, -1.5, True, [], {}, [[1.0, "x"]], float("inf"), {"name": 3})
 
 
@@ -53,9 +56,8 @@ def changed(raw: dict[str, Any], kind: str, draw: random.Random) -> str:
 @pytest.mark.parametrize("number", range(10))
 def test_a_drawn_mistake_is_told_a_line_for_each_fault(tmp_path: Path, kind: str, number: int) -> None:
     draw = random.Random(f"{kind} {number}")
-    tables = [tomllib.loads(path.read_text(encoding="utf-8")) for path in shipped().values()]
     file = tmp_path / "own.toml"
-    file.write_text(changed(draw.choice([raw for raw in tables if "group" in raw]), kind, draw), encoding="utf-8")
+    file.write_text(changed(copy.deepcopy(draw.choice(OWN)), kind, draw), encoding="utf-8")
     told: list[tuple[str, str]] = []
     try:
         load(str(file))
@@ -64,3 +66,30 @@ def test_a_drawn_mistake_is_told_a_line_for_each_fault(tmp_path: Path, kind: str
     assert len(told) <= 2
     assert all(line.startswith(f"{file}:") and key in line for key, line in told)
     assert told or kind in ("type", "misspelt")  # a text of any content, a key of a free table
+
+
+@pytest.mark.parametrize("number", range(40))
+def test_junk_in_the_place_of_any_value_or_table_is_a_fault_of_the_file_and_no_crash(
+    tmp_path: Path, number: int
+) -> None:
+    draw = random.Random(f"junk {number}")
+    raw = copy.deepcopy(draw.choice(OWN))
+    at: Any = raw
+    while draw.random() < 0.8 and (
+        inner := [one for one in places(at) if isinstance(at[one], dict | list) and at[one]]
+    ):
+        at = at[draw.choice(inner)]
+    at[draw.choice(places(at))] = draw.choice(OTHERS)
+    file = tmp_path / "own.toml"
+    file.write_text(tomli_w.dumps(raw), encoding="utf-8")
+    said = ""
+    try:
+        load(str(file))
+    except ConfigurationError as error:
+        said = str(error)
+    assert all(line.startswith(str(file)) for line in said.splitlines())
+
+
+def places(of: Any) -> list[Any]:
+    """Keys of a table, or numbers of a list; none of a value."""
+    return list(of) if isinstance(of, dict) else list(range(len(of))) if isinstance(of, list) else []

@@ -11,7 +11,6 @@ from missions.scenarios import load
 from missions.scenarios.faults import DeclaredFault, kind_named
 from missions.scenarios.loading import scenario_from
 from missions.scenarios.scenario import Scenario
-from worldmodel import WorldModel
 
 LOST = 'kind = "lost"\nvehicle = "Diver"\nat_s = 300.0\n'
 JOINS = 'kind = "joins"\nvehicle = "Diver"\nat_s = 300.0\n'
@@ -43,8 +42,6 @@ def declared(kind: str, **keys: object) -> DeclaredFault:
     (LOST, declared("lost", vehicle="Diver", at_s=300.0)),
     ('kind = "slow"\nvehicle = "any"\nat_s = [300, 900.5]\nuntil_s = 1000\nfactor = 0.25',
      declared("slow", vehicle="any", at_s=(300.0, 900.5), until_s=1000.0, factor=0.25)),
-    ('kind = "sensor"\nvehicle = "head of Team"\nrate_per_h = 0.2\nsensor = "mapping"',
-     declared("sensor", vehicle="head of Team", rate_per_h=0.2, sensor="mapping")),
 ])  # fmt: skip
 def test_a_table_is_the_fault_that_it_says(table: str, expected: DeclaredFault) -> None:
     text = with_faults(table).replace('playable_roles = ["Hand",', 'playable_roles = ["Skipper", "Hand",')
@@ -69,27 +66,18 @@ def test_faults_are_set_as_a_whole_or_one_by_one() -> None:
     ('kind = "dead"\nvehicle = "Diver"\nat_s = 3', "kind",
      "allowed: lost, mute, deaf, slow, sensor, joins, biased, restarts, drains, package.module:Class; did you"),
     ('kind = "lost"\nvehicle = "Divr"\nat_s = 3', "vehicle", "Boat, Diver, any, head of GROUP; did you mean 'Diver'"),
-    ('kind = "lost"\nvehicle = "head of Taem"\nat_s = 3', "vehicle", "did you mean 'head of Team'"),
     ('kind = "lost"\nat_s = 3', "vehicle", "missing"),
     ('kind = "lost"\nvehicle = "Diver"', "at_s", "or give rate_per_h"),
     ('kind = "lost"\nvehicle = "Diver"\nat_s = 3\nrate_per_h = 1', "rate_per_h", "leave one out"),
-    ('kind = "lost"\nvehicle = "Diver"\nrate_per_h = 0', "rate_per_h", "greater than 0"),
     ('kind = "lost"\nvehicle = "Diver"\nat_s = -1', "at_s", "0 or more, or [earliest, latest]"),
-    ('kind = "lost"\nvehicle = "Diver"\nat_s = [9, 3]', "at_s", "0 or more, or [earliest, latest]"),
-    ('kind = "lost"\nvehicle = "Diver"\nat_s = nan', "at_s", "0 or more, or [earliest, latest]"),
     ('kind = "lost"\nvehicle = "Diver"\nat_s = 30\nuntil_s = 30', "until_s", "must be above at_s = 30"),
-    ('kind = "lost"\nvehicle = "Diver"\nat_s = [9, 30]\nuntil_s = 20', "until_s", "must be above the latest at_s = 30"),
     ('kind = "lost"\nvehicle = "Diver"\nat_s = 3\nfactor = 0.5', "factor", "not used by kind lost, only by slow"),
-    ('kind = "slow"\nvehicle = "Diver"\nat_s = 3\nfactor = 1.0', "factor", "less than 1"),
     ('kind = "sensor"\nvehicle = "Diver"\nat_s = 3\nsensor = "sonar"', "sensor", "allowed: mapping"),
-    ('kind = "sensor"\nvehicle = "any"\nat_s = 3\nsensor = "maping"', "sensor", "did you mean 'mapping'"),
     ('kind = "sensor"\nvehicle = "Boat"\nat_s = 3', "vehicle", "has no sensor"),
     ('kind = "sensor"\nvehicle = "head of Team"\nat_s = 3', "vehicle", "has no sensor"),
     ('kind = "lost"\nvehicle = "Diver"\nat_s = 1200', "at_s", "must be below scenario.duration_s = 1200"),
-    ('kind = "joins"\nvehicle = "Diver"\nat_s = [0, 20]', "at_s", "must be above 0"),
     ('kind = "joins"\nvehicle = "any"\nat_s = 3', "vehicle", "has to be named: Boat, Diver"),
     ('kind = "joins"\nvehicle = "Diver"\nrate_per_h = 3', "rate_per_h", "give at_s"),
-    (JOINS + "until_s = 400", "until_s", "leave until_s out"),
     (LOST + "untill_s = 400", "untill_s", "did you mean 'until_s'"),
 ])  # fmt: skip
 def test_a_wrong_key_is_one_message_with_its_line(table: str, key: str, says: str) -> None:
@@ -104,7 +92,6 @@ def test_a_wrong_key_is_one_message_with_its_line(table: str, key: str, says: st
 @pytest.mark.parametrize(("first", "second", "says"), [
     (LOST, LOST, "lost twice, here and by fault.1"),
     (LOST + "until_s = 400", LOST.replace("300.0", "[399, 500]"), "lost twice"),
-    (LOST, LOST.replace("at_s = 300.0", "rate_per_h = 0.1"), "lost twice"),
     (JOINS, JOINS.replace("300.0", "500.0"), "joins twice, here and by fault.1"),
 ])  # fmt: skip
 def test_a_vehicle_is_not_lost_again_before_it_is_back_and_joins_once(first: str, second: str, says: str) -> None:
@@ -125,32 +112,6 @@ def test_no_more_vehicles_are_drawn_than_there_are() -> None:
     (said,) = refused(lost, lost)
     assert "fault.2.vehicle" in said
     assert said.endswith("are Diver")
-
-
-RULE = "worldmodel.prune=[{class='Area',attribute='mappedCell',older_than_s=60}]"
-
-
-def models(*settings: str) -> dict[str, WorldModel]:
-    """What the vehicles know after ten minutes in which every third packet is lost."""
-    loaded = load("mapping-rendezvous", [("--set", one) for one in ("channel.per=0.3", *settings)])
-    fleet = assemble(resolved(loaded), 3)
-    while fleet.running and fleet.now_s < 600.0:
-        fleet.step()
-    return {vehicle.name: vehicle.beliefs.model for vehicle in fleet.vehicles}
-
-
-def test_a_fleet_that_prunes_holds_less_and_knows_the_same() -> None:
-    kept, pruned = models(), models(RULE)
-    assert {name: model.state_hash() for name, model in pruned.items()} == {
-        name: model.state_hash() for name, model in kept.items()
-    }
-    for name, model in pruned.items():
-        slots = [(uid, a.uid) for uid in range(model.n_uids) for a in model.tbox.attributes]
-        assert model.digest() == kept[name].digest()
-        assert [model.latest(*slot) for slot in slots] == [kept[name].latest(*slot) for slot in slots]
-    n_kept, n_pruned = (sum(1 for m in of.values() for _ in m.blocks()) for of in (kept, pruned))
-    assert n_pruned < n_kept / 4
-    assert n_kept - n_pruned == sum(block is None for model in pruned.values() for _, block in model.items())
 
 
 def test_how_long_and_how_many_blocks_wait_is_said_to_every_vehicle() -> None:

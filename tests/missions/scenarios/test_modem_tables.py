@@ -76,18 +76,12 @@ def test_a_file_gives_the_same_scenario_as_its_table(tmp_path: Path) -> None:
     ("old", "new", "says"),
     [
         ("rate_bps = 300.0\n", "", r"mine\.toml:\d+: modem\.quay\.rate_bps: missing"),
-        ("300.0", "0.0", r"modem\.quay\.rate_bps = 0\.0: input should be greater than 0"),
         ("rate_bps", "rate_bs", r"modem\.quay\.rate_bs = 300\.0: unknown key, allowed here: .*did you mean 'rate_bps'"),
-        ("= 48", "= 15", r"mine\.toml:\d+: modem\.quay\.payload_bytes = 15: .* 16"),
         ("= 48", "= 16", r"communication\.policy = \"ack\": its acknowledgements .*take ack or another modem"),
         ("= 48", "= 48\nframe_bytes = 49", r"modem\.quay\.frame_bytes = 49: allowed: up to payload_bytes = 48"),
-        ("= 48", "= 48\nband_khz = [9.0, 9.0]", r"modem\.quay\.band_khz = \[9\.0, 9\.0\]: the lower end must come"),
         ("= 48", '= 48\nequipment = "Sonar"', r"modem\.quay\.equipment = \"Sonar\": allowed: AcousticModem, FSKModem"),
         ("= 48", '= 48\nunverified = ["ratebps"]', r"modem\.quay\.unverified = \[\"ratebps\"\]: allowed: .*'rate_bps'"),
-        ("= 48", '= 48\nmodulation = "ofdm"', r"modem\.quay\.modulation = \"ofdm\""),
         ("= 48", '= 48\nmodulation = "table"', r"modem\.quay\.per_at_snr: 0 points; modulation = \"table\" needs 2"),
-        ("= 48", "= 48\nper_at_snr = [[0.0, 0.5], [1.0, 0.1]]", r"per_at_snr = .*has an effect with modulation"),
-        ("= 48", f"= 48\n{CURVE}[[0.0, 0.5], [1.0, 1.1]]", r"modem\.quay\.per_at_snr\.2\.2 = 1\.1: .* equal to 1"),
         ("= 48", f"= 48\n{CURVE}[[1.0, 0.5], [0.0, 0.7]]", r"mine\.toml:\d+: .*0 dB comes behind 1 dB; sort its"),
         ('"quay"', '"quai"', r"communication\.modem = \"quai\": allowed: quay, nanomodem-v3, .*did you mean 'quay'"),
         ('"quay"', '"no.toml"', r"communication\.modem = \"no\.toml\": there is no file no\.toml; allowed: a TOML"),
@@ -107,9 +101,7 @@ def test_the_name_of_a_shipped_profile_is_taken() -> None:
 
 @pytest.mark.parametrize(("content", "says"), [
     (OWN.replace("rate_bps = 300.0\n", ""), "quay.toml:2: modem.quay.rate_bps: missing"),
-    (OWN.replace("300.0", "-1.0"), "quay.toml:4: modem.quay.rate_bps = -1.0: input should be greater than 0"),
     (OWN + "[modem.other]\n", "must hold one table [modem.NAME] and nothing else"),
-    ("payload_bytes = 48\n", "must hold one table [modem.NAME] and nothing else"),
 ])  # fmt: skip
 def test_what_is_wrong_in_a_file_is_told_with_the_line_of_that_file(tmp_path: Path, content: str, says: str) -> None:
     (tmp_path / "quay.toml").write_text(content, encoding="utf-8")
@@ -177,8 +169,6 @@ def test_names_are_relative_to_the_scenario_and_of_an_option_to_the_working_fold
     ('["none.ttl"]', "", "", r'= "none.ttl": there is no file .*none.ttl; allowed: names of Turtle files'),
     ('["mine.ttl"]', "m:A a owl:Class", "", r'= "mine.ttl": is not Turtle: .*; allowed: what Turtle 1.1 allows'),
     ('["mine.ttl"]', WORDS.replace("m:SurveyAUV a", "rm:AUV a"), "", r'= "mine.ttl": rm:AUV: it redefines a term'),
-    ('["mine.ttl"]', WORDS.replace("boolean", "date"), "", r'= "mine.ttl": m:inspected: .*; allowed: '),
-    ("3", "", "", r"worldmodel.ontology = 3: .*"),
     ("[]", "", 'ontology_text = {"x.ttl" = ""}', r'ontology_text = "x.ttl": the text of no file; allowed: names in'),
 ])  # fmt: skip
 def test_a_fault_is_one_line_with_file_and_key(
@@ -217,7 +207,6 @@ def test_several_sensors_of_one_vehicle_are_had_by_their_names(tmp_path: Path) -
 
 @pytest.mark.parametrize("text", [SMALL, LISTED], ids=["table", "list"])
 @pytest.mark.parametrize(("old", "new", "key", "given", "says"), [
-    ("swath_m = 10.0", "swath_m = 0.0", "swath_m", "0.0", "greater than or equal to 0.1"),
     ("  swath_m = 10.0\n", "", "swath_m", "", "missing"),
     ("swath_m = 10.0", 'type = "maping"\n  swath_m = 10.0', "type", '"maping"', "mean 'mapping'"),
     ("swath_m = 10.0", 'type = "os:getcwd"\n  swath_m = 10.0', "type", '"os:getcwd"', "a subclass of remoras.Sensor"),
