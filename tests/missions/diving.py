@@ -5,9 +5,10 @@ from pathlib import Path
 
 from exchange.drivers import AT_ONCE, Ether
 from missions.nodes import NodeLog, NodePlan, VehicleNode, alone
+from missions.nodes.logs import Began
 from missions.nodes.node import Mishaps, NodeOutcome
 
-NONE = Mishaps()
+NONE, BEGAN = Mishaps(), Began(1_000_000.0, 1.0)
 
 
 def step_until(until_s: float, *nodes: VehicleNode) -> None:
@@ -21,7 +22,7 @@ def together(
     """Vehicles at their end, and what each came to; their logs are in a folder."""
     own = [alone(plan) for plan in plans]
     ether = Ether(own[0].setup.modem.packet_s)
-    logs = [None if out is None else NodeLog(out, plan) for plan in plans]
+    logs = [None if out is None else NodeLog(out, plan, BEGAN) for plan in plans]
     nodes = [VehicleNode(one, ether.driver(), AT_ONCE, log, mishaps) for one, log in zip(own, logs, strict=True)]
     step_until(plans[0].end_s, *nodes)
     return nodes, [node.run() for node in nodes]

@@ -12,7 +12,6 @@ from sweeping import environment, study_text, written
 import remoras
 from missions.errors import ConfigurationError, StudyChangedError
 from missions.sweeps import SweepResults, load_study, sweep
-from remoras import load
 
 OWN = """
 from dataclasses import dataclass
@@ -94,11 +93,9 @@ def test_the_face_takes_them_too_and_a_folder_grows_by_them(tmp_path: Path) -> N
     ("given", "expected"),
     [
         ("FOLDER/none.py:Mine", "no such file: "),
-        ("FILE", "names a file and no object in it; allowed: "),
         ("FILE:Half", "a strategy: lacks "),
         ("FILE:Needy", "a class that needs no arguments, or an object; "),
         ("FOLDER/statistics.py:Mine", "statistics.py has the name of "),
-        ("FOLDER/two-words.py:Mine", "two-words.py cannot be imported"),
     ],
 )
 def test_what_cannot_be_added_is_named(tmp_path: Path, given: str, expected: str) -> None:
@@ -112,17 +109,6 @@ def test_what_cannot_be_added_is_named(tmp_path: Path, given: str, expected: str
 
 
 TEMPLATE = Path(remoras.__file__).parent / "cli" / "templates" / "nearest.py"
-
-
-@pytest.mark.parametrize("given", ["{name}.py:NEAREST", "{name}:NEAREST"])
-def test_a_strategy_of_a_file_in_the_current_folder(
-    given: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    name = f"own_{len(given)}"
-    shutil.copy(TEMPLATE, tmp_path / f"{name}.py")
-    monkeypatch.chdir(tmp_path)
-    load("mapping-rendezvous", strategy=f"{name}.py:NEAREST")
-    assert load("mapping-rendezvous", strategy=given.format(name=name)).strategy.name == f"{name}:NEAREST"
 
 
 def test_a_study_lists_strategies_of_files_beside_it(tmp_path: Path) -> None:

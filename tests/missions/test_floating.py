@@ -12,7 +12,6 @@ from missions.verification import verify
 
 CURRENT = ("current.east_mps=0.3", "current.north_mps=-0.2", "current.shear_depth_m=40.0", "scenario.duration_s=300.0")
 LOST = 'fault=[{kind="lost",vehicle="AUV02",at_s=100}]'
-OFF = 'fault=[{kind="restarts",vehicle="AUV02",at_s=100,until_s=200,memory="kept"}]'
 EMPTY = "vehicle.AUV02.energy_j=6000.0"
 
 
@@ -39,12 +38,6 @@ def test_who_is_lost_or_without_energy_drifts_with_the_water_at_the_surface(befa
 @pytest.mark.parametrize("keys", [(*CURRENT, "current.lost_stay=true"), ("scenario.duration_s=300.0",)])
 def test_it_stays_at_anchor_and_in_water_that_stands(keys: tuple[str, ...]) -> None:
     assert way_m(flown(*keys, LOST), 150.0, 250.0) == (0.0, 0.0)
-
-
-@pytest.mark.parametrize("keys", [(OFF,), (EMPTY,), (LOST, "current.lost_stay=true")])
-def test_a_reader_that_knows_nothing_of_the_program_finds_the_same(keys: tuple[str, ...], tmp_path: Path) -> None:
-    write_results(flown(*CURRENT, *keys), tmp_path / "run")
-    assert not verify(tmp_path / "run").findings
 
 
 def test_a_reader_sees_who_drifts_where_it_is_to_stay(tmp_path: Path) -> None:

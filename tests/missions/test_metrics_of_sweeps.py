@@ -49,7 +49,6 @@ def swept(folder: Path, text: str = WITHOUT_METRICS, **values: float) -> SweepRe
 @pytest.mark.parametrize(
     ("name", "best"),
     [
-        ("least_mapped_fraction", "mps-ack"), ("consistent_fraction", "mps-ack"), ("coverage_fraction", "mps-ack"),
         ("delivery_ratio", "mps-ack"), ("duplicate_fraction", "ack"), ("n_bytes", "ack"), ("consistency_time_s", "ack"),
     ],
 )  # fmt: skip

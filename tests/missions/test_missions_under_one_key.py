@@ -89,12 +89,11 @@ def n_open(fleet: Fleet, setup: Setup, sent: list[tuple[int, bytes]]) -> int:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("settings", [(), (RESTART,), (CLOCKS,)])
 def test_no_nonce_comes_twice_and_nothing_of_another_mission_opens(
-    key_file: Path, used: list[tuple[bytes, bytes]], settings: tuple[str, ...]
+    key_file: Path, used: list[tuple[bytes, bytes]]
 ) -> None:
     """Two seeds, one of them twice, and another loss rate: repeats of a sweep, and missions of other days."""
-    plain, lossy = (resolved(scenario(key_file, f"channel.per={per}", *settings)) for per in (0.2, 0.5))
+    plain, lossy = (resolved(scenario(key_file, f"channel.per={per}", RESTART, CLOCKS)) for per in (0.2, 0.5))
     flights = [
         (plain, *flown(plain, 1)),
         (plain, *flown(plain, 2)),

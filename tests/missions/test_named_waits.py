@@ -5,12 +5,11 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from recorded import flown
 from watched import JETTY_M, TEAM, seen
 
 from missions.meeting import Meeting
 from missions.meeting.truth import JOBS, JobTruth
-from missions.runs.run import run
-from missions.scenarios import load
 from remoras.activities import Wait
 from remoras.recorder import Recorder
 
@@ -63,40 +62,11 @@ def test_what_was_said_to_be_impossible_and_is_done_is_no_reason() -> None:
     assert truth.close(fleet, 20.0) == ""
 
 
-def test_who_waits_at_a_job_for_help_says_so() -> None:
-    """Nobody calls under ``cbba``: vehicles that hold such jobs wait for each other."""
-    keys = "strategy.name=cbba", "scenario.duration_s=1500"
-    finished = run(load("recovery-field", [("--set", key) for key in keys]), 1)
-    assert not finished.completed
-    assert re.search(r"AUV0\d waits for others at lift \d until \d+ s", finished.reason)
-
-
-def test_what_nobody_left_has_the_tool_for_is_impossible_because_of_that() -> None:
-    """Both vehicles with a drill are lost: before, the reason was empty."""
-    lost = ", ".join(f"{{kind='lost', vehicle='{name}', at_s=100}}" for name in ("AUV03", "AUV04"))
-    keys = f"fault=[{lost}]", "scenario.duration_s=400"
-    finished = run(load("resupply-field", [("--set", key) for key in keys]), 1)
-    said = {row[3] for row in finished.recorder.faults if row[2] == "impossible"}
-    assert said == {f"hole {number}: nobody who is there is able to do it" for number in range(1, 9)}
-
-
 def test_a_run_says_of_what_its_analysts_await_strips() -> None:
     """At a loss of 0.8 all were home long before the end, and nobody said what for they stayed."""
-    finished = run(load("minehunting-contacts", [("--set", "scenario.duration_s=700")]), 1)
+    finished = flown("minehunting-contacts", "scenario.duration_s=700")
     viewed = {row[2] for row in finished.recorder.rows("jobs") if row[2].startswith("contact")}
     classified = {row[2] for row in finished.recorder.rows("classifications")}
     said = re.search(r"analysts wait for strips of (.+) until the end", finished.reason)
     assert said is not None
     assert set(said[1].split(", ")) == viewed - classified
-
-
-def test_a_run_goes_on_while_somebody_does_what_others_take_for_impossible() -> None:
-    """The vehicle that recovers hears nobody from 1040 s on and goes on near its start: it recovers at 1690 s.
-
-    Before, the run ended at 1366 s, since the other one said that nobody there is able to.
-    """
-    keys = "channel={name='bernoulli', per=0.8}", "fault=[{kind='deaf', vehicle='IAUV00', at_s=1040}]"
-    finished = run(load("trident-intervention", [("--set", key) for key in keys]), 1007)
-    said = [row[3] for row in finished.recorder.faults if row[2] == "impossible"]
-    assert said == ["recovery: nobody who is there is able to do it"]
-    assert finished.completed

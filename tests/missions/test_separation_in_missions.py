@@ -74,13 +74,3 @@ def test_conflicts_are_counted_written_and_warned_about(is_kept: bool, monkeypat
     said = remoras("run", "mapping-rendezvous", *[part for one in IN_THE_WAY for part in ("--set", one)]).stderr
     warned = "remoras: 1 pair of vehicles came nearer than guidance.separation_m = 5 m, down to"
     assert (warned in said) is not is_kept
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["mapping-rendezvous", "mapping-patches", "mapping-corridor"])
-def test_the_shipped_missions_keep_clear(name: str) -> None:
-    run = flown(name, "channel.per=0.4", seed=7)
-    found = summary(run)
-    assert found["completed"], found["reason"]
-    assert (found["conflicts"], conflicts_of(run)) == (0, [])
-    assert found["closest_approach_m"] >= 5.0

@@ -89,19 +89,13 @@ def test_flips_that_reach_the_mean_but_for_rounding_count(unit: float) -> None:
     assert step_down_p([[unit], [2.0 * unit], [3.0 * unit]]) == [2 / 8]
 
 
-def test_what_does_not_differ_is_alike() -> None:
-    assert step_down_p([[0.0, 0.0]] * 20) == [1.0, 1.0]
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("n", [8, 10])
 @pytest.mark.parametrize(
     ("shape", "case", "success"),
     [
         ("normal", "all equal", 0.8),
-        ("normal", "two far behind", 1.0),
         ("unequal spreads", "two far behind", 1.0),
-        ("one in ten slow", "all equal", 1.0),
         ("one in ten slow", "two far behind", 1.0),
     ],
 )

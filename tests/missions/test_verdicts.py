@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import product
 from typing import Any
 
 import pytest
@@ -12,10 +11,10 @@ from missions.runs.results import summary
 from missions.runs.run import Run
 from remoras.strategies import strategies
 
-GROUNDS = ("mapping-rendezvous", "mapping-patches")
+GROUND = "mapping-patches"
 AUVS = ("AUV00", "AUV01", "AUV02")
-EACH = [(ground, name) for ground, name in product(GROUNDS, strategies()) if ground == GROUNDS[1] or name == "remoras"]
-"""Every strategy on one ground, and the usual one on both."""
+SOME = ("remoras", "fixed-partition", "cbba")
+"""Strategies that speak of their jobs, say nothing, and bid."""
 
 
 def made(scenario: str, *settings: str, seed: int = 1) -> tuple[Run, dict[str, Any]]:
@@ -38,16 +37,16 @@ def assert_failed_for_want_of_vehicles(finished: Run, found: dict[str, Any]) -> 
     assert found["reason"].startswith(f"no vehicle left that is able to map: {open_percent:.0f} % open")
 
 
-@pytest.mark.parametrize(("scenario", "strategy"), EACH)
-def test_with_empty_batteries_nothing_is_reached(scenario: str, strategy: str) -> None:
-    finished, found = made(scenario, f"strategy.name={strategy}", *with_energy(scenario, 1.0))
+@pytest.mark.parametrize("strategy", strategies())
+def test_with_empty_batteries_nothing_is_reached(strategy: str) -> None:
+    finished, found = made(GROUND, f"strategy.name={strategy}", *with_energy(GROUND, 1.0))
     assert_failed_for_want_of_vehicles(finished, found)
     assert found["goal_fraction"] == 0.0
     assert finished.recorder.trajectories[-1][0] < 10.0
     assert {row[-1] for row in finished.recorder.trajectories[-4:]} == {0.0}  # without power all float up
 
 
-@pytest.mark.parametrize("strategy", ["remoras", "fixed-partition", "cbba"])
+@pytest.mark.parametrize("strategy", SOME)
 def test_with_all_mappers_lost_the_rest_is_open_and_the_run_ends(strategy: str) -> None:
     """The surface vehicle is at the rally point, or goes there, and nobody else will come."""
     finished, found = made("mapping-rendezvous", f"strategy.name={strategy}", lost(200.0, *AUVS))
@@ -57,17 +56,17 @@ def test_with_all_mappers_lost_the_rest_is_open_and_the_run_ends(strategy: str) 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("scenario", "strategy"), EACH)
-def test_with_too_little_energy_what_is_mapped_of_all_is_reached(scenario: str, strategy: str) -> None:
+@pytest.mark.parametrize("strategy", ["remoras", "cbba"])
+def test_with_too_little_energy_what_is_mapped_of_all_is_reached(strategy: str) -> None:
     """100 kJ last for a third of what the work takes: all come home, or fall silent, and that is the end."""
-    finished, found = made(scenario, f"strategy.name={strategy}", *with_energy(scenario, 100e3))
+    finished, found = made(GROUND, f"strategy.name={strategy}", *with_energy(GROUND, 100e3))
     assert_failed_for_want_of_vehicles(finished, found)
-    assert found["goal_fraction"] > (0.0 if strategy == "cbba-plain" else 0.05)  # greedy bundles begin far away
+    assert found["goal_fraction"] > 0.05
     assert finished.recorder.trajectories[-1][0] < 3000.0
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("strategy", strategies())
+@pytest.mark.parametrize("strategy", SOME)
 def test_survivors_who_are_able_to_do_all_complete_it(strategy: str) -> None:
     """Only the fleet that does not speak never hears of the loss: the work is within reach of it, and stays undone."""
     _, found = made("mapping-rendezvous", f"strategy.name={strategy}", lost(900.0, "AUV02"))
@@ -79,15 +78,13 @@ def test_survivors_who_are_able_to_do_all_complete_it(strategy: str) -> None:
 
 
 MORE_LOST = [[lost(600.0, *AUVS[3 - n :])] for n in range(4)]
-LESS_ENERGY = [with_energy("mapping-rendezvous", energy_j) for energy_j in (2e6, 200e3, 100e3, 50e3, 1.0)]
+LESS_ENERGY = [with_energy("mapping-rendezvous", energy_j) for energy_j in (2e6, 100e3, 1.0)]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("worse", [MORE_LOST, LESS_ENERGY], ids=["more lost", "less energy"])
-@pytest.mark.parametrize("strategy", ["remoras", pytest.param("cbba", marks=pytest.mark.thorough)])
-def test_to_lose_more_vehicles_or_to_have_less_energy_never_reaches_more(strategy: str, worse: list[list[str]]) -> None:
-    given = ("channel.per=0.3", f"strategy.name={strategy}")
-    summaries = [made("mapping-rendezvous", *given, *settings)[1] for settings in worse]
+def test_to_lose_more_vehicles_or_to_have_less_energy_never_reaches_more(worse: list[list[str]]) -> None:
+    summaries = [made("mapping-rendezvous", "channel.per=0.3", *settings)[1] for settings in worse]
     found = [(one["goal_fraction"], one["completed"]) for one in summaries]
     assert found == sorted(found, reverse=True), found
     assert (found[0][1], found[-1][1]) == (True, False)

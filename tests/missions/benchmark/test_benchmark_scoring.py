@@ -4,17 +4,14 @@ import functools
 import hashlib
 import json
 import operator
-import re
 import tomllib
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 import tomli_w
 from short_suite import SHORT
-from typer.testing import CliRunner
 
 from missions.benchmark.card import card_of, card_text, figures, read_card, read_strategies, verify_card
 from missions.benchmark.running import CellRun, Contest, Scored, against
@@ -22,13 +19,10 @@ from missions.benchmark.suite import Cell, Suite, judging_of, split_to_judge, su
 from missions.errors import ConfigurationError, OutputError
 from missions.files import shipped
 from missions.mapping.drawn_ground import CELLS, MAPPERS, PIECES, drawn_ground
-from missions.mapping.rounds import rounds
-from missions.rounds import least_time_s
 from missions.runs.assembly import actual
 from missions.runs.setup import resolved
 from missions.scenarios import load
 from missions.sweeps.plan import SweepPlan
-from remoras.cli import app
 from remoras.errors import PluginError
 from remoras.strategies import strategies
 
@@ -73,20 +67,6 @@ def test_cells_weigh_alike_however_many_runs_they_have() -> None:
     assert found.worst.network == "0"
 
 
-@pytest.mark.slow
-def test_a_run_in_which_nothing_is_drawn_stands_for_all_repeats(suite: Suite, tmp_path: Path) -> None:
-    text = suite.document.text.replace("= 0.3", "= 0.0").replace("= 0.42", "= 0.0").split("[[network]]")
-    path = tmp_path / "still.toml"
-    path.write_text("[[network]]".join(text[:2]) + text[2][text[2].index("[[unf") :])
-    contest = Contest.of(suite_named(str(path)), ["oracle"])
-    contest.make(tmp_path / "out", 1)
-    (runs,) = contest.scored(tmp_path / "out")[0].cells.values()
-    assert len((tmp_path / "out" / "ledger.jsonl").read_text().splitlines()) == 1
-    assert [run.repeat for run in runs] == [0, 1]
-    assert len({run.seed for run in runs}) == 2
-    assert len({run.efficiency for run in runs}) == 1
-
-
 def test_differences_are_of_the_instances_that_both_have() -> None:
     mean, _ = against(strategy_of([0.5, 0.6, 0.1]), strategy_of([0.4, 0.4]))
     assert mean == pytest.approx(0.15)
@@ -98,21 +78,6 @@ def test_cells_that_share_an_instance_are_no_more_repeats() -> None:
     one, forty = strategy_of(luck), strategy_of(*[luck] * 40)
     assert one.interval == forty.interval == pytest.approx((0.4867, 0.5933), abs=0.02)
     assert strategy_of(*[luck[:2]] * 40).interval is None
-
-
-@pytest.mark.slow
-def test_the_interval_of_a_score_covers_it_where_cells_share_their_luck() -> None:
-    """Luck of the instance 0.05, of the cell 0.03, 10 instances of 40 cells, 300 made-up cards.
-
-    A bootstrap of cells each for itself covers some 20 %: it takes 400 values for independent.
-    """
-    draws = np.random.default_rng(4)
-    covered = 0
-    for _ in range(300):
-        values = 0.6 + draws.normal(0.0, 0.05, 10) + draws.normal(0.0, 0.03, (40, 10))
-        low, high = strategy_of(*values.tolist()).interval or (0.0, 0.0)
-        covered += low <= 0.6 <= high
-    assert covered / 300 == pytest.approx(0.95, abs=0.035)
 
 
 @pytest.mark.slow
@@ -140,16 +105,6 @@ def test_a_card_is_read_and_its_runs_end_as_it_says(suite: Suite, contest: Conte
     verified = dict(check.runs)
     assert len(verified) == 3
     assert set(verified.values()) == {""}
-
-
-@pytest.mark.slow
-def test_a_card_of_other_code_is_judged_by_its_runs(suite: Suite, contest: Contest, made: Path, tmp_path: Path) -> None:
-    path = tmp_path / "card.json"
-    altered(card_of(contest, contest.scored(made)), path, "strategies.0.code", "abc")
-    printed = CliRunner().invoke(app, ["benchmark", suite.document.path, "--verify", str(path), "--runs", "1"])
-    assert printed.exit_code == 0
-    assert re.search(r"cbba: made by code abc, here is [0-9a-f]{12}: judged by these runs alone", printed.stdout)
-    assert re.search(r"1 of 8 runs made again, drawn by --seed \d+, 0 end otherwise", printed.stdout)
 
 
 @pytest.mark.slow
@@ -181,9 +136,7 @@ def altered(card: dict[str, object], path: Path, at: str, value: object) -> None
 @pytest.mark.parametrize(("at", "value", "said"), [
     ("digest", "0" * 64, "suite = short with digest 000000000000; allowed: short with digest"),
     ("strategies.0.score", 0.99, "cbba.score = 0.99: allowed: .* the card was altered"),
-    ("strategies.0.runs.0.0.3", 1000.0, "cbba.score = .* the card was altered"),
     ("note", "17", "note: unknown key; allowed: suite, digest"), ("strategies.0.runs", None, "no card of a benchmark"),
-    ("strategies.0.note", "17", "cbba.note: unknown key; allowed: name, reference"),
 ])  # fmt: skip
 def test_a_card_that_was_altered_is_refused(
     at: str, value: object, said: str, suite: Suite, contest: Contest, made: Path, tmp_path: Path
@@ -265,30 +218,6 @@ def test_drawn_grounds_are_scenarios_that_differ_in_areas_room_and_fleet(tmp_pat
     assert len(n_pieces) > 3
     assert all(one != other for at, one in enumerate(found) for other in found[:at])
     assert tables == tomllib.loads(shipped()["mapping-patches"].read_text(encoding="utf-8"))
-
-
-@pytest.fixture(scope="module")
-def judged(tmp_path_factory: pytest.TempPathFactory) -> tuple[Contest, Path]:
-    folder = tmp_path_factory.mktemp("judged")
-    judged = Contest.of(split_to_judge(*suite_in(folder), folder / "grounds"), ["cbba", "remoras"])
-    judged.make(folder / "runs", 1)
-    return judged, folder
-
-
-@pytest.mark.slow
-def test_each_repeat_is_on_another_ground_with_its_own_bound(judged: tuple[Contest, Path]) -> None:
-    made, folder = judged
-    cells = {strategy.name: strategy.cells for strategy in made.scored(folder / "runs")}
-    assert [cell.label for cell in made.suite.cells] == ["drawn, alike, nothing", "drawn, measured, nothing"]
-    for strategy in cells.values():
-        for runs in strategy.values():
-            assert [run.repeat for run in runs] == [0, 1, 2]
-            for run, path in zip(runs, sorted((folder / "grounds").iterdir()), strict=True):
-                setup = resolved(load(str(path), [("set", "uncertainty.speed_spread=0.0")]))
-                fleet = tuple(actual(setup, data, run.seed) for data in setup.database.values())
-                assert run.bound_s == pytest.approx(least_time_s(rounds(setup.scenario, fleet)), abs=1e-3)
-            assert len({run.bound_s for run in runs}) == 3
-            assert len({run.seed for run in runs}) == 3
 
 
 def test_each_drawn_ground_has_a_fleet_of_its_own(tmp_path: Path) -> None:

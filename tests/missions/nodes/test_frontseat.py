@@ -333,7 +333,7 @@ def odometry(graph: Graph, x_m: float, y_m: float, heading_rad: float = 0.0, dep
     return message
 
 
-def test_a_vehicle_whose_body_is_in_the_graph_goes_where_that_goes(graph: Graph) -> None:
+def test_a_body_in_the_graph_says_where_it_is_and_is_guided_until_its_vehicle_leaves(graph: Graph) -> None:
     share = RosShare("AUV00", True)
     assert graph.namespace == "auv00"
     assert share.fix() is None
@@ -341,28 +341,12 @@ def test_a_vehicle_whose_body_is_in_the_graph_goes_where_that_goes(graph: Graph)
     graph.waiting[1].pose.covariance[0], graph.waiting[1].pose.covariance[7] = 3.0, 5.0
     assert share.fix() == pytest.approx((3.0, -40.0, 2.5, 1.0, 12.0, math.nan, 2.0), nan_ok=True)
     assert share.fix() is None
-    ship, boat = (NodePlan.of(load("mapping-rendezvous"), name, 3, 120.0, 0.0) for name in ("ASV00", "AUV00"))
-    own = [alone(plan) for plan in (ship, replace(boat, is_steered=True))]
-    ether = Ether(own[0].setup.modem.packet_s)
-    nodes = [VehicleNode(own[0], ether.driver(), AT_ONCE), VehicleNode(own[1], ether.driver(), AT_ONCE, body=share)]
-    at_m = 3.0, -40.0
-    while (node := min(nodes, key=lambda one: one.next_s)).next_s < 110.0:
-        graph.waiting = [odometry(graph, *at_m)]
-        node.step()
-        if graph.published["goal_pose"]:
-            goal, speed = graph.published["goal_pose"][-1], graph.published["goal_speed"][-1]
-            assert goal.header.frame_id == "map"
-            wanted_m = goal.pose.position.x, goal.pose.position.y
-            far_m = math.dist(at_m, wanted_m)
-            share_of_way = min(1.0, speed.data / far_m) if far_m else 0.0
-            at_m = tuple(a + share_of_way * (b - a) for a, b in zip(at_m, wanted_m, strict=True))
-    nodes[1].run()
-    assert math.dist(at_m, (3.0, -40.0)) > 5.0
-    assert graph.published["goal_speed"][-1].data == 0.0  # the mission is over
-    n = len(graph.published["goal_pose"])
-    share.guide((1.0, 1.0), 1.0)  # it has left
+    share.guide((1.0, 2.0), 0.5)
+    (goal,), (speed,) = graph.published["goal_pose"], graph.published["goal_speed"]
+    assert (goal.header.frame_id, goal.pose.position.x, goal.pose.position.y, speed.data) == ("map", 1.0, 2.0, 0.5)
     share.close()
-    assert len(graph.published["goal_pose"]) == n
+    share.guide((1.0, 1.0), 1.0)
+    assert len(graph.published["goal_pose"]) == 1
     assert share.fix() is None
 
 

@@ -73,15 +73,13 @@ def test_what_is_done_is_kept_by_a_repair(tmp_path: Path) -> None:
     assert ("Looking", "dropped") not in tasks
 
 
-@pytest.mark.parametrize("adaptation", ["none", "tactical"])
-def test_a_camera_that_drifts_is_corrected_by_panels(tmp_path: Path, adaptation: str) -> None:
-    """Seen 1.8 m off, valves are out of reach until the offset is learnt; without looking nobody is led astray."""
-    done = flown(tmp_path, adaptation, **DRIFTS)
+def test_a_camera_that_drifts_is_corrected_by_panels(tmp_path: Path) -> None:
+    """Seen 1.8 m off, valves are out of reach until the offset is learnt."""
+    done = flown(tmp_path, "tactical", **DRIFTS)
     assert done.completed, done.reason
-    if adaptation == "tactical":
-        assert ("AUV00", "camera drifts") in found(done)
-        learnt = [value for *_, value in said(done, "cameraOffset")]
-        assert point(learnt[-1]) == pytest.approx((1.5, 1.0), abs=0.4)
+    assert ("AUV00", "camera drifts") in found(done)
+    learnt = [value for *_, value in said(done, "cameraOffset")]
+    assert point(learnt[-1]) == pytest.approx((1.5, 1.0), abs=0.4)
 
 
 def test_without_learning_the_offset_a_drifting_camera_leads_astray(
@@ -131,7 +129,7 @@ def vehicles(**tools: tuple[int, ...]) -> list[dict[str, Any]]:
     return tables
 
 
-@pytest.mark.parametrize(("tool", "number"), [("wrench", 0), ("arm", 1), ("camera", 2)])
+@pytest.mark.parametrize(("tool", "number"), [("wrench", 0), ("camera", 2)])
 def test_a_tool_on_any_one_vehicle_does_for_all(tmp_path: Path, tool: str, number: int) -> None:
     done = flown(tmp_path, vehicle=vehicles(**{tool: (number,)}), seed=11 + number, **BOTH_STUCK)
     assert done.completed, done.reason
@@ -160,11 +158,9 @@ def test_what_nobody_can_do_is_said_with_its_reason_and_everybody_comes_home(tmp
     assert len(serviced) == len(done.mission.jobs) - 2  # all else is done
 
 
-@pytest.mark.parametrize(
-    ("tool", "vehicle", "at_s"), [("arm", "AUV01", 0.0), ("wrench", "AUV00", 200.0), ("wrench", "AUV00", 300.0)]
-)
+@pytest.mark.parametrize(("tool", "vehicle", "at_s"), [("arm", "AUV01", 0.0), ("wrench", "AUV00", 300.0)])
 def test_a_tool_that_dies_is_noticed_by_what_is_not_felt(tmp_path: Path, tool: str, vehicle: str, at_s: float) -> None:
-    """At 200 s the arm has felt that the valve resists, at 300 s the wrench has turned a quarter: both counted."""
+    """At 300 s the arm has felt that the valve resists, and the wrench has turned a quarter: both counted."""
     died = {**fault("sensor", sensor=tool), "vehicle": vehicle, "at_s": at_s}
     done = flown(tmp_path, vehicle=vehicles(wrench=(0, 1)), fault=[died], **BOTH_STUCK)
     assert [row[1:] for row in said(done, "toolDead")] == [(vehicle, vehicle, tool)]
@@ -229,10 +225,7 @@ class WithoutInference(PandoraMission):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("upset", [MOVED, STUCK], ids=["moved", "stuck"])
-def test_without_inference_the_plan_is_not_repaired(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, upset: Mapping[str, Any]
-) -> None:
+def test_without_inference_the_plan_is_not_repaired(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The definitions of HiddenPart and StuckValve are what leads from what was asserted to the other way."""
     shipped, abilities = PandoraMission.vocabulary
     text = shipped.read_text(encoding="utf-8")
@@ -242,7 +235,7 @@ def test_without_inference_the_plan_is_not_repaired(
     words = tmp_path / "words.ttl"
     words.write_text(text, encoding="utf-8")
     monkeypatch.setattr(WithoutInference, "vocabulary", (words, abilities))
-    scenario = little(tmp_path, "all", **upset)
+    scenario = little(tmp_path, "all", **STUCK)
     about = scenario.scenario.model_copy(update={"mission": f"{__name__}:WithoutInference"})
     done = run(scenario.model_copy(update={"scenario": about}), 1)
     assert n_repairs(done) == 0

@@ -5,7 +5,6 @@ import math
 import pytest
 from intervening import Run, run
 from recorded import faults, metric, said
-from sampling import sampled
 
 from missions.trident.behaviours import Escorting
 from missions.trident.jobs import RecoveryJob
@@ -128,24 +127,14 @@ def test_an_escort_waits_on_the_side_of_home_for_who_is_out_and_heard() -> None:
     assert escorting.perceive(here, picture, True) == IDLE
 
 
-@pytest.mark.parametrize("at_s", sampled([900.0, 1450.0], 1450.0))
-def test_who_is_lost_is_not_waited_for_at_sea(at_s: float) -> None:
+def test_who_is_lost_is_not_waited_for_at_sea() -> None:
     """The surface vehicle kept near to where it last heard the AUV until the time limit of 7200 s."""
-    finished = run(f"fault=[{{kind='lost',vehicle='IAUV00',at_s={at_s}}}]", until_s=7200.0)
+    finished = run("fault=[{kind='lost',vehicle='IAUV00',at_s=1450}]", until_s=7200.0)
     assert not finished.completed
     last = finished.recorder.rows("trajectories")[-1]
-    assert last[0] < at_s + 300.0
+    assert last[0] < 1450.0 + 300.0
     of_asv = [row for row in finished.recorder.rows("trajectories") if row[1] == "ASV00"][-1]
     assert math.dist(of_asv[2:4], (190.0, 60.0)) <= 25.0
-
-
-def test_who_holds_on_does_not_leave_for_a_fix_when_the_other_is_lost() -> None:
-    """Its fixes came from who is lost. It went for one, came back without holding, and could not handle."""
-    finished = run("fault=[{kind='lost',vehicle='ASV00',at_s=1500.0}]", seed=3, until_s=7200.0)
-    (held,) = [row for row in said(finished, "heldBy") if row[1] == "IAUV00"]
-    assert said(finished, "fixedOn") == []
-    assert held[0] > 1500.0  # and it takes longer than to notice the loss
-    assert metric(finished, "recovered")
 
 
 def test_a_dead_positioning_system_is_made_up_for_at_the_transponder() -> None:
@@ -175,12 +164,9 @@ def two(*failing: str, at_s: float, seed: int = SOUND, until_s: float = 3600.0) 
     return run("fleet.size=3", failing=failing, at_s=at_s, seed=seed, until_s=until_s)
 
 
-@pytest.mark.parametrize(
-    ("dead", "failing"), [("IAUV00", "arm gripper"), ("IAUV01", "clamp hover"), ("IAUV00", "camera forward_sonar")]
-)
+@pytest.mark.parametrize(("dead", "failing"), [("IAUV00", "arm gripper"), ("IAUV01", "clamp hover")])
 def test_who_lacks_all_ways_of_one_step_is_not_given_the_recovery(dead: str, failing: str) -> None:
-    services = [f"{dead} {module.replace('_', ' ')}" for module in failing.split()]
-    done = two(*services, at_s=100.0)
+    done = two(*(f"{dead} {module}" for module in failing.split()), at_s=100.0)
     assert done.completed, done.reason
     assert recovered_by(done) != dead
 
@@ -247,7 +233,6 @@ def test_what_is_not_there_is_absent_and_says_nothing_of_who_searched_unless_its
 @pytest.mark.parametrize(("failing", "why", "latest_s"), [
     (("IAUV00 arm", "IAUV00 gripper"), "recovery: IAUV00 arm has failed; IAUV00 gripper has failed", 1800.0),
     (("ASV00 console", "IAUV00 recogniser"), "nobody to choose it", 1500.0),
-    (("ASV00 multibeam", "IAUV00 stereo", "IAUV00 sidescan"), "IAUV00 stereo has failed", 1000.0),
 ])  # fmt: skip
 def test_what_nobody_is_left_to_do_is_said_to_be_impossible(
     failing: tuple[str, ...], why: str, latest_s: float
