@@ -9,15 +9,14 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, ValidationError, create_model
+from pydantic import BaseModel, ValidationError
 
 from missions.errors import ConfigurationError, ConfigurationFault
 from missions.files import (
@@ -36,7 +35,6 @@ from remoras.table import BETWEEN_KEYS
 from worldmodel import suggestion
 
 Model = TypeVar("Model", bound=BaseModel)
-Found = TypeVar("Found")
 Location = tuple[str | int, ...]
 """Keys and list indices (from 0) from the top of a document to a value."""
 
@@ -141,20 +139,18 @@ class Document:
 
     def values(self, model: type[Model], tables: Mapping[str, Any] | None = None) -> Model:
         """Return the tables (``raw`` if None) as values; raise ConfigurationError with all faults."""
-        try:
-            return model.model_validate(self.raw if tables is None else tables)
-        except ValidationError as error:
-            details = [detail for detail in error.errors() if not _is_consequence(detail)]
-            raise self.error([fault_of(detail, model, self.raw) for detail in details]) from None
+        values, faults = validated(model, self.raw if tables is None else tables)
+        if values is None:
+            raise self.error(faults)
+        return values
 
 
 def validated(
     model: type[Model], raw: Mapping[str, Any], passes_over_unknown: bool = False
-) -> tuple[Model, list[ConfigurationFault]]:
-    """Return the tables as values, and their faults one by one.
+) -> tuple[Model | None, list[ConfigurationFault]]:
+    """Return the tables as values, or None with all their faults.
 
-    Malformed tables are missing from the values, so that checks that need them raise AttributeError, see
-    ``well_formed``. ``passes_over_unknown`` ignores unknown keys.
+    ``passes_over_unknown`` ignores unknown keys.
     """
     try:
         return model.model_validate_json(json.dumps(raw, default=str), strict=True), []
@@ -166,41 +162,7 @@ def validated(
         for *above, key in unknown:
             _value_at(above, tables).pop(key, None)  # default None: groups may share a table
         return validated(model, tables, passes_over_unknown)
-    faults = [fault_of(detail, model, raw) for detail in details if not _is_consequence(detail)]
-    return _well_formed(model, raw, {str(detail["loc"][0]) for detail in details}), faults
-
-
-def _well_formed(model: type[Model], raw: Mapping[str, Any], malformed: Collection[str]) -> Model:
-    """Values of all well-formed tables."""
-    fields: Any = {name: (of.annotation, of) for name, of in model.model_fields.items() if name not in malformed}
-    part = create_model("Part", __config__=ConfigDict(extra="ignore", allow_inf_nan=False), **fields)
-    values = part.model_validate_json(json.dumps(raw, default=str), strict=True)
-    found = model.model_construct(**{name: getattr(values, name) for name in fields})
-    for name in malformed:
-        found.__dict__.pop(name, None)
-    return found
-
-
-def well_formed(check: Callable[[], Iterable[Found]]) -> Iterator[Found]:
-    """Yield the findings of a check until it accesses a malformed table."""
-    with passing_over_malformed():
-        yield from check()
-
-
-@contextmanager
-def passing_over_malformed() -> Iterator[None]:
-    """Leave the block silently when it accesses a malformed table."""
-    try:
-        yield
-    except AttributeError as error:
-        if not is_malformed(error):
-            raise
-
-
-def is_malformed(error: Exception) -> bool:
-    """Return True for the AttributeError of a malformed table in ``validated`` values."""
-    of = getattr(error, "obj", None)
-    return isinstance(error, AttributeError) and isinstance(of, BaseModel) and error.name in type(of).model_fields
+    return None, [fault_of(detail, model, raw) for detail in details if not _is_consequence(detail)]
 
 
 def _value_at(location: Iterable[Any], raw: Any) -> Any:

@@ -7,8 +7,8 @@ Nodes and edges have a ``kind``.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from missions.errors import OutputError
 from worldmodel import suggestion
@@ -16,7 +16,10 @@ from worldmodel import suggestion
 if TYPE_CHECKING:
     import networkx as nx
 
+    from exchange.channel.network import Network
     from missions.figure import RunResults
+    from remoras.database import AUVDatabase
+    from remoras.work import Job
 
 
 RoleKey = tuple[str, str]
@@ -88,37 +91,6 @@ UNITS = {
     "s": "s", "m": "m", "bits": "bit", "j": "J", "fraction": "1", "per": "1",
 }  # fmt: skip
 """Units by the suffix of an attribute."""
-
-
-class GraphJob(Protocol):
-    """Job interface of graphs, see ``remoras.work``."""
-
-    @property
-    def name(self) -> str:
-        """Name of the job."""
-
-    @property
-    def place_m(self) -> tuple[float, float]:
-        """Place of the job."""
-
-    @property
-    def needs(self) -> tuple[str, ...]:
-        """Jobs to be done before."""
-
-    def is_able(self, data: Any) -> bool:
-        """Return True if a vehicle can do it."""
-
-
-class GraphNetwork(Protocol):
-    """Interface of a measured network."""
-
-    @property
-    def node(self) -> Sequence[Any]:
-        """Nodes of the network."""
-
-    @property
-    def per(self) -> Mapping[tuple[str, str], float]:
-        """Packet loss by (sender, receiver)."""
 
 
 def checked_name(name: str) -> str:
@@ -266,7 +238,7 @@ def plan_graph(results: RunResults, at_s: float | None = None, viewer: str = "")
     return _with_units(graph)
 
 
-def jobs_graph(jobs: Iterable[GraphJob], vehicles: Mapping[str, Any]) -> nx.DiGraph:
+def jobs_graph(jobs: Iterable[Job], vehicles: AUVDatabase) -> nx.DiGraph:
     """Graph of jobs: edges to later jobs ("before") and from able vehicles ("able")."""
     nx = library()
     graph = nx.DiGraph(name="jobs")
@@ -282,7 +254,7 @@ def jobs_graph(jobs: Iterable[GraphJob], vehicles: Mapping[str, Any]) -> nx.DiGr
     return _with_units(graph)
 
 
-def network_graph(network: GraphNetwork) -> nx.DiGraph:
+def network_graph(network: Network) -> nx.DiGraph:
     """Graph of links with their packet loss (``per``)."""
     nx = library()
     graph = nx.DiGraph(name="network")

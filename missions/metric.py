@@ -11,7 +11,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from missions.errors import ConfigurationError, ConfigurationFault, OutputError, takes
 
@@ -200,55 +200,34 @@ def _not_stored(run: MeasuredRun) -> None:
     raise NotImplementedError("a stored declaration has no function")
 
 
-WHOLE = "it"
-"""Name of a declaration as a whole in faults."""
-
-
-class PartFault(NamedTuple):
-    """Fault of a part of a declaration, with given and allowed values."""
-
-    part: str
-    given: str
-    allowed: str
-
-    @property
-    def text(self) -> str:
-        """Format the fault."""
-        if self.part == WHOLE:
-            return f"{self.part} {self.allowed}"
-        return f"{self.part} = {self.given}: {self.allowed}" if self.given else f"{self.part}: {self.allowed}"
-
-
 NAME = re.compile(r"[^\s:/]+")
 """Names of metrics: keys, columns and parts of file names."""
 
 
-def faults_of_metric(found: Any) -> Iterator[PartFault]:
-    """Yield the faults of a declared metric."""
+def faults_of_metric(found: Any) -> Iterator[str]:
+    """Yield the faults of a declared metric, in words."""
     if not isinstance(found, Metric):
         what = f"the class {found.__name__}" if isinstance(found, type) else f"a {type(found).__name__}"
-        yield PartFault(
-            WHOLE, "", f"is {what}; expected a remoras.Metric, such as Metric(name, unit, better, label, of)"
-        )
+        yield f"it is {what}; expected a remoras.Metric, such as Metric(name, unit, better, label, of)"
         return
     if not isinstance(found.name, str) or not NAME.fullmatch(found.name):
-        yield PartFault("name", repr(found.name), "allowed: a word without : and /, as closest_m")
+        yield f"name = {found.name!r}: allowed: a word without : and /, as closest_m"
     if not isinstance(found.unit, str):
-        yield PartFault("unit", repr(found.unit), "allowed: a text, empty for a number without one")
+        yield f"unit = {found.unit!r}: allowed: a text, empty for a number without one"
     if not isinstance(found.better, Better):
-        given = "" if found.better is None else repr(found.better)
-        yield PartFault("better", given, f"allowed: {', '.join(str(better) for better in Better)}")
+        given = "" if found.better is None else f" = {found.better!r}"
+        yield f"better{given}: allowed: {', '.join(str(better) for better in Better)}"
     if not isinstance(found.label, str) or not found.label.strip():
-        yield PartFault("label", repr(found.label), "allowed: a text, which axes and captions show")
+        yield f"label = {found.label!r}: allowed: a text, which axes and captions show"
     if not isinstance(found.note, str):
-        yield PartFault("note", repr(found.note), "allowed: a text, which captions add")
+        yield f"note = {found.note!r}: allowed: a text, which captions add"
     if not callable(found.of):
-        yield PartFault("of", repr(found.of), "allowed: a function of a finished run")
+        yield f"of = {found.of!r}: allowed: a function of a finished run"
     elif not takes(found.of, 1):
-        yield PartFault("of", "", "cannot be called as of(run); allowed: a function of a finished run")
+        yield "of: cannot be called as of(run); allowed: a function of a finished run"
     if found.censored and found.unit != "s":
         allowed = "a censored metric is a time in s, since a run without it counts with its duration"
-        yield PartFault("unit", repr(found.unit), allowed)
+        yield f"unit = {found.unit!r}: {allowed}"
 
 
 def _alike(one: str, other: str) -> bool:
@@ -265,10 +244,7 @@ def collected(source: str, metrics: Iterable[Metric]) -> dict[str, Metric]:
     found: dict[str, Metric] = {}
     faults: list[ConfigurationFault] = []
     for metric in metrics:
-        wrong = faults_of_metric(metric)
-        faults += [
-            ConfigurationFault(f"metric {metric.name}, {fault.part}", fault.given, fault.allowed) for fault in wrong
-        ]
+        faults += [ConfigurationFault(f"metric {metric.name}", "", fault) for fault in faults_of_metric(metric)]
         if metric.name in TAKEN:
             allowed = "a field that results have already; give the metric another name"
             faults.append(ConfigurationFault(f"metric {metric.name}", "", allowed))

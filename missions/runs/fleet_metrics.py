@@ -211,43 +211,20 @@ def _least_distances_m(run: MeasuredRun) -> list[float]:
     names = [row[1] for row in itertools.takewhile(lambda row: row[0] == rows[0][0], rows)]
     if not names:
         return []
-    n_vehicles = len(names)
-    n_times = len(rows) // n_vehicles
     places = map(itemgetter(0, 2, 3, 7), rows)
-    by_time: npt.NDArray[np.float64] = np.fromiter(places, np.dtype((np.float64, 4)), n_times * n_vehicles)
-    by_time = by_time.reshape(-1, n_vehicles, 4)
-    at_m = by_time[:, :, 1:3].copy()
-    numbers = {vehicle.name: number for number, vehicle in enumerate(run.scenario.vehicle)}
-    columns = [numbers[name] for name in names]
-    present = _present(run, by_time[:, 0, 0])[:, columns]
-    at_m[~present] = np.nan
-    own_m = np.array([run.scenario.vehicle[number].depth_m for number in columns])
-    deep_m = np.where(present, by_time[:, :, 3], own_m)
-    moves = bool((deep_m != own_m).any())
-    pairs = [
-        pair for pair in itertools.combinations(range(n_vehicles), 2)
-        if moves or abs(own_m[pair[0]] - own_m[pair[1]]) <= SAME_DEPTH_M
-    ]  # fmt: skip
-    parts = (np.square(at_m[:, first] - at_m[:, other]) for first, other in pairs)
-    squares = (of[:, 0] + of[:, 1] for of in parts)
-    if moves:
-        squares = (
-            np.where(np.abs(deep_m[:, first] - deep_m[:, other]) <= SAME_DEPTH_M, of, np.nan)
-            for (first, other), of in zip(pairs, squares, strict=True)
-        )
-    least = [np.nanmin(of, initial=np.inf) for of in squares]
-    return [math.sqrt(squared) for squared in least if squared < math.inf]
-
-
-def _present(run: MeasuredRun, times_s: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
-    """Return presence by time and vehicle: in the mission, running and with energy."""
-    import numpy as np
-
-    names = {vehicle.name: number for number, vehicle in enumerate(run.scenario.vehicle)}
-    present = np.ones((len(times_s), len(names)), dtype=bool)
+    by_time: npt.NDArray[np.float64] = np.fromiter(places, np.dtype((np.float64, 4)), len(rows))
+    by_time = by_time.reshape(-1, len(names), 4)
+    times_s, present = by_time[:, 0, 0], np.ones(by_time.shape[:2], dtype=bool)
     for at_s, vehicle, is_absent in absences(run.recorder.rows("faults")):
-        present[np.searchsorted(times_s, at_s) :, names[vehicle]] = not is_absent
-    return present
+        if vehicle in names:
+            present[np.searchsorted(times_s, at_s) :, names.index(vehicle)] = not is_absent
+    least_m = []
+    for first, other in itertools.combinations(range(len(names)), 2):
+        apart_m = by_time[:, first, 1:] - by_time[:, other, 1:]
+        meet = present[:, first] & present[:, other] & (np.abs(apart_m[:, 2]) <= SAME_DEPTH_M)
+        if meet.any():
+            least_m.append(math.sqrt(np.square(apart_m[meet, :2]).sum(axis=1).min()))
+    return least_m
 
 
 def _disables(kind: str) -> bool:

@@ -1,6 +1,6 @@
 """Cross-checks between the tables of a scenario: names exist and are unique.
 
-Each check is next to its subject and sees only well-formed tables; a check that needs a malformed table stops.
+Each check is next to its subject. It sees only well-formed tables.
 """
 
 from __future__ import annotations
@@ -8,10 +8,8 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from functools import partial
 from typing import Any
 
-from missions.document import well_formed
 from missions.errors import ConfigurationFault, one_of
 from missions.figure import Figure, Layer, Mark, Place
 from missions.files import is_named
@@ -36,14 +34,12 @@ from remoras.work import Job
 Faults = Iterator[ConfigurationFault]
 
 
-def cross_faults(scenario: Scenario, mission: type[Mission] | None) -> Faults:
-    """Yield all faults between well-formed tables, also by the ``mission`` if loaded."""
+def cross_faults(scenario: Scenario, mission: type[Mission]) -> Faults:
+    """Yield all faults between the tables of a scenario."""
     for check in CHECKS:
-        yield from well_formed(partial(check, scenario))
-    if mission is None:
-        return
+        yield from check(scenario)
     for check_of in (*(feature.checks for feature in used_in(scenario)), *CHECKS_OF_MISSION):
-        yield from well_formed(partial(check_of, scenario, mission))
+        yield from check_of(scenario, mission)
     yield from own_faults("scenario.mission", "check", lambda: mission.check(scenario))
 
 

@@ -31,7 +31,6 @@ from pydantic_core import PydanticCustomError
 
 from exchange.arithmetic import log1p
 from exchange.channel import loss
-from missions.document import well_formed
 from missions.errors import ConfigurationFault, one_of
 from missions.fault import Absence, kinds
 from missions.files import is_number, shown
@@ -56,24 +55,10 @@ COMPULSORY = ("leaves", "detail", "able", "checks", "began_anew")
 """Hooks of a kind; all have a default."""
 
 
-def number(value: Any) -> float | None:
-    """Return a time as a number; None if invalid."""
-    return float(value) if is_number(value) and value >= 0 else None
-
-
-def span_of(value: Any) -> tuple[float, float] | None:
-    """Return earliest and latest time of ``at_s``; None if malformed."""
-    if (one := number(value)) is not None:
-        return one, one
-    if not isinstance(value, list | tuple) or len(value) != 2:
-        return None
-    earliest_s, latest_s = map(number, value)
-    return None if earliest_s is None or latest_s is None or earliest_s > latest_s else (earliest_s, latest_s)
-
-
 def _time(value: Any) -> Any:
     """Refuse an invalid time with one message for every error."""
-    if value is not None and span_of(value) is None:
+    times_s = value if isinstance(value, list | tuple) and len(value) == 2 else [value]
+    if value is not None and not (all(map(is_number, times_s)) and 0 <= times_s[0] <= times_s[-1]):
         raise PydanticCustomError("time", "allowed: " + A_TIME)
     return tuple(value) if isinstance(value, list) else value
 
@@ -169,11 +154,6 @@ class DeclaredFault(Section):
         """Name of the affected sensor; None for none or all."""
         return None
 
-    @property
-    def speed_left(self) -> float:
-        """Factor on the vehicle's speeds."""
-        return 1.0
-
     def checks(
         self, key: str, scenario: Scenario, mission: type[Mission], before: Sequence[tuple[str, DeclaredFault]]
     ) -> Iterator[ConfigurationFault]:
@@ -254,7 +234,7 @@ class DeclaredFault(Section):
     @property
     def span_s(self) -> tuple[float, float] | None:
         """Earliest and latest start (s); None if a rate determines it."""
-        return span_of(self.at_s)
+        return (self.at_s, self.at_s) if isinstance(self.at_s, float) else self.at_s
 
     def befalling(self, data: VehicleData, at_s: float) -> Fault:
         """Return the fault as it occurs to a vehicle at a time (s)."""
@@ -395,7 +375,7 @@ def fault_table_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[C
 def own_faults(key: str, hook: str, asked: Callable[[], Iterable[ConfigurationFault]]) -> list[ConfigurationFault]:
     """Return the faults reported by a plug-in's hook, or a fault if the hook raises."""
     try:
-        faults = list(well_formed(asked))
+        faults = list(asked())
     except Exception as error:  # user code may raise anything
         what = f"its {hook} must take every scenario whose tables are well-formed, but raised"
         return [ConfigurationFault(key, "", f"{what} {type(error).__name__}: {error}")]

@@ -27,13 +27,12 @@ def features() -> dict[str, Any]:
 
 
 def used_in(scenario: Sparse) -> tuple[Any, ...]:
-    """Return the features with a key off its default; a malformed table uses none."""
+    """Return the features with a key off its default."""
 
     def says(place: str, key: str) -> bool:
-        found = getattr(scenario, place, ()) if place else scenario
-        tables = found if isinstance(found, list | tuple) else [found]
-        defaults = ((table, type(table).model_fields[key].default) for table in tables)
-        return any(getattr(table, key, default) != default for table, default in defaults)
+        found = getattr(scenario, place) if place else scenario
+        tables = found if isinstance(found, tuple) else [found]
+        return any(getattr(table, key) != type(table).model_fields[key].default for table in tables)
 
     found = features().values()
     return tuple(

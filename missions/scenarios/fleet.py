@@ -45,7 +45,7 @@ def of_copies(
     faults: Sequence[ConfigurationFault], scenario: Scenario, names: Sequence[str]
 ) -> list[ConfigurationFault]:
     """Report faults of copies under ``fleet.size``, once each, unless the original has them."""
-    fleet, own = getattr(scenario, "fleet", None), {(fault.key, fault.allowed) for fault in faults}
+    fleet, own = scenario.fleet, {(fault.key, fault.allowed) for fault in faults}
     found: list[ConfigurationFault] = []
     said: set[tuple[str, str]] = set()
     for fault in faults:

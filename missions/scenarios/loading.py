@@ -1,6 +1,7 @@
 """Loading of a scenario: shipped name or TOML file, overrides, validation.
 
-``load`` reports all faults of a file at once, each with file, line, key, given and allowed values.
+``load`` reports all malformed tables at once; without any, all faults between tables. Each fault has file, line, key,
+given and allowed values.
 """
 
 from __future__ import annotations
@@ -8,8 +9,7 @@ from __future__ import annotations
 import json
 import tomllib
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,11 +20,8 @@ from missions.document import (
     fault_of,
     index_of,
     is_deep,
-    is_malformed,
     key_parts,
-    passing_over_malformed,
     validated,
-    well_formed,
 )
 from missions.errors import LONGEST_VALUE, ConfigurationFault, cut
 from missions.files import MOST_LEVELS, SCENARIO, TOO_DEEP, LimitError, parsed, shipped
@@ -43,7 +40,7 @@ from missions.scenarios.knowledge import KEY as ONTOLOGIES
 from missions.scenarios.knowledge import with_ontologies
 from missions.scenarios.organisation import ORGANISATION, specified, with_organisation
 from missions.scenarios.parts import mission_class, with_files_found
-from missions.scenarios.scenario import MAX_VEHICLES, Scenario, VehicleTable
+from missions.scenarios.scenario import Scenario, VehicleTable
 from remoras.errors import PluginError
 from remoras.mission import Mission
 
@@ -82,66 +79,42 @@ def scenario_from(document: Document, overrides: Sequence[tuple[str, str]] = ())
     faults += more
     raw = with_files_found(document.raw, Path(document.path).parent, options)
     written = specified(raw)
-    mission, more = _mission_of(raw)
-    faults += [*written.faults, *more]
-    scenario, more = _validated(replace(document, raw={**raw, **written.raw}), mission)
-    faults += more
-    if len(getattr(scenario, "vehicle", ())) > MAX_VEHICLES:  # the checks of pairs would take too long
-        allowed = f"{len(scenario.vehicle)} vehicles; allowed: up to {MAX_VEHICLES}"
-        raise document.error([*faults, ConfigurationFault("vehicle", "", allowed)], options)
-    if hasattr(scenario, "channel"):
-        key = f"channel.{FILE_KEYS.get(scenario.channel.name, '')}"
-        is_other = key in options and "channel.sha256" not in options
-        channel = with_link_file_found(scenario.channel, folder(key), is_other)
-        scenario = scenario.model_copy(update={"channel": channel})
-    if hasattr(scenario, "communication") and (file := scenario.communication.key_file):
-        path = str((folder("communication.key_file") / file).resolve())
-        communication = scenario.communication.model_copy(update={"key_file": path})
-        scenario = scenario.model_copy(update={"communication": communication})
-    if hasattr(scenario, "worldmodel"):
-        table, more = with_ontologies(scenario.worldmodel, folder(ONTOLOGIES))
-        scenario, faults = scenario.model_copy(update={"worldmodel": table}), [*faults, *more]
-    scenario, copies, is_whole, more = _completed(scenario, mission)
-    faults += more
-    told = {fault.key for fault in faults}
-    faults += [fault for fault in cross_faults(scenario, mission if is_whole else None) if fault.key not in told]
-    if not faults and mission is not None:
-        faults += job_faults(scenario, mission)
+    faults += written.faults
     if faults:
-        raise document.error(written.attributed(of_copies(faults, scenario, copies)), options)
-    return scenario.model_copy(update={"fleet": None, "organisation": None})
-
-
-def _mission_of(raw: Mapping[str, Any]) -> tuple[type[Mission] | None, list[ConfigurationFault]]:
-    """Return the class of the mission, or the faults of its name."""
-    about = raw.get("scenario")
-    reference = about.get("mission") if isinstance(about, dict) else None
-    if not isinstance(reference, str):
-        return None, []  # reported as a missing or malformed key
+        raise document.error(written.attributed(faults), options)
+    tables, mission, faults = _validated({**raw, **written.raw})
+    if faults or tables is None or mission is None:
+        raise document.error(written.attributed(faults), options)
+    scenario, faults = _with_files_read(tables, folder, options)
+    scenario, copies, more = with_copies(with_starts_apart(scenario))
+    faults += more
     try:
-        return mission_class(reference), []
-    except PluginError as error:
-        return None, [ConfigurationFault("scenario.mission", "", str(error))]
-
-
-def _completed(
-    scenario: Scenario, mission: type[Mission] | None
-) -> tuple[Scenario, list[str], bool, list[ConfigurationFault]]:
-    """Return a completed scenario, names of copies, True if all tables allowed it, and faults."""
-    copies, faults, is_whole = list[str](), list[ConfigurationFault](), False
-    with passing_over_malformed():
-        scenario = with_starts_apart(scenario)
-    try:
-        scenario, copies, faults = with_copies(scenario)
-        if mission is not None:
-            scenario = mission.completed(with_abilities(scenario, mission))
-        is_whole = True
+        completed: Scenario = mission.completed(with_abilities(scenario, mission))
     except Exception as error:  # user code may raise anything
-        if not is_malformed(error):
-            faults.append(_raised(error))
-        elif not copies and getattr(scenario, "fleet", True):
-            scenario.__dict__.pop("vehicle", None)  # it lacks the copies
-    return scenario, copies, is_whole, faults
+        raise document.error([*faults, _raised(error)], options) from None
+    faults += cross_faults(completed, mission) if not faults else ()
+    faults += job_faults(completed, mission) if not faults else ()
+    if faults:
+        raise document.error(written.attributed(of_copies(faults, completed, copies)), options)
+    return completed.model_copy(update={"fleet": None, "organisation": None})
+
+
+def _with_files_read(
+    scenario: Scenario, folder: Callable[[str], Path], options: Collection[str]
+) -> tuple[Scenario, list[ConfigurationFault]]:
+    """Return a scenario with the files of channel, key and ontologies found, and the faults of their names.
+
+    ``folder`` returns the base of the path under a key; ``options`` are the keys that options set.
+    """
+    key, communication = f"channel.{FILE_KEYS.get(scenario.channel.name, '')}", scenario.communication
+    is_other = key in options and "channel.sha256" not in options
+    if file := communication.key_file:
+        path = str((folder("communication.key_file") / file).resolve())
+        communication = communication.model_copy(update={"key_file": path})
+    table, faults = with_ontologies(scenario.worldmodel, folder(ONTOLOGIES))
+    channel = with_link_file_found(scenario.channel, folder(key), is_other)
+    found = {"channel": channel, "communication": communication, "worldmodel": table}
+    return scenario.model_copy(update=found), faults
 
 
 def _raised(error: Exception) -> ConfigurationFault:
@@ -154,19 +127,20 @@ def _raised(error: Exception) -> ConfigurationFault:
     return ConfigurationFault("scenario.mission", "", allowed)
 
 
-def _validated(document: Document, mission: type[Mission] | None) -> tuple[Scenario, list[ConfigurationFault]]:
-    """Return the well-formed tables, sensors parsed by kind, and faults of the others."""
+def _validated(raw: Mapping[str, Any]) -> tuple[Scenario | None, type[Mission] | None, list[ConfigurationFault]]:
+    """Return the tables as values with the class of the mission, or all faults of single tables."""
+    about, mission, faults = raw.get("scenario"), None, []
+    if isinstance(about, dict) and isinstance(about.get("mission"), str):
+        try:
+            mission = mission_class(about["mission"])
+        except PluginError as error:
+            faults = [ConfigurationFault("scenario.mission", "", str(error))]
     model: type[Scenario] = Scenario if mission is None else mission.Scenario
-    scenario, faults = validated(model, document.raw, passes_over_unknown=mission is None)
-    if mission is not None and (found := [*well_formed(lambda: _sensor_faults(scenario, mission))]):
-        scenario.__dict__.pop("vehicle")
-        faults += found
-    return scenario, faults
-
-
-def _sensor_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
-    for vehicle in scenario.vehicle:
-        yield from _sensors(vehicle, mission)
+    scenario, more = validated(model, raw, passes_over_unknown=mission is None)
+    faults += more
+    if scenario is not None and mission is not None:
+        faults += [fault for vehicle in scenario.vehicle for fault in _sensors(vehicle, mission)]
+    return scenario, mission, faults
 
 
 def _sensors(vehicle: VehicleTable, mission: type[Mission]) -> Iterator[ConfigurationFault]:

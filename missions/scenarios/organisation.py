@@ -11,12 +11,12 @@ origin of each key is kept, so that a fault names the table that has it.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from pydantic import Field
+from pydantic import BaseModel, ConfigDict, Field
 
 from missions.document import Document, validated
 from missions.errors import ConfigurationFault, one_of
@@ -66,7 +66,7 @@ class Specification:
         said: set[tuple[str, str, str]] = set()
         for fault in faults:
             key, of = self._source(fault.key)
-            if of and (key, fault.given, fault.allowed) in said:
+            if (key, fault.given, fault.allowed) in said:
                 continue
             said.add((key, fault.given, fault.allowed))
             allowed = f"{fault.allowed} (for {of})" if of else fault.allowed
@@ -87,31 +87,44 @@ class Specification:
         return key, ""
 
 
-def entries(raw: Raw, key: str) -> list[Raw]:
-    """Return the tables of a list; other entries are skipped."""
-    found = raw.get(key, [])
-    return [e for e in found if isinstance(e, dict)] if isinstance(found, list) else []
+class _Named(BaseModel):
+    """Role or template, as far as its inheritance is concerned; all other keys are checked once they are inherited."""
+
+    model_config = ConfigDict(extra="allow")
+
+    name: str
+    extends: tuple[str, ...] = ()
+    abstract: bool = False
 
 
-def names_of(raw: Raw, key: str) -> list[str]:
-    """Return the names of the tables of a list."""
-    return [e["name"] for e in entries(raw, key) if isinstance(e.get("name"), str)]
+class _Roles(BaseModel):
+    model_config = ConfigDict(extra="allow")
+
+    role: tuple[_Named, ...] = ()
+
+
+class _Template(_Roles, _Named):
+    pass
+
+
+class _Group(_Roles):
+    name: str
+    template: str | None = None
+
+
+class _Organisation(_Roles):
+    group_template: tuple[_Template, ...] = ()
+    group: tuple[_Group, ...] = ()
 
 
 def specified(raw: Raw) -> Specification:
-    """Resolve templates, parents and abstract roles."""
-    listed = raw.get(GROUP)
-    has_parents = any(EXTENDS in role or ABSTRACT in role for g in entries(raw, GROUP) for role in entries(g, ROLE))
-    if not isinstance(listed, list) or not (TEMPLATE in raw or ROLE in raw or has_parents):
-        return Specification(raw, tuple(_without_templates(raw)))
+    """Resolve templates, parents and abstract roles; with faults of names and parents the tables stay as they are."""
+    _, malformed = validated(_Organisation, raw)
+    if malformed:
+        return Specification(raw, tuple(malformed))
     made = _Writer(raw)
-    groups = [made.group(group) if isinstance(group, dict) else group for group in listed]
-    return Specification({**raw, GROUP: groups}, tuple(made.faults), made.layers)
-
-
-def _without_templates(raw: Raw) -> Iterator[ConfigurationFault]:
-    for group in entries(raw, GROUP):
-        yield from one_of(f"{GROUP}.{group.get('name')}.template", group.get("template"), [])
+    groups = [made.group(group) for group in raw.get(GROUP, ())]
+    return Specification({**raw, GROUP: groups} if groups else raw, tuple(made.faults), made.layers)
 
 
 class _Writer:
@@ -120,74 +133,49 @@ class _Writer:
     def __init__(self, raw: Raw) -> None:
         self.faults: list[ConfigurationFault] = []
         self.layers: dict[str, tuple[TableLayer, ...]] = {}
-        self._templates = self._named(raw, TEMPLATE)
-        self._library = self._named(raw, ROLE)
-        self._said: set[str] = set()
-        for layer in self._library.values():
-            self._whether_abstract(layer)
+        self._templates = self._by_name(raw, TEMPLATE)
+        self._library = self._by_name(raw, ROLE)
 
-    def _named(self, raw: Raw, kind: str) -> dict[str, TableLayer]:
-        """Return the tables of a kind by name; of duplicates the first."""
-        for number, table in enumerate(entries(raw, kind), 1):
-            if not isinstance(table.get("name"), str):
-                self.faults.append(ConfigurationFault(f"{kind}.{number}.name", "", "missing"))
-        for name, count in Counter(names_of(raw, kind)).items():
+    def _by_name(self, raw: Raw, kind: str) -> dict[str, TableLayer]:
+        """Return the tables of a kind by name; duplicates are faults."""
+        tables: list[Raw] = raw.get(kind, [])
+        for name, count in Counter(table["name"] for table in tables).items():
             if count > 1:
                 self.faults.append(ConfigurationFault(f"{kind}.{name}.name", f'"{name}"', f"used {count} times"))
-        tables = [table for table in reversed(entries(raw, kind)) if isinstance(table.get("name"), str)]
-        return {table["name"]: TableLayer(f"{kind}.{table['name']}", table) for table in reversed(tables)}
-
-    def _whether_abstract(self, layer: TableLayer) -> None:
-        if not isinstance(layer.table.get(ABSTRACT, False), bool):
-            self._fault(f"{layer.key}.{ABSTRACT}", layer.table[ABSTRACT], "true or false")
-
-    def _fault(self, key: str, given: Any, allowed: str) -> None:
-        if key not in self._said:
-            self._said.add(key)
-            self.faults.append(ConfigurationFault(key, shown(given), allowed))
+        return {table["name"]: TableLayer(f"{kind}.{table['name']}", table) for table in tables}
 
     # Groups --------------------------------------------------------------------------------------
 
     def group(self, table: Raw) -> Raw:
-        key = f"{GROUP}.{table.get('name')}"
-        own = TableLayer(key, table)
-        template = table.get("template")
-        levels = [own]
-        if isinstance(template, str):
-            if template not in self._templates:
-                self.faults += one_of(f"{key}.template", template, list(self._templates))
-            else:
-                levels += self._ancestry(self._templates[template], self._templates.get, [], list(self._templates))
+        key, template = f"{GROUP}.{table['name']}", table.get("template")
+        levels = [TableLayer(key, table)]
+        self.faults += one_of(f"{key}.template", template, list(self._templates))
+        if template in self._templates:
+            levels += self._ancestry(self._templates[template], self._templates, [])
         self.layers[key] = tuple(levels)
         found = _joined([{k: v for k, v in level.table.items() if k != ROLE} for level in levels])
         if any(ROLE in level.table for level in levels):
-            lists = [level.table[ROLE] for level in levels if ROLE in level.table]
-            malformed = next((listed for listed in lists if not isinstance(listed, list)), None)
-            found[ROLE] = self._roles(key, levels) if malformed is None else malformed
+            found[ROLE] = self._roles(key, levels)
         return {**found, **{k: table[k] for k in ("name", "template") if k in table}}
 
-    def _roles(self, key: str, levels: Sequence[TableLayer]) -> list[Any]:
-        """Resolve the roles of a group, in the order of its farthest template; keep other entries."""
+    def _roles(self, key: str, levels: Sequence[TableLayer]) -> list[Raw]:
+        """Resolve the roles of a group, in the order of its farthest template; keep second ones of a name."""
         own: dict[str, list[TableLayer]] = {}
-        others: list[Any] = []
+        again: list[Raw] = []
         for level in reversed(levels):
-            tables = level.table.get(ROLE, [])
-            for number, role in enumerate(tables, 1):
-                name = role.get("name") if isinstance(role, dict) else None
-                layer = TableLayer(f"{level.key}.{ROLE}.{name if isinstance(name, str) else number}", role)
-                if not isinstance(name, str) or any(other.key == layer.key for other in own.get(name, ())):
-                    others.append(role)  # reported as malformed
+            for role in level.table.get(ROLE, ()):
+                layer, layers = TableLayer(f"{level.key}.{ROLE}.{role['name']}", role), own.setdefault(role["name"], [])
+                if any(other.key == layer.key for other in layers):
+                    again.append(role)  # reported by ``structure_faults``
                 else:
-                    own.setdefault(name, []).insert(0, layer)
-                    self._whether_abstract(layer)
+                    layers.insert(0, layer)
         found = []
         for name, layers in own.items():
-            if any(layer.table.get(ABSTRACT) is True for layer in layers):
-                continue
-            made = self._of_parents(name, layers, own, ())
-            self.layers[f"{key}.{ROLE}.{name}"] = tuple(made)
-            found.append({"name": name, **_joined([layer.table for layer in made])})
-        return [*found, *others]
+            if not any(layer.table.get(ABSTRACT) for layer in layers):
+                made = self._of_parents(name, layers, own, ())
+                self.layers[f"{key}.{ROLE}.{name}"] = tuple(made)
+                found.append({"name": name, **_joined([layer.table for layer in made])})
+        return [*found, *again]
 
     # Parents -------------------------------------------------------------------------------------
 
@@ -199,52 +187,41 @@ class _Writer:
         ``layers`` are the tables of the group and its templates that list the role, ``own`` those of all roles. Roles
         ``below`` extend this one.
         """
-        holder = next((layer for layer in layers if EXTENDS in layer.table), None)
+        holder = next((layer for layer in layers if EXTENDS in layer.table), layers[0])
         found = list(layers)
-        if holder is None:
-            return found
-        key, known = f"{holder.key}.{EXTENDS}", list(dict.fromkeys([*own, *self._library]))
-        for parent in reversed(self._parents(key, holder.table[EXTENDS], known)):
+        for parent in self._parents(holder, [*own, *self._library]):
             if parent in own and parent != name:
                 if parent in below:
-                    self._cycle(key, holder.table[EXTENDS], [*below[below.index(parent) :], name, parent])
-                    continue
-                found += self._of_parents(parent, own[parent], own, (*below, name))
+                    self._cycle(holder, [*below[below.index(parent) :], name, parent])
+                else:
+                    found += self._of_parents(parent, own[parent], own, (*below, name))
             elif parent in self._library:
-                found += self._ancestry(self._library[parent], self._library.get, [], list(self._library))
+                found += self._ancestry(self._library[parent], self._library, [])
             else:
-                self._cycle(key, holder.table[EXTENDS], [name, parent])
+                self._cycle(holder, [name, parent])
         return found
 
-    def _ancestry(
-        self, layer: TableLayer, named: Callable[[str], TableLayer | None], below: list[str], known: Sequence[str]
-    ) -> list[TableLayer]:
+    def _ancestry(self, layer: TableLayer, kin: Mapping[str, TableLayer], below: list[str]) -> list[TableLayer]:
         """Return a template or library role and all its parents, in order of precedence."""
-        name = str(layer.table.get("name"))
-        key, given = f"{layer.key}.{EXTENDS}", layer.table.get(EXTENDS, [])
+        line = [*below, layer.table["name"]]
         found = [layer]
-        for parent in reversed(self._parents(key, given, known)):
-            line = [*below, name]
+        for parent in self._parents(layer, list(kin)):
             if parent in line:
-                self._cycle(key, given, [*line[line.index(parent) :], parent])
-            elif (above := named(parent)) is not None:
-                found += self._ancestry(above, named, line, known)
+                self._cycle(layer, [*line[line.index(parent) :], parent])
+            else:
+                found += self._ancestry(kin[parent], kin, line)
         return found
 
-    def _parents(self, key: str, given: Any, known: Sequence[str]) -> list[str]:
-        """Return the known parents; others are faults."""
-        if not isinstance(given, list) or not all(isinstance(name, str) for name in given):
-            self._fault(key, given, f"a list of names, of {', '.join(known)}")
-            return []
-        for fault in (fault for name in given for fault in one_of(key, name, known)):
-            if (text := f"{key} {fault.given}") not in self._said:
-                self._said.add(text)
-                self.faults.append(fault)
-        return [name for name in given if name in known]
+    def _parents(self, layer: TableLayer, known: Sequence[str]) -> list[str]:
+        """Return the known parents of a table, the last first; others are faults."""
+        given: Sequence[str] = layer.table.get(EXTENDS, ())
+        for name in given:
+            self.faults += one_of(f"{layer.key}.{EXTENDS}", name, list(dict.fromkeys(known)))
+        return [name for name in reversed(given) if name in known]
 
-    def _cycle(self, key: str, given: Any, names: Sequence[str]) -> None:
+    def _cycle(self, layer: TableLayer, names: Sequence[str]) -> None:
         allowed = f"a cycle: {' extends '.join(names)}; allowed: parents that do not extend it themselves"
-        self._fault(key, given, allowed)
+        self.faults.append(ConfigurationFault(f"{layer.key}.{EXTENDS}", shown(layer.table[EXTENDS]), allowed))
 
 
 def _joined(tables: Sequence[Raw]) -> dict[str, Any]:
@@ -377,7 +354,7 @@ def _nesting(listed: Sequence[GroupTable], templates: Sequence[Raw]) -> Iterator
     for cycle in _cycles(above):
         allowed = f"a cycle: {' is within '.join([*cycle, cycle[0]])}; allowed: a group that is not within this one"
         yield ConfigurationFault(f"group.{cycle[0]}.within", "", allowed)
-    names = [str(table.get("name")) for table in templates]
+    names = [table["name"] for table in templates]
     for name, group in groups.items():
         kinds = {one: ancestry(templates, groups[one].template) for one, outer in above.items() if outer == name}
         yield from _subgroups(group, kinds, names)
@@ -405,15 +382,14 @@ def _subgroups(
 
 def ancestry(templates: Sequence[Raw], template: str | None) -> tuple[str, ...]:
     """Return a template and all that it extends, the nearest first."""
-    named = {str(table.get("name")): table for table in templates}
+    named = {table["name"]: table for table in templates}
     found: list[str] = []
-    due = [template]
+    due = [] if template is None else [template]
     while due:
         name = due.pop(0)
         if name in named and name not in found:
             found.append(name)
-            parents = named[name].get(EXTENDS)
-            due += map(str, parents if isinstance(parents, list | tuple) else ())
+            due += named[name].get(EXTENDS, ())
     return tuple(found)
 
 
@@ -504,7 +480,7 @@ def with_organisation(document: Document) -> tuple[Document, list[ConfigurationF
         if name in document.raw:
             allowed = f"given beside {ORGANISATION} = {shown(given)}, where the groups are: leave one of them out"
             faults.append(ConfigurationFault(name, "", allowed, document.line_of(name), document.path))
-    if not entries(part.raw, GROUP):
+    if not part.raw.get(GROUP):
         allowed = f"there is no [[group]] in {path}; allowed: a TOML file with {', '.join(TABLES)}"
         return document, [*faults, ConfigurationFault(ORGANISATION, shown(given), allowed)]
     own = {name: tables for name, tables in part.raw.items() if name in TABLES}
@@ -533,17 +509,20 @@ def checked(document: Document) -> tuple[Sequence[GroupTable], int]:
     able vehicles, and keys of a mission. Raises ConfigurationError with every fault.
     """
     raw = document.raw
-    templates = [{"rally_point": "", "name": f"{name} without a group", "template": name} for name in
-                 names_of(raw, TEMPLATE) if not entries(raw, GROUP)]  # fmt: skip
-    listed = raw.get(GROUP, [])
-    found = specified({**raw, GROUP: [*listed, *templates]} if isinstance(listed, list) else raw)
+    shape, faults = validated(_Organisation, raw)
+    if shape is None:
+        raise document.error([*_unknown(document), *faults])
+    templates: list[Raw] = raw.get(TEMPLATE, [])
+    alone = [{"rally_point": "", "name": f"{table['name']} without a group", "template": table["name"]} for table in
+             templates if not shape.group]  # fmt: skip
+    found = specified({**raw, GROUP: [*raw.get(GROUP, ()), *alone]})
     tables, faults = validated(OrganisationTables, {key: found.raw[key] for key in TABLES if key in found.raw}, True)
     faults = [*_unknown(document), *found.faults, *faults]
-    if hasattr(tables, GROUP):
-        faults += structure_faults(tables.group, entries(raw, TEMPLATE))
-    if faults:
+    if tables is not None:
+        faults += structure_faults(tables.group, templates)
+    if faults or tables is None:
         raise document.error(found.attributed(faults))
-    return tables.group, len(entries(raw, TEMPLATE))
+    return tables.group, len(templates)
 
 
 FORMATION_WORDS = ontology_path("formation")

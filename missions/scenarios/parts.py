@@ -73,7 +73,7 @@ def importable(given: str, folder: Path | None = None) -> str:
 def metric_named(reference: str) -> Metric:
     """Return the metric that a user names, as for ``importable``, or raise PluginError."""
     found: Metric = named_object(importable(reference))
-    refuse("a metric", (fault.text for fault in faults_of_metric(found)))
+    refuse("a metric", faults_of_metric(found))
     return found
 
 
@@ -82,7 +82,7 @@ def metric_given(given: str | Metric, where: str) -> Metric:
     try:
         if isinstance(given, str):
             return metric_named(given)
-        refuse("a metric", (fault.text for fault in faults_of_metric(given)))
+        refuse("a metric", faults_of_metric(given))
     except PluginError as error:
         raise PluginError(f"{where} {given!r}: {error}") from None
     return given

@@ -29,8 +29,6 @@ MAX_VEHICLES: Final = 256
 """Most vehicles of one fleet, by the number of TDMA slots."""
 SPACING_M: Final = 10.0
 """Distance between copies in one layer: twice the separation of passing vehicles."""
-MOST_VEHICLES: Final = 1200
-"""Most vehicles of all fleets together; ``missions.scenarios.loading`` limits each fleet."""
 HELD: Final = "held by head"
 """Information about jobs is held by the group leader instead of all members."""
 
@@ -211,9 +209,7 @@ class VehicleTable(Sparse):
 
     name: Name = Field(description="name of the vehicle")
     vehicle_type: Literal["AUV", "ASV"] = Field(description="AUV or ASV")
-    slot: int = Field(
-        ge=0, lt=MOST_VEHICLES, description="TDMA slot that the vehicle owns, 0 to number of vehicles - 1"
-    )
+    slot: int = Field(ge=0, lt=MAX_VEHICLES, description="TDMA slot that the vehicle owns, 0 to number of vehicles - 1")
     social_layer: bool = Field(True, description="able to lead a group, and to divide jobs with others")
     start_m: PointM = Field(
         description="position at time 0, x east, y north; the nearest free place if too close to another in its layer"
@@ -304,7 +300,7 @@ class Scenario(Sparse):
     )
     group: tuple[GroupTable, ...] = Field(min_length=1)
     fleet: FleetTable | None = Field(None, exclude=True)
-    vehicle: tuple[VehicleTable, ...] = Field(min_length=1, max_length=MOST_VEHICLES)
+    vehicle: tuple[VehicleTable, ...] = Field(min_length=1, max_length=MAX_VEHICLES)
     fault: tuple[DeclaredFault, ...] = ()
 
     @property

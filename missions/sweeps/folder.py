@@ -15,11 +15,12 @@ import json
 import os
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from pydantic import BaseModel
 
 from missions.disk import drafted, lock, not_as_noted, write_synced
 from missions.errors import DiskFullError, MissionsError, OutputError, StudyChangedError
@@ -37,6 +38,7 @@ from missions.sweeps.ledger import (
     read_ledger,
 )
 from missions.sweeps.plan import ConfigurationLabel, RunSchedule, run_content
+from missions.sweeps.study_file import StudyFile
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -44,7 +46,6 @@ if TYPE_CHECKING:
     from missions.scenarios import Scenario
     from missions.sweeps.factorial import FactorialDesign
     from missions.sweeps.plan import SweepPlan
-    from missions.sweeps.study_file import StudyFile
 
 MOST_TABLE_BYTES = 500_000_000
 """Limit (bytes) on a study's tables, unless it sets the repeats to keep."""
@@ -66,6 +67,19 @@ OWN_METRICS = ".scenario.metrics"
 LACK_IT = "; runs that were made lack it: `remoras compare DIR --metric FILE.py:METRIC` reads the tables that were kept"
 REPORTED = ("study.study.metrics", "study.study.baseline", "study.stopping")
 """Keys that change metrics or number of runs, but no run."""
+
+
+class StudyRecord(BaseModel):
+    """Content of ``study.json``, as far as results are read by it."""
+
+    id: str
+    version: str
+    study: StudyFile
+    metrics: tuple[dict[str, Any], ...]
+    own_metrics: tuple[str, ...]
+    digests: tuple[str, ...]
+    labels: tuple[ConfigurationLabel, ...]
+    assumed: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -123,8 +137,7 @@ class SweepResults:
         Metrics measured by the study stay unchanged. Raises OutputError if a name is taken or no run has kept its
         tables.
         """
-        own = self._record.get(OWN, ())
-        known = {name: self.metrics[name].written() for name in own if name in self.metrics}
+        known = {name: self.metrics[name].written() for name in self._record.own_metrics if name in self.metrics}
         new: dict[str, Metric] = {}
         for reference, metric in metrics.items():
             if metric.written() == known.get(metric.name) or metric in (*self.measured.values(), *new.values()):
@@ -144,24 +157,28 @@ class SweepResults:
         return replace(self, measured={**self.measured, **new})
 
     @cached_property  # a file of megabytes
-    def _record(self) -> dict[str, Any]:
-        """Content of ``study.json``; empty if damaged."""
+    def _known_record(self) -> StudyRecord | None:
+        """Content of ``study.json``; None if it is damaged or of another version."""
         try:
-            record = json.loads((self.folder / STUDY).read_text(encoding="utf-8"))
-        except (ValueError, RecursionError):
-            return {}
-        return record if isinstance(record, dict) else {}
+            return StudyRecord.model_validate_json((self.folder / STUDY).read_bytes())
+        except ValueError:  # as pydantic's errors are
+            return None
 
-    @cached_property  # a label for each configuration
+    @property
+    def _record(self) -> StudyRecord:
+        if self._known_record is None:
+            raise OutputError(
+                f"{self.folder / STUDY}: does not describe a study of this version; {LEDGER} beside it still has the "
+                "runs"
+            )
+        return self._known_record
+
+    @cached_property  # it keeps the keys of the runs
     def schedule(self) -> RunSchedule:
         """Study with the keys of its runs; raises OutputError for another version's record."""
-        record = self._record
-        try:
-            labels, rule = tuple(map(read_label, record.get(LABELS, ()))), self.file.stopping
-            restricted = rule is not None and bool(labels) and self._is_censored(rule.metric)
-            return RunSchedule(record["version"], self.file, tuple(record["digests"]), labels, restricted)
-        except (ValueError, TypeError, KeyError, AttributeError):
-            raise self._unreadable() from None
+        record, rule = self._record, self.file.stopping
+        restricted = rule is not None and self.metrics[rule.metric].censored
+        return RunSchedule(record.version, record.study, record.digests, record.labels, restricted)
 
     @property
     def factorial(self) -> FactorialDesign:
@@ -170,31 +187,16 @@ class SweepResults:
 
         return factorial_of(self.file)
 
-    @cached_property  # validates the study
+    @property
     def file(self) -> StudyFile:
         """Study file; raises OutputError for another version's record."""
-        from missions.sweeps.study_file import StudyFile
-
-        try:
-            return StudyFile.model_validate(self._record["study"])
-        except (ValueError, KeyError):  # pydantic's errors are ValueErrors
-            raise self._unreadable() from None
-
-    def _unreadable(self) -> OutputError:
-        return OutputError(
-            f"{self.folder / STUDY}: does not describe a study of this version; {LEDGER} beside it still has the runs"
-        )
-
-    def _is_censored(self, metric: str) -> bool:
-        return any(entry["name"] == metric and entry.get("censored") for entry in self._record.get(DECLARATIONS, ()))
+        return self._record.study
 
     @cached_property  # asked for each name
     def metrics(self) -> dict[str, Metric]:
         """Metrics that can be compared, by field; raises OutputError for damaged declarations."""
-        if DECLARATIONS not in self._record:
-            raise self._unreadable()
         try:
-            declared = [Metric.read(entry) for entry in self._record[DECLARATIONS]]
+            declared = [Metric.read(entry) for entry in self._record.metrics]
         except OutputError as error:
             raise OutputError(f"{self.folder / STUDY}: {error}") from None
         return {metric.name: metric for metric in (*declared, *self.measured.values())}
@@ -217,11 +219,9 @@ class SweepResults:
 
         settings: by key, as in comparisons; ``channel.name`` is the channel.
         """
-        texts = self._record.get(ASSUMED, ())
-        labels = self.schedule.labels if texts else ()
         found = [
             text
-            for label, text in zip(labels, texts, strict=False)
+            for label, text in zip(self._record.labels, self._record.assumed, strict=False)
             if text
             and all(settings.get(key, value) == value for key, value in label.settings if isinstance(value, str))
         ]
@@ -235,9 +235,9 @@ class SweepResults:
     @cached_property  # the whole ledger
     def lines(self) -> dict[str, Line]:
         """Lines of the ledger in key order, with current settings; raises OutputError."""
-        lines = read_ledger(self.folder / LEDGER, self._record.get(IDENTITY, ""))
-        with suppress(OutputError):  # unknown settings; the runs remain
-            lines = self.schedule.labelled(lines)
+        if self._known_record is None:  # unknown settings; the runs remain
+            return read_ledger(self.folder / LEDGER)
+        lines = self.schedule.labelled(read_ledger(self.folder / LEDGER, self._record.id))
         return self._with_measured(lines) if self.measured else lines
 
     def _with_measured(self, lines: Mapping[str, Line]) -> dict[str, Line]:
@@ -543,12 +543,6 @@ def record_of(plan: SweepPlan) -> dict[str, Any]:
     }
     loaded: dict[str, Any] = json.loads(json.dumps(record))
     return {IDENTITY: short({name: json.dumps(value) for name, value in loaded.items()}), **loaded}
-
-
-def read_label(entry: Mapping[str, Any]) -> ConfigurationLabel:
-    """Return a configuration label from JSON; raise TypeError or ValueError if malformed."""
-    label = ConfigurationLabel(**entry)
-    return replace(label, settings=tuple((str(key), value) for key, value in label.settings))
 
 
 def differences(path: Path, record: Mapping[str, Any], accept_code: bool = False) -> Iterator[str]:

@@ -91,13 +91,10 @@ def sweep(
         _show_status(out, as_json)
         return
     file_of(STUDY, study, shipped_studies())  # report an unknown name before heavy imports
-    from missions.comparison.ranking import too_few
     from missions.sweeps import driver
     from missions.sweeps.study import load_study
 
     loaded = load_study(study, strategies or ())
-    if verified is None and (text := too_few(loaded.maximum)):
-        print(f"remoras: {text}", file=sys.stderr)
     if dry_run:
         guess = driver.estimate(loaded, jobs)
         said = [f"{guess.planned} runs at most, about {guess.estimate_s:.0f} s on {jobs} processes"]
@@ -107,6 +104,7 @@ def sweep(
                 "each is made once, whatever repeats says"
             )
         show(asdict(guess), as_json, said)
+        _note_on_repeats(loaded)
         return
     if verified is not None:
         _verify(loaded, out, verified, as_json)
@@ -123,9 +121,17 @@ def sweep(
     if loaded.design.keep_tables is None and outcome.with_tables < outcome.done:
         said.insert(1, "tables of further runs are left out, 500 MB are kept; study.keep_tables says of which repeats")
     show(asdict(outcome), as_json, said)
+    _note_on_repeats(loaded)
     if outcome.failed:
         print(f"remoras: {outcome.failed} runs failed; columns error and replay of {out}/runs.parquet", file=sys.stderr)
         raise typer.Exit(FAILED)
+
+
+def _note_on_repeats(study: Study) -> None:
+    from missions.comparison.ranking import too_few
+
+    if text := too_few(study.maximum):
+        print(f"remoras: {text}", file=sys.stderr)
 
 
 def _verify(study: Study, out: Path, count: int, as_json: bool) -> None:

@@ -34,7 +34,7 @@ def check_metric(metric: Metric, runs: Sequence[api.Run] = ()) -> None:
     from missions.runs.metrics import CORE_METRICS
 
     if faults := list(faults_of_metric(metric)):
-        raise AssertionError("; ".join(fault.text for fault in faults))
+        raise AssertionError("; ".join(faults))
     try:
         collected("metrics of every run and this one", (*CORE_METRICS, metric))
     except ConfigurationError as error:

@@ -66,20 +66,20 @@ def test_one_fault_is_one_clear_message(
 # Several faults -----------------------------------------------------------------------------------
 
 
-def test_all_faults_are_told_at_once_in_the_order_of_the_file(tmp_path: Path):
-    text = SMALL
+def test_malformed_tables_are_told_at_once_and_then_all_faults_between_tables(tmp_path: Path):
+    between = SMALL
     for old, new in (
-        ("per = 0.2", "per = 2.0"), ("cell_m = 10.0", "cel_m = 10.0"), ('modem = "s2c-18-34"', 'modem = "s2c"'),
-        ("[10.0, 0.0]", "[-60.0, 0.0]"), ('"Hand", "Mapper", "Scout"', '"Hand", "Mapper", "Scot"'),
+        ('modem = "s2c-18-34"', 'modem = "s2c"'), ("[10.0, 0.0]", "[-60.0, 0.0]"),
+        ('"Hand", "Mapper", "Scout"', '"Hand", "Mapper", "Scot"'),
     ):  # fmt: skip
-        text = text.replace(old, new, 1)
-    found = faults_of(tmp_path, text)
-    assert {fault.key for fault in found} >= {
-        "world.cel_m", "world.cell_m", "communication.modem", "channel.per",
-        "vehicle.Diver.playable_roles", "group.Team.role.Scout",
-    }  # fmt: skip
-    lines = [fault.line or 0 for fault in found]
-    assert lines == sorted(lines)
+        between = between.replace(old, new, 1)
+    malformed = between.replace("per = 0.2", "per = 2.0", 1).replace("cell_m = 10.0", "cel_m = 10.0", 1)
+    keys = {"communication.modem", "vehicle.Diver.playable_roles", "group.Team.role.Scout"}
+    for text, told in ((malformed, {"world.cel_m", "world.cell_m", "channel.per"}), (between, keys)):
+        found = faults_of(tmp_path, text)
+        assert {fault.key for fault in found} >= told
+        lines = [fault.line or 0 for fault in found]
+        assert lines == sorted(lines)
 
 
 @pytest.mark.parametrize("wrong", ["5", "[]", "[1, 2]", "{}"])

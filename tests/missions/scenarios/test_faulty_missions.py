@@ -82,7 +82,7 @@ MISSIONS = [
 
 
 CONTRADICTING = [
-    ("NoDirection", r"metric wear, better: allowed: Better\.HIGHER, Better\.LOWER, Better\.NEITHER"),
+    ("NoDirection", r"metric wear: better: allowed: Better\.HIGHER, Better\.LOWER, Better\.NEITHER"),
     ("UnknownClass", r"instances: no class is named 'Boy'"),
     ("OtherColumns", r"table 'coverage' is declared twice, once with the columns time_s, vehicle, cell_x, cell_y: ren"),
     ("Unmakable", r"sensor other of Diver: make\(data\) raised RuntimeError: no transducer"),

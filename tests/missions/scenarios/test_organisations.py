@@ -199,7 +199,8 @@ BESIDE = '[[group]]\nname = "Other"\nrally_point = "west rally"\nrole = []\n\n[[
     (True, "three-teams.toml", "two-teams.toml", "organisation = .*there is no file"),  # and nothing of missing roles
     (False, "# Roles that others", "[[vehicle]]\nname = 'X'\n\n# Roles that others",
      "vehicle: unknown in an organisation file; allowed: group, group_template, role"),
-    (False, 'name = "Leader"', 'name = "Leader"\nabstract = "yes"', 'role.Leader.abstract = "yes": true or false'),
+    (False, 'name = "Leader"', 'name = "Leader"\nabstract = "yes"',
+     'role.Leader.abstract = "yes": input should be a valid boolean'),
 ])  # fmt: skip
 def test_what_is_no_organisation_is_one_line(tmp_path: Path, of_scenario: bool, old: str, new: str, said: str) -> None:
     file = written(tmp_path, of_scenario=((old, new),)) if of_scenario else written(tmp_path, (old, new))
