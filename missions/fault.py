@@ -9,16 +9,16 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
-import re
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from enum import StrEnum
 from functools import cache
 from typing import Any
 
+from missions.files import is_reference
+
 KINDS_FOLDER = "missions.faults"
 SEAM_OF_KINDS = "missions.scenarios.faults"
-NAMED_KIND = re.compile(r"[\w.]+:\w+")
 EMPTY = "energy"
 """Kind of table row for an empty battery, which needs no declaration."""
 
@@ -52,7 +52,7 @@ def kind_of_row(kind: str) -> Any:
     Raises:
         PluginError: an external kind is not available.
     """
-    if kind in kinds() or not NAMED_KIND.fullmatch(kind):
+    if kind in kinds() or not is_reference(kind):
         return kinds().get(kind)
     return importlib.import_module(SEAM_OF_KINDS).kind_named(kind)
 

@@ -19,11 +19,8 @@ if TYPE_CHECKING:
     from exchange.channel.network import Network
     from missions.figure import RunResults
     from remoras.database import AUVDatabase
+    from remoras.organisation import RoleKey
     from remoras.work import Job
-
-
-RoleKey = tuple[str, str]
-"""Group and role."""
 
 
 class RoleDemand(NamedTuple):
@@ -100,15 +97,6 @@ def checked_name(name: str) -> str:
     return name
 
 
-def library() -> Any:
-    """Return networkx; raise OutputError if it is not installed."""
-    try:
-        import networkx
-    except ImportError:
-        raise OutputError("graphs need networkx; install it with: python -m pip install networkx") from None
-    return networkx
-
-
 def _time_s(name: str, value: float | None, default_s: float, end_s: float) -> float:
     """Return a valid time of the run, or raise OutputError."""
     if value is None:
@@ -138,7 +126,8 @@ def organisation_graph(results: RunResults, at_s: float | None = None, viewer: s
     Raises:
         OutputError: the run has no such time or vehicle.
     """
-    nx = library()
+    import networkx as nx  # slow to load, and checking a scenario loads the metrics that use graphs
+
     moment_s = _moment_s(results, at_s, viewer)
     graph = nx.DiGraph(name="organisation", at_s=moment_s, viewer=viewer)
     for vehicle in _vehicles(results):
@@ -191,7 +180,8 @@ def heard_graph(results: RunResults, from_s: float | None = None, until_s: float
 
 def heard_among(vehicles: Iterable[str], packets: Iterable[Mapping[str, Any]]) -> nx.DiGraph:
     """Graph of reception between these vehicles from rows of packets; see ``heard_graph``."""
-    nx = library()
+    import networkx as nx
+
     graph = nx.DiGraph()
     for vehicle in vehicles:
         graph.add_node(vehicle, kind=VEHICLE, n_sent=0, sent_bits=0)
@@ -220,7 +210,8 @@ def plan_graph(results: RunResults, at_s: float | None = None, viewer: str = "")
     Raises:
         OutputError: the run has no such time or vehicle.
     """
-    nx = library()
+    import networkx as nx
+
     moment_s = _moment_s(results, at_s, viewer)
     graph = nx.DiGraph(name="plan", at_s=moment_s, viewer=viewer)
     for row in results.rows("plans"):
@@ -240,7 +231,8 @@ def plan_graph(results: RunResults, at_s: float | None = None, viewer: str = "")
 
 def jobs_graph(jobs: Iterable[Job], vehicles: AUVDatabase) -> nx.DiGraph:
     """Graph of jobs: edges to later jobs ("before") and from able vehicles ("able")."""
-    nx = library()
+    import networkx as nx
+
     graph = nx.DiGraph(name="jobs")
     for vehicle in vehicles:
         graph.add_node(vehicle, kind=VEHICLE)
@@ -256,7 +248,8 @@ def jobs_graph(jobs: Iterable[Job], vehicles: AUVDatabase) -> nx.DiGraph:
 
 def network_graph(network: Network) -> nx.DiGraph:
     """Graph of links with their packet loss (``per``)."""
-    nx = library()
+    import networkx as nx
+
     graph = nx.DiGraph(name="network")
     for node in network.node:
         place = {} if node.position_m is None else dict(zip(("x_m", "y_m"), node.position_m, strict=True))
@@ -277,7 +270,8 @@ def _with_units(graph: nx.DiGraph) -> nx.DiGraph:
 
 def mutual(graph: nx.DiGraph) -> nx.Graph:
     """Return the links with reception in both directions."""
-    nx = library()
+    import networkx as nx
+
     both = nx.Graph()
     both.add_nodes_from(graph.nodes(data=True))
     heard = {(sender, receiver) for sender, receiver, edge in graph.edges(data=True) if edge["n_heard"]}
@@ -287,18 +281,22 @@ def mutual(graph: nx.DiGraph) -> nx.Graph:
 
 def cutting(graph: nx.DiGraph) -> frozenset[str]:
     """Return the articulation points of the mutual links."""
-    nx = library()
+    import networkx as nx
+
     return frozenset(nx.articulation_points(mutual(graph)))
 
 
 def n_parts(graph: nx.DiGraph) -> int:
     """Number of components of the mutual links."""
-    return int(library().number_connected_components(mutual(graph)))
+    import networkx as nx
+
+    return int(nx.number_connected_components(mutual(graph)))
 
 
 def is_connected(graph: nx.DiGraph) -> bool:
     """Return True if every vehicle can reach every other, directly or by relay."""
-    nx = library()
+    import networkx as nx
+
     heard = nx.DiGraph()
     heard.add_nodes_from(graph.nodes)
     heard.add_edges_from((one, two) for one, two, edge in graph.edges(data=True) if edge["n_heard"])

@@ -16,6 +16,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from statistics import fmean
 from typing import Any
 
 from missions.benchmark.suite import Cell, Suite
@@ -92,12 +93,12 @@ class Scored:
     @property
     def by_cell(self) -> dict[Cell, float]:
         """Mean efficiency of each cell."""
-        return {cell: _mean([run.efficiency for run in runs]) for cell, runs in self.cells.items()}
+        return {cell: fmean([run.efficiency for run in runs]) for cell, runs in self.cells.items()}
 
     @property
     def score(self) -> float:
         """Mean of the cell means."""
-        return _mean(list(self.by_cell.values()))
+        return fmean(list(self.by_cell.values()))
 
     @property
     def interval(self) -> Interval | None:
@@ -117,7 +118,7 @@ class Scored:
     @property
     def completed_share(self) -> float:
         """Share of completed runs."""
-        return _mean([float(run.completed) for run in self.runs])
+        return fmean([float(run.completed) for run in self.runs])
 
     def difference(self, network: str, other: str) -> tuple[float, Interval | None]:
         """Return the paired difference in efficiency between two networks, with its interval."""
@@ -140,18 +141,14 @@ def _by_instance(cells: Sequence[Mapping[int, float]]) -> dict[int, float]:
     for cell in cells:
         for repeat, value in cell.items():
             values[repeat].append(value)
-    return {repeat: _mean(own) for repeat, own in values.items() if len(own) == len(cells)}
+    return {repeat: fmean(own) for repeat, own in values.items() if len(own) == len(cells)}
 
 
 def _over_instances(values: Collection[float]) -> tuple[float, Interval | None]:
     interval = difference_interval(list(values))
     if isinstance(interval, NoInterval):
-        return _mean(list(values)), None
-    return _mean(list(values)), (round(interval[0], DIGITS), round(interval[1], DIGITS))
-
-
-def _mean(values: Sequence[float]) -> float:
-    return math.fsum(values) / len(values)
+        return fmean(list(values)), None
+    return fmean(list(values)), (round(interval[0], DIGITS), round(interval[1], DIGITS))
 
 
 @dataclass(frozen=True)
@@ -256,7 +253,7 @@ class Bounds:
             self._setups[number] = resolved(scenario)
         setup = self._setups[number]
         fleet = tuple(actual(setup, data, seed) for data in setup.database.values())
-        latest_s = max((_latest_s(fault.at_s) for fault in scenario.fault), default=-1.0)
+        latest_s = max(((fault.span_s or (0.0, math.inf))[1] for fault in scenario.fault), default=-1.0)
         key = scenario.scenario.name, latest_s, repr(fleet)
         if key not in self._known:
             self._known[key] = round(self._worked_out(scenario, fleet, latest_s), 4)
@@ -276,17 +273,3 @@ class Bounds:
         home_s = max(max(vehicle.home_m) / vehicle.transit_mps for vehicle in meeting.vehicles)
         alone_s = least_time_s(self._rounds(scenario, fleet, False))
         return least_s if alone_s >= latest_s + home_s else alone_s
-
-
-def _latest_s(at_s: object) -> float:
-    """Return the latest start of a fault (s); infinite if unknown.
-
-    >>> _latest_s([300.0, 1200.0]), _latest_s(900.0), _latest_s(None)
-    (1200.0, 900.0, inf)
-    """
-    match at_s:
-        case list() | tuple():
-            return max(map(float, at_s))
-        case float() | int():
-            return float(at_s)
-    return math.inf

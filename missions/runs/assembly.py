@@ -43,7 +43,7 @@ def channel_of(setup: Setup, seed: int) -> BroadcastChannel:
         setup.modem,
         scenario.channel.link_model(deployment, seed),
         seed,
-        sound_speed_mps=setup.sound_speed_mps,
+        sound_speed_mps=scenario.sound_speed_mps,
         range_m=scenario.communication.range_m,
         blackouts=scenario.channel.blackouts(setup.nodes),
         depths_m=deployment.depths_m if model.counts_depth else (),
@@ -261,7 +261,7 @@ def _social(shared: Shared, name: str, beliefs: Beliefs, picture: Picture) -> So
         setup.mission,
         setup.strategy,
         setup.agreement,
-        setup.rally_points_m,
+        {rally.name: rally.position_m for rally in setup.scenario.rally_point},
         picture,
         _lease(shared),
         setup.scenario.scenario.duration_s,
@@ -270,5 +270,6 @@ def _social(shared: Shared, name: str, beliefs: Beliefs, picture: Picture) -> So
 
 def _functional(shared: Shared, real: VehicleData, picture: Picture) -> FunctionalLayer:
     setup = shared.setup
-    guidance, sensors = setup.scenario.guidance, sensors_of(real)
-    return FunctionalLayer(real, setup.mission, shared.world, sensors, setup.bounds_m, picture, guidance)
+    scenario, sensors = setup.scenario, sensors_of(real)
+    bounds_m = scenario.world.box_m
+    return FunctionalLayer(real, setup.mission, shared.world, sensors, bounds_m, picture, scenario.guidance)

@@ -14,9 +14,7 @@ from typing import NamedTuple
 from missions.fault import absences
 from missions.metric import MeasuredRun
 from remoras.nesting import Malformed, specification_faults
-from remoras.organisation import Organisation, RoleAssignment
-
-RoleKey = tuple[str, str]
+from remoras.organisation import Organisation, RoleAssignment, RoleKey
 
 
 class _Event(NamedTuple):

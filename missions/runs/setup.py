@@ -40,7 +40,6 @@ from remoras.social.negotiation import negotiated_attributes
 from remoras.social.view import FORMATION_ATTRIBUTES
 from remoras.social.workload import SENSORS_WORK
 from remoras.strategy import Declaration, Strategy
-from remoras.work import Point
 from worldmodel import (
     InformationNeed,
     Instance,
@@ -203,7 +202,6 @@ class Setup:
         common_facts: known to all before the mission: equipment of vehicles, and facts of ontology files.
         database: vehicles as the fleet knows them.
         agreement: reached before the mission.
-        bounds_m: area of operations (x_min, y_min, x_max, y_max).
         deployment: vehicles as channel models know them.
         urgency: priority of each attribute exchanged by all, by uid.
         subjects: of instances, where needs follow from groups; else None.
@@ -219,10 +217,7 @@ class Setup:
     common_facts: tuple[PropertyValue, ...]
     database: AUVDatabase
     agreement: Agreement
-    rally_points_m: dict[str, Point]
-    bounds_m: tuple[float, float, float, float]
     deployment: Deployment
-    sound_speed_mps: float
     modem: Modem
     schedule: TdmaSchedule
     codec: Codec
@@ -275,7 +270,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
     n_named = len(instances) + (len(equipment) if mission.instances_found_per_vehicle else 0)
     instances += equipment
     common_facts += _stated_facts(tbox, instances)
-    modem, world = deployment.modem, scenario.world
+    modem = deployment.modem
     packet_s = modem.packet_s(modem.payload_bits)
     schedule = TdmaSchedule(len(database), packet_s, guard_s(scenario))
     agreement = agree(strategy, mission, database, groups, scenario.scenario.duration_s)
@@ -297,10 +292,7 @@ def resolved(scenario: Scenario, strategy: Strategy | None = None) -> Setup:
         common_facts=common_facts,
         database=database,
         agreement=agreement,
-        rally_points_m={rally.name: rally.position_m for rally in scenario.rally_point},
-        bounds_m=(world.x_m[0], world.y_m[0], world.x_m[1], world.y_m[1]),
         deployment=deployment,
-        sound_speed_mps=scenario.sound_speed_mps,
         modem=modem,
         schedule=schedule,
         codec=_codec(scenario, mission, strategy, policy, tbox, n_named, schedule, exchanged, ahead_s),

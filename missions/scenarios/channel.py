@@ -38,7 +38,7 @@ from missions.files import is_number, text_of
 from missions.scenarios.communication import modem_in
 from missions.scenarios.features import used_in
 from remoras.errors import PluginError
-from remoras.plugins import faults_of, known_or_named, refuse, refuse_other
+from remoras.plugins import answer, faults_of, known_or_named, refuse, refuse_other
 from remoras.table import NotNegative, Section, Sparse
 from worldmodel import suggestion
 
@@ -47,6 +47,7 @@ if TYPE_CHECKING:
 
 COMPULSORY = ("link_model", "mean_per")
 """Methods that a channel model must have."""
+SHARE = "a number from 0 to 1"
 OF_EVERY_CHANNEL = {"name", "blackout"}
 """Keys reserved in every model."""
 
@@ -175,18 +176,15 @@ class CheckedLink:
     link: LinkModel
 
     def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
-        """Return the model's loss probability; raise ConfigurationError for a wrong answer."""
+        """Return the model's loss probability; raise PluginError for a wrong answer."""
         asked = f"p_loss({packet}, {receiver}, {range_m:g})"
-        try:
-            p_loss = self.link.p_loss(packet, receiver, range_m)
-        except Exception as error:  # user code may raise anything
-            raise self._fault(f"{asked} raised {type(error).__name__}: {error}") from error
-        if isinstance(p_loss, bool) or not isinstance(p_loss, int | float) or not 0.0 <= p_loss <= 1.0:
-            raise self._fault(f"{asked} must be a number from 0 to 1, not {p_loss!r}")
-        return p_loss
+        return answer(
+            f"channel {self.name}", asked, SHARE, _is_share, lambda: self.link.p_loss(packet, receiver, range_m)
+        )
 
-    def _fault(self, what: str) -> ConfigurationError:
-        return ConfigurationError.of("channel", "channel.name", f'"{self.name}"', what)
+
+def _is_share(found: Any) -> bool:
+    return isinstance(found, int | float) and not isinstance(found, bool) and 0.0 <= found <= 1.0
 
 
 def model_named(name: str) -> type[ChannelModel]:
@@ -313,27 +311,23 @@ def deployment_in(scenario: Scenario) -> Deployment | None:
 
 
 def _trial_faults(name: str, settings: ChannelModel, deployment: Deployment) -> Iterator[ConfigurationFault]:
-    """Yield the faults of a first trial of a plug-in model."""
+    """Yield the first fault of a trial of a plug-in model."""
+    speed, linking = "None or a finite number above 0", "an object with p_loss(packet, receiver, range_m)"
     try:
-        per = settings.mean_per(deployment)
-        if isinstance(per, bool) or not isinstance(per, int | float) or not 0.0 <= per <= 1.0:
-            yield ConfigurationFault("channel.name", f'"{name}"', f"mean_per must be a number from 0 to 1, not {per!r}")
-        speed_mps = settings.sound_speed_mps(deployment)
-        if speed_mps is not None and not (is_number(speed_mps) and speed_mps > 0.0):
-            allowed = f"sound_speed_mps must be None or a finite number above 0, not {speed_mps!r}"
-            yield ConfigurationFault("channel.name", f'"{name}"', allowed)
-        link = settings.link_model(deployment, 0)
-        if not callable(getattr(link, "p_loss", None)):
-            allowed = f"link_model must return an object with p_loss(packet, receiver, range_m), not {link!r}"
-            yield ConfigurationFault("channel.name", f'"{name}"', allowed)
-        else:
-            CheckedLink(name, link).p_loss(Transmission(0, 0, 0.0, deployment.modem.payload_bits), 1, 1.0)
-    except ConfigurationError as error:
-        yield from error.faults
-    except Exception as error:  # user code may raise anything
-        hooks = "link_model, mean_per and sound_speed_mps"
-        allowed = f"{hooks} must take every scenario, but raised {type(error).__name__}: {error}"
-        yield ConfigurationFault("channel.name", f'"{name}"', allowed)
+        answer("it", "mean_per", SHARE, _is_share, lambda: settings.mean_per(deployment))
+        answer("it", "sound_speed_mps", speed, _is_speed, lambda: settings.sound_speed_mps(deployment))
+        link = answer("it", "link_model", linking, _is_link, lambda: settings.link_model(deployment, 0))
+        CheckedLink(name, link).p_loss(Transmission(0, 0, 0.0, deployment.modem.payload_bits), 1, 1.0)
+    except PluginError as error:
+        yield ConfigurationFault("channel.name", f'"{name}"', str(error).removeprefix("it: "))
+
+
+def _is_speed(found: Any) -> bool:
+    return found is None or (is_number(found) and found > 0.0)
+
+
+def _is_link(found: Any) -> bool:
+    return callable(getattr(found, "p_loss", None))
 
 
 def _vehicle_faults(above: str, table: BaseModel, vehicles: Sequence[str]) -> Iterator[ConfigurationFault]:

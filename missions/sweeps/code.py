@@ -30,7 +30,7 @@ N_DIGITS = 12
 
 def fingerprint(scenarios: Iterable[Mapping[str, Any]] = ()) -> dict[str, str]:
     """Return digests by path and versions by name; plug-ins of ``scenarios`` are included."""
-    return {**program(), **code_digests(scenarios)}
+    return {**program(), **code_digests(references(scenarios))}
 
 
 def short(digests: Mapping[str, str]) -> str:
@@ -48,24 +48,11 @@ def program() -> dict[str, str]:
         except PackageNotFoundError:
             digests[name] = "absent"
     top = Path(__file__).parents[2]
-    for package in MAKE_RUNS:
-        digests |= digests_in(top / package, top)
-    return digests
-
-
-def digests_in(folder: Path, top: Path) -> dict[str, str]:
-    """Return digests of files in a folder that can change a run, by path below ``top``."""
-    digests = {}
-    for file in sorted(folder.rglob("*")):
+    for file in sorted(file for package in MAKE_RUNS for file in (top / package).rglob("*")):
         name = file.relative_to(top).as_posix()
         if file.is_file() and "__pycache__" not in file.parts and not name.startswith(TELL_ONLY):
             digests[name] = _digest(file.read_bytes())
     return digests
-
-
-def code_digests(scenarios: Iterable[Mapping[str, Any]]) -> dict[str, str]:
-    """Return digests of plug-ins named ``package.module:object`` and of their local imports."""
-    return _digests_of(references(scenarios))
 
 
 def references(scenarios: Iterable[Mapping[str, Any]]) -> frozenset[str]:
@@ -76,10 +63,11 @@ def references(scenarios: Iterable[Mapping[str, Any]]) -> frozenset[str]:
 @cache  # for each run, and plug-ins are parsed
 def code_with(named: frozenset[str] = frozenset()) -> str:
     """Return one digest of this program and named plug-ins, cached like the loaded code."""
-    return short({**program(), **_digests_of(named)})
+    return short({**program(), **code_digests(named)})
 
 
-def _digests_of(named: Iterable[str]) -> dict[str, str]:
+def code_digests(named: Iterable[str]) -> dict[str, str]:
+    """Return digests of plug-ins named ``package.module:object`` and of their local imports."""
     digests: dict[str, str] = {}
     for reference in sorted(named):
         module = reference.partition(":")[0]

@@ -1,17 +1,15 @@
 """Driver: make the runs of a study that its folder lacks.
 
-Any ``concurrent.futures.Executor`` executes chunks of about a second; results go to the ledger at once. A chunk whose
-process died is split until the faulty run is found. That run is retried alone a few times, then recorded as failed,
-while all others continue.
+Any ``concurrent.futures.Executor`` executes the runs; results go to the ledger at once. A run whose process died is
+retried a few times, then recorded as failed, while all others continue.
 """
 
 from __future__ import annotations
 
 import itertools
-import math
 import time
 from collections import Counter, deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -24,14 +22,12 @@ from missions.sweeps.ledger import FinishedRun
 from missions.sweeps.plan import DRAWN, RunTask, SweepPlan
 from missions.sweeps.pool import SupervisedPool, TookTooLong, WorkersCannotStart, cluster_executor
 from missions.sweeps.study import Study
-from missions.sweeps.worker import Needed, killed, run_chunk, run_task
+from missions.sweeps.worker import Needed, killed, run_checked, run_task
 
-CHUNK_S = 1.0
-MAX_CHUNK = 200
 MAX_ATTEMPTS = 3
-"""Attempts of a run alone before it counts as fatal to its process."""
+"""Attempts of a run before it counts as fatal to its process."""
 AHEAD = 2
-"""Chunks submitted per process."""
+"""Runs submitted per process."""
 TIMED_RUNS = 3
 LOSSLESS_TIMED = 8
 """Upper bound on lossless configurations tested in a dry run for random draws."""
@@ -172,53 +168,6 @@ def _engine(jobs: int, cluster: str | None, executor: Executor | None) -> Iterat
             pool.shutdown(wait=False, cancel_futures=True)
 
 
-class _Queue:
-    """Tasks waiting for a process; they leave in chunks and return if their process dies."""
-
-    def __init__(self, tasks: Iterable[RunTask], n_processes: int, timeout_s: float | None) -> None:
-        self._timeout_s = timeout_s
-        self.waiting = deque(tasks)
-        self._n_processes = n_processes
-        self._attempts: Counter[str] = Counter()
-        self._suspects: set[str] = set()
-        self._run_s: float | None = None
-
-    def next_chunk(self) -> list[RunTask]:
-        """Return the next tasks, about ``CHUNK_S`` of work, fewer near the end; a suspect alone."""
-        share = math.ceil(len(self.waiting) / (AHEAD * self._n_processes))
-        fitting = 1 if self._run_s is None else round(CHUNK_S / max(self._run_s, 1e-6))
-        size = max(1, min(MAX_CHUNK, share, fitting))
-        chunk = [self.waiting.popleft()]
-        while len(chunk) < size and self.waiting:
-            if self._suspects.intersection((chunk[0].key, self.waiting[0].key)):
-                break
-            chunk.append(self.waiting.popleft())
-        return chunk
-
-    def learn(self, finished: Iterable[FinishedRun]) -> None:
-        """Update the mean duration of a run."""
-        for run in finished:
-            if (wall_s := run.line["machine"]["wall_s"]) is not None:
-                self._run_s = wall_s if self._run_s is None else 0.8 * self._run_s + 0.2 * wall_s
-
-    def put_back(self, chunk: list[RunTask], error: Exception) -> list[FinishedRun]:
-        """Return the tasks of a dead chunk to the queue, each to be run alone.
-
-        Dask has retried a chunk before it reports its death, which therefore counts as ``MAX_ATTEMPTS``. Returns the
-        run that has finally failed, if any.
-        """
-        if len(chunk) == 1:
-            key = chunk[0].key
-            if isinstance(error, TookTooLong):
-                return [killed(chunk[0], f"it took longer than timeout_s = {self._timeout_s:g}")]
-            self._attempts[key] += MAX_ATTEMPTS if type(error).__name__ == "KilledWorker" else 1
-            if self._attempts[key] >= MAX_ATTEMPTS:
-                return [killed(chunk[0], "the process died every time that this run was tried, alone at the last")]
-        self._suspects.update(task.key for task in chunk)
-        self.waiting.extendleft(reversed(chunk))
-        return []
-
-
 def _drive(
     executor: Executor,
     n_processes: int,
@@ -227,40 +176,45 @@ def _drive(
     progress: ReportProgress | None,
     limits: Limits,
 ) -> None:
-    """Submit chunks and record their results until no run is missing."""
-    queue = _Queue(plan.due(folder.summaries), n_processes, limits.timeout_s)
+    """Submit runs and record their results until none is missing."""
+    waiting, deaths = deque(plan.due(folder.summaries)), Counter[str]()
     needed = Needed.like_here(limits.memory_mb)
-    busy: dict[Future[list[FinishedRun]], list[RunTask]] = {}
-    while queue.waiting or busy:
-        while queue.waiting and len(busy) < AHEAD * n_processes:
-            chunk = queue.next_chunk()
-            if isinstance(executor, SupervisedPool) and limits.timeout_s is not None:
-                future = executor.submit_within(limits.timeout_s * len(chunk), run_chunk, needed, chunk)
+    busy: dict[Future[FinishedRun], RunTask] = {}
+    while waiting or busy:
+        while waiting and len(busy) < AHEAD * n_processes:
+            task = waiting.popleft()
+            if isinstance(executor, SupervisedPool):
+                future = executor.submit_within(limits.timeout_s, run_checked, needed, task)
             else:
-                future = executor.submit(run_chunk, needed, chunk)
-            busy[future] = chunk
+                future = executor.submit(run_checked, needed, task)
+            busy[future] = task
         ready, _ = wait(busy, return_when=FIRST_COMPLETED)
         finished: list[FinishedRun] = []
         for future in ready:
-            chunk = busy.pop(future)
+            task = busy.pop(future)
             try:
-                finished += future.result()
+                finished.append(future.result())
             except Exception as error:
                 if not _is_death(error):
                     raise
-                finished += queue.put_back(chunk, error)
+                # Dask retries a run before it reports its death
+                deaths[task.key] += MAX_ATTEMPTS if type(error).__name__ == "KilledWorker" else 1
+                if isinstance(error, TookTooLong):
+                    finished.append(killed(task, f"it took longer than timeout_s = {limits.timeout_s:g}"))
+                elif deaths[task.key] >= MAX_ATTEMPTS:
+                    finished.append(killed(task, "the process died every time that this run was tried"))
+                else:
+                    waiting.appendleft(task)
         folder.append(finished)
-        queue.learn(finished)
-        if not queue.waiting:
-            given_out = {task.key for chunk in busy.values() for task in chunk}
-            queue.waiting.extend(plan.due(folder.summaries, given_out))
+        if not waiting:
+            waiting.extend(plan.due(folder.summaries, {task.key for task in busy.values()}))
         if progress is not None:
             n_missing = sum(1 for _ in plan.schedule.missing(folder.summaries))
             progress(len(folder.lines), len(folder.lines) + n_missing)
 
 
 def _is_death(error: Exception) -> bool:
-    """True if a process died with the chunk, as reported by the pool or by Dask."""
+    """True if a process died with the run, as reported by the pool or by Dask."""
     if isinstance(error, WorkersCannotStart):
         return False
     return isinstance(error, BrokenExecutor) or type(error).__name__ == "KilledWorker"

@@ -199,12 +199,9 @@ class SweepPlan:
             for configuration in self.study.configurations
         )
         labels = map(ConfigurationLabel.of, self.study.configurations)
-        return RunSchedule(version(), self.study.file, tuple(digests), tuple(labels), self._is_restricted)
-
-    @property
-    def _is_restricted(self) -> bool:
         rule = self.study.file.stopping
-        return rule is not None and self.study.metrics[rule.metric].censored
+        restricted = rule is not None and self.study.metrics[rule.metric].censored
+        return RunSchedule(version(), self.study.file, tuple(digests), tuple(labels), restricted)
 
     def task(self, number: int, repeat: int) -> RunTask:
         """Return a repeat of a configuration, ready to run."""

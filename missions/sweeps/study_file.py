@@ -186,7 +186,7 @@ class Design(Section):
     @field_validator("scenario", mode="before")
     @classmethod
     def _one_or_more(cls, value: Any) -> Any:
-        return (value,) if isinstance(value, str) else value
+        return tuple([value] if isinstance(value, str) else value) if isinstance(value, str | list) else value
 
 
 class StoppingRule(Section):

@@ -10,7 +10,7 @@ import os
 import platform
 import time
 import traceback
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -48,8 +48,8 @@ class Needed(NamedTuple):
         return cls(version(), code_with(), memory_mb)
 
 
-def run_chunk(needed: Needed, tasks: Sequence[RunTask]) -> list[FinishedRun]:
-    """Execute tasks; raising runs fail, another version or code raises ClusterError."""
+def run_checked(needed: Needed, task: RunTask) -> FinishedRun:
+    """Execute one task; a raising run fails, another version or code raises ClusterError."""
     where = f"worker {platform.node()}"
     if version() != needed.version:
         raise ClusterError(f"{where} has version {version()} of remoras, the sweep {needed.version}: install the same")
@@ -58,7 +58,7 @@ def run_chunk(needed: Needed, tasks: Sequence[RunTask]) -> list[FinishedRun]:
     if needed.memory_mb is not None and resource is not None:
         limit = needed.memory_mb * 2**20
         resource.setrlimit(resource.RLIMIT_DATA, (limit, resource.getrlimit(resource.RLIMIT_DATA)[1]))
-    return [run_task(task) for task in tasks]
+    return run_task(task)
 
 
 @rare_collections()

@@ -12,12 +12,12 @@ from small_mission import CHANNEL, SMALL, faults_of, line_of, pond, run_varied, 
 
 from exchange.channel.link import GilbertElliott, Transmission
 from exchange.channel.shipped import CHANNELS
-from missions.errors import ConfigurationError
 from missions.runs.assembly import channel_of
 from missions.runs.results import identity
 from missions.runs.run import Run
 from missions.runs.setup import resolved
 from missions.scenarios import load
+from remoras.errors import PluginError
 
 SHIPPED = ["ASV00", "AUV00", "AUV01", "AUV02"]
 LINKED = """\
@@ -205,10 +205,10 @@ def test_a_fault_with_a_model_from_outside_is_one_clear_message(
 @pytest.mark.parametrize(
     ("name", "says"),
     [
-        ("Nothing", r"link_model must return an object with p_loss\(.*not None"),
-        ("Failing", "but raised KeyError: 'sea'"),
-        ("WrongMean", r"mean_per must be a number from 0 to 1, not 20\.0"),
-        ("Telling", "sound_speed_mps must be None or a finite number above 0, not '1500 m/s'"),
+        ("Nothing", r"link_model returned None; expected: an object with p_loss\("),
+        ("Failing", "link_model raised KeyError: 'sea'"),
+        ("WrongMean", r"mean_per returned 20\.0; expected: a number from 0 to 1"),
+        ("Telling", "sound_speed_mps returned '1500 m/s'; expected: None or a finite number above 0"),
         ("Misfitting", "raised TypeError: expected SettingFaults, not 'too deep'"),
         ("Grumbling", "its checks of settings raised KeyError: 'sea'"),
     ],
@@ -220,7 +220,7 @@ def test_a_model_that_does_not_keep_to_its_seam_is_found_before_the_run(tmp_path
 
 
 def test_a_model_that_goes_wrong_later_ends_the_run_with_its_name(tmp_path: Path):
-    with pytest.raises(ConfigurationError, match=r"nonconforming_channels:Late.*p_loss\(.*not 1\.5"):
+    with pytest.raises(PluginError, match=r"nonconforming_channels:Late.*p_loss\(.* returned 1\.5; expected"):
         run_with(tmp_path, {"name": f"{outside.__name__}:Late"})
 
 

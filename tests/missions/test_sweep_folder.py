@@ -14,7 +14,7 @@ from missions.sweeps.folder import SweepFolder, SweepResults
 from missions.sweeps.ledger import LEDGER
 from missions.sweeps.plan import SweepPlan
 from missions.sweeps.study import load_study
-from missions.sweeps.worker import Needed, run_chunk
+from missions.sweeps.worker import run_task
 
 
 def plan_of(tmp_path: Path, text: str = study_text(repeats=2)) -> SweepPlan:
@@ -27,7 +27,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("made")
     plan = plan_of(folder)
     log = SweepFolder(folder / "out", plan)
-    log.append(run_chunk(Needed.like_here(), list(plan.missing({}))[:3]))
+    log.append([run_task(task) for task in list(plan.missing({}))[:3]])
     log.compact()
     log.close()
     return folder / "out"
@@ -47,7 +47,7 @@ def test_a_torn_tail_is_cut_and_its_run_made_again(folder: Path, tmp_path: Path,
     log = SweepFolder(folder, plan)
     assert len(log.lines) == 2
     assert (folder / LEDGER).read_bytes() == content[: content[:-1].rindex(b"\n") + 1]
-    log.append(run_chunk(Needed.like_here(), list(plan.missing(log.summaries))))
+    log.append([run_task(task) for task in plan.missing(log.summaries)])
     log.close()
     status = SweepResults.read(folder).status()
     assert (status.planned, status.done, status.remaining) == (8, 8, 0)

@@ -98,16 +98,15 @@ def small(tmp_path: Path) -> Study:
 
 
 class Remembering(Serial):
-    """Makes each chunk once in all tests here: what becomes of runs is looked at, not the runs."""
+    """Makes each run once in all tests here: what becomes of runs is looked at, not the runs."""
 
-    made: ClassVar[dict[tuple[str, ...], list[FinishedRun]]] = {}
+    made: ClassVar[dict[str, FinishedRun]] = {}
 
     def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
-        needed, tasks = args
-        keys = tuple(task.key for task in tasks)
-        if keys not in self.made:
-            self.made[keys] = fn(needed, tasks)
-        return super().submit(lambda: self.made[keys])
+        needed, task = args
+        if task.key not in self.made:
+            self.made[task.key] = fn(needed, task)
+        return super().submit(lambda: self.made[task.key])
 
 
 @pytest.fixture(scope="module")

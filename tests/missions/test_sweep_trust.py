@@ -74,11 +74,11 @@ def test_what_a_plug_in_imports_from_its_project_counts_and_nothing_else(
     ):  # fmt: skip
         (project / f"{name}.py").write_text(text)
     scenario = {"strategy": {"name": "my_project.own:MINE"}}
-    found = code.code_digests([scenario])
+    found = code.code_digests(code.references([scenario]))
     assert set(found) == {f"my_project/{name}.py" for name in ("__init__", "own", "tuning", "deeper")}
     (project / "deeper.py").write_text("RATE = 2\n")
     (project / "notes.py").write_text("# changed\n")
-    again = code.code_digests([scenario])
+    again = code.code_digests(code.references([scenario]))
     assert [name for name in found if found[name] != again[name]] == ["my_project/deeper.py"]
 
 

@@ -7,10 +7,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from missions.figure import RunResults
-from missions.graphs import GroupNode, RoleKey, group_nodes
+from missions.graphs import GroupNode, group_nodes
 from visualisation import run_records
 from visualisation.output import DrawingError, unknown
-from visualisation.run_records import Span, n_at_once, outages, outside, spans, spans_by
+from visualisation.run_records import RoleKey, Span, n_at_once, outages, outside, spans, spans_by
 
 CREATED, DISSOLVED, MISSION, SUCCEEDED = "create", "dissolve", "mission", "succeed"
 """Marked acts."""
