@@ -94,18 +94,16 @@ def assemble(
     setup: Setup,
     seed: int,
     channel: Channel | None = None,
-    salt: bytes | None = None,
     vehicle: Callable[..., Vehicle] = Vehicle,
 ) -> Fleet:
     """Assemble a fleet ready to run.
 
     Args:
         channel: replaces the scenario's, for tests and experiments.
-        salt: of encrypted packets; fresh if None. Reuse one only to decrypt packets sent with it.
         vehicle: factory with the parameters of ``Vehicle``.
     """
     if setup.scenario.communication.key_file:
-        setup = replace(setup, codec=renewed(setup.codec, None if salt is None else lambda sender: salt))
+        setup = replace(setup, codec=renewed(setup.codec))
     scenario, mission = setup.scenario, setup.mission
     fleet = [actual(setup, data, seed) for data in setup.database.values()]
     recorder = recorder_of_mission(mission, [sensors_of(real) for real in fleet])

@@ -270,10 +270,6 @@ class Results(RunReader):
         """Names of the existing tables."""
         return tuple(sorted(path.stem for path in self.folder.glob("*.parquet")))
 
-    def has(self, name: str) -> bool:
-        """True if the table exists; missions and features may lack it."""
-        return (self.folder / f"{name}.parquet").is_file()
-
     def _read(self, name: str) -> pa.Table:
         """Read a table; raise if it is damaged, of another run, or lacks a column."""
         path = self.folder / f"{name}.parquet"

@@ -72,13 +72,13 @@ REPORTED = ("study.study.metrics", "study.study.baseline", "study.stopping")
 class StudyRecord(BaseModel):
     """Content of ``study.json``, as far as results are read by it."""
 
-    id: str
+    id: str = ""
     version: str
     study: StudyFile
     metrics: tuple[dict[str, Any], ...]
-    own_metrics: tuple[str, ...]
+    own_metrics: tuple[str, ...] = ()
     digests: tuple[str, ...]
-    labels: tuple[ConfigurationLabel, ...]
+    labels: tuple[ConfigurationLabel, ...] = ()
     assumed: tuple[str, ...] = ()
 
 
