@@ -13,7 +13,6 @@ from missions.runs.run import Run
 from remoras.strategies.remoras import Remoras
 from remoras.strategy import Declaration
 
-SEEDS = (1, 2, 3)
 CUT_OFF = 'channel.blackout=[{from_s=200.0, until_s=1200.0, vehicle="AUV00"}]'
 NEVER = 10_000
 """As many frames as a parameter allows: 70000 s, far beyond the end of the run."""
@@ -28,8 +27,8 @@ def report(strategy: str, seed: int, *settings: str) -> dict[str, Any]:
     return summary(finished(strategy, seed, *settings))
 
 
-def duplicated(strategy: str, per: float) -> list[float]:
-    return [report(strategy, seed, f"channel.per={per}")["duplicate_fraction"] for seed in SEEDS]
+def duplicated(strategy: str, seed: int, per: float) -> float:
+    return float(report(strategy, seed, f"channel.per={per}")["duplicate_fraction"])
 
 
 def taken_by(done: Run) -> dict[str, list[str]]:
@@ -46,9 +45,9 @@ def taken_by(done: Run) -> dict[str, list[str]]:
 
 @pytest.mark.slow
 def test_work_is_duplicated_when_nearly_all_packets_are_lost_and_not_without_loss() -> None:
-    assert max(duplicated("cbba", 0.95)) > 0.05
-    for strategy in ("cbba", "status-broadcast"):
-        assert max(duplicated(strategy, 0.0)) < 0.005  # who chooses in the same frame hears of it one frame later
+    assert max(duplicated("cbba", seed, 0.95) for seed in (1, 2, 3)) > 0.05
+    for strategy in ("cbba", "status-broadcast"):  # without loss nothing is drawn, so that all seeds are one run
+        assert duplicated(strategy, 1, 0.0) < 0.005  # who chooses in the same frame hears of it one frame later
 
 
 @pytest.mark.slow
