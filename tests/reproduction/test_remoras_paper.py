@@ -72,7 +72,7 @@ class Scripted:
         self, slot: int, sender: int, data: bytes, now_s: float, positions_m: Sequence[tuple[float, float]]
     ) -> list[Arrival]:
         start_s = self.schedule.start_s(slot)
-        told = self.alter(self.codec.decode(data, slot // len(positions_m), start_s))
+        told = self.alter(self.codec.decode(data, slot // len(positions_m), start_s).packet)
         altered = self.codec.encode(
             told.sender, told.rows, told.fragments, told.signals, told.frame, told.epoch, start_s, told.summary
         )
