@@ -395,7 +395,8 @@ class Wrapping:
                     life.took_damaged += 1
                 else:
                     witness.note_taken(life, aired)
-                    witness.note_decoded(life, found.reception.items)
+                    aside = [fragment.uid for fragment in found.reception.aside]
+                    witness.note_decoded(life, [*found.reception.items, *aside])
             self._listen(Heard(vehicle, life, aired, found.reception, found.changes, now_s))
             return found
 

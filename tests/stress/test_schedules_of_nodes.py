@@ -76,3 +76,11 @@ def test_a_resumed_node_has_all_but_what_it_observed_after_the_last_line_of_its_
     outcome = judge_nodes(Schedule(0, 78.0, 600.0, node_settings("ack", 0.0, "key"), (killed,)))
     assert outcome.broken is None, outcome.broken
     assert "killed" in outcome.happened
+
+
+def test_a_belief_about_an_item_that_was_decoded_without_need_is_true() -> None:
+    """It came as a coded repair, and was set aside."""
+    needs = "communication.needs_follow='groups'", "group.Operational.information='held by head'"
+    given = (*node_settings("adaptive", 0.4, "checksum"), *needs, "communication.needs.playsRole=1")
+    outcome = judge_nodes(Schedule(1, 41.2, 600.0, given, (StressFault("deaf", 1.0, "AUV01"),)))
+    assert outcome.broken is None, outcome.broken
