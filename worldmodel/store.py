@@ -192,7 +192,10 @@ class Store(StoredItems):
         return Change(block, self._turned() if self.index.turned else self._latest_of(entries))
 
     def _note(self, entries: Iterable[Observation]) -> None:
-        self.news += [entry for entry in entries if (entry.fact.subject, entry.fact.attribute) in self.watched]
+        for entry in entries:
+            subject, attribute, *_ = entry.block.facts[entry.position]
+            if (subject, attribute) in self.watched:
+                self.news.append(entry)
 
     def _latest_of(self, entries: Iterable[Observation]) -> tuple[PropertyValue, ...]:
         latest = []

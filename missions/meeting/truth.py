@@ -52,6 +52,10 @@ class MeetingTruth:
         founded = [group for group in meeting.groups.values() if group.formed_by is None]  # other groups are temporary
         from_below = sorted(founded, key=lambda group: height(group.name, before))
         self._apart = [group for group in from_below if group.rally_point is not None]
+        names = {group.name for group in self._apart}
+        self._to_meet_before = {
+            name: names.intersection(self._meets_after[name]) for name in names
+        }  # those still apart
         self._n_meetings, self._n_met, self._last_met_s = len(self._apart), 0, 0.0
 
     @property
@@ -137,7 +141,7 @@ class MeetingTruth:
                 self.milestones.append(Milestone(now_s, "consultation_done"))
             self.watch(fleet, now_s)
         for group in list(self._apart) if now_s >= self._opens_s else ():
-            if any(other.name in self._meets_after[group.name] for other in self._apart):
+            if self._to_meet_before[group.name]:
                 continue
             self._note_who_is_there(alive, group, now_s)
             if not self._is_planned:
@@ -157,6 +161,8 @@ class MeetingTruth:
     ) -> None:
         self._last_met_s = now_s
         self._apart.remove(group)
+        for names in self._to_meet_before.values():
+            names.discard(group.name)
         self._n_met += any(self._has_come(vehicle, group) for vehicle in self._members(survivors, group))
         self.milestones.append(Milestone(now_s, "gathered", group=group.name))
         self.milestones += [Milestone(now_s, "missed_meeting", name, group.name) for name in missing]
@@ -236,6 +242,8 @@ class MeetingTruth:
             x_m, y_m = vehicle.position_m
             dx_m, dy_m = x_m - at_x_m, y_m - at_y_m
             is_there = dx_m * dx_m + dy_m * dy_m <= radius_m * radius_m
+            if not is_there and not self._waits_s:  # no arrival yet
+                continue
             key = vehicle.name, group.name
             if not is_there:
                 self._there_s.pop(key, None)
