@@ -144,7 +144,7 @@ def forger(codec: Codec, slots: TdmaSchedule, model: WorldModel) -> Forge:
     def forge(data: bytes, slot: int, draw: int) -> bytes:
         frame, start_s = slots.frame_of(slot), slots.start_s(slot)
         try:
-            packet = codec.decode(data, frame, start_s, codec.era_of(data, frame) or 0)
+            packet = codec.decode(data, frame, start_s, codec.era_of(data, frame) or 0).packet
             forged = _forged(packet, draw, model)
             if forged == packet:
                 return data
