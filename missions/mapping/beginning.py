@@ -93,7 +93,7 @@ def scenario_text(name: str, answers: Mapping[str, Any], modems: Mapping[str, fl
     faults = [{"earliest_s": round(0.05 * work_s), "latest_s": round(0.25 * work_s)}] * n_lost
     entries: dict[str, list[dict[str, Any]]] = {"area": corners, "vehicle": fleet, "fault": faults}
     text = EACH.sub(
-        lambda found: "".join(Template(found[2]).safe_substitute(entry) for entry in entries[found[1]]),
+        lambda match: "".join(Template(match[2]).safe_substitute(entry) for entry in entries[match[1]]),
         TEMPLATE.read_text(encoding="utf-8"),
     )
     once = {
@@ -104,5 +104,5 @@ def scenario_text(name: str, answers: Mapping[str, Any], modems: Mapping[str, fl
     return Template(text).substitute(once).rstrip() + "\n"
 
 
-def _refused(option: str, given: object, allowed: str) -> ConfigurationError:
-    return ConfigurationError.of("new scenario", f"--{option}", str(given), f"allowed: {allowed}")
+def _refused(option: str, value: object, allowed: str) -> ConfigurationError:
+    return ConfigurationError.of("new scenario", f"--{option}", str(value), f"allowed: {allowed}")

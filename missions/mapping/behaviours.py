@@ -297,10 +297,10 @@ class ZigzagExploring(Behaviour):
 
     def _over_a_missed_cell(self, missed: int, motion: Motion) -> _Passage | None:
         """Return a passage over the nearest missed cell: repeating its row would miss it again."""
-        found = [index for index in range(missed.bit_length()) if missed >> index & 1]
-        if not found:
+        cells = [index for index in range(missed.bit_length()) if missed >> index & 1]
+        if not cells:
             return None
-        index = min(found, key=lambda cell: distance_m(motion, self._job.on.centre_m(cell)))
+        index = min(cells, key=lambda cell: distance_m(motion, self._job.on.centre_m(cell)))
         row = next(number for number, row in enumerate(self._survey.rows) if row.cells >> index & 1)
         centre_m = self._job.on.centre_m(index)
         self._approach = Approach(self._speed_mps)

@@ -113,13 +113,13 @@ def with_inspectors(scenario: MappingScenario) -> MappingScenario:
     played = {role for vehicle in scenario.vehicle for role in vehicle.playable_roles or ()}
     unplayed = tuple(role for role in roles if role not in played)
     vehicles = [
-        playing(one, unplayed) if one.sensor and any(one.can_play(*role) for role in exploring) else one
-        for one in scenario.vehicle
+        playing(v, unplayed) if v.sensor and any(v.can_play(*role) for role in exploring) else v
+        for v in scenario.vehicle
     ]
     importance = scenario.mission.importance
     if "Exploring" in importance and not any(key.split(".")[-1] == INSPECTING for key in importance):
         importance = {**importance, INSPECTING: importance["Exploring"]}
-    found = scenario.model_copy(
+    completed = scenario.model_copy(
         update={
             "group": tuple(with_roles if group is chosen else group for group in scenario.group),
             "vehicle": tuple(vehicles),
@@ -127,7 +127,7 @@ def with_inspectors(scenario: MappingScenario) -> MappingScenario:
         }
     )
     needs = scenario.communication.needs
-    return with_needs(found, dict.fromkeys(NEEDED, max(needs.values()))) if needs else found
+    return with_needs(completed, dict.fromkeys(NEEDED, max(needs.values()))) if needs else completed
 
 
 BRAKING_S = 2.0

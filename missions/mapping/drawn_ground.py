@@ -26,8 +26,8 @@ Piece = tuple[int, int, int, int]
 
 def drawn_ground(tables: Mapping[str, Any], seed: int) -> dict[str, Any]:
     """Randomise areas and fleet of a scenario with ``fleet.copies_of`` and one group with areas."""
-    draws, found = _draws(seed), deepcopy(dict(tables))
-    cell_m, (x_m, y_m) = found["world"]["cell_m"], (found["world"]["x_m"], found["world"]["y_m"])
+    draws, drawn = _draws(seed), deepcopy(dict(tables))
+    cell_m, (x_m, y_m) = drawn["world"]["cell_m"], (drawn["world"]["x_m"], drawn["world"]["y_m"])
     n_across, n_up = (int((high - low) / cell_m) for low, high in (x_m, y_m))
     width = _whole(draws, *WIDTHS)
     height = min(n_up, round(_whole(draws, *CELLS) / width))
@@ -37,18 +37,18 @@ def drawn_ground(tables: Mapping[str, Any], seed: int) -> dict[str, Any]:
     room, mappers = _whole(draws, 1, 2), _whole(draws, *MAPPERS)
     names = [f"piece {number:02d}" for number in range(1, len(pieces) + 1)]
     roles = [name.title().replace(" ", "") for name in names]
-    found["area"] = [
+    drawn["area"] = [
         {
             "name": name,
             "corners_m": [
                 [left_m + cell_m * x, low_m + cell_m * y]
-                for x, y in ((at, on), (at, on + high), (at + wide, on + high), (at + wide, on))
+                for x, y in ((west, south), (west, south + high), (west + wide, south + high), (west + wide, south))
             ],
         }
-        for name, (at, on, wide, high) in zip(names, pieces, strict=True)
+        for name, (west, south, wide, high) in zip(names, pieces, strict=True)
     ]
     former = set[str]()
-    for group in found["group"]:
+    for group in drawn["group"]:
         jobs = [role["name"] for role in group["role"] if "job" in role]
         former.update(jobs)
         if jobs:
@@ -57,13 +57,13 @@ def drawn_ground(tables: Mapping[str, Any], seed: int) -> dict[str, Any]:
                 for role, name in zip(roles, names, strict=True)
             ]
     n_others = 0
-    for vehicle in found["vehicle"]:
+    for vehicle in drawn["vehicle"]:
         able = vehicle["playable_roles"]
         kept = [role for role in able if role not in former]
         vehicle["playable_roles"] = kept + (roles if len(kept) < len(able) else [])
         n_others += len(kept) == len(able)
-    found["fleet"]["size"] = n_others + mappers
-    return found
+    drawn["fleet"]["size"] = n_others + mappers
+    return drawn
 
 
 def _draws(seed: int) -> Iterator[float]:
@@ -85,10 +85,10 @@ def _cut(whole: Piece, n: int, draws: Iterator[float]) -> list[Piece]:
     while len(pieces) < n:
         piece = max(pieces, key=lambda piece: (piece[2] * piece[3], piece))
         pieces.remove(piece)
-        at, on, wide, high = piece
+        west, south, wide, high = piece
         first = _whole(draws, LEAST_SIDE, max(wide, high) - LEAST_SIDE)
         if wide >= high:
-            pieces += [(at, on, first, high), (at + first, on, wide - first, high)]
+            pieces += [(west, south, first, high), (west + first, south, wide - first, high)]
         else:
-            pieces += [(at, on, wide, first), (at, on + first, wide, high - first)]
+            pieces += [(west, south, wide, first), (west, south + first, wide, high - first)]
     return sorted(pieces)

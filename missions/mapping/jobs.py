@@ -198,36 +198,36 @@ class Survey:
 
     def _whole(self) -> tuple[Way, ...]:
         lines = [row.ends_m for row in self.rows]
-        found: dict[Point, Way] = {}
+        ways: dict[Point, Way] = {}
         for number in (0, len(lines) - 1):
             for start_m in lines[number]:
                 points = to_and_fro(lines, start_m)
-                found[start_m] = Way(start_m, points[-1], length_m(points), number, (points[0], points[1]))
-        return tuple(found.values())
+                ways[start_m] = Way(start_m, points[-1], length_m(points), number, (points[0], points[1]))
+        return tuple(ways.values())
 
 
 def _onwards(lines: Sequence[tuple[int, tuple[Point, Point]]]) -> list[Way]:
     """Return the shortest path over rows in this order from either end (backward recursion)."""
-    then: list[tuple[float, Point]] = []
+    rest: list[tuple[float, Point]] = []
     before: tuple[Point, Point] | None = None
     for _, ends_m in reversed(lines):
         own_m = distance(*ends_m)
         if before is None:
-            then = [(own_m, ends_m[1]), (own_m, ends_m[0])]
+            rest = [(own_m, ends_m[1]), (own_m, ends_m[0])]
         else:
-            (low_m, low_last), (high_m, high_last) = then
-            then = []
+            (low_m, low_last), (high_m, high_last) = rest
+            rest = []
             for leaving in (ends_m[1], ends_m[0]):
                 to_low, to_high = distance(leaving, before[0]) + low_m, distance(leaving, before[1]) + high_m
-                then.append((own_m + to_low, low_last) if to_low <= to_high else (own_m + to_high, high_last))
+                rest.append((own_m + to_low, low_last) if to_low <= to_high else (own_m + to_high, high_last))
         before = ends_m
     if before is None:
         return []
     number = lines[0][0]
     low, high = before
     return [
-        Way(low, then[0][1], then[0][0], number, (low, high)),
-        Way(high, then[1][1], then[1][0], number, (high, low)),
+        Way(low, rest[0][1], rest[0][0], number, (low, high)),
+        Way(high, rest[1][1], rest[1][0], number, (high, low)),
     ]
 
 
@@ -376,9 +376,9 @@ def swaths_of(
     groups: Iterable[Group], database: AUVDatabase, depths_m: Mapping[str, float]
 ) -> dict[str, dict[str, float]]:
     """Swaths (m) of the vehicles able to map each area, by area and vehicle."""
-    found: dict[str, dict[str, float]] = {area: {} for area in depths_m}
+    swaths: dict[str, dict[str, float]] = {area: {} for area in depths_m}
     for group, role in ((declared, role) for declared in groups for role in declared.roles):
-        for data in database.able_to_play(group.name, role.name) if role.job in found else ():
+        for data in database.able_to_play(group.name, role.name) if role.job in swaths else ():
             if swath_m(data) > 0.0 and data.depth_limit_m >= depths_m[role.job or ""]:
-                found[role.job or ""][data.name] = swath_m(data)
-    return found
+                swaths[role.job or ""][data.name] = swath_m(data)
+    return swaths

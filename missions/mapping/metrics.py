@@ -113,10 +113,10 @@ def courses_m(
 
 def within_region_fraction(run: MeasuredRun) -> float | Absent | None:
     """Share of reported objects inside their 95 % region; None without reports."""
-    objects_m = [one.position_m for one in cast("MappingScenario", run.scenario).object]
+    objects_m = [thing.position_m for thing in cast("MappingScenario", run.scenario).object]
     if not objects_m:
         return NOT_APPLICABLE
-    last = [of[-1] for of in courses_m(run.recorder.rows("items"), run.setup.database, objects_m)]
+    last = [course[-1] for course in courses_m(run.recorder.rows("items"), run.setup.database, objects_m)]
     return sum(off_m <= region_m for off_m, region_m in last) / len(last) if last else None
 
 
@@ -198,10 +198,10 @@ SHADE = 0.16
 
 def first_mapped(results: RunResults) -> dict[tuple[int, int], tuple[float, str]]:
     """Return time (s) and vehicle of the first mapping of each cell (column, row)."""
-    found: dict[tuple[int, int], tuple[float, str]] = {}
+    first: dict[tuple[int, int], tuple[float, str]] = {}
     for row in results.table("coverage").to_pylist():
-        found.setdefault((row["cell_x"], row["cell_y"]), (row["time_s"], row["vehicle"]))
-    return found
+        first.setdefault((row["cell_x"], row["cell_y"]), (row["time_s"], row["vehicle"]))
+    return first
 
 
 def draw_coverage(axes: Axes, results: RunResults, style: Style) -> str:
@@ -254,9 +254,9 @@ def draw_objects(axes: Axes, results: RunResults, style: Style) -> str:
     axes.scatter([], [], s=12, color=style.black, marker="x", label="seen there")
     east_m, north_m = zip(*(thing["position_m"] for thing in objects), strict=True)
     axes.scatter(east_m, north_m, s=40, marker="D", facecolors="none", edgecolors=style.black, label="object")
-    for one in objects:
+    for table in objects:
         axes.annotate(
-            one["classification"], one["position_m"], xytext=(5, 4), textcoords="offset points", fontsize="x-small",
+            table["classification"], table["position_m"], xytext=(5, 4), textcoords="offset points", fontsize="x-small",
             annotation_clip=True,
         )  # fmt: skip
     return f"No vehicle knows where an object lies; n = {len(seen)} sightings."
@@ -267,18 +267,18 @@ def draw_places(axes: Axes, results: RunResults, style: Style) -> str:
     scenario = results.scenario_tables
     objects_m = [thing["position_m"] for thing in scenario.get("object", [])]
     rows = (tuple(row.values()) for row in results.table("items").to_pylist())
-    courses = list(courses_m(rows, [one["name"] for one in scenario["vehicle"]], objects_m)) if objects_m else []
-    all_m = [one for course in courses for one in course]
+    courses = list(courses_m(rows, [entry["name"] for entry in scenario["vehicle"]], objects_m)) if objects_m else []
+    all_m = [entry for course in courses for entry in course]
     for number, course in enumerate(courses):
         off_m, region_m = zip(*course, strict=True)
         label = "after each look" if not number else None
         axes.plot(region_m, off_m, color=style.grey, linewidth=0.6, marker="o", markersize=2.5, label=label)
     last = [course[-1] for course in courses]
     axes.scatter(
-        [one[1] for one in last], [one[0] for one in last], s=40, marker="D", facecolors="none",
+        [entry[1] for entry in last], [entry[0] for entry in last], s=40, marker="D", facecolors="none",
         edgecolors=style.black, label="after the last look", zorder=3,
     )  # fmt: skip
-    end_m = round_up(max((max(one) for one in all_m), default=1.0))
+    end_m = round_up(max((max(entry) for entry in all_m), default=1.0))
     axes.plot([0.0, end_m], [0.0, end_m], color=style.black, linestyle="--", linewidth=0.8, label="edge of the region")
     axes.set_xlim(0.0, end_m)
     axes.set_ylim(0.0, end_m)

@@ -117,7 +117,7 @@ def _names(scenario: MappingScenario, missions: Sequence[str]) -> Iterator[Confi
 
 
 def _areas(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
-    cell_m, limits_m = scenario.world.cell_m, [one.depth_limit_m for one in scenario.vehicle if one.sensor]
+    cell_m, limits_m = scenario.world.cell_m, [v.depth_limit_m for v in scenario.vehicle if v.sensor]
     deepest_m = max(limits_m, default=0.0)
     for area in scenario.area:
         if area.depth_m is not None and area.depth_m > deepest_m:
@@ -125,8 +125,8 @@ def _areas(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
             yield ConfigurationFault(f"area.{area.name}.depth_m", "", allowed)
         n_cells = _n_cells(area.corners_m, cell_m)
         if not 1 <= n_cells <= MAX_CELLS:
-            given, allowed = f"{n_cells} cells of {cell_m} m", f"allowed: 1 to {MAX_CELLS}; change world.cell_m"
-            yield ConfigurationFault(f"area.{area.name}.corners_m", given, allowed)
+            size, allowed = f"{n_cells} cells of {cell_m} m", f"allowed: 1 to {MAX_CELLS}; change world.cell_m"
+            yield ConfigurationFault(f"area.{area.name}.corners_m", size, allowed)
 
 
 def _overlaps(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
@@ -162,7 +162,7 @@ def _mappers(scenario: MappingScenario) -> Iterator[ConfigurationFault]:
         mapping = [role for role in group.role if role.job is None and not role.founding]
         limits = [role.maximum for role in mapping if role.maximum is not None]
         can_explore = [
-            one for one in scenario.vehicle if one.sensor and any(one.can_play(group.name, name) for name in exploring)
+            v for v in scenario.vehicle if v.sensor and any(v.can_play(group.name, name) for name in exploring)
         ]
         n_places, n_able = sum(limits), len(can_explore)
         if mapping and len(limits) == len(mapping) and n_places < n_able:
@@ -299,8 +299,8 @@ class MappingMission(JobMission):
     @property
     def instances(self) -> Sequence[tuple[str, str]]:
         """Areas, finds, and the mission of groups formed at run time."""
-        given = [("Mission", INSPECTION)] if self._forms_groups else []
-        return [*(("Area", area) for area in self.corners_m), *(("Find", find) for find in self._inspections), *given]
+        extra = [("Mission", INSPECTION)] if self._forms_groups else []
+        return [*(("Area", area) for area in self.corners_m), *(("Find", find) for find in self._inspections), *extra]
 
     @property
     def vocabulary_used(self) -> tuple[Path, ...]:
@@ -333,12 +333,12 @@ class MappingMission(JobMission):
     @property
     def places(self) -> Sequence[Place]:
         """Rally points, and areas with their cells."""
-        found = self.rally_places
+        places = self.rally_places
         for name, job in self._surveys.items():
             tiles = Tiles(job.on.cell_m, job.on.cells, "mappedCell", COVERAGE.name, ("cell_x", "cell_y"))
             corners_m = tuple((float(x), float(y)) for x, y in job.corners_m)
-            found.append(Place(name, "area to map", corners_m, tiles))
-        return found
+            places.append(Place(name, "area to map", corners_m, tiles))
+        return places
 
     def founding_objectives(self) -> Sequence[Objective]:
         """Supervision of the groups by their leaders, and the inspections, which need no order."""
@@ -425,8 +425,8 @@ class MappingMission(JobMission):
             case "Positioning":
                 place, leaders, group = parameters
                 return positioning(place, leaders, group, data, settings.formation_spacing_m, self._room_m)
-        if (found := self.meeting.behaviour(activity, data)) is not None:
-            return AfterWork(found, unfinished)
+        if (behaviour := self.meeting.behaviour(activity, data)) is not None:
+            return AfterWork(behaviour, unfinished)
         raise _unknown(activity.name)
 
     def is_enough(self, facts: Known) -> bool:
@@ -449,18 +449,18 @@ class MappingMission(JobMission):
         """
         if group.formed_by is not None:
             return ()
-        found = self.meeting.findings(group, organisation, beliefs, picture, motion) or given_anew(
+        findings = self.meeting.findings(group, organisation, beliefs, picture, motion) or given_anew(
             group, organisation, self._surveys, self.meeting, beliefs, picture
         )
-        if not found or self.meeting.is_overdue(group, beliefs, picture):
-            return found
-        of = [other for other in self.groups.values() if group.name in (other.name, other.formed_by)]
+        if not findings or self.meeting.is_overdue(group, beliefs, picture):
+            return findings
+        groups = [other for other in self.groups.values() if group.name in (other.name, other.formed_by)]
         is_left = (
             is_open_again(group, self._surveys, beliefs)
             or (is_alone_with_work(group, organisation, self._surveys, beliefs) and not picture.groups.meets_unheard)
-            or any(waiting(beliefs, other, self._inspections) for other in of)
+            or any(waiting(beliefs, other, self._inspections) for other in groups)
         )
-        return () if is_left else found
+        return () if is_left else findings
 
 
 def _own(
@@ -481,8 +481,8 @@ def _at_it_before(
     if contains(corners_m, position_m):
         return ()
     positions_m = {name: facts.get(("position", name)) for name in holders if name != me}
-    there = tuple(name for name, at_m in positions_m.items() if at_m is not None and contains(corners_m, at_m))
-    return there or tuple(holders[: holders.index(me)] if me in holders else ())
+    inside = tuple(name for name, at_m in positions_m.items() if at_m is not None and contains(corners_m, at_m))
+    return inside or tuple(holders[: holders.index(me)] if me in holders else ())
 
 
 def _switched_on(activity: str, data: VehicleData) -> tuple[str, ...]:

@@ -36,16 +36,16 @@ def rounds(scenario: Scenario, vehicles: Sequence[VehicleData], meets: bool = Tr
         track_m = len(ground.cells) * cell_m * cell_m / swath - max(cell_m, swath)
         work_m += max(0.0, track_m - 2.0 * CAPTURE_M * len(ground.survey(swath).rows))
     left_out_m = (1.0 - scenario.mission.goal) * sum(map(len, centres)) * cell_m * cell_m / swath
-    legs_m = tuple(tuple(_apart_m(one, other, 2.0 * reach_m) for other in centres) for one in centres)
+    legs_m = tuple(tuple(_apart_m(cells_m, other, 2.0 * reach_m) for other in centres) for cells_m in centres)
     near_m = scenario.mission.arrival_radius_m + reach_m
     rallies = [[point.position_m] for point in scenario.rally_point]
-    home_m = tuple(min(_apart_m(one, rally, near_m) for rally in rallies) for one in centres)
+    home_m = tuple(min(_apart_m(cells_m, rally, near_m) for rally in rallies) for cells_m in centres)
     return Rounds(
         legs_m,
         max(0.0, work_m - left_out_m),
         tuple(
             Rounder(
-                tuple(_apart_m([vehicle.start_m], one, reach_m) for one in centres),
+                tuple(_apart_m([vehicle.start_m], cells_m, reach_m) for cells_m in centres),
                 home_m if meets else (0.0,) * len(home_m),
                 vehicle.transit_speed_mps,
                 mapping_speed_mps(vehicle),

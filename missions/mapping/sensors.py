@@ -89,36 +89,36 @@ class Classifier:
 
     def sense(self, pose: Pose, world: Seabed, now_s: float) -> list[Observation]:
         """Observe scheduled objects in range; a dive ends when the position error has halved."""
-        found = []
+        observations = []
         if pose.sigma_m < self._most_m / 2.0:
             self._n_of_dive.clear()
             self._most_m = 0.0
         self._most_m = max(self._most_m, pose.sigma_m)
-        for number, one in enumerate(world.objects):
-            if distance(one.position_m, (pose.x_m, pose.y_m)) > self._settings.range_m:
+        for number, thing in enumerate(world.objects):
+            if distance(thing.position_m, (pose.x_m, pose.y_m)) > self._settings.range_m:
                 continue
             if now_s >= self._next_s.get(number, 0.0) and self._n_looks[number] < MOST_LOOKS:
                 self._next_s[number] = now_s + self._settings.every_s
-                found.append(self._look(number, one, pose, world.seed))
-        return found
+                observations.append(self._look(number, thing, pose, world.seed))
+        return observations
 
-    def _look(self, number: int, one: SeaObject, pose: Pose, seed: int) -> Observation:
+    def _look(self, number: int, thing: SeaObject, pose: Pose, seed: int) -> Observation:
         settings, look = self._settings, self._n_looks[number]
         self._n_looks[number] += 1
         self._n_of_dive[number] += 1
         right, which, east, north = (
             loss.uniform(seed, loss.LOOKS, look, self._node, 4 * number + draw) for draw in range(4)
         )
-        others = [name for name in CLASSES if name != one.classification]
-        seems = one.classification if right < settings.p_right else others[int(which * len(others))]
+        others = [name for name in CLASSES if name != thing.classification]
+        seems = thing.classification if right < settings.p_right else others[int(which * len(others))]
         x_m, y_m = (
             at_m + off_m + settings.sigma_m * normal_error(share)
-            for at_m, off_m, share in zip(one.position_m, pose.error_m, (east, north), strict=True)
+            for at_m, off_m, share in zip(thing.position_m, pose.error_m, (east, north), strict=True)
         )
         place = pose.located((x_m, y_m), settings.sigma_m, self._n_of_dive[number])
         return Observation(
             (place, (SELF, "classification", seems, settings.p_right)),
-            (one.name, seems, x_m, y_m),
+            (thing.name, seems, x_m, y_m),
             "ObjectOfInterest",
             settings.within_m,
         )
@@ -198,19 +198,19 @@ class Seabed:
         return min(columns) * size, min(rows) * size, (max(columns) + 1) * size, (max(rows) + 1) * size
 
     def _under(self, x_m: float, y_m: float, reach_m: float) -> tuple[Cell, ...]:
-        half_m, found = self.cell_m / 2.0, []
+        half_m, cells = self.cell_m / 2.0, []
         for cell, east_m, north_m in self._about(int(x_m // half_m), int(y_m // half_m), reach_m):
             dx_m, dy_m = east_m - x_m, north_m - y_m
             if dx_m * dx_m + dy_m * dy_m <= reach_m * reach_m:
-                found.append(cell)
-        return tuple(found)
+                cells.append(cell)
+        return tuple(cells)
 
     def _centres_about(self, column: int, row: int, reach_m: float) -> list[tuple[Cell, float, float]]:
         """Cells, with centres, possibly within ``reach_m`` of a quarter cell (half-cell indices)."""
         size, reach = self.cell_m, 2.0 * reach_m / self.cell_m + 1e-6  # in half cells, with rounding margin
         columns, rows = (  # least distance of their centres
-            [(n, max(2 * n - at, at - 2 * n - 1, 0)) for n in range(int(at - reach) // 2, int(at + reach) // 2 + 1)]
-            for at in (column, row)
+            [(n, max(2 * n - i, i - 2 * n - 1, 0)) for n in range(int(i - reach) // 2, int(i + reach) // 2 + 1)]
+            for i in (column, row)
         )
         return [
             ((x, y), (x + 0.5) * size, (y + 0.5) * size)
@@ -299,25 +299,25 @@ class SwathSensor:
             return []
         new = [cell for cell in under if cell not in self.mapped]
         self.mapped.update(new)
-        found = [] if pose.error_m == KNOWN else self._found_off(pose, world)
+        observations = [] if pose.error_m == KNOWN else self._found_off(pose, world)
         for cell in new:
             area, index = world.cells[cell]
-            found.append(Observation(((area, "mappedCell", index),)))
+            observations.append(Observation(((area, "mappedCell", index),)))
             if pose.error_m == KNOWN and (feature := world.features.get(cell)) is not None:
-                found.append(Observation(((feature.name, "foundAt", feature.position_m),)))
+                observations.append(Observation(((feature.name, "foundAt", feature.position_m),)))
         for feature in self._stays.inspected(world, (pose.x_m, pose.y_m), speed_mps, now_s):
-            found.append(Observation(((feature.name, "inspectedBy", self._vehicle),)))
-        return found
+            observations.append(Observation(((feature.name, "inspectedBy", self._vehicle),)))
+        return observations
 
     def _found_off(self, pose: Pose, world: Seabed) -> list[Observation]:
-        found = []
+        observations = []
         for cell in world.under(pose.x_m, pose.y_m, self._reach_m) if world.features else ():
             feature = world.features.get(cell)
             if feature is not None and feature.name not in self._found:
                 self._found.add(feature.name)
                 (x_m, y_m), (off_x_m, off_y_m) = feature.position_m, pose.error_m
-                found.append(Observation(((feature.name, "foundAt", (x_m + off_x_m, y_m + off_y_m)),)))
-        return found
+                observations.append(Observation(((feature.name, "foundAt", (x_m + off_x_m, y_m + off_y_m)),)))
+        return observations
 
 
 def swath_m(data: VehicleData) -> float:

@@ -21,13 +21,13 @@ ROUNDING_M = 0.01
 
 def _crossings(corners: Sequence[Point], axis: int, level: float) -> list[float]:
     """Other coordinates, ascending, of border points with ``coordinate[axis] == level``."""
-    found = []
+    crossings = []
     for (ax, ay), (bx, by) in zip(corners, [*corners[1:], corners[0]], strict=True):
         a, b = ((ax, ay), (bx, by)) if axis == 1 else ((ay, ax), (by, bx))
         if (a[1] <= level) != (b[1] <= level):
             a, b = min(a, b, key=itemgetter(1)), max(a, b, key=itemgetter(1))  # alike for both areas beside a border
-            found.append(a[0] + (level - a[1]) / (b[1] - a[1]) * (b[0] - a[0]))
-    return sorted(found)
+            crossings.append(a[0] + (level - a[1]) / (b[1] - a[1]) * (b[0] - a[0]))
+    return sorted(crossings)
 
 
 def runs_along_x(corners: Sequence[Point]) -> bool:
@@ -49,7 +49,7 @@ def rows(corners: Sequence[Point], swath_m: float, inset_m: float) -> list[tuple
     low, high = (min(ys), max(ys)) if along_x else (min(xs), max(xs))
     n_rows = max(1, math.ceil((high - low) / swath_m - 1e-9))
     spacing = (high - low) / n_rows
-    found = []
+    lines = []
     for row in range(n_rows):
         level = low + (row + 0.5) * spacing
         ends = _crossings(corners, 1 if along_x else 0, level)
@@ -57,8 +57,8 @@ def rows(corners: Sequence[Point], swath_m: float, inset_m: float) -> list[tuple
             continue
         inset = min(inset_m, (ends[-1] - ends[0]) / 2.0)
         first, last = ends[0] + inset, ends[-1] - inset
-        found.append(((first, level), (last, level)) if along_x else ((level, first), (level, last)))
-    return found
+        lines.append(((first, level), (last, level)) if along_x else ((level, first), (level, last)))
+    return lines
 
 
 def to_and_fro(lines: Sequence[tuple[Point, Point]], start_m: Point) -> list[Point]:

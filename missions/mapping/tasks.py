@@ -54,7 +54,7 @@ def given_anew(
     met_s = meeting.met_s(group, beliefs, picture)
     if met_s is None or picture.body.now_s - met_s < meeting.patience_s / 2.0:
         return []
-    found = []
+    orders = []
     for role in group.roles:
         job, path = surveys.get(role.job or ""), group.path(role.name)
         given_s = beliefs.observed_s((EXPLORING, path))
@@ -63,8 +63,8 @@ def given_anew(
         if not beliefs.values(job.done) and not organisation.members(group.name, role.name):
             continue
         if job.left(beliefs).bits and beliefs.n_over(job.done) < MOST_ANEW:
-            found.append(Finding(path, EXPLORING, job.name))
-    return found
+            orders.append(Finding(path, EXPLORING, job.name))
+    return orders
 
 
 def is_open_again(group: Group, surveys: Mapping[str, SurveyJob], beliefs: Beliefs) -> bool:
@@ -130,18 +130,18 @@ class AfterWork(Behaviour):
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Perceive as the behaviour, with the effect on calls replaced."""
-        found = self._meeting.perceive(motion, picture, performed)
-        if found.stimulus <= 0.0:
-            return found
-        self._before = found, picture.facts
-        return found._replace(answers=self._settled)
+        perception = self._meeting.perceive(motion, picture, performed)
+        if perception.stimulus <= 0.0:
+            return perception
+        self._before = perception, picture.facts
+        return perception._replace(answers=self._settled)
 
     def _settled(self) -> float:
         """Effect of the meeting on a call, 0..1."""
         if self._before is None:
             return 0.0
-        found, facts = self._before
-        return 0.0 if self._unfinished.holds(facts) else found.settled
+        perception, facts = self._before
+        return 0.0 if self._unfinished.holds(facts) else perception.settled
 
     def reference(self, motion: Motion, picture: Picture) -> Reference | None:
         """Reference of the behaviour."""
@@ -170,8 +170,8 @@ def social_domain(
     """Return the HTN domain from missions of groups to orders; ``finds`` names the find jobs."""
 
     def orders(group: str, role: str) -> list[Task]:
-        of = groups[group].role(role)
-        area = None if of is None else of.job
+        declared = groups[group].role(role)
+        area = None if declared is None else declared.job
         names = () if area is None else ("Positioning", "Exploring")
         return [Task(ASSIGN_OBJECTIVE, (group, role, name, area)) for name in names]
 

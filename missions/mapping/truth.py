@@ -138,16 +138,16 @@ class MappingTruth(MeetingTruth):
         heads = ((v, group) for v in fleet.vehicles if v.is_alive for group in self._meeting if v.leads(group))
         for head, group in heads:
             awaited = [group, *(self._meeting[group] if head.communicates and head.is_in_contact else ())]
-            if head.is_patient or not all(head.has_met(of) for of in awaited):
+            if head.is_patient or not all(head.has_met(other) for other in awaited):
                 return True
         return False
 
     def _is_anybody_at_work(self, fleet: FleetView) -> bool:
-        there = self._there
+        present = self._there
         return any(
             self._exploring.get(vehicle.name, False) or "Inspecting" in vehicle.performed
             for vehicle in fleet.vehicles
-            if vehicle.name in there
+            if vehicle.name in present
         )
 
     def _swaths_of(self, vehicle: VehicleView, sensing: Sequence[str]) -> list[Swath]:
