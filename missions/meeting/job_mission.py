@@ -229,8 +229,8 @@ def with_job_roles(
     vehicles = [
         playing(vehicle, [role.name for role in new]) if able(vehicle) else vehicle for vehicle in scenario.vehicle
     ]
-    found = scenario.model_copy(update={"group": (group, *scenario.group[1:]), "vehicle": tuple(vehicles)})
-    return with_needs(found, needs)
+    completed = scenario.model_copy(update={"group": (group, *scenario.group[1:]), "vehicle": tuple(vehicles)})
+    return with_needs(completed, needs)
 
 
 def playing(vehicle: VehicleTable, roles: Sequence[str]) -> VehicleTable:
@@ -260,14 +260,14 @@ def listed_faults(
 ) -> Iterator[ConfigurationFault]:
     """Yield faults: jobs of tables ``[[kind]]`` outside the world (``keys``), ``taken`` names."""
     tables = getattr(scenario, kind)
-    yield from scenario.world.outside((f"{kind}.{one.name}.{key}", getattr(one, key)) for one in tables for key in keys)
+    yield from scenario.world.outside((f"{kind}.{t.name}.{key}", getattr(t, key)) for t in tables for key in keys)
     yield from names_apart(scenario, (kind,), taken)
 
 
 def names_apart(scenario: Scenario, kinds: Sequence[str], taken: Collection[str] = ()) -> Iterator[ConfigurationFault]:
     """Yield faults: names in tables of these kinds used twice, ``taken``, or of vehicles, groups or rally points."""
     others = {*taken, *scenario.taken_names()}
-    listed = [(kind, one.name) for kind in kinds for one in getattr(scenario, kind)]
+    listed = [(kind, table.name) for kind in kinds for table in getattr(scenario, kind)]
     counts = Counter(name for _, name in listed)
     for kind, name in dict.fromkeys(listed):
         if (n_uses := counts[name] + (name in others)) > 1:
@@ -405,8 +405,8 @@ class JobMission(Mission):
             return facts.get(("gatheredAt", group)) is not None
 
         def work(facts: FactsLike, group: str) -> list[Task]:
-            given = [Task(WORK, (group, role, job)) for role, job in unfinished(facts, group)]
-            return [Task(ALLOCATE_ROLES, (group,)), *given, Task(MEET, (group,))]
+            tasks = [Task(WORK, (group, role, job)) for role, job in unfinished(facts, group)]
+            return [Task(ALLOCATE_ROLES, (group,)), *tasks, Task(MEET, (group,))]
 
         return [
             Method("stay together", lambda facts, group: [], together, ()),
@@ -415,8 +415,8 @@ class JobMission(Mission):
         ]
 
     def _orders(self, group: str, role: str) -> list[Task]:
-        of = self.groups[group].role(role)
-        job = None if of is None else of.job
+        declared = self.groups[group].role(role)
+        job = None if declared is None else declared.job
         return [] if job is None else [Task(ASSIGN_OBJECTIVE, (group, role, self.objective, job))]
 
     def _unfinished(self, facts: FactsLike, group: Group) -> list[tuple[str, str]]:
@@ -433,9 +433,9 @@ class JobMission(Mission):
 
     def ends_of(self, job: str) -> frozenset[Key]:
         """Facts that end a job: done or, for jobs of several vehicles, impossible."""
-        of = self._jobs[job]
-        impossible = {(IS_IMPOSSIBLE, job)} if self.meeting.says_impossible and vehicles_taken(of) > 1 else set[Key]()
-        return frozenset({of.done, *impossible})
+        work = self._jobs[job]
+        impossible = {(IS_IMPOSSIBLE, job)} if self.meeting.says_impossible and vehicles_taken(work) > 1 else set[Key]()
+        return frozenset({work.done, *impossible})
 
     def founding_objectives(self) -> Sequence[Objective]:
         """Supervision of the groups by their leaders."""
@@ -462,8 +462,8 @@ class JobMission(Mission):
 
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
         """Return ``behaviour_at`` for a job, else the rendezvous behaviour."""
-        found = self.meeting.behaviour(activity, data)
-        return self.behaviour_at(self._jobs[activity.parameters[0]], data) if found is None else found
+        behaviour = self.meeting.behaviour(activity, data)
+        return self.behaviour_at(self._jobs[activity.parameters[0]], data) if behaviour is None else behaviour
 
     def completion(self, objective: Objective, vehicle: str) -> Finding | None:
         """Report a finished job as done by the vehicle."""

@@ -219,8 +219,8 @@ class Meeting:
                 following = Activity("Following", ActivityType.GUIDANCE, ("follower", facts.get(head_key), first))
                 return (self._set(objective, following),), rests_on | {head_key}
         first, rests_on = self._first(group, vehicle, facts)
-        about = self.rally_points_m[objective.argument], group.name, first
-        return (self._set(objective, Activity("Homing", ActivityType.GUIDANCE, about)),), rests_on
+        parameters = self.rally_points_m[objective.argument], group.name, first
+        return (self._set(objective, Activity("Homing", ActivityType.GUIDANCE, parameters)),), rests_on
 
     def _first(self, group: Group, vehicle: str, facts: FactsLike) -> tuple[tuple[str, ...], frozenset[Key]]:
         """Groups of the vehicle that meet before this one, and the facts on which this depends."""

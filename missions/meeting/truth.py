@@ -174,8 +174,8 @@ class MeetingTruth:
     def reasons(self, fleet: FleetView, now_s: float) -> Iterator[str]:
         """Yield reasons of failure: impossible work, missing, waiting or moving vehicles."""
         if self.goal_fraction < 1.0 and self.reachable_fraction(fleet) < 1.0:
-            what = " ".join((self.work, ", ".join(self.out_of_reach(fleet)))).strip()
-            yield f"no vehicle left that is able to {what}: {100.0 * self.open_fraction:.0f} % open"
+            work = " ".join((self.work, ", ".join(self.out_of_reach(fleet)))).strip()
+            yield f"no vehicle left that is able to {work}: {100.0 * self.open_fraction:.0f} % open"
         if self._apart:
             yield from self._who_is_missing(fleet, now_s)
         if self._apart or self.goal_fraction < 1.0:
@@ -348,7 +348,7 @@ class JobTruth(MeetingTruth):
     def _has_work(self, vehicle: VehicleView) -> bool:
         open_ = self._jobs.keys() - set(self.jobs_done)
         own = vehicle.objectives_of(vehicle.name)
-        return any(of.name == self._objective and of.argument in open_ and of not in vehicle.finished for of in own)
+        return any(o.name == self._objective and o.argument in open_ and o not in vehicle.finished for o in own)
 
     def note(self, vehicle: str, job: str, now_s: float) -> None:
         """Record a job done by a vehicle, once; also for jobs that are no objectives."""
