@@ -175,10 +175,10 @@ class Gauge:
         """Return one observation of the changed facts."""
         facts = []
         for fact in self._settings.reading(self._vehicle, world):
-            of, value = fact[:2], fact[2]
+            key, value = fact[:2], fact[2]
             step = _step(value) if isinstance(value, float) else value
-            if self._told.get(of) != step:
-                self._told[of] = step
+            if self._told.get(key) != step:
+                self._told[key] = step
                 facts.append(fact)
         return [Observation(tuple(facts))] if facts else []
 
@@ -226,7 +226,7 @@ class Boring(SiteSurvey):
 
     def drill_of(self, data: VehicleData) -> DrillSettings | None:
         """Return the vehicle's drill for this site; None without one."""
-        drills = (one for one in data.sensors if isinstance(one, DrillSettings) and one.name == self.drill)
+        drills = (sensor for sensor in data.sensors if isinstance(sensor, DrillSettings) and sensor.name == self.drill)
         return next(drills, None)
 
 
@@ -276,8 +276,8 @@ class Passing:
         if settings.name not in vehicle.sensing or not vehicle.is_alive:
             return None
         at_m = vehicle.position_m
-        there = [hole for hole in self._borings.values() if hole.drill == settings.name and _is_at(at_m, hole.place_m)]
-        return min(there, key=lambda hole: distance(at_m, hole.place_m), default=None)
+        holes = [hole for hole in self._borings.values() if hole.drill == settings.name and _is_at(at_m, hole.place_m)]
+        return min(holes, key=lambda hole: distance(at_m, hole.place_m), default=None)
 
     def _bore(self, vehicle: str, hole: Boring, power_w: float, drill: Store, dt_s: float, now_s: float) -> None:
         energies, whole_j = self._energies, power_w * hole.stay_s
@@ -370,11 +370,11 @@ class Drilling(Behaviour):
             self._wait.is_over()
             goes_on = state == BORING and is_known
             return ADVANCING._replace(concludes=(self._says(False),)) if goes_on else ADVANCING
-        found = self._wait.perceived(now_s)
-        if found.failed:
+        perception = self._wait.perceived(now_s)
+        if perception.failed:
             return FAILED._replace(concludes=(self._says(False),)) if is_known else FAILED
         says = state == HALTED and not is_known
-        return found._replace(concludes=(self._says(True),)) if says else found
+        return perception._replace(concludes=(self._says(True),)) if says else perception
 
     def _says(self, is_halted: bool) -> Observation:
         return Observation(((self._boring.name, IS_HALTED, is_halted),))
@@ -439,8 +439,8 @@ class Bringing(Behaviour):
     def _is_awaited(self, picture: Picture) -> bool:
         """True if the job has a holder, or a vehicle (perhaps with a private claim) is at the site."""
         peers, late_s = picture.peers, picture.body.now_s - NEWS_FRAMES * picture.frame_s
-        there = (name for name, at_m in peers.positions_m.items() if distance(at_m, self._boring.place_m) <= IN_PLACE_M)
-        return bool(self._help.holders) or any(peers.word_s.get(name, -math.inf) >= late_s for name in there)
+        near = (name for name, at_m in peers.positions_m.items() if distance(at_m, self._boring.place_m) <= IN_PLACE_M)
+        return bool(self._help.holders) or any(peers.word_s.get(name, -math.inf) >= late_s for name in near)
 
     def _is_giving(self, picture: Picture) -> bool:
         """True while it gives energy at another site: leaving early would soon cause another call."""
@@ -452,11 +452,11 @@ class Bringing(Behaviour):
         if not self._is_due(to_go_m, picture, performed):
             return IDLE
         if performed and to_go_m <= THERE_M:
-            found = self._give(picture.facts)
+            perception = self._give(picture.facts)
         else:
             advance = self._approach.advance(to_go_m, now_s, performed)
-            found = Perception(1.0, advance) if performed else attracted(to_go_m)
-        return found._replace(concludes=(*self._help.said(), *found.concludes), ends=self._help.ends)
+            perception = Perception(1.0, advance) if performed else attracted(to_go_m)
+        return perception._replace(concludes=(*self._help.said(), *perception.concludes), ends=self._help.ends)
 
     def _give(self, facts: Known) -> Perception:
         """Progress as reported by the charger; a full battery ends the wait on site."""

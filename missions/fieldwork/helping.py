@@ -144,8 +144,8 @@ class Help:
         """Share of the holder's wait that this vehicle ends; halved if enough others end more."""
         picture, place_m = self._picture, self._place_m
         work = None if picture is None else picture.groups.works.get(self._group)
-        of = None if work is None else work.group.role(role)
-        if picture is None or work is None or of is None or of.job != self._job or place_m is None:
+        declared = None if work is None else work.group.role(role)
+        if picture is None or work is None or declared is None or declared.job != self._job or place_m is None:
             return 0.0
         away, now_s, n_helpers = self.stay_away(work, picture), picture.body.now_s, self._n_helpers
         ended = work.ended(self.me, caller, place_m, away, now_s, n_helpers)
@@ -158,7 +158,7 @@ class Help:
 
     def stay_away(self, work: Work, picture: Picture) -> Collection[str]:
         """Members that will not come: holders of jobs that need help wait themselves."""
-        return [name for one in work.unfinished if one.job in self._helped for name in work.holders(one)]
+        return [name for role in work.unfinished if role.job in self._helped for name in work.holders(role)]
 
 
 class HelpSettings(JobSettings):
@@ -208,8 +208,8 @@ class HelpMission(JobMission):
             rests_on |= {key, *ends}
             holders = facts.get(key) or ()
             if all(facts.get(end) in (None, False) for end in ends) and data.name not in holders:
-                about = (HELPING, role.job, objective.group, tuple(holders))
-                activity = Activity(self.help_activity, ActivityType.GUIDANCE, about)
+                parameters = (HELPING, role.job, objective.group, tuple(holders))
+                activity = Activity(self.help_activity, ActivityType.GUIDANCE, parameters)
                 sets.append(ActivitySet(objective, ActivityKind.COLLECTIVE, (activity,), importance))
         is_over = facts.get(("gatheredAt", objective.group)) is not None
         return () if is_over else tuple(sets), frozenset(rests_on)
@@ -218,6 +218,8 @@ class HelpMission(JobMission):
         """Behaviour of helping, or that of every mission of jobs."""
         if activity.parameters[:1] == (HELPING,):
             _, job, group, holders = activity.parameters
-            (help, attribute), of = self.help_by, self.jobs[job]
-            return self.helper(of, help(job, group, holders, data.name, n_helpers(of), attribute, self.helped), data)
+            (help, attribute), work = self.help_by, self.jobs[job]
+            return self.helper(
+                work, help(job, group, holders, data.name, n_helpers(work), attribute, self.helped), data
+            )
         return super().behaviour_for(activity, data)

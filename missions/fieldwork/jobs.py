@@ -81,13 +81,13 @@ class Carrying(Behaviour):
 
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Pending, nearest first; progresses on the way and during pick-up and hand-over."""
-        of = self._delivery
-        if picture.facts.get(of.done) is not None:
+        delivery = self._delivery
+        if picture.facts.get(delivery.done) is not None:
             return DONE
-        to_go_m = of.length_m(motion.position_m, self._place_m)
-        found = self._stay.perceive(to_go_m, of.handling_s, picture.body.now_s, performed)
-        if found is not DONE or self._has_load:
-            return found
+        to_go_m = delivery.length_m(motion.position_m, self._place_m)
+        perception = self._stay.perceive(to_go_m, delivery.handling_s, picture.body.now_s, performed)
+        if perception is not DONE or self._has_load:
+            return perception
         self._has_load, self._stay = True, Stay(self._data)
         return ADVANCING
 
@@ -297,11 +297,11 @@ class Lift(ReportedJob):
         if self.n_vehicles == 1:
             return (middle_m,)
         radius_m = self.length_m / (2.0 * sincos(math.pi / self.n_vehicles)[0])
-        found = []
+        ends = []
         for number in range(self.n_vehicles):
             sin, cos = sincos(2.0 * math.pi * number / self.n_vehicles)
-            found.append((round(middle_m[0] + radius_m * cos, 6), round(middle_m[1] + radius_m * sin, 6)))
-        return tuple(found)
+            ends.append((round(middle_m[0] + radius_m * cos, 6), round(middle_m[1] + radius_m * sin, 6)))
+        return tuple(ends)
 
 
 @dataclass(frozen=True)
@@ -313,14 +313,14 @@ class SeaField:
 
 def laid_out(lifts: Collection[str], sites: Sequence[SiteSurvey], range_m: float, seed: int) -> SeaField:
     """Sample object positions near equally likely sites, within the shortest sonar's range."""
-    found = []
+    lying = []
     for number, lift in enumerate(lifts):
         which, course, far = (loss.uniform(seed, loss.FINDS, number, 0, draw) for draw in (0, 1, 2))
         site = sites[min(int(which * len(sites)), len(sites) - 1)]
         sin, cos = sincos(2.0 * math.pi * course)
         away_m = NEAREST_M + far * max(0.0, SEEN_SHARE * range_m - NEAREST_M)
-        found.append((lift, (site.place_m[0] + away_m * cos, site.place_m[1] + away_m * sin)))
-    return SeaField(tuple(found))
+        lying.append((lift, (site.place_m[0] + away_m * cos, site.place_m[1] + away_m * sin)))
+    return SeaField(tuple(lying))
 
 
 class SonarSettings(SensorSettings):
@@ -346,12 +346,12 @@ class Sonar:
 
     def sense(self, pose: Pose, world: SeaField, now_s: float) -> list[Observation]:
         """Return objects newly within range."""
-        found = []
+        observations = []
         for name, (x_m, y_m) in world.lying_m:
             if name not in self._seen and distance((x_m, y_m), (pose.x_m, pose.y_m)) <= self._range_m:
                 self._seen.add(name)
-                found.append(Observation(((name, LYING_AT, (x_m + pose.error_m[0], y_m + pose.error_m[1])),)))
-        return found
+                observations.append(Observation(((name, LYING_AT, (x_m + pose.error_m[0], y_m + pose.error_m[1])),)))
+        return observations
 
 
 class Lifting(Behaviour):
@@ -411,9 +411,9 @@ class Helping(Lifting):
         is_of_use = self._help.is_of_use(middle_m, to_go_m, picture, performed)
         if middle_m is None or not is_of_use or picture.facts.get(self._lift.done) is not None:
             return IDLE
-        found = self._perceived(middle_m, motion, picture, performed)
+        seen = self._perceived(middle_m, motion, picture, performed)
         if self._wait.is_given_up:
             return IDLE
-        if found is DONE:
+        if seen is DONE:
             return Perception(1.0, 1.0, concludes=(Observation(((self._lift.name, DONE_BY, self._me),)),))
-        return found._replace(concludes=self._help.said(), ends=self._help.ends) if found.stimulus else found
+        return seen._replace(concludes=self._help.said(), ends=self._help.ends) if seen.stimulus else seen

@@ -216,8 +216,8 @@ def _surveys(scenario: Any) -> list[SiteSurvey]:
     return [SiteSurvey(site.name, site.position_m, site.stay_s) for site in scenario.site]
 
 
-def _roles(tables: Iterable[Any], who: str, influences: Sequence[str] = ()) -> list[Role]:
-    return [job_role(who, table.name, influences) for table in tables]
+def _roles(tables: Iterable[Any], player: str, influences: Sequence[str] = ()) -> list[Role]:
+    return [job_role(player, table.name, influences) for table in tables]
 
 
 class FieldworkMission(JobMission):
@@ -283,9 +283,10 @@ class RecoveryMission(FieldworkMission, HelpMission):
 
     def jobs_of(self, scenario: RecoveryScenario) -> Iterable[Job]:
         """Site surveys and lifts."""
-        of = scenario.lifts
+        table = scenario.lifts
         lifts = [
-            Lift(name, of.lift_s, n_vehicles=of.vehicles, length_m=of.length_m) for name in numbered("lift", of.number)
+            Lift(name, table.lift_s, n_vehicles=table.vehicles, length_m=table.length_m)
+            for name in numbered("lift", table.number)
         ]
         return [*_surveys(scenario), *lifts]
 
@@ -328,7 +329,7 @@ class FerryMission(FieldworkMission):
     @classmethod
     def completed(cls, scenario: FerryScenario) -> FerryScenario:
         """Add a role per delivery to the first group; these and initial roles address each other."""
-        carriers = [f"Carrier of {one.name}" for one in scenario.delivery]
+        carriers = [f"Carrier of {delivery.name}" for delivery in scenario.delivery]
         roles = _roles(scenario.delivery, "Carrier", [*carriers, *founding_of(scenario)])
         return with_job_roles(scenario, roles, {}, carriers)
 
@@ -337,16 +338,16 @@ class FerryMission(FieldworkMission):
         """Yield faults: deliveries outside the world, in the reef, or with names already taken."""
         yield from listed_faults(scenario, "delivery", "from_m", "to_m")
         reef = scenario.of_feature(PASSAGE)
-        for one in scenario.delivery if reef is not None else ():
-            for key, at_m in (("from_m", one.from_m), ("to_m", one.to_m)):
+        for delivery in scenario.delivery if reef is not None else ():
+            for key, at_m in (("from_m", delivery.from_m), ("to_m", delivery.to_m)):
                 if reef.x_m[0] <= at_m[0] <= reef.x_m[1]:
                     allowed = f"in the reef or its passage, x {reef.x_m[0]:g} to {reef.x_m[1]:g}; place it outside"
-                    yield ConfigurationFault(f"delivery.{one.name}.{key}", f"[{at_m[0]:g}, {at_m[1]:g}]", allowed)
+                    yield ConfigurationFault(f"delivery.{delivery.name}.{key}", f"[{at_m[0]:g}, {at_m[1]:g}]", allowed)
 
     def jobs_of(self, scenario: FerryScenario) -> Iterable[Delivery]:
         """Deliveries."""
         handling_s, length_m = scenario.mission.handling_s, scenario.length_m
-        return [Delivery(one.name, one.from_m, one.to_m, handling_s, length_m) for one in scenario.delivery]
+        return [Delivery(d.name, d.from_m, d.to_m, handling_s, length_m) for d in scenario.delivery]
 
     def behaviour_at(self, job: Any, data: VehicleData) -> Behaviour:
         """Create the carrying behaviour."""
@@ -381,16 +382,16 @@ class EscortMission(FieldworkMission, HelpMission):
         yield from listed_faults(scenario, "line", "from_m", "to_m")
         for line in scenario.line:
             if distance(line.from_m, line.to_m) < SHORTEST_M:
-                given = f"[{line.to_m[0]:g}, {line.to_m[1]:g}]"
+                value = f"[{line.to_m[0]:g}, {line.to_m[1]:g}]"
                 allowed = f"the line is too short; allowed: {SHORTEST_M:g} m or more from from_m"
-                yield ConfigurationFault(f"line.{line.name}.to_m", given, allowed)
+                yield ConfigurationFault(f"line.{line.name}.to_m", value, allowed)
             if line.escorted and len(scenario.vehicle) == 1:
                 allowed = "takes two vehicles, and there is one; allowed: false"
                 yield ConfigurationFault(f"line.{line.name}.escorted", "true", allowed)
 
     def jobs_of(self, scenario: EscortScenario) -> Iterable[SurveyLine]:
         """Line surveys."""
-        return [SurveyLine(one.name, one.from_m, one.to_m, one.escorted) for one in scenario.line]
+        return [SurveyLine(line.name, line.from_m, line.to_m, line.escorted) for line in scenario.line]
 
     def helper(self, job: SurveyLine, help: Help, data: VehicleData) -> Behaviour:
         """Create the escorting behaviour."""
@@ -426,33 +427,33 @@ class ResupplyMission(FieldworkMission, HelpMission):
     def completed(cls, scenario: ResupplyScenario) -> ResupplyScenario:
         """Add a role per site and drill site to the first group; drillers call the initial roles."""
         borers = _roles(scenario.boring, "Borer", founding_of(scenario))
-        told = {IS_HALTED: URGENCY, BRINGS: URGENCY, "isImpossible": URGENCY, STORE_CHARGE: 10}
-        return with_job_roles(scenario, [*_roles(scenario.site, "Surveyor"), *borers], told)
+        needs = {IS_HALTED: URGENCY, BRINGS: URGENCY, "isImpossible": URGENCY, STORE_CHARGE: 10}
+        return with_job_roles(scenario, [*_roles(scenario.site, "Surveyor"), *borers], needs)
 
     @classmethod
     def check(cls, scenario: ResupplyScenario) -> Iterable[ConfigurationFault]:
         """Yield faults of sites and drill sites: place, name, missing drill, berth too near."""
-        yield from listed_faults(scenario, "site", "position_m", taken=[one.name for one in scenario.boring])
-        yield from listed_faults(scenario, "boring", "position_m", taken=[one.name for one in scenario.site])
+        yield from listed_faults(scenario, "site", "position_m", taken=[table.name for table in scenario.boring])
+        yield from listed_faults(scenario, "boring", "position_m", taken=[table.name for table in scenario.site])
         sensors = [sensor for vehicle in scenario.vehicle for sensor in vehicle.sensor]
         drills = {str(sensor.get("name", "drill")) for sensor in sensors if sensor.get("type") == "drill"}
         least_m, before = 2.0 * THERE_M, list[BoringTable]()
-        for one in scenario.boring:
-            if one.drill not in drills:
+        for table in scenario.boring:
+            if table.drill not in drills:
                 known = ", ".join(sorted(drills)) or "none, as there is no drill"
                 allowed = f"no vehicle has such a drill; allowed: {known}"
-                yield ConfigurationFault(f"boring.{one.name}.drill", f'"{one.drill}"', allowed)
-            near = next((other for other in before if distance(one.position_m, other.position_m) <= least_m), None)
+                yield ConfigurationFault(f"boring.{table.name}.drill", f'"{table.drill}"', allowed)
+            near = next((other for other in before if distance(table.position_m, other.position_m) <= least_m), None)
             if near is not None:
                 allowed = f"more than {least_m:g} m from {near.name}: a drill is at one hole"
-                yield ConfigurationFault(f"boring.{one.name}.position_m", "", allowed)
-            before.append(one)
+                yield ConfigurationFault(f"boring.{table.name}.position_m", "", allowed)
+            before.append(table)
         berth_m = scenario.transfer.berth_m
         yield from _too_near(scenario, "transfer.berth_m", berth_m, FARTHEST_M, ", and see each other")
 
     def jobs_of(self, scenario: ResupplyScenario) -> Iterable[Job]:
         """Site surveys and drillings."""
-        borings = [Boring(one.name, one.position_m, one.stay_s, one.drill) for one in scenario.boring]
+        borings = [Boring(boring.name, boring.position_m, boring.stay_s, boring.drill) for boring in scenario.boring]
         return [*_surveys(scenario), *borings]
 
     def world(self, seed: int) -> Energies:
@@ -482,7 +483,7 @@ class ResupplyMission(FieldworkMission, HelpMission):
         if charger is None:
             return (), rests_on
         on = (charger.name,)
-        return tuple(replace(one, activities=(replace(one.activities[0], sensors=on),)) for one in sets), rests_on
+        return tuple(replace(s, activities=(replace(s.activities[0], sensors=on),)) for s in sets), rests_on
 
     def helper(self, job: Boring, help: Help, data: VehicleData) -> Behaviour:
         """Create the behaviour that brings energy."""
@@ -493,5 +494,5 @@ class ResupplyMission(FieldworkMission, HelpMission):
         """Create the behaviour for a site or a drill site."""
         if not isinstance(job, Boring):
             return super().behaviour_at(job, data)
-        others = {name for name, one in self.all_of(Boring).items() if one.drill == job.drill and name != job.name}
+        others = {name for name, hole in self.all_of(Boring).items() if hole.drill == job.drill and name != job.name}
         return Drilling(job, others, self.scenario.mission.wait_s, data)

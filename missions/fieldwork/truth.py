@@ -86,25 +86,25 @@ class LiftTruth(FieldTruth):
         """Record lifts since the last call."""
         super().watch(fleet, now_s)
         for name in list(self._open):
-            there = [
+            present = [
                 vehicle.name
                 for end_m in self._ends[name]
                 for vehicle in fleet.vehicles
                 if vehicle.is_alive and distance(vehicle.position_m, end_m) <= THERE_M
             ]
-            if there:
-                self.note_wait(there[0], name, now_s)
-            if len(set(there)) < len(self._ends[name]):
+            if present:
+                self.note_wait(present[0], name, now_s)
+            if len(set(present)) < len(self._ends[name]):
                 self._since_s.pop(name, None)
             elif now_s - self._since_s.setdefault(name, now_s) >= self._lifts[name].stay_s:
-                self.note_end(there[0], name, LIFTED, now_s)
-                self.note(there[0], name, now_s)
+                self.note_end(present[0], name, LIFTED, now_s)
+                self.note(present[0], name, now_s)
 
     def reasons(self, fleet: FleetView, now_s: float) -> Iterator[str]:
         """Yield reasons of failure, with undetected objects."""
         yield from super().reasons(fleet, now_s)
-        found = {subject for _, _, _, _, subject, attribute, *_ in self._items if attribute == LYING_AT}
-        if hidden := ", ".join(name for name in self._open if name not in found):
+        known = {subject for _, _, _, _, subject, attribute, *_ in self._items if attribute == LYING_AT}
+        if hidden := ", ".join(name for name in self._open if name not in known):
             yield f"nobody knows where they lie: {hidden}"
 
 
@@ -131,13 +131,13 @@ class EscortTruth(FieldTruth):
         for name in list(self._open):
             marks, start_m = self._marks[name], self._lines[name].place_m
             if name not in self._waited:
-                who = next((who for who, here_m in at_m.items() if distance(here_m, start_m) <= PASSED_M), None)
-                if who is not None:
-                    self.note_wait(who, name, now_s)
-            for who, here_m in escorted.items():
+                auv = next((auv for auv, here_m in at_m.items() if distance(here_m, start_m) <= PASSED_M), None)
+                if auv is not None:
+                    self.note_wait(auv, name, now_s)
+            for auv, here_m in escorted.items():
                 marks -= {mark_m for mark_m in marks if distance(here_m, mark_m) <= PASSED_M}
                 if not marks:
-                    self.note_end(who, name, SURVEYED, now_s)
+                    self.note_end(auv, name, SURVEYED, now_s)
                     break
 
 
