@@ -51,9 +51,9 @@ class Concluding:
         """Return the first pending conclusion of a vehicle; one at a time keeps packets short."""
         facts, now_s = WithMembers(beliefs, organisation), picture.body.now_s
         for service in self.matching.services.values():
-            if service.vehicle == me and (found := _status(service, beliefs, picture)):
-                return found
-        for found in (
+            if service.vehicle == me and (findings := _status(service, beliefs, picture)):
+                return findings
+        for findings in (
             self._asked(me, organisation, facts),
             self._served(me, beliefs),
             self._chosen(me, organisation, beliefs, facts, now_s),
@@ -61,8 +61,8 @@ class Concluding:
             self._absent(me, organisation, beliefs, now_s),
             self._adrift(me, beliefs),
         ):
-            if found:
-                return found
+            if findings:
+                return findings
         return Nothing(self._until_s(beliefs, now_s))
 
     def _until_s(self, beliefs: Beliefs, now_s: float) -> float:
@@ -92,12 +92,12 @@ class Concluding:
 
     def requests(self, me: str, facts: FactsLike) -> list[tuple[str, Service]]:
         """Return the blocks that a vehicle is requested to survey, with the service."""
-        found = []
+        requested = []
         for block in self.blocks:
             asked = self.matching.services.get(facts.get(("requestedOf", block)) or "")
             if asked is not None and asked.vehicle == me and facts.get(("surveyedBy", block)) is None:
-                found.append((block, asked))
-        return found
+                requested.append((block, asked))
+        return requested
 
     def _served(self, me: str, beliefs: Beliefs) -> list[Finding]:
         """Report a requested block as surveyed once all its tiles are charted."""
@@ -115,8 +115,8 @@ class Concluding:
         since_s = self._due_s(beliefs)
         if since_s is None:
             return []
-        there = frozenset(name for group in self.groups.values() for name in parties(group, facts))
-        ways = self.matching.ways(CHOOSE, me, facts, there)
+        present = frozenset(name for group in self.groups.values() for name in parties(group, facts))
+        ways = self.matching.ways(CHOOSE, me, facts, present)
         if not ways:
             return self._nobody_chooses(me, organisation, beliefs)
         chooser = self.matching.services[ways[0]]
@@ -125,7 +125,7 @@ class Concluding:
         if beliefs.get(("serviceStatus", chooser.name)) != AVAILABLE:
             return []
         n_again = int(beliefs.get(("surveysAgain", self.recovery), 0))
-        asked, is_under_way = self._survey_again(me, beliefs, facts, there, n_again)
+        asked, is_under_way = self._survey_again(me, beliefs, facts, present, n_again)
         if is_under_way:
             return asked
         candidates = beliefs.instances(CANDIDATE)
@@ -133,7 +133,7 @@ class Concluding:
         again = [] if likely else [name for name in candidates if self._may_look_again(beliefs, name)]
         anew = [name for name in again if beliefs.get(("verdict", name)) == "absent"]  # class still unknown
         if not (likely or anew) and n_again < self.settings.surveys_again:
-            asked, is_possible = self._survey_again(me, beliefs, facts, there, n_again + 1)
+            asked, is_possible = self._survey_again(me, beliefs, facts, present, n_again + 1)
             if is_possible:
                 return [Finding(self.recovery, "surveysAgain", n_again + 1), *asked]
         anew = anew or again
@@ -159,13 +159,13 @@ class Concluding:
         if not leads or beliefs.get(("isExhausted", self.recovery)):
             return []
         for name in beliefs.instances(self.matching.activities[CHOOSE].requires):
-            there = organisation.members(*(group.name for group in self.groups.values()))
-            if self.matching.services[name].vehicle in there and beliefs.get(("serviceStatus", name)) != FAILED:
+            present = organisation.members(*(group.name for group in self.groups.values()))
+            if self.matching.services[name].vehicle in present and beliefs.get(("serviceStatus", name)) != FAILED:
                 return []
         return [Finding(self.recovery, "isExhausted", True)]
 
     def _survey_again(
-        self, me: str, beliefs: Beliefs, facts: FactsLike, there: frozenset[str], n_again: int
+        self, me: str, beliefs: Beliefs, facts: FactsLike, present: frozenset[str], n_again: int
     ) -> tuple[list[Finding], bool]:
         """Return missing requests for the ``n_again``-th repetition, and whether any is possible."""
         asked, is_possible = list[Finding](), False
@@ -174,7 +174,7 @@ class Concluding:
         for block in self.blocks:
             if int(beliefs.get(("surveyedAgain", block), 0)) >= n_again:
                 continue
-            ways = self.matching.for_block(me, block, facts, there)
+            ways = self.matching.for_block(me, block, facts, present)
             is_possible = is_possible or bool(ways)
             if ways and beliefs.get(("requestedOf", block)) not in ways:
                 asked.append(Finding(block, "requestedOf", ways[0]))
@@ -223,18 +223,18 @@ class Concluding:
         if beliefs.get(("chosen", self.recovery)) is None or not self._recovers(me, organisation):
             return []  # no close observation before a choice
         for candidate in beliefs.instances(CANDIDATE):
-            known, found = ("verdict", candidate), list[Finding]()
+            known, findings = ("verdict", candidate), list[Finding]()
             verdict = beliefs.get(known)
             if verdict in (None, "open"):
                 is_target = self._shown(beliefs, candidate, beliefs.observed_s(known))
                 if is_target is None:
                     continue
                 verdict = "target" if is_target else "decoy"
-                found = [Finding(candidate, "verdict", verdict)]
+                findings = [Finding(candidate, "verdict", verdict)]
             if verdict == "target" and beliefs.get(("reacquiredBy", candidate)) != me:
-                found += self._reacquired(me, beliefs, candidate)
-            if found:
-                return found
+                findings += self._reacquired(me, beliefs, candidate)
+            if findings:
+                return findings
         return []
 
     def _shown(self, beliefs: Beliefs, candidate: str, since_s: float | None, by: str | None = None) -> bool | None:
@@ -251,8 +251,8 @@ class Concluding:
         if self._shown(beliefs, candidate, chosen_s, me) is None:
             return []
         place = beliefs.fused(("location", candidate), since_s=chosen_s, by=me)
-        at = [] if place is None else [Finding(candidate, "location", place.value)]
-        return [Finding(candidate, "reacquiredBy", me), *at]
+        located = [] if place is None else [Finding(candidate, "location", place.value)]
+        return [Finding(candidate, "reacquiredBy", me), *located]
 
     def _absent(self, me: str, organisation: Organisation, beliefs: Beliefs, now_s: float) -> list[Finding]:
         """Recovering vehicle: report the chosen candidate absent after the time limit."""
@@ -275,17 +275,17 @@ class Concluding:
 def _status(service: Service, beliefs: Beliefs, picture: Picture) -> list[Finding]:
     """Advertise a service or its changed status; without self-test it counts as working."""
     works = not service.settings.tells_state or service.settings.name in picture.body.answering
-    status, told = AVAILABLE if works else FAILED, beliefs.get(("serviceStatus", service.name))
-    if told == status:
+    status, known = AVAILABLE if works else FAILED, beliefs.get(("serviceStatus", service.name))
+    if known == status:
         return []
-    found = [Finding(service.name, "serviceStatus", status)]
-    if told is not None:
-        return found
+    findings = [Finding(service.name, "serviceStatus", status)]
+    if known is not None:
+        return findings
     return [
         Finding(service.name, "providedBy", service.vehicle),
         Finding(service.name, "serviceCost", service.settings.cost_s),
         Finding(service.name, "precondition", service.settings.precondition),
-        *found,
+        *findings,
     ]
 
 
@@ -298,5 +298,5 @@ def _likeness(beliefs: Beliefs, candidate: str) -> float:
     """Likeness of a candidate to the target, 0..1; 2 if identified at close range."""
     if beliefs.get(("verdict", candidate)) == "target":
         return 2.0
-    found = beliefs.fused(("likeness", candidate))
-    return 0.0 if found is None else float(found.value)
+    likeness = beliefs.fused(("likeness", candidate))
+    return 0.0 if likeness is None else float(likeness.value)

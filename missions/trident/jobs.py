@@ -164,8 +164,8 @@ class RecoveryJob(OnServices):
 
     def left(self, facts: Known) -> Self:
         """Return the job with failed services, and exhausted or not."""
-        found, exhausted = super().left(facts), bool(facts.get(("isExhausted", self.name)))
-        return found if exhausted == self.exhausted else replace(found, exhausted=exhausted)
+        job, exhausted = super().left(facts), bool(facts.get(("isExhausted", self.name)))
+        return job if exhausted == self.exhausted else replace(job, exhausted=exhausted)
 
     def is_ever_able(self, data: VehicleData) -> bool:
         """Return True for a vehicle that is able while services work and a candidate remains."""
@@ -204,7 +204,7 @@ COMPOSED = {"FindAgain": (FIND, REACQUIRING), "HoldOn": (HOLD, HOLDING), "Handle
 def activity_domain(matching: Matching, groups: Mapping[str, Group], recovery: str) -> Domain:
     """Return the decomposition of objectives into steps bound to services."""
 
-    def there(facts: FactsLike, objective: Objective) -> frozenset[str]:
+    def present(facts: FactsLike, objective: Objective) -> frozenset[str]:
         return parties(groups[objective.group], facts)
 
     def is_block(facts: FactsLike, objective: Objective, data: VehicleData) -> bool:
@@ -212,7 +212,7 @@ def activity_domain(matching: Matching, groups: Mapping[str, Group], recovery: s
 
     def surveys(facts: FactsLike, objective: Objective, data: VehicleData) -> Iterator[list[Task]]:
         block, name = objective.argument, data.name
-        for service in matching.for_block(name, block, facts, there(facts, objective)):
+        for service in matching.for_block(name, block, facts, present(facts, objective)):
             yield [Task(SURVEYING, (block, service))]
 
     def is_awaited(facts: FactsLike, objective: Objective, data: VehicleData) -> bool:
@@ -222,15 +222,15 @@ def activity_domain(matching: Matching, groups: Mapping[str, Group], recovery: s
         return not is_block(facts, objective, data) and _is_open(facts, recovery)
 
     def recovers(facts: FactsLike, objective: Objective, data: VehicleData) -> list[Task]:
-        of = objective, data, facts.get(("chosen", recovery))
-        return [Task("Fix", of), *(Task(name, of) for name in COMPOSED)]
+        parameters = objective, data, facts.get(("chosen", recovery))
+        return [Task("Fix", parameters), *(Task(name, parameters) for name in COMPOSED)]
 
     def is_fixed(facts: FactsLike, objective: Objective, data: VehicleData, candidate: str) -> bool:
-        ways = matching.ways(FIX, data.name, facts, there(facts, objective))
+        ways = matching.ways(FIX, data.name, facts, present(facts, objective))
         return bool(ways) and matching.services[ways[0]].vehicle != data.name
 
     def ranges(facts: FactsLike, objective: Objective, data: VehicleData, candidate: str) -> Iterator[list[Task]]:
-        for service in matching.ways(FIX, data.name, facts, there(facts, objective)):
+        for service in matching.ways(FIX, data.name, facts, present(facts, objective)):
             if matching.services[service].vehicle == data.name:
                 yield [Task(RANGING, (data.name, candidate, service))]
 
@@ -249,28 +249,28 @@ def activity_domain(matching: Matching, groups: Mapping[str, Group], recovery: s
         Method("recover", recovers, is_chosen, ("Fix", *COMPOSED)),
     ]
     composed = {
-        name: [Method("by a service", _bound(matching, there, *of), uses=of[1:])] for name, of in COMPOSED.items()
+        name: [Method("by a service", _bound(matching, present, *of), uses=of[1:])] for name, of in COMPOSED.items()
     }
-    composed["FindAgain"].append(_missing(matching, there))
+    composed["FindAgain"].append(_missing(matching, present))
     return Domain.of(_operators(matching), {PURSUE + WORKING: pursue, "Fix": fix, **composed})
 
 
-def _bound(matching: Matching, there: Callable[..., frozenset[str]], activity: str, step: str) -> Callable[..., Any]:
+def _bound(matching: Matching, present: Callable[..., frozenset[str]], activity: str, step: str) -> Callable[..., Any]:
     """Return the alternatives of a composite task, one step per able service."""
 
     def ways(facts: FactsLike, objective: Objective, data: VehicleData, candidate: str) -> Iterator[list[Task]]:
         after = data.name if step == REACQUIRING and facts.get(("fixedOn", data.name)) else ""
-        for service in matching.ways(activity, data.name, facts, there(facts, objective)):
+        for service in matching.ways(activity, data.name, facts, present(facts, objective)):
             yield [Task(step, (objective.argument, candidate, service, after))]
 
     return ways
 
 
-def _missing(matching: Matching, there: Callable[..., frozenset[str]]) -> Method:
+def _missing(matching: Matching, present: Callable[..., frozenset[str]]) -> Method:
     """Return the last method of reacquisition: report absence, if a finder passed its self-test."""
 
     def is_searched_for(facts: FactsLike, objective: Objective, data: VehicleData, candidate: str) -> bool:
-        for name in matching.ways(FIND, data.name, facts, there(facts, objective)):
+        for name in matching.ways(FIND, data.name, facts, present(facts, objective)):
             if matching.services[name].settings.tells_state and facts.get(("serviceStatus", name)) == AVAILABLE:
                 return True
         return False

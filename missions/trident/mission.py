@@ -139,8 +139,8 @@ def _named(key: str, table: ActivityTable | BlockTable, able: Collection[str]) -
         return
     if not table.service:
         yield ConfigurationFault(f"{key}.service", "", f"is missing; allowed: {', '.join(able)}")
-    for where, given in [("service", table.service or None), *(("spare", spare) for spare in table.spare)]:
-        yield from one_of(f"{key}.{where}", given, sorted(able))
+    for where, name in [("service", table.service or None), *(("spare", spare) for spare in table.spare)]:
+        yield from one_of(f"{key}.{where}", name, sorted(able))
 
 
 # The choreography
@@ -148,23 +148,23 @@ def _named(key: str, table: ActivityTable | BlockTable, able: Collection[str]) -
 
 def _choreography(scenario: TridentScenario, tbox: TBox) -> Iterator[ConfigurationFault]:
     """Yield faults: unreachable states, dead ends, unknown states, facts or vehicles."""
-    table, found = scenario.choreography, list[ConfigurationFault]()
+    table, faults = scenario.choreography, list[ConfigurationFault]()
     states = [state.name for state in table.state]
     for name, count in Counter(states).items():
         if count > 1:
             yield ConfigurationFault(f"choreography.state.{name}", "", f"listed {count} times; allowed: once")
     attributes = {attribute.name: attribute for attribute in tbox.attributes}
-    said = [name for name in scenario.communication.needs if name in attributes]
+    needed = [name for name in scenario.communication.needs if name in attributes]
     speakers = list(dict.fromkeys([*scenario.vehicle_names, *(role for _, role in scenario.roles)]))
-    for number, one in enumerate(table.message, 1):
+    for number, entry in enumerate(table.message, 1):
         key = f"choreography.message.{number}"
-        symbols = attributes[one.says].symbols if one.says in attributes else ()
-        for word, known in (("state", states), ("to", states), ("says", said), ("by", speakers), ("value", symbols)):
-            given = getattr(one, word)
-            if word in ("state", "to", "says") or (given and known):
-                found += one_of(f"{key}.{word}", given, known)
-    yield from found
-    if states and not found:
+        symbols = attributes[entry.says].symbols if entry.says in attributes else ()
+        for field, known in (("state", states), ("to", states), ("says", needed), ("by", speakers), ("value", symbols)):
+            value = getattr(entry, field)
+            if field in ("state", "to", "says") or (value and known):
+                faults += one_of(f"{key}.{field}", value, known)
+    yield from faults
+    if states and not faults:
         final = [state.name for state in table.state if state.final]
         for state, wrong in unsound(states, final, [(message.state, message.to) for message in table.message]):
             yield ConfigurationFault(f"choreography.state.{state}", "", wrong)
@@ -242,8 +242,8 @@ class TridentMission(JobMission):
         """A survey per block, and the recovery."""
         services, matches = self.matching.services, self.matching.response == "matching"
         heeded = services.items() if matches else ()  # other plans respond to outcomes only
-        surveying = tuple(name for name, one in heeded if isinstance(one.settings, SurveyorSettings))
-        on_board = tuple(name for name, one in heeded if isinstance(one.settings, EffectorSettings | FinderSettings))
+        surveying = tuple(name for name, s in heeded if isinstance(s.settings, SurveyorSettings))
+        on_board = tuple(name for name, s in heeded if isinstance(s.settings, EffectorSettings | FinderSettings))
         for name, block in self.blocks.items():
             planned = {services[service].vehicle for service in self.matching.planned(self.matching.blocks[name])}
             yield BlockSurvey(block, frozenset(self._database if matches else planned), services=surveying)
@@ -285,13 +285,13 @@ class TridentMission(JobMission):
     @property
     def places(self) -> Sequence[Place]:
         """Rally points, blocks and transponder."""
-        found = self.rally_places
+        places = self.rally_places
         for name, block in self.blocks.items():
             tiles = Tiles(block.tile_m, block.tiles, "chartedTile", CHARTED.name, ("column", "row"))
-            found.append(Place(name, "survey block", block.outline_m, tiles))
+            places.append(Place(name, "survey block", block.outline_m, tiles))
         if self.scenario.transponder is not None:
-            found.append(Place("transponder", "transponder", (self.scenario.transponder.position_m,)))
-        return found
+            places.append(Place("transponder", "transponder", (self.scenario.transponder.position_m,)))
+        return places
 
     def truth(self, recorder: Recorder, world: Site) -> TridentTruth:
         """Create the ground truth."""
@@ -347,8 +347,8 @@ class TridentMission(JobMission):
             if not isinstance(service.settings, SurveyorSettings):
                 continue
             for block in self.blocks:
-                of = service.name, block, SERVING
-                doing = Activity(SURVEYING, ActivityType.GUIDANCE, of, (service.settings.name,))
+                parameters = service.name, block, SERVING
+                doing = Activity(SURVEYING, ActivityType.GUIDANCE, parameters, (service.settings.name,))
                 sets.append(ActivitySet(objective, ActivityKind.INDIVIDUAL, (doing,), importance))
         if self.scenario.mission.escort_m > 0.0 and (names := self._escorted(data)):
             home_m = self.meeting.rally_points_m.get(self.groups[objective.group].rally_point or "", data.start_m)
@@ -364,8 +364,8 @@ class TridentMission(JobMission):
 
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
         """Behaviour of a step by its service, or of the rendezvous."""
-        if (found := self.meeting.behaviour(activity, data)) is not None:
-            return found
+        if (behaviour := self.meeting.behaviour(activity, data)) is not None:
+            return behaviour
         settings = self.scenario.mission
         if activity.name == ESCORTING:
             names, home_m = activity.parameters
@@ -377,17 +377,17 @@ class TridentMission(JobMission):
         service = self.matching.services[activity.parameters[0]]
         if service.vehicle != data.name:
             return AwaitingPartner()
-        of = service.settings
-        if activity.name == SURVEYING and isinstance(of, SurveyorSettings):
+        sensor = service.settings
+        if activity.name == SURVEYING and isinstance(sensor, SurveyorSettings):
             asked = (service.name, self.scenario.recovery.name) if activity.parameters[2] == SERVING else None
-            return Surveying(self.blocks[activity.parameters[1]], of, data, settings.patience_work_s, asked)
+            return Surveying(self.blocks[activity.parameters[1]], sensor, data, settings.patience_work_s, asked)
         if activity.name == RANGING and self.scenario.transponder is not None:
             return Ranging(self.scenario.transponder.position_m, data, settings.patience_work_s)
         job, candidate = activity.parameters[1:3]
-        if activity.name == REACQUIRING and isinstance(of, FinderSettings):
-            return Reacquiring(job, candidate, of, data, settings.search_m, settings.patience_work_s)
-        if isinstance(of, EffectorSettings):
-            return Intervening(job, candidate, of, data)
+        if activity.name == REACQUIRING and isinstance(sensor, FinderSettings):
+            return Reacquiring(job, candidate, sensor, data, settings.search_m, settings.patience_work_s)
+        if isinstance(sensor, EffectorSettings):
+            return Intervening(job, candidate, sensor, data)
         raise PlanningError(f"activity {activity.name!r} cannot be done by {service.name!r}")
 
     def conclusions(

@@ -123,27 +123,27 @@ class Site:
         if not self.blocks:
             return []
         size_m, (x_m, y_m) = self.blocks[0].tile_m, at_m
-        found = []
+        tiles = []
         for column in range(math.floor((x_m - reach_m) / size_m), math.floor((x_m + reach_m) / size_m) + 1):
             for row in range(math.floor((y_m - reach_m) / size_m), math.floor((y_m + reach_m) / size_m) + 1):
                 dx_m, dy_m = (column + 0.5) * size_m - x_m, (row + 0.5) * size_m - y_m
                 if dx_m * dx_m + dy_m * dy_m <= reach_m * reach_m and (column, row) in self.numbers:
-                    found.append((column, row))
-        return found
+                    tiles.append((column, row))
+        return tiles
 
     def nearest(self, at_m: Point) -> tuple[float, int] | None:
         """Return distance and number of the nearest object; None without objects."""
-        return min(((distance(one.position_m, at_m), n) for n, one in enumerate(self.objects)), default=None)
+        return min(((distance(thing.position_m, at_m), n) for n, thing in enumerate(self.objects)), default=None)
 
 
 def lying(blocks: Sequence[SeabedBlock], target_m: Point | None, n_decoys: int, seed: int) -> tuple[Lying, ...]:
     """Return the target and the decoys of a run; ``target_m`` None means a random place."""
-    found: list[Lying] = []
+    placed: list[Lying] = []
     for number in range(1 + n_decoys):
         name = f"decoy {number}" if number else TARGET
-        at_m = target_m if target_m is not None and not number else _drawn_m(blocks, number, seed, found)
-        found.append(Lying(name, at_m, not number))
-    return tuple(found)
+        at_m = target_m if target_m is not None and not number else _drawn_m(blocks, number, seed, placed)
+        placed.append(Lying(name, at_m, not number))
+    return tuple(placed)
 
 
 def _drawn_m(blocks: Sequence[SeabedBlock], number: int, seed: int, others: Sequence[Lying]) -> Point:
@@ -249,26 +249,26 @@ class Surveyor:
         if pose.ground_mps > self._limit_mps:
             return []
         settings, at_m = self._settings, (pose.x_m, pose.y_m)
-        found = []
+        observations = []
         for tile in world.below(pose.believed_m, settings.reach_m):
             if tile not in self._claimed:
                 self._claimed.add(tile)
                 block, number = world.numbers[tile]
-                found.append(Observation(((block, "chartedTile", number),)))
+                observations.append(Observation(((block, "chartedTile", number),)))
         for tile in world.below(at_m, settings.reach_m):
             if tile not in self._charted:
                 self._charted.add(tile)
-                found.append(Observation(row=tile))
-        for number, one in enumerate(world.objects):
-            if distance(one.position_m, at_m) > settings.reach_m or not self._looks.is_due(number, now_s, 6.0):
+                observations.append(Observation(row=tile))
+        for number, thing in enumerate(world.objects):
+            if distance(thing.position_m, at_m) > settings.reach_m or not self._looks.is_due(number, now_s, 6.0):
                 continue
             seen, like, *off = self._looks.draws(world.seed, number, 4)
             if seen < settings.p_seen:
-                mean = LIKE_TARGET if one.is_target else LIKE_DECOY
+                mean = LIKE_TARGET if thing.is_target else LIKE_DECOY
                 likeness = min(1.0, max(0.0, mean + settings.sigma_likeness * normal_error(like)))
-                place = _placed(one, pose, off, settings.sigma_m)
-                found.append(_seen(place, (SELF, "likeness", likeness, max(0.0625, settings.sigma_likeness))))
-        return found
+                place = _placed(thing, pose, off, settings.sigma_m)
+                observations.append(_seen(place, (SELF, "likeness", likeness, max(0.0625, settings.sigma_likeness))))
+        return observations
 
 
 class FinderSettings(ModuleSettings):
@@ -295,17 +295,17 @@ class Finder:
 
     def sense(self, pose: Pose, world: Site, now_s: float) -> list[Observation]:
         """Return place and class of each object in range."""
-        settings, at_m, found = self._settings, (pose.x_m, pose.y_m), []
+        settings, at_m, observations = self._settings, (pose.x_m, pose.y_m), []
         if pose.ground_mps > self._limit_mps:
             return []
-        for number, one in enumerate(world.objects):
-            if distance(one.position_m, at_m) > settings.range_m or not self._looks.is_due(number, now_s):
+        for number, thing in enumerate(world.objects):
+            if distance(thing.position_m, at_m) > settings.range_m or not self._looks.is_due(number, now_s):
                 continue
             right, *off = self._looks.draws(world.seed, number, 3)
-            place = _placed(one, pose, off, settings.sigma_m)
-            takes_for = "target" if one.is_target == (right < settings.p_right) else "decoy"
-            found.append(_seen(place, (SELF, "looksLike", takes_for, settings.p_right)))
-        return found
+            place = _placed(thing, pose, off, settings.sigma_m)
+            takes_for = "target" if thing.is_target == (right < settings.p_right) else "decoy"
+            observations.append(_seen(place, (SELF, "looksLike", takes_for, settings.p_right)))
+        return observations
 
 
 class EffectorSettings(ModuleSettings):
@@ -346,15 +346,15 @@ class Effector:
             return []
         self._since_s = now_s
         off_m, number = nearest
-        one = world.objects[number]
+        thing = world.objects[number]
         (drawn,) = self._looks.draws(world.seed, number, 1)
         off = off_m / self._settings.tolerance_m
         succeeds = drawn < exp(-off * off)
-        row = self._settings.name, self._settings.does, one.name, distance(at_m, one.position_m), succeeds
+        row = self._settings.name, self._settings.does, thing.name, distance(at_m, thing.position_m), succeeds
         if not succeeds:
             return [Observation(row=row)]
         done = "heldBy" if self._settings.does == "hold" else "handledBy"
-        place = one.position_m[0] + pose.error_m[0], one.position_m[1] + pose.error_m[1]
+        place = thing.position_m[0] + pose.error_m[0], thing.position_m[1] + pose.error_m[1]
         facts: tuple[Fact, ...] = (pose.located(place, 0.5), (SELF, done, self._data.name))
         return [Observation(facts, row, CANDIDATE, SAME_M)]
 
@@ -413,9 +413,9 @@ class Looks:
         return [loss.uniform(seed, loss.LOOKS, look, self._node, stream + draw) for draw in range(n)]
 
 
-def _placed(one: Lying, pose: Pose, off: list[float], sigma_m: float) -> Fact:
+def _placed(thing: Lying, pose: Pose, off: list[float], sigma_m: float) -> Fact:
     """Reported place of an observed object with its uncertainty."""
-    (x_m, y_m), (east_m, north_m) = one.position_m, pose.error_m
+    (x_m, y_m), (east_m, north_m) = thing.position_m, pose.error_m
     seen_m = x_m + east_m + sigma_m * normal_error(off[0]), y_m + north_m + sigma_m * normal_error(off[1])
     return pose.located(seen_m, max(0.5, sigma_m))
 
@@ -493,10 +493,10 @@ class Matching:
 
     def ways(self, activity: str, me: str, facts: FactsLike, there: Collection[str]) -> tuple[str, ...]:
         """Services of present vehicles (``there``) by which ``me`` may do an activity, in order."""
-        found = self._ways(self.activities[activity], me, facts, there)
+        names = self._ways(self.activities[activity], me, facts, there)
         if activity not in ON_BOARD:
-            return found
-        return tuple(name for name in found if self.services[name].vehicle == me)
+            return names
+        return tuple(name for name in names if self.services[name].vehicle == me)
 
     def planned(self, of: ActivityTable) -> tuple[str, ...]:
         """Services that the plan names, with spares under ``repair``."""
@@ -507,11 +507,11 @@ class Matching:
         """Facts on which a match depends."""
         return frozenset(("serviceStatus", name) for name in self.services)
 
-    def _ways(self, of: ActivityTable, me: str, facts: FactsLike, there: Collection[str]) -> tuple[str, ...]:
+    def _ways(self, activity: ActivityTable, me: str, facts: FactsLike, present: Collection[str]) -> tuple[str, ...]:
         if self.response != "matching":
-            return self.planned(of)
-        fitting = self._fitting(of.requires, me, facts)
-        able = [service for name, service in self.services.items() if name in fitting and service.vehicle in there]
+            return self.planned(activity)
+        fitting = self._fitting(activity.requires, me, facts)
+        able = [service for name, service in self.services.items() if name in fitting and service.vehicle in present]
         able.sort(
             key=lambda service: (service.settings.cost_s + HANDING_OVER_S * (service.vehicle != me), service.name)
         )
@@ -522,7 +522,7 @@ class Matching:
         statuses = {name: facts.get(("serviceStatus", name)) for name in self.services}
         unsaid = {name for name, service in self.services.items() if service.vehicle == me and statuses[name] is None}
         if not self.inference:
-            told = {name for name, service in self.services.items() if service.settings.capability == requires}
-            return told & (unsaid | {name for name, status in statuses.items() if status == AVAILABLE})
+            capable = {name for name, service in self.services.items() if service.settings.capability == requires}
+            return capable & (unsaid | {name for name, status in statuses.items() if status == AVAILABLE})
         working = {*(facts.get(("instances", AVAILABLE_SERVICE)) or ()), *unsaid}
         return working.intersection(facts.get(("instances", requires)) or ())

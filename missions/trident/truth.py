@@ -56,12 +56,12 @@ def reachable(arrows: Mapping[str, Iterable[str]], start: Iterable[str]) -> set[
     >>> sorted(reachable({"a": ["b"], "c": ["a"]}, ["a"]))
     ['a', 'b']
     """
-    found, left = set(start), list(start)
+    reached, left = set(start), list(start)
     while left:
-        new = set(arrows.get(left.pop(), ())) - found
-        found |= new
+        new = set(arrows.get(left.pop(), ())) - reached
+        reached |= new
         left += sorted(new)
-    return found
+    return reached
 
 
 def unsound(
@@ -77,9 +77,9 @@ def unsound(
         ahead[state].append(to)
         back[to].append(state)
     ends = [state for state in final if state in states]
-    there, out = reachable(ahead, states[:1]), reachable(back, ends)
+    reached, out = reachable(ahead, states[:1]), reachable(back, ends)
     for state in states:
-        if state not in there:
+        if state not in reached:
             yield state, f"cannot be reached: no message leads to it from {states[0]}, the first state"
         if state not in out:
             yield (
@@ -117,9 +117,9 @@ class Monitor:
             self._note_roles()
         for packet in self._packets:
             if self._unsaid:
-                for said in self._said(packet):
-                    self._check_time(said.time_s)
-                    self._move(said)
+                for stated in self._said(packet):
+                    self._check_time(stated.time_s)
+                    self._move(stated)
         self._check_time(now_s)
 
     def _said(self, packet: Row) -> Iterator[StatedFact]:
@@ -133,27 +133,27 @@ class Monitor:
             if event in PLAYING:
                 self._plays[vehicle, role].append((time_s, PLAYING[event]))
 
-    def _is_by(self, message: MessageTable, said: StatedFact) -> bool:
+    def _is_by(self, message: MessageTable, fact: StatedFact) -> bool:
         """True if the sender is the required vehicle, or held the required role at recording time."""
-        if message.by in ("", said.vehicle):
+        if message.by in ("", fact.vehicle):
             return True
         plays = False
-        for time_s, begins in self._plays.get((said.vehicle, message.by), ()):
-            if time_s > said.recorded_s or (time_s == said.recorded_s and not begins):
+        for time_s, begins in self._plays.get((fact.vehicle, message.by), ()):
+            if time_s > fact.recorded_s or (time_s == fact.recorded_s and not begins):
                 break
             plays = begins
         return plays
 
-    def _move(self, said: StatedFact) -> None:
+    def _move(self, fact: StatedFact) -> None:
         allowed = self._allowed[self.state]
-        fitting = [message for message in allowed if _fits(message, said) and self._is_by(message, said)]
-        said_row = said.time_s, said.vehicle, self.state, said.attribute, said.subject, said.value
+        fitting = [message for message in allowed if _fits(message, fact) and self._is_by(message, fact)]
+        said_row = fact.time_s, fact.vehicle, self.state, fact.attribute, fact.subject, fact.value
         if not fitting:
             expected = "; ".join(_shown(message) for message in allowed) or "nothing"
             self._rows.append((*said_row, self.state, f"not allowed in state {self.state}; allowed: {expected}"))
             return
         self._rows.append((*said_row, fitting[0].to, ""))
-        self.state, self._since_s, self._is_overdue = fitting[0].to, said.time_s, False
+        self.state, self._since_s, self._is_overdue = fitting[0].to, fact.time_s, False
 
     def _check_time(self, now_s: float) -> None:
         within_s = self._states[self.state].within_s
@@ -165,8 +165,8 @@ class Monitor:
         self._rows.append((self._since_s + within_s, "", self.state, "", "", "", self.state, late))
 
 
-def _fits(message: MessageTable, said: StatedFact) -> bool:
-    return message.says == said.attribute and message.value in ("", said.value)
+def _fits(message: MessageTable, fact: StatedFact) -> bool:
+    return message.says == fact.attribute and message.value in ("", fact.value)
 
 
 def _shown(message: MessageTable) -> str:
@@ -201,11 +201,11 @@ class TridentTruth(JobTruth):
     def _take_note(self, now_s: float) -> None:
         for _, _, column, row in self._new_tiles:
             self._charted.add((column, row))
-        for time_s, vehicle, _, does, of, _, succeeded in self._attempts:
+        for time_s, vehicle, _, does, thing, _, succeeded in self._attempts:
             if succeeded:
-                what = "held" if does == "hold" else "recovered" if of == TARGET else "mistaken"
-                self.milestones.append(Milestone(time_s, what, vehicle))
-                self.is_recovered = self.is_recovered or what == "recovered"
+                outcome = "held" if does == "hold" else "recovered" if thing == TARGET else "mistaken"
+                self.milestones.append(Milestone(time_s, outcome, vehicle))
+                self.is_recovered = self.is_recovered or outcome == "recovered"
         for _, origin, _, recorded_s, subject, attribute, *_ in self._statements:
             if attribute == "chosen":
                 self.milestones.append(Milestone(recorded_s, "chosen", origin))
@@ -261,12 +261,12 @@ def recovered(run: MeasuredRun) -> bool:
 
 def target_recovered_s(run: MeasuredRun) -> float | None:
     """Time of the true recovery of the target."""
-    return next((time_s for time_s, of in _handled(run) if of == TARGET), None)
+    return next((time_s for time_s, thing in _handled(run) if thing == TARGET), None)
 
 
 def n_mistaken(run: MeasuredRun) -> int:
     """Number of decoys recovered instead of the target."""
-    return len({of for _, of in _handled(run) if of != TARGET})
+    return len({thing for _, thing in _handled(run) if thing != TARGET})
 
 
 def _handled(run: MeasuredRun) -> list[tuple[float, str]]:
@@ -344,18 +344,18 @@ USES = {"Surveying", "Ranging", "Reacquiring", "Holding", "Handling"}
 
 def statuses(results: RunResults) -> dict[str, list[tuple[float, str]]]:
     """Return time and status of each service, in order of advertisement."""
-    found: dict[str, list[tuple[float, str]]] = {}
+    reports: dict[str, list[tuple[float, str]]] = {}
     for row in results.table("items").to_pylist():
         if row["attribute"] == "serviceStatus":
-            found.setdefault(row["subject"], []).append((row["recorded_s"], row["value"]))
-    return found
+            reports.setdefault(row["subject"], []).append((row["recorded_s"], row["value"]))
+    return reports
 
 
 def uses(results: RunResults, services: Any) -> list[tuple[str, str, float, float]]:
     """Return vehicle, service, begin and end (s) of every step bound to one of ``services``."""
     end_s = float(results.summary["mission_time_s"])
     running: dict[tuple[str, str, str, int], tuple[str, float]] = {}
-    found = []
+    marks = []
     for row in results.table("plans").to_pylist():
         key = row["vehicle"], row["role"], row["argument"], row["node"]
         service = next((name for name in services if name in row["task"]), None)
@@ -364,18 +364,18 @@ def uses(results: RunResults, services: Any) -> list[tuple[str, str, float, floa
         if row["status"] == "running":
             running.setdefault(key, (service, row["time_s"]))
         elif key in running:
-            of, from_s = running.pop(key)
-            found.append((row["vehicle"], of, from_s, row["time_s"]))
-    found += [(key[0], of, from_s, end_s) for key, (of, from_s) in running.items()]
-    return sorted(found, key=lambda mark: mark[2])
+            used, from_s = running.pop(key)
+            marks.append((row["vehicle"], used, from_s, row["time_s"]))
+    marks += [(key[0], used, from_s, end_s) for key, (used, from_s) in running.items()]
+    return sorted(marks, key=lambda mark: mark[2])
 
 
 def draw_services(axes: Axes, results: RunResults, style: Style) -> str:
     """Draw a lane per service: grey while it reports to work, bars while plans use it."""
-    said, end_s = statuses(results), max(float(results.summary["mission_time_s"]), 1.0)
-    names = list(said)
+    reports, end_s = statuses(results), max(float(results.summary["mission_time_s"]), 1.0)
+    names = list(reports)
     for lane, name in enumerate(names):
-        times = [*said[name], (end_s, "")]
+        times = [*reports[name], (end_s, "")]
         for (from_s, status), (to_s, _) in pairwise(times):
             if status == "available":
                 axes.barh(lane, to_s - from_s, left=from_s, height=0.8, color=style.tint(style.grey, 0.25))
@@ -386,8 +386,8 @@ def draw_services(axes: Axes, results: RunResults, style: Style) -> str:
         label = None if vehicle in shown else vehicle
         shown.add(vehicle)
         colour, height = style.looks[vehicle].colour, 0.6 / len(style.looks)
-        at = names.index(service) - 0.3 + (list(style.looks).index(vehicle) + 0.5) * height
-        axes.barh(at, to_s - from_s, left=from_s, height=height, color=colour, label=label)
+        bar = names.index(service) - 0.3 + (list(style.looks).index(vehicle) + 0.5) * height
+        axes.barh(bar, to_s - from_s, left=from_s, height=height, color=colour, label=label)
     axes.set_yticks(range(len(names)), names)
     axes.invert_yaxis()
     axes.set_xlim(0.0, axis_end_s(results))
