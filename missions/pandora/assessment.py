@@ -61,8 +61,8 @@ class ActionMonitor:
         self._energy: tuple[float, float, float] | None = None  # used before a reading, expected since, time of it
         self._seen_s: float | None = None
         if self._log is not None:
-            at = settings.alarm_at(self._log.every_s)
-            self._speed, self._power, self._flow = Cusum(at), Cusum(at), (Cusum(at), Cusum(at))
+            alarm = settings.alarm_at(self._log.every_s)
+            self._speed, self._power, self._flow = Cusum(alarm), Cusum(alarm), (Cusum(alarm), Cusum(alarm))
         if self._camera is not None:
             self._off = Cusum(settings.alarm_at(self._camera.every_s)), Cusum(settings.alarm_at(self._camera.every_s))
             per_image = settings.false_alarms_per_h * self._camera.every_s / 3600.0
@@ -115,30 +115,30 @@ class ActionMonitor:
         if self._energy is not None:
             before_j, due_j, from_s = self._energy
             self._energy = before_j, due_j + self._data.power_w(motion.speed_mps) * since_s, from_s
-        found: list[Fact] = []
+        news: list[Fact] = []
         logged = facts.get(("logged", self._me))
         if self._log is not None and logged is not None and logged != self._logged:
             is_first, self._logged = self._logged is None, logged
             if not is_first:
-                found += self._assess_log(motion, facts, now_s)
+                news += self._assess_log(motion, facts, now_s)
             self._energy = motion.energy_j, 0.0, now_s
         if self._camera is not None:
-            found += self._assess_camera(motion, facts, now_s)
+            news += self._assess_camera(motion, facts, now_s)
         if abs(self.quality - self._told_quality) >= 0.25:
             self._told_quality = self.quality
-            found.append((self._me, "holdQuality", self.quality))
-        return found
+            news.append((self._me, "holdQuality", self.quality))
+        return news
 
     def _assess_log(self, motion: Motion, facts: Known, now_s: float) -> list[Fact]:
         assert self._log is not None
-        found: list[Fact] = []
+        news: list[Fact] = []
         sigma_mps, me = self._log.sigma_mps, self._me
         if self._asked_mps > 0.0 and now_s - self._asked_s >= STEADY_S:
             share = facts.get(("thrustShare", me), 1.0)
             off = self._speed.add((facts.get(("speedMeasured", me)) - share * self._asked_mps) / sigma_mps)
             if off is not None:
                 share = min(2.0, max(0.0, share + off * sigma_mps / self._asked_mps))
-                found += _told(me, "thrustShare", share, "thruster", abs(share - 1.0) > SOUND_SHARE)
+                news += _told(me, "thrustShare", share, "thruster", abs(share - 1.0) > SOUND_SHARE)
         estimate, planned = facts.get(("flow", me), NOWHERE), self._planned_flow(now_s)
         measured = facts.get(("flowMeasured", me))
         offs = [
@@ -147,8 +147,8 @@ class ActionMonitor:
         ]
         if any(off is not None for off in offs):
             flow = tuple(was + (off or 0.0) * sigma_mps for was, off in zip(estimate, offs, strict=True))
-            found += _told(me, "flow", flow, "current", length(*flow) > SOUND_FLOW_MPS)
-        return found + self._assess_power(motion, facts, now_s)
+            news += _told(me, "flow", flow, "current", length(*flow) > SOUND_FLOW_MPS)
+        return news + self._assess_power(motion, facts, now_s)
 
     def _assess_power(self, motion: Motion, facts: Known, now_s: float) -> list[Fact]:
         if self._energy is None or self._log is None:
@@ -211,5 +211,5 @@ class ActionMonitor:
 
 def _told(me: str, attribute: str, value: float | tuple[float, ...], diagnosis: str, is_wrong: bool) -> list[Fact]:
     """Estimate with its diagnosis."""
-    of: Fact = (me, attribute, value if isinstance(value, float | int) else (value[0], value[1]))
-    return [of, (me, "diagnosis", diagnosis if is_wrong else "sound")]
+    estimate: Fact = (me, attribute, value if isinstance(value, float | int) else (value[0], value[1]))
+    return [estimate, (me, "diagnosis", diagnosis if is_wrong else "sound")]

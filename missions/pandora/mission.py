@@ -74,7 +74,7 @@ def _tools(scenario: PandoraScenario) -> Iterator[ConfigurationFault]:
     carried = {table.get("type", "camera") for vehicle in scenario.vehicle for table in vehicle.sensor}
     demanded = {"camera": tuple(KINDS), "arm": ("valve", "anode")}
     for kind, parts in demanded.items():
-        name = next((part.name for of, part, _ in scenario.parts if of in parts), None)
+        name = next((part.name for part_kind, part, _ in scenario.parts if part_kind in parts), None)
         if name is not None and carried and kind not in carried:
             allowed = f'no vehicle has one, and the plan demands it for {name}; allowed: type = "{kind}" in one'
             yield ConfigurationFault("vehicle.sensor", kind, allowed)
@@ -149,9 +149,9 @@ class PandoraMission(JobMission):
         """Add a role per part for all vehicles with sensors, and default needs."""
         if not scenario.parts:
             return scenario
-        roles = [Role(name=f"Servicer of {one.name}", maximum=1, job=job_of(one.name)) for _, one, _ in scenario.parts]
-        found = with_job_roles(scenario, roles, {}, able=lambda vehicle: bool(vehicle.sensor))
-        return with_needs(found, dict.fromkeys(TOLD, URGENCY))
+        roles = [Role(name=f"Servicer of {p.name}", maximum=1, job=job_of(p.name)) for _, p, _ in scenario.parts]
+        completed = with_job_roles(scenario, roles, {}, able=lambda vehicle: bool(vehicle.sensor))
+        return with_needs(completed, dict.fromkeys(TOLD, URGENCY))
 
     @classmethod
     def check(cls, scenario: PandoraScenario) -> Iterable[ConfigurationFault]:
@@ -244,8 +244,8 @@ class PandoraMission(JobMission):
             return not self._is_found_first(job) or facts.get(("placedAt", self._parts[job].of)) is not None
 
         def serve(facts: FactsLike, objective: Objective, data: VehicleData) -> list[Task]:
-            of = objective.argument, data
-            return [Task("Find", of), Task("Do", of)] if self._is_found_first(of[0]) else [Task("Do", of)]
+            args = objective.argument, data
+            return [Task("Find", args), Task("Do", args)] if self._is_found_first(args[0]) else [Task("Do", args)]
 
         def effects(job: str, name: str) -> Mapping[Hashable, Any]:
             return {("placedAt", self._parts[job].of): ANY} if name in FINDING else {self._parts[job].done: ANY}
@@ -303,9 +303,9 @@ class PandoraMission(JobMission):
 
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
         """Action on a part, or behaviour of the rendezvous."""
-        found = self.meeting.behaviour(activity, data)
-        if found is not None:
-            return found
+        behaviour = self.meeting.behaviour(activity, data)
+        if behaviour is not None:
+            return behaviour
         make, _ = ACTIONS[activity.name]
         return make(self._parts[activity.parameters[0]], data, self.scenario)
 

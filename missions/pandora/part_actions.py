@@ -87,9 +87,9 @@ class Acting(Behaviour):
             self._expected_s = MARGIN_S + (1.0 + MARGIN_SHARE) * time_s
         is_there = to_go_m <= NEAR_M
         self._there_s += dt_s if is_there else 0.0
-        found = self._carry_on(motion, picture, to_go_m, dt_s) if self._settings.assesses else self._by_the_clock()
-        said = (Observation(tuple(found)),) if found else ()
-        perceived = Perception(1.0, 1.0 if is_there else advance, concludes=said + self.created())
+        news = self._carry_on(motion, picture, to_go_m, dt_s) if self._settings.assesses else self._by_the_clock()
+        observations = (Observation(tuple(news)),) if news else ()
+        perceived = Perception(1.0, 1.0 if is_there else advance, concludes=observations + self.created())
         if not (self._is_done or self._has_failed):
             return perceived
         failed = self._has_failed and not self._is_done
@@ -124,19 +124,19 @@ class Acting(Behaviour):
             self._monitor.hold(to_go_m, settings.tolerance_m, dt_s)
             if self._monitor.quality < LOW_QUALITY and now_s - self._raised_s >= RAISE_S:
                 self._raised_s, self._gain = now_s, min(MOST_GAIN, RAISE * self._gain)
-        found = self._monitor.assess(motion, picture, self._asked_mps(to_go_m))
-        said = dict.fromkeys((attribute for _, attribute, *_ in found))
-        if "cameraDead" in said or facts.get(("cameraDead", self._data.name)):
+        news = self._monitor.assess(motion, picture, self._asked_mps(to_go_m))
+        attributes = dict.fromkeys((attribute for _, attribute, *_ in news))
+        if "cameraDead" in attributes or facts.get(("cameraDead", self._data.name)):
             self._has_failed = True
-            return found
+            return news
         if self._monitor.must_return(motion, facts, picture.body.battery):
             self._has_failed = True
-            return [*found, (self._data.name, "returns", True)]
-        found += self._wait(facts, now_s)
-        found += self.work(facts)
+            return [*news, (self._data.name, "returns", True)]
+        news += self._wait(facts, now_s)
+        news += self.work(facts)
         if not (self._is_done or self._has_failed):
-            found += self._time()
-        return found
+            news += self._time()
+        return news
 
     def _asked_mps(self, to_go_m: float) -> float:
         return self._data.transit_speed_mps if to_go_m > STEADY_M else 0.0
@@ -228,8 +228,8 @@ class Looking(Acting):
 
     def created(self) -> tuple[Observation, ...]:
         """Return the focus area, once."""
-        found, self._focus = self._focus, ()
-        return found
+        focus, self._focus = self._focus, ()
+        return focus
 
 
 class Seeking(Looking):
@@ -284,12 +284,12 @@ def squares(centre_m: Point, radius_m: float, spacing_m: float) -> list[Point]:
     >>> squares((0.0, 0.0), 4.0, 4.0)
     [(4.0, 4.0), (-4.0, 4.0), (-4.0, -4.0), (4.0, -4.0), (4.0, 4.0)]
     """
-    (x_m, y_m), found, n_rings = centre_m, [], math.ceil(radius_m / spacing_m)
+    (x_m, y_m), corners, n_rings = centre_m, [], math.ceil(radius_m / spacing_m)
     for ring in range(1, n_rings + 1):
         side_m = ring * radius_m / n_rings
         turns = (1, 1), (-1, 1), (-1, -1), (1, -1), (1, 1)
-        found += [(x_m + east * side_m, y_m + north * side_m) for east, north in turns]
-    return found
+        corners += [(x_m + east * side_m, y_m + north * side_m) for east, north in turns]
+    return corners
 
 
 class WorkingOnPart(Acting):

@@ -89,10 +89,10 @@ class PandoraSettings(JobSettings):
 
     @field_validator("failed_factor")
     @classmethod
-    def _after_late(cls, given: float, info: Any) -> float:
-        if given <= info.data.get("late_factor", 0.0):
+    def _after_late(cls, value: float, info: Any) -> float:
+        if value <= info.data.get("late_factor", 0.0):
             raise ValueError("an action fails after it is late: allowed: above late_factor")
-        return given
+        return value
 
     @property
     def assesses(self) -> bool:
@@ -125,12 +125,12 @@ class PandoraScenario(JobScenario):
     def parts(self) -> list[tuple[str, PartTable, tuple[PointM, ...]]]:
         """Kind, table and points of every part, by kind."""
         placed: list[tuple[str, PlacedTable]] = [
-            *(("panel", one) for one in self.panel), *(("valve", one) for one in self.valve)
+            *(("panel", part) for part in self.panel), *(("valve", part) for part in self.valve)
         ]  # fmt: skip
         return [
-            *((kind, one, (one.position_m,)) for kind, one in placed),
-            *(("chain", one, one.points_m) for one in self.chain),
-            *(("anode", one, (one.position_m,)) for one in self.anode),
+            *((kind, part, (part.position_m,)) for kind, part in placed),
+            *(("chain", part, part.points_m) for part in self.chain),
+            *(("anode", part, (part.position_m,)) for part in self.anode),
         ]
 
     @property

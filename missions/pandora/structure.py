@@ -63,16 +63,16 @@ class Structure:
     def near(self, at_m: Point, within_m: float) -> list[tuple[int, TruePart, int]]:
         """Return points within a distance: (part number, part, point number), sorted."""
         columns, rows = (
-            range(math.floor((one - within_m) / BUCKET_M), math.floor((one + within_m) / BUCKET_M) + 1) for one in at_m
+            range(math.floor((p - within_m) / BUCKET_M), math.floor((p + within_m) / BUCKET_M) + 1) for p in at_m
         )
-        found = [
-            one
+        points = [
+            p
             for column in columns
             for row in rows
-            for one in self._buckets.get((column, row), ())
-            if distance(at_m, one[1].points_m[one[2]]) <= within_m
+            for p in self._buckets.get((column, row), ())
+            if distance(at_m, p[1].points_m[p[2]]) <= within_m
         ]
-        return sorted(found, key=lambda placed: (placed[0], placed[2]))
+        return sorted(points, key=lambda placed: (placed[0], placed[2]))
 
 
 LOOKS = Table("looks", (TIME, VEHICLE, Column("part", "str"), Column("point", "int")))
@@ -130,20 +130,20 @@ class Camera:
         if loss.uniform(world.seed, loss.MISSES, number, self._node, 0) < settings.p_blank:
             return []
         self._n_good += 1
-        found = [Observation(((self._vehicle, "looks", self._n_good % 65_536),))]
+        observations = [Observation(((self._vehicle, "looks", self._n_good % 65_536),))]
         for which, thing, nth in world.near((pose.x_m, pose.y_m), settings.range_m):
             if nth == 0:
-                found.append(Observation(self._shown(which, thing, pose, world.seed, number)))
+                observations.append(Observation(self._shown(which, thing, pose, world.seed, number)))
             self._n_looks[which, nth] += 1
             if self._n_looks[which, nth] == max(1, int(NEEDED_SHARE * thing.work_s / settings.every_s)):
-                found.append(Observation(((thing.name, "inspectedPoint", nth),), (thing.name, nth)))
-        return found
+                observations.append(Observation(((thing.name, "inspectedPoint", nth),), (thing.name, nth)))
+        return observations
 
     def _shown(self, which: int, thing: TruePart, pose: Pose, seed: int, number: int) -> tuple[Fact, ...]:
         off_m = [error(seed, number, self._node, 2 * which + axis) for axis in (0, 1)]
         seen_m = tuple(
-            at_m + believed_m + self._settings.sigma_m * one
-            for at_m, believed_m, one in zip(thing.points_m[0], pose.error_m, off_m, strict=True)
+            at_m + believed_m + self._settings.sigma_m * noise
+            for at_m, believed_m, noise in zip(thing.points_m[0], pose.error_m, off_m, strict=True)
         )
         place: Fact = thing.name, "seenAt", (seen_m[0], seen_m[1])
         return (place, (thing.name, "isOpen", thing.state == "open")) if thing.kind == "Valve" else (place,)
@@ -231,7 +231,7 @@ class Tool:
     def sense(self, pose: Pose, world: Structure, now_s: float) -> list[Observation]:
         """Report progress occasionally, and the end of the work."""
         at_m = pose.x_m, pose.y_m
-        near = [one for _, one, _ in world.near(at_m, self._reach_m) if one.kind in ("Valve", "Anode")]
+        near = [p for _, p, _ in world.near(at_m, self._reach_m) if p.kind in ("Valve", "Anode")]
         if not near:
             return []
         thing = min(near, key=lambda part: distance(at_m, part.points_m[0]))
@@ -346,8 +346,8 @@ class PlannedPart:
         if not self.rests_on:
             return self
         resists = self.kind == "Valve" and facts.get(("anomaly", self.of)) == "resists"
-        told = {name: facts.get(("toolDead", name)) for name in self.vehicles}
-        dead = tuple((name, tool) for name, of in told.items() for tool in TOOLS if of in (tool, "both"))
+        reported = {name: facts.get(("toolDead", name)) for name in self.vehicles}
+        dead = tuple((name, tool) for name, which in reported.items() for tool in TOOLS if which in (tool, "both"))
         if (resists, dead) == (self.resists, self.dead):
             return self
         return replace(self, resists=resists, dead=dead)
@@ -369,15 +369,15 @@ def planned_parts(scenario: PandoraScenario) -> dict[str, PlannedPart]:
     """Service tasks by name."""
     panels = {panel.name: panel.position_m for panel in scenario.panel}
     hands_on = tuple(vehicle.name for vehicle in scenario.vehicle) if scenario.mission.repairs else ()
-    found = {}
+    parts = {}
     for kind, of_class in KINDS.items():
         for table in getattr(scenario, kind):
             points_m = getattr(table, "points_m", None) or (table.position_m,)
             panel = table.panel if isinstance(table, ValveTable) else table.name if kind == "panel" else ""
-            found[job_of(table.name)] = PlannedPart(
+            parts[job_of(table.name)] = PlannedPart(
                 table.name, of_class, points_m, table.work_s, panels.get(panel), panel, vehicles=hands_on
             )
-    return found
+    return parts
 
 
 def structure_of(parts: Mapping[str, PlannedPart], upsets: Iterable[UpsetTable], seed: int) -> Structure:

@@ -56,7 +56,7 @@ class Found:
 
 def events_of(run: MeasuredRun) -> list[SiteEvent]:
     """Return the events of a run by start."""
-    found = [
+    events = [
         SiteEvent(kind, part, UPSETS[kind], time_s)
         for time_s, _, part, kind in run.recorder.rows(MET.name)
     ]  # fmt: skip
@@ -67,13 +67,13 @@ def events_of(run: MeasuredRun) -> list[SiteEvent]:
         if not detail.startswith(OVER):
             begun[vehicle, kind] = time_s
         elif (vehicle, kind) in begun:
-            found.append(SiteEvent(kind, vehicle, (FAULTS[kind],), begun.pop((vehicle, kind)), time_s))
-    found += [SiteEvent(kind, vehicle, (FAULTS[kind],), from_s) for (vehicle, kind), from_s in begun.items()]
+            events.append(SiteEvent(kind, vehicle, (FAULTS[kind],), begun.pop((vehicle, kind)), time_s))
+    events += [SiteEvent(kind, vehicle, (FAULTS[kind],), from_s) for (vehicle, kind), from_s in begun.items()]
     scenario = cast(PandoraScenario, run.scenario)
     for surge in scenario.surges(run.seed):
         if surge.from_s < _last_s(run):
-            found.append(SiteEvent(CURRENT, "", (CURRENT,), surge.from_s, surge.until_s))
-    return sorted(found, key=lambda event: (event.from_s, event.kind, event.subject))
+            events.append(SiteEvent(CURRENT, "", (CURRENT,), surge.from_s, surge.until_s))
+    return sorted(events, key=lambda event: (event.from_s, event.kind, event.subject))
 
 
 def _last_s(run: MeasuredRun) -> float:
@@ -182,9 +182,9 @@ class PandoraTruth(JobTruth):
 
     def _note_turned(self, now_s: float) -> None:
         """Count an initially closed valve once reported done and still closed."""
-        of = {part.name: name for name, part in self._parts.items()}
+        parts = {part.name: name for name, part in self._parts.items()}
         for time_s, vehicle, job in self._rows:
-            name = of[job]
+            name = parts[job]
             if self._states.get(name) == "closed" and name not in self._serviced:
                 self._note(max(time_s, now_s), vehicle, name)
 
@@ -239,8 +239,8 @@ def last_serviced_s(run: MeasuredRun) -> float | None:
 
 def delays_s(run: MeasuredRun) -> list[float | None]:
     """Time (s) from the begin of each event to its first finding; None if undetected."""
-    found = list(findings_of(run))
-    return [detected_s(event, found) for event in events_of(run)]
+    findings = list(findings_of(run))
+    return [detected_s(event, findings) for event in events_of(run)]
 
 
 def detected_fraction(run: MeasuredRun) -> float | Absent:
@@ -257,7 +257,7 @@ def n_missed(run: MeasuredRun) -> int:
 def time_to_detect_s(run: MeasuredRun) -> float | Absent | None:
     """Mean time from the begin of a detected event to its first finding."""
     taken_s = delays_s(run)
-    detected = [one for one in taken_s if one is not None]
+    detected = [delay_s for delay_s in taken_s if delay_s is not None]
     if not taken_s:
         return NOT_APPLICABLE
     return math.fsum(detected) / len(detected) if detected else None
