@@ -65,8 +65,8 @@ class Held:
 
     def ways(self, positions_m: Mapping[str, Point], now_s: float) -> list[Way]:
         """Return paths from each last received position, or the target itself, to the target."""
-        lately = ((one, target_m) for one, (target_m, at_s) in self._since_s.items() if now_s - at_s <= HELD_S)
-        return [(positions_m.get(one, target_m), target_m) for one, target_m in lately]
+        lately = ((name, target_m) for name, (target_m, at_s) in self._since_s.items() if now_s - at_s <= HELD_S)
+        return [(positions_m.get(name, target_m), target_m) for name, target_m in lately]
 
 
 class Searching(Behaviour):
@@ -197,7 +197,7 @@ class Directing(Standing):
     ) -> None:
         self._chart, self._choosing, self._until_s = chart, choosing, until_s
         self._leashes = {name: Leash(reach) for name in choosing}
-        self._tracks = {name: Trail(of, chart.grid) for name, of in choosing.items()}
+        self._tracks = {name: Trail(own, chart.grid) for name, own in choosing.items()}
         self._starts_m = starts_m
         self._ordered: dict[str, tuple[Point, float]] = {}
         self._awake_s = 0.0
@@ -221,7 +221,7 @@ class Directing(Standing):
             return
         self._chart.update(picture.facts, tuple(self._choosing))
         for name in idle:
-            held = [(at_m[one], target_m) for one, (target_m, _) in self._ordered.items() if one != name]
+            held = [(at_m[other], target_m) for other, (target_m, _) in self._ordered.items() if other != name]
             leg = self._choosing[name].choose(
                 self._chart, held, self._tracks[name], at_m[name], self._leashes[name], now_s
             )
@@ -335,12 +335,12 @@ class Identifying(Behaviour):
     def _next(self, motion: Motion, facts: Known) -> str | None:
         """Anomaly with the highest site probability per time."""
         self._chart.update(facts, self._crew)
-        found = []
+        gains = []
         for name, place_m in unidentified(facts).items():
             p_site = float(self._chart.sites(self._shares(name, facts)))
             way_s = distance_m(motion, place_m) / self._data.transit_speed_mps
-            found.append((p_site / (way_s + self._stay_s), name))
-        return max(found, key=lambda weighed: (weighed[0], weighed[1]))[1] if found else None
+            gains.append((p_site / (way_s + self._stay_s), name))
+        return max(gains, key=lambda weighed: (weighed[0], weighed[1]))[1] if gains else None
 
     def _shown(self, anomaly: str, facts: Known) -> list[int]:
         """Image results of an anomaly, under all its names."""

@@ -314,13 +314,13 @@ def look_information(chart: Array, rates: Array) -> Array:
     ``chart`` has shape (kinds, cells); ``rates`` are detection rates in (0, 1) by kind.
     """
     p_yes = np.zeros(chart.shape[1])
-    told = np.zeros(chart.shape[1])
+    expected = np.zeros(chart.shape[1])
     sure = rates * log2_of(rates) + (1.0 - rates) * log2_of(1.0 - rates)
     for share, rate, bits in zip(chart, rates, sure, strict=True):
         p_yes += share * rate
-        told += share * bits
+        expected += share * bits
     p_no = 1.0 - p_yes
-    return np.asarray(np.maximum(told - p_yes * log2_of(p_yes) - p_no * log2_of(p_no), 0.0))
+    return np.asarray(np.maximum(expected - p_yes * log2_of(p_yes) - p_no * log2_of(p_no), 0.0))
 
 
 def entropy(chart: Array) -> Array:
@@ -329,18 +329,18 @@ def entropy(chart: Array) -> Array:
     >>> entropy(np.array([[0.5, 1.0], [0.5, 0.0]])).tolist()
     [1.0, 0.0]
     """
-    found = np.zeros(chart.shape[1])
+    bits = np.zeros(chart.shape[1])
     for share in chart:
-        found -= share * log2_of(share)
-    return found
+        bits -= share * log2_of(share)
+    return bits
 
 
 def divergence(chart: Array, other: Array) -> float:
     """Kullback-Leibler divergence of a map from another, summed over cells (bits)."""
-    told = np.zeros(chart.shape[1])
+    bits = np.zeros(chart.shape[1])
     for share, before in zip(chart, other, strict=True):
-        told += share * (log2_of(share) - log2_of(before))
-    return summed(told)
+        bits += share * (log2_of(share) - log2_of(before))
+    return summed(bits)
 
 
 def disagreement(charts: list[Array]) -> float:

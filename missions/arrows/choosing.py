@@ -236,8 +236,8 @@ class Trail:
         """Record the current position."""
         dx_m, dy_m = self._grid.x_m - at_m[0], self._grid.y_m - at_m[1]
         off2 = dx_m * dx_m + dy_m * dy_m
-        for one, range_m in self._choosing.ranges_m.items():
-            self._passed_s[one][off2 <= range_m * range_m] = now_s
+        for detector, range_m in self._choosing.ranges_m.items():
+            self._passed_s[detector][off2 <= range_m * range_m] = now_s
 
     def is_fresh(self, detector: int, now_s: float) -> npt.NDArray[np.bool_]:
         """Cells that a detector has just observed, shape (n_cells,)."""
@@ -265,8 +265,8 @@ class Choosing:
         """Expected information (bits) by detector and cell, less that on paths ``held`` by others."""
         left = self._left(chart, held)
         return {
-            one: np.where(track.is_fresh(one, now_s), 0.0, left * look_information(chart.shares, chart.rates[one]))
-            for one in self.ranges_m
+            d: np.where(track.is_fresh(d, now_s), 0.0, left * look_information(chart.shares, chart.rates[d]))
+            for d in self.ranges_m
         }
 
     def _left(self, chart: Chart, held: Sequence[Way]) -> Array:
@@ -279,9 +279,9 @@ class Choosing:
     def _sites(self, chart: Chart, left: Array, track: Trail, off2: Array, now_s: float) -> float:
         """Expected number of sites found on a path; ``off2`` are squared cell distances (m2)."""
         missed = np.ones_like(chart.shares)
-        for one, range_m in self.ranges_m.items():
-            looked = (off2 <= range_m * range_m) & ~track.is_fresh(one, now_s)
-            missed *= 1.0 - chart.rates[one][:, None] * looked
+        for detector, range_m in self.ranges_m.items():
+            looked = (off2 <= range_m * range_m) & ~track.is_fresh(detector, now_s)
+            missed *= 1.0 - chart.rates[detector][:, None] * looked
         return summed(left * chart.sites((1.0 - missed) * chart.shares))
 
     def choose(
@@ -314,12 +314,12 @@ class Choosing:
         self, grid: CellGrid, bits: Mapping[int, Array], at_m: Point, x_m: Array, y_m: Array
     ) -> tuple[Array, Array, Array]:
         """Information (bits), time (s) and squared cell distances (m2) of the path to each point."""
-        told, off2 = np.zeros(len(x_m)), _off_squared(grid, at_m, x_m, y_m)
-        for detector, of in bits.items():
+        total, off2 = np.zeros(len(x_m)), _off_squared(grid, at_m, x_m, y_m)
+        for detector, gains in bits.items():
             range_m = self.ranges_m[detector]
-            told += halved(np.where(off2 <= range_m * range_m, of, 0.0))
+            total += halved(np.where(off2 <= range_m * range_m, gains, 0.0))
         dx_m, dy_m = x_m - at_m[0], y_m - at_m[1]
-        return told, np.sqrt(dx_m * dx_m + dy_m * dy_m) / self.speed_mps + TURN_S, off2
+        return total, np.sqrt(dx_m * dx_m + dy_m * dy_m) / self.speed_mps + TURN_S, off2
 
     def _rate(
         self,
@@ -331,16 +331,16 @@ class Choosing:
         y_m: Array,
     ) -> float:
         """Information per time (bit/s) of the greedy route after a first leg."""
-        told, takes_s = 0.0, 0.0
+        total, takes_s = 0.0, 0.0
         for number in range(N_LEGS):
-            told, takes_s = told + float(legs[0][leg]), takes_s + float(legs[1][leg])
+            total, takes_s = total + float(legs[0][leg]), takes_s + float(legs[1][leg])
             if number == N_LEGS - 1:
                 break
             off2 = legs[2][leg]
-            bits = {one: np.where(off2 <= self.ranges_m[one] * self.ranges_m[one], 0.0, of) for one, of in bits.items()}
+            bits = {d: np.where(off2 <= self.ranges_m[d] * self.ranges_m[d], 0.0, gains) for d, gains in bits.items()}
             legs = self._legs(grid, bits, (float(x_m[leg]), float(y_m[leg])), x_m, y_m)
             leg = int(np.argmax(legs[0] / legs[1]))
-        return told / takes_s
+        return total / takes_s
 
 
 def _off_squared(grid: CellGrid, at_m: Point, x_m: Array, y_m: Array) -> Array:

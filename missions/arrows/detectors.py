@@ -119,17 +119,17 @@ class Detector:
         if now_s < self._awake_s:
             return []
         self._awake_s = now_s + LOOK_EVERY_S
-        settings, found = getattr(world.scenario.detector, DETECTORS[self._number]), list[Observation]()
+        settings, observations = getattr(world.scenario.detector, DETECTORS[self._number]), list[Observation]()
         for cell in world.grid.near((pose.x_m, pose.y_m), settings.range_m):
             if now_s < self._next_s.get(cell, 0.0) or self._n_looks[cell] >= MOST_LOOKS:
                 continue
             self._next_s[cell] = now_s + settings.look_s
             at_m = world.grid.centre_m(cell)
             claimed = world.grid.cell_at((at_m[0] + pose.error_m[0], at_m[1] + pose.error_m[1]))
-            found += self._look(cell, claimed, pose, world, now_s, settings.sigma_m)
+            observations += self._look(cell, claimed, pose, world, now_s, settings.sigma_m)
             self._n_looks[cell] += 1
         over = [tile for tile, (_, last_s) in self._empty.items() if now_s - last_s > TOLD_AFTER_S]
-        return [*found, *(observation for tile in over for observation in self._tell(tile))]
+        return [*observations, *(observation for tile in over for observation in self._tell(tile))]
 
     def _look(
         self, cell: int, claimed: int | None, pose: Pose, world: Seafloor, now_s: float, sigma_m: float
@@ -149,10 +149,10 @@ class Detector:
 
     def _note_empty(self, world: Seafloor, cell: int, now_s: float) -> list[Observation]:
         tile, bit = world.grid.tile_of(cell)
-        told = self._tell(tile) if self._empty.get(tile, (0, 0.0))[0] >> bit & 1 else []
+        reported = self._tell(tile) if self._empty.get(tile, (0, 0.0))[0] >> bit & 1 else []
         mask = self._empty.get(tile, (0, 0.0))[0] | 1 << bit
         self._empty[tile] = mask, now_s
-        return [*told, *(self._tell(tile) if mask == FULL else [])]
+        return [*reported, *(self._tell(tile) if mask == FULL else [])]
 
     def _tell(self, tile: int) -> list[Observation]:
         """Report the observed empty cells of a tile, each once."""

@@ -99,9 +99,9 @@ def _map(kind: KindTable, grid: CellGrid) -> Iterator[ConfigurationFault]:
         yield ConfigurationFault(key, f"{len(rows)} rows of {sizes}", allowed)
         return
     for number, row in enumerate(rows, 1):
-        for place, one in enumerate(row, 1):
-            if one < 0.0:
-                yield ConfigurationFault(f"{key}.{number}.{place}", f"{one:g}", "a number from 0 on")
+        for place, share in enumerate(row, 1):
+            if share < 0.0:
+                yield ConfigurationFault(f"{key}.{number}.{place}", f"{share:g}", "a number from 0 on")
                 return
     total = math.fsum(number for row in rows for number in row)
     if abs(total - 1.0) > SUM_TOLERANCE:
@@ -272,8 +272,8 @@ class ArrowsMission(JobMission):
 
     def behaviour_for(self, activity: Activity, data: VehicleData) -> Behaviour:
         """Behaviour of an activity, by ``mission.search``."""
-        if (found := self.meeting.behaviour(activity, data)) is not None:
-            return found
+        if (behaviour := self.meeting.behaviour(activity, data)) is not None:
+            return behaviour
         settings = self.scenario.mission
         match activity.name, settings.search:
             case ("Identifying", _):
@@ -289,9 +289,9 @@ class ArrowsMission(JobMission):
                 return Sweeping(self._lanes(data), data, settings.search_s)
             case ("Searching", _):
                 others = tuple(name for name in self.searchers if name != data.name)
-                told = [name for name in self.identifiers if name != data.name and settings.contact]
-                speeds_mps = {name: self._database[name].transit_speed_mps for name in told}
-                hearers = Hearers(speeds_mps, self.scenario.stay_s) if told else None
+                listeners = [name for name in self.identifiers if name != data.name and settings.contact]
+                speeds_mps = {name: self._database[name].transit_speed_mps for name in listeners}
+                hearers = Hearers(speeds_mps, self.scenario.stay_s) if listeners else None
                 return Searching(
                     self.chart(), self._choosing(data), self.reach, others, hearers, data, settings.search_s
                 )

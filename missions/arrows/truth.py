@@ -65,7 +65,7 @@ def looks_known(recorder: Recorder, vehicles: Sequence[str]) -> dict[str, list[L
     for time_s, vehicle, uid, _, event in recorder.rows("knowledge"):
         if event in ("observed", "received") and uid in looks:
             known[vehicle] += [(time_s, *look) for look in looks[uid]]
-    return {name: sorted(of) for name, of in known.items()}
+    return {name: sorted(own) for name, own in known.items()}
 
 
 class ArrowsTruth(JobTruth):
@@ -268,22 +268,22 @@ def told_per_km(run: MeasuredRun) -> float | Absent:
 def alone_of(run: MeasuredRun) -> dict[str, tuple[float, float]]:
     """Total and longest time (s) out of contact, up to search end or last transmission."""
     mission: Any = run.mission
-    heard: dict[str, list[float]] = {name: [0.0] for name in mission.searchers}
-    last_s = dict.fromkeys(heard, 0.0)
+    receptions: dict[str, list[float]] = {name: [0.0] for name in mission.searchers}
+    last_s = dict.fromkeys(receptions, 0.0)
     for row in run.recorder.rows("packets"):
-        if row[2] in heard:
+        if row[2] in receptions:
             last_s[row[2]] = row[8]
         for vehicle in row[6]:
-            if vehicle in heard:
-                heard[vehicle].append(row[8])
-    found = {}
-    for name, of in heard.items():
+            if vehicle in receptions:
+                receptions[vehicle].append(row[8])
+    alone = {}
+    for name, own_s in receptions.items():
         until_s = min(search_s_of(run), last_s[name])
-        times_s = [*(time_s for time_s in sorted(of) if time_s < until_s), until_s]
+        times_s = [*(time_s for time_s in sorted(own_s) if time_s < until_s), until_s]
         gaps_s = [after - before for before, after in pairwise(times_s)]
         alone_s = [gap_s - SILENCE_S for gap_s in gaps_s if gap_s > SILENCE_S]
-        found[name] = math.fsum(alone_s), max(alone_s, default=0.0)
-    return found
+        alone[name] = math.fsum(alone_s), max(alone_s, default=0.0)
+    return alone
 
 
 def alone_fraction(run: MeasuredRun) -> float | Absent:
@@ -332,11 +332,11 @@ def draw_sites(axes: Axes, results: RunResults, style: Style) -> str:
     """Draw sites found and identified, and other anomalies explained, over time."""
     end_s = _until_s(results)
     contacts = reversed(results.rows(CONTACTS.name))
-    found = {row["cell"]: row["time_s"] for row in contacts if row["kind"] in SITES}
+    first_s = {row["cell"]: row["time_s"] for row in contacts if row["kind"] in SITES}
     right = [row for row in results.rows(IDENTIFIED.name) if row["identity"] == row["kind"]]
     sites, others = ([row["time_s"] for row in right if (row["kind"] in SITES) is is_site] for is_site in (True, False))
     curves = (
-        ("sites found", found.values(), "-", style.black),
+        ("sites found", first_s.values(), "-", style.black),
         ("sites identified", sites, "--", style.black),
         ("others explained", others, ":", style.grey),
     )
@@ -387,10 +387,10 @@ def draw_maps(axes: Axes, results: RunResults, style: Style) -> str:
     _draw_ways(axes, results, style)
     things = draw_seafloor(grid, prior, scenario, rates, int(results.summary["seed"])).things
     contacts = results.rows(CONTACTS.name)
-    found, sites = {row["cell"] for row in contacts}, {cell for cell, one in things.items() if one.name in SITES}
+    seen, sites = {row["cell"] for row in contacts}, {cell for cell, thing in things.items() if thing.name in SITES}
     for label, cells, fill in (
-        ("site, detected", sites & found, style.black),
-        ("site, not detected", sites - found, "none"),
+        ("site, detected", sites & seen, style.black),
+        ("site, not detected", sites - seen, "none"),
     ):
         at_m = [things[cell].position_m for cell in sorted(cells)]
         axes.plot([x_m for x_m, _ in at_m], [y_m for _, y_m in at_m], marker="D", markersize=5, linestyle="none",
@@ -400,7 +400,7 @@ def draw_maps(axes: Axes, results: RunResults, style: Style) -> str:
     axes.set_aspect("equal")
     axes.set_xlabel(style.axis("east", "m"))
     axes.set_ylabel(style.axis("north", "m"))
-    share = f"{math.fsum(shares):.1f} sites expected by the map, {len(sites)} there, {len(sites & found)} detected."
+    share = f"{math.fsum(shares):.1f} sites expected by the map, {len(sites)} there, {len(sites & seen)} detected."
     return f"Shade: probability that a cell holds a site, by all looks of all vehicles. {share}"
 
 
@@ -428,10 +428,10 @@ def draw_anomalies(axes: Axes, results: RunResults, style: Style) -> str:
         axes.scatter(east_m, north_m, marker="+", s=20, color=style.grey, linewidths=0.8, label="historic find")
     rows = results.rows(CONTACTS.name)
     kinds = (("site", "D", SITES), ("rock", "s", ("rock",)), ("false alarm", "x", (NOTHING,)))
-    for label, marker, of in kinds:
-        at = [(row["x_m"], row["y_m"]) for row in rows if row["kind"] in of]
-        if at:
-            east_m, north_m = zip(*at, strict=True)
+    for label, marker, contents in kinds:
+        places = [(row["x_m"], row["y_m"]) for row in rows if row["kind"] in contents]
+        if places:
+            east_m, north_m = zip(*places, strict=True)
             axes.plot(east_m, north_m, marker=marker, markersize=4, markerfacecolor="none", markeredgewidth=0.8,
                       color=style.black, linestyle="none", label=label, zorder=5)  # fmt: skip
     n_sites = len({row["cell"] for row in rows if row["kind"] in SITES})
