@@ -144,35 +144,35 @@ class Minefield:
 
     def header(self, which: int) -> Observation:
         """Snippet of a view with its reference level."""
-        place_m, contact, of, number = self.views[which]
-        said: tuple[Fact, ...] = (
-            (SELF, TAKEN_FROM, place_m), (SELF, REFERENCE, self._reference_db(of, number)), (contact, SHOWN, SELF),
+        place_m, contact, n, number = self.views[which]
+        facts: tuple[Fact, ...] = (
+            (SELF, TAKEN_FROM, place_m), (SELF, REFERENCE, self._reference_db(n, number)), (contact, SHOWN, SELF),
         )  # fmt: skip
-        return Observation(said, found=SNIPPET, within_m=OF_ONE_VIEW_M)
+        return Observation(facts, found=SNIPPET, within_m=OF_ONE_VIEW_M)
 
     def strip(self, which: int, strip: int) -> Observation:
         """Strip of a view's snippet, by number."""
-        place_m, contact, of, number = self.views[which]
+        place_m, contact, n, number = self.views[which]
         shows = self.imagery.is_target(strip)
         names, link = (TARGET_ECHOES, ON_TARGET) if shows else (FLOOR_ECHOES, ON_FLOOR)
         louder_db = self.imagery.target_db if shows else self.imagery.floor_db
         mean_db = louder_db if contact in self.mines else -louder_db
-        reference_db = self._reference_db(of, number)
-        said: list[Fact] = [(SELF, TAKEN_FROM, place_m)]
+        reference_db = self._reference_db(n, number)
+        facts: list[Fact] = [(SELF, TAKEN_FROM, place_m)]
         for echo, name in enumerate(names):
             pair_db = tuple(
-                self._level_db(reference_db[side] + mean_db, of, number, DRAWS_OF_STRIP * (strip + 1) + 2 * echo + side)
+                self._level_db(reference_db[side] + mean_db, n, number, DRAWS_OF_STRIP * (strip + 1) + 2 * echo + side)
                 for side in (0, 1)
             )
-            said.append((SELF, name, (pair_db[0], pair_db[1])))
-        return Observation((*said, (contact, link, SELF)), (contact, number, strip), SNIPPET, OF_ONE_VIEW_M)
+            facts.append((SELF, name, (pair_db[0], pair_db[1])))
+        return Observation((*facts, (contact, link, SELF)), (contact, number, strip), SNIPPET, OF_ONE_VIEW_M)
 
-    def _reference_db(self, of: int, number: int) -> Point:
-        high, low = (loss.uniform(self.seed, loss.LOOKS, of, number, side) for side in (0, 1))
+    def _reference_db(self, n: int, number: int) -> Point:
+        high, low = (loss.uniform(self.seed, loss.LOOKS, n, number, side) for side in (0, 1))
         return round((2.0 * high - 1.0) * REFERENCE_DB, 1), round((2.0 * low - 1.0) * REFERENCE_DB, 1)
 
-    def _level_db(self, mean_db: float, of: int, number: int, draw: int) -> float:
-        error = normal_error(loss.uniform(self.seed, loss.LOOKS, of, number, draw))
+    def _level_db(self, mean_db: float, n: int, number: int, draw: int) -> float:
+        error = normal_error(loss.uniform(self.seed, loss.LOOKS, n, number, draw))
         level_db = mean_db + self.imagery.sigma_db * error
         return round(min(max(level_db, -MOST_LEVEL_DB), MOST_LEVEL_DB), 1)
 
@@ -199,18 +199,18 @@ class SnippetSonar:
 
     def sense(self, pose: Pose, world: Minefield, now_s: float) -> Sequence[Observation]:
         """Return the next strip after ``strip_s``; the first includes the reference level."""
-        at = world.view_at((pose.x_m, pose.y_m))
-        if at != self._at:
-            self._at, self._since_s = at, now_s
-        if at is None or now_s - self._since_s < world.imagery.strip_s:
+        view = world.view_at((pose.x_m, pose.y_m))
+        if view != self._at:
+            self._at, self._since_s = view, now_s
+        if view is None or now_s - self._since_s < world.imagery.strip_s:
             return ()
-        number = self._n_taken[at]
+        number = self._n_taken[view]
         if number >= world.imagery.strips:
             return ()
-        self._n_taken[at] += 1
+        self._n_taken[view] += 1
         self._since_s = now_s
-        strip = world.strip(at, number)
-        return (world.header(at), strip) if number == 0 else (strip,)
+        strip = world.strip(view, number)
+        return (world.header(view), strip) if number == 0 else (strip,)
 
 
 CLASSIFIED = "classifiedAs"
@@ -277,17 +277,17 @@ class Analysing(Standing):
     def perceive(self, motion: Motion, picture: Picture, performed: bool) -> Perception:
         """Return conclusions; never pending."""
         facts, now_s = picture.facts, picture.body.now_s
-        free = [one for one in self._revisits if facts.get((REVISITS, one.name)) is None]
-        found: list[Observation] = []
+        free = [view for view in self._revisits if facts.get((REVISITS, view.name)) is None]
+        observations: list[Observation] = []
         for first in self._firsts:
             if facts.get((CLASSIFIED, first.contact)) is not None:
                 continue
             verdict = self._verdict(first, facts, now_s, bool(free))
             if verdict == REVISITS:
-                found.append(Observation(((free.pop(0).name, REVISITS, first.contact),)))
+                observations.append(Observation(((free.pop(0).name, REVISITS, first.contact),)))
             elif verdict:
-                found.append(Observation(((first.contact, CLASSIFIED, verdict),)))
-        return Perception(0.0, concludes=tuple(found))
+                observations.append(Observation(((first.contact, CLASSIFIED, verdict),)))
+        return Perception(0.0, concludes=tuple(observations))
 
     def _verdict(self, first: ContactView, facts: Known, now_s: float, may_ask: bool) -> str:
         """Class of the contact; ``REVISITS`` for another view; empty to wait."""
@@ -296,8 +296,8 @@ class Analysing(Standing):
         likely = MINE if known.log_ratio > 0.0 else ROCK
         if abs(known.log_ratio) >= self._analysis.decisive:
             return likely
-        views = [first, *(one for one in self._revisits if facts.get((REVISITS, one.name)) == first.contact)]
-        n_done = sum(facts.get(one.done) is not None for one in views)
+        views = [first, *(view for view in self._revisits if facts.get((REVISITS, view.name)) == first.contact)]
+        n_done = sum(facts.get(view.done) is not None for view in views)
         news = known.n_target, known.n_floor, n_done
         before, since_s = self._news_s.get(first.contact, ((), now_s))
         if news != before:

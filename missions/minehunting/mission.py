@@ -106,7 +106,7 @@ class MinehuntingMission(JobMission):
     @classmethod
     def completed(cls, scenario: MinehuntingScenario) -> MinehuntingScenario:
         """Add a role per contact and revisit to the first group."""
-        jobs = [*(one.name for one in scenario.contact), *numbered("revisit", scenario.mission.revisits)]
+        jobs = [*(contact.name for contact in scenario.contact), *numbered("revisit", scenario.mission.revisits)]
         return with_job_roles(scenario, [job_role("Viewer", job) for job in jobs], URGENCY)
 
     @classmethod
@@ -120,13 +120,13 @@ class MinehuntingMission(JobMission):
                 least = f"{LEAST_APART_M:g} m or more, so fewer revisits or farther"
                 allowed = f"its views would be {apart_m:.3g} m apart; {least}"
                 yield ConfigurationFault("mission.view_m", str(view_m), allowed)
-            for number, one in enumerate(contacts):
+            for number, contact in enumerate(contacts):
                 others = contacts[:number]
-                near = next((o for o in others if distance(one.position_m, o.position_m) < 3.0 * view_m), None)
+                near = next((o for o in others if distance(contact.position_m, o.position_m) < 3.0 * view_m), None)
                 if near is not None:
-                    of = f"contact.{near.name}.position_m"
-                    allowed = f"nearer than {3.0 * view_m:g} m to {of}: views of the two could be taken for each other"
-                    yield ConfigurationFault(f"contact.{one.name}.position_m", "", allowed)
+                    key = f"contact.{near.name}.position_m"
+                    allowed = f"nearer than {3.0 * view_m:g} m to {key}: views of the two could be taken for each other"
+                    yield ConfigurationFault(f"contact.{contact.name}.position_m", "", allowed)
         if not any(sensor.get("type") == "sonar" for vehicle in scenario.vehicle for sensor in vehicle.sensor):
             allowed = 'nobody would see one: give a vehicle a sensor of type "sonar"'
             yield ConfigurationFault("contact", str(len(contacts)), allowed)
@@ -155,8 +155,8 @@ class MinehuntingMission(JobMission):
     def instances(self) -> Sequence[tuple[str, str]]:
         """Contacts and revisits."""
         return [
-            *(("ContactView", one.name) for one in self._firsts),
-            *(("Revisit", one.name) for one in self._revisits),
+            *(("ContactView", view.name) for view in self._firsts),
+            *(("Revisit", view.name) for view in self._revisits),
         ]
 
     @property
@@ -167,23 +167,23 @@ class MinehuntingMission(JobMission):
     @property
     def places(self) -> Sequence[Place]:
         """Rally points and contacts."""
-        return [*self.rally_places, *(Place(one.name, "contact", (one.position_m,)) for one in self.scenario.contact)]
+        return [*self.rally_places, *(Place(c.name, "contact", (c.position_m,)) for c in self.scenario.contact)]
 
     def world(self, seed: int) -> Minefield:
         """True classes of a run, and its images."""
         contacts, views = self.scenario.contact, (self._firsts[0], *self._revisits)
         places = tuple(
-            ((one.position_m[0] + view.beside_m[0], one.position_m[1] + view.beside_m[1]), one.name, of, view.number)
-            for of, one in enumerate(contacts)
+            ((c.position_m[0] + view.beside_m[0], c.position_m[1] + view.beside_m[1]), c.name, n, view.number)
+            for n, c in enumerate(contacts)
             for view in views
         )
         share = self.scenario.imagery.mine_share
-        mines = [one.name for of, one in enumerate(contacts) if loss.uniform(seed, loss.FINDS, of, 0, 0) < share]
+        mines = [c.name for n, c in enumerate(contacts) if loss.uniform(seed, loss.FINDS, n, 0, 0) < share]
         return Minefield(seed, places, frozenset(mines), self._imagery)
 
     def truth(self, recorder: Recorder, world: Minefield) -> MinehuntingTruth:
         """Create the ground truth of classifications."""
-        contacts = [one.name for one in self._firsts]
+        contacts = [view.name for view in self._firsts]
         return MinehuntingTruth(self.meeting, self.objective, recorder, contacts, world)
 
     # Activities ----------------------------------------------------------------------------------
@@ -217,7 +217,7 @@ class MinehuntingMission(JobMission):
         self, group: Group, organisation: Organisation, beliefs: Beliefs, picture: Picture, motion: Motion
     ) -> Sequence[Finding]:
         """Return the gathering once all contacts are classified (revisits may follow until then)."""
-        is_open = any(beliefs.get((CLASSIFIED, one.name)) is None for one in self._firsts)
+        is_open = any(beliefs.get((CLASSIFIED, view.name)) is None for view in self._firsts)
         if is_open and not self.meeting.is_overdue(group, beliefs, picture):
             return ()
         return super().findings(group, organisation, beliefs, picture, motion)
