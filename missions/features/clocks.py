@@ -217,13 +217,13 @@ def apart_s(scenario: Scenario) -> float:
 
 
 def _spread(scenario: Scenario) -> ClocksTable:
-    found: ClocksTable | None = scenario.communication.of_feature(KEY)
-    return found or ClocksTable()
+    table: ClocksTable | None = scenario.communication.of_feature(KEY)
+    return table or ClocksTable()
 
 
 def _own(scenario: Scenario) -> dict[int, VehicleClockTable]:
     return {
-        vehicle.slot: given for vehicle in scenario.vehicle if (given := vehicle.of_feature(OF_VEHICLE)) is not None
+        vehicle.slot: clock for vehicle in scenario.vehicle if (clock := vehicle.of_feature(OF_VEHICLE)) is not None
     }
 
 
@@ -231,9 +231,9 @@ def most_ahead_s(scenario: Scenario) -> float:
     """Upper bound (s) on the lead of any clock in a run, corrections included."""
     spread, duration_s = _spread(scenario), scenario.scenario.duration_s
     ahead_s = [spread.offset_s + PPM * spread.drift_ppm * duration_s]
-    for given in _own(scenario).values():
-        offset_s = spread.offset_s if given.offset_s is None else given.offset_s
-        drift_ppm = spread.drift_ppm if given.drift_ppm is None else given.drift_ppm
+    for clock in _own(scenario).values():
+        offset_s = spread.offset_s if clock.offset_s is None else clock.offset_s
+        drift_ppm = spread.drift_ppm if clock.drift_ppm is None else clock.drift_ppm
         ahead_s.append(offset_s + PPM * drift_ppm * duration_s)
     return max(0.0, *ahead_s) + apart_s(scenario)
 
@@ -242,17 +242,17 @@ def clocks_of(scenario: Scenario, seed: int) -> dict[int, OwnClock]:
     """Return the clocks by node; draws are keyed by ``seed`` and node in a separate stream."""
     spread, own, clocks = _spread(scenario), _own(scenario), {}
     for table in sorted(scenario.vehicle, key=lambda vehicle: vehicle.slot):
-        given = own.get(table.slot, VehicleClockTable())
+        clock = own.get(table.slot, VehicleClockTable())
         clocks[table.slot] = OwnClock(
-            _drawn(seed, table.slot, OFFSET, spread.offset_s) if given.offset_s is None else given.offset_s,
-            _drawn(seed, table.slot, DRIFT, spread.drift_ppm) if given.drift_ppm is None else given.drift_ppm,
+            _drawn(seed, table.slot, OFFSET, spread.offset_s) if clock.offset_s is None else clock.offset_s,
+            _drawn(seed, table.slot, DRIFT, spread.drift_ppm) if clock.drift_ppm is None else clock.drift_ppm,
             disciplined=spread.discipline,
         )
     return clocks
 
 
-def _drawn(seed: int, node: int, what: int, spread: float) -> float:
-    return spread * (2.0 * loss.uniform(seed, loss.CLOCKS, 0, node, what) - 1.0) if spread else 0.0
+def _drawn(seed: int, node: int, draw: int, spread: float) -> float:
+    return spread * (2.0 * loss.uniform(seed, loss.CLOCKS, 0, node, draw) - 1.0) if spread else 0.0
 
 
 # Run hooks --------------------------------------------------------------------------------------

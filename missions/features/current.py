@@ -138,10 +138,10 @@ class SurgeTable(Section):
 
     @field_validator("between_s")
     @classmethod
-    def _in_order(cls, given: PointM) -> PointM:
-        if given[0] > given[1]:
+    def _in_order(cls, value: PointM) -> PointM:
+        if value[0] > value[1]:
             raise ValueError("the earliest start may not be later than the latest")
-        return given
+        return value
 
     def drawn(self, seed: int, number: int) -> Surge:
         """Return the surge of the run; seed and ``number`` key the draw of its start."""
@@ -189,9 +189,7 @@ class CurrentTable(Sparse):
     def greatest(self) -> Current:
         """Return an upper bound on the current: each surge from earliest start to latest end."""
         depth_m = math.inf if self.shear_depth_m is None else self.shear_depth_m
-        surges = (
-            Surge(one.between_s[0], one.between_s[1] + one.lasts_s, one.east_mps, one.north_mps) for one in self.surge
-        )
+        surges = (Surge(s.between_s[0], s.between_s[1] + s.lasts_s, s.east_mps, s.north_mps) for s in self.surge)
         return Current(self.east_mps, self.north_mps, depth_m, surges=tuple(surges))
 
     def _with(self, surges: tuple[Surge, ...]) -> Current | None:

@@ -220,14 +220,14 @@ def beacon_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[Config
     """Yield faults: beacons with both or neither of position and carrier, or an unknown one."""
     beacons: tuple[BeaconTable, ...] = scenario.of_feature(BEACON)
     yield from scenario.world.outside(
-        (f"{BEACON}.{one.name}.position_m", one.position_m) for one in beacons if one.position_m is not None
+        (f"{BEACON}.{b.name}.position_m", b.position_m) for b in beacons if b.position_m is not None
     )
     sensors = {vehicle.name: vehicle.sensor_names("") for vehicle in scenario.vehicle}
     for beacon in beacons:
         key = f"{BEACON}.{beacon.name}"
         if (beacon.position_m is None) == (beacon.vehicle is None):
-            given = "neither position_m nor" if beacon.vehicle is None else "both position_m and"
-            yield ConfigurationFault(key, "", f"has {given} vehicle; allowed: one of them")
+            keys = "neither position_m nor" if beacon.vehicle is None else "both position_m and"
+            yield ConfigurationFault(key, "", f"has {keys} vehicle; allowed: one of them")
         yield from one_of(f"{key}.vehicle", beacon.vehicle, list(sensors))
         if beacon.vehicle in sensors:
             yield from one_of(f"{key}.sensor", beacon.sensor, sensors[beacon.vehicle])

@@ -126,17 +126,17 @@ class StatedNeed:
     def facts(self) -> tuple[Fact, ...]:
         """Return the facts that state the need, by names, as in ``Observation.facts``."""
         name, need, terms = need_name(self.vehicle, self.number), self.need, self.need.terms
-        of = (OF_INSTANCE, need.instance) if need.instance is not None else (OF_CLASS, need.class_uid)
-        said: list[Fact] = [
+        subject = (OF_INSTANCE, need.instance) if need.instance is not None else (OF_CLASS, need.class_uid)
+        facts: list[Fact] = [
             (name, NEEDED_BY, self.vehicle),
             (name, ATTRIBUTE, float(need.attribute)),
-            (name, of[0], float(of[1] or 0)),
+            (name, subject[0], float(subject[1] or 0)),
             (name, PRIORITY, float(need.priority)),
         ]
         for attribute, value, usual in zip(OF_TERMS, astuple(terms), astuple(PLAIN), strict=True):
             if value != usual:
-                said.append((name, attribute, value if isinstance(value, bool) else float(value)))
-        return tuple(said)
+                facts.append((name, attribute, value if isinstance(value, bool) else float(value)))
+        return tuple(facts)
 
     def taken_back(self) -> tuple[Fact, ...]:
         """Return the facts that withdraw the need."""
@@ -180,12 +180,12 @@ class NeedsInForce:
         has_changed = False
         if organisation is not None and isinstance(self._common, GroupNeeds):
             has_changed = self._common.renew(organisation)
-        found = {uid: one for uid in self._instances if (one := self._read(uid)) is not None}
-        if found == self._in_force:
+        in_force = {uid: stated for uid in self._instances if (stated := self._read(uid)) is not None}
+        if in_force == self._in_force:
             return has_changed
-        self._in_force = found
+        self._in_force = in_force
         by_peer: dict[int, list[InformationNeed]] = {}
-        for peer, need in found.values():
+        for peer, need in in_force.values():
             by_peer.setdefault(peer, []).append(need)
         self._stated = NeedsIndex(self._tbox, by_peer)
         return True
@@ -215,8 +215,8 @@ class NeedsInForce:
         """Return node and need of an instance; None if withdrawn, not stated or invalid."""
 
         def value(name: str, default: float | None = None) -> float | None:
-            said = self._model.value(uid, self._uid[name])
-            return default if said is None else float(said)  # type: ignore[arg-type]
+            stated = self._model.value(uid, self._uid[name])
+            return default if stated is None else float(stated)  # type: ignore[arg-type]
 
         priority, by, attribute = value(PRIORITY), value(NEEDED_BY), value(ATTRIBUTE)
         if priority is None:
@@ -289,7 +289,7 @@ def stated_needs(scenario: Scenario, tbox: TBox, instances: Sequence[Instance]) 
     tables: tuple[NeedTable, ...] = scenario.of_feature(KEY)
     uids = {instance.name: instance.uid for instance in instances}
     classes = {ontology_class.name: ontology_class.uid for ontology_class in tbox.classes}
-    found = []
+    stated = []
     for number, table in enumerate(tables, 1):
         attribute = tbox.attribute_named(table.attribute)
         class_uid = classes.get(table.of) if table.of else attribute.domain
@@ -298,8 +298,8 @@ def stated_needs(scenario: Scenario, tbox: TBox, instances: Sequence[Instance]) 
         until_s = math.inf if table.until_s is None else table.until_s
         for vehicle in scenario.vehicle:
             if table.vehicle in (ALL, vehicle.name):
-                found.append(StatedNeed(vehicle.name, number, need, table.from_s, until_s))
-    return tuple(found)
+                stated.append(StatedNeed(vehicle.name, number, need, table.from_s, until_s))
+    return tuple(stated)
 
 
 def need_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[ConfigurationFault]:
