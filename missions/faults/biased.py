@@ -51,7 +51,7 @@ class Bias:
             fields = tbox.attribute_named(attribute).fields
             numbers: Any = value if isinstance(value, tuple) else (value,)
             pairs = zip(numbers, self.offset, fields, strict=True)
-            off = [min(max(n + by, of.minimum), of.maximum) for n, by, of in pairs]
+            off = [min(max(n + by, field.minimum), field.maximum) for n, by, field in pairs]
             read: Any = (subject, attribute, tuple(off) if len(off) > 1 else off[0], *rest)
             facts[position] = read
         return replace(observation, facts=tuple(facts))
@@ -92,7 +92,7 @@ class Biased(FaultOfSensors):
         """Yield faults: an unknown attribute, or an offset of another dimension."""
         yield from super().checks(key, scenario, mission, before)
         tbox = words_in(scenario, mission)
-        axes = {one.name: len(one.fields) for one in tbox.attributes if one.fields} if tbox is not None else {}
+        axes = {a.name: len(a.fields) for a in tbox.attributes if a.fields} if tbox is not None else {}
         if axes:
             yield from one_of(f"{key}.attribute", self.attribute, sorted(axes))
         if self.offset is not None and len(self.by) != axes.get(self.attribute or "", len(self.by)):

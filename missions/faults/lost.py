@@ -26,7 +26,7 @@ class Lost(DeclaredFault):
         self, key: str, scenario: Scenario, mission: type[Mission], before: Sequence[tuple[str, DeclaredFault]]
     ) -> Iterator[ConfigurationFault]:
         """Yield faults: a vehicle that may be lost again before its return."""
-        first = next((of for of, other in before if self.overlaps(other)), None)
+        first = next((where for where, other in before if self.overlaps(other)), None)
         if self.vehicle != ANY and first is not None:
             allowed = f"lost twice, here and by {first}; the first has to end by its until_s before the other"
             yield ConfigurationFault(f"{key}.vehicle", "", allowed)

@@ -58,7 +58,7 @@ class Restarts(DeclaredFault):
         if len(before) >= MOST:
             allowed = f"restarts for the {len(before) + 1}th time: {MOST} times are allowed in a run"
             yield ConfigurationFault(f"{key}.vehicle", "", allowed)
-        elif any(self.overlaps(one) for _, one in before):
+        elif any(self.overlaps(fault) for _, fault in before):
             allowed = "restarts while it is off already; one has to be over by its until_s before the other"
             yield ConfigurationFault(f"{key}.vehicle", "", allowed)
 
