@@ -145,7 +145,7 @@ def feature_observers(setup: Setup, recorder: Recorder, seed: int, is_alone: boo
         seed,
         is_alone,
     )
-    observers = [of for feature in setup.features if (of := feature.observer(joining)) is not None]
+    observers = [observer for feature in setup.features if (observer := feature.observer(joining)) is not None]
     sharing = setup.strategy.declaration.sharing
     return observers if sharing is None else [*observers, sharing()]
 
@@ -231,7 +231,7 @@ def _manager(shared: Shared, model: WorldModel) -> tuple[ExchangeManager, Renewe
     subjects, organisation = setup.subjects, setup.agreement.organisation
     by_groups = None if subjects is None else GroupNeeds(setup.tbox, setup.urgency, subjects, organisation)
     common = by_groups or setup.common_needs
-    stated = next((needs for of in shared.observers if (needs := of.needs(model, common)) is not None), None)
+    stated = next((needs for o in shared.observers if (needs := o.needs(model, common)) is not None), None)
     manager = ExchangeManager(
         model.owner,
         model,

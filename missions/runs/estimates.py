@@ -95,9 +95,9 @@ def cautions(setup: Setup) -> Iterator[Caution]:
 def _soonest(setup: Setup, job: Job) -> tuple[str, float] | None:
     """Return the vehicle that would complete a job first, and when; None if none is able."""
     times = [
-        (then.free_s, data.name)
+        (after.free_s, data.name)
         for data in _able(setup, job)
-        if (then := job.after(Outlook(0.0, data.start_m), data)) is not None
+        if (after := job.after(Outlook(0.0, data.start_m), data)) is not None
     ]
     return (min(times)[1], min(times)[0]) if times else None
 
@@ -118,12 +118,12 @@ def _divided(setup: Setup, jobs: Mapping[str, Job]) -> list[_Part]:
     parts = {name: _Part(data, Outlook(0.0, data.start_m)) for name, data in setup.database.items()}
     for job in jobs.values():
         ends = [
-            (then.free_s, data.node, then)
+            (after.free_s, data.node, after)
             for data in _able(setup, job)
-            if (then := job.after(parts[data.name].outlook, data)) is not None
+            if (after := job.after(parts[data.name].outlook, data)) is not None
         ]
-        _, node, then = min(ends)
-        next(part for part in parts.values() if part.data.node == node).take(job, then)
+        _, node, after = min(ends)
+        next(part for part in parts.values() if part.data.node == node).take(job, after)
     return list(parts.values())
 
 

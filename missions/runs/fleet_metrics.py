@@ -57,9 +57,9 @@ def windows(vehicles: Sequence[str], packets: Iterable[Mapping[str, Any]]) -> It
         rows = by_window[number]
         if number == last > 0 and max(row["slot"] for row in rows) < (number + 1) * n_slots - 1:
             continue
-        heard = heard_among(vehicles, rows)
+        graph = heard_among(vehicles, rows)
         from_s = min(row["time_s"] for row in rows)
-        yield Window(from_s, is_connected(heard), n_parts(heard), cutting(heard))
+        yield Window(from_s, is_connected(graph), n_parts(graph), cutting(graph))
 
 
 def _of(run: MeasuredRun) -> list[Window]:
@@ -71,13 +71,13 @@ def _of(run: MeasuredRun) -> list[Window]:
 
 
 def _connected_fraction(run: MeasuredRun) -> float | None:
-    found = _of(run)
-    return round(sum(window.is_connected for window in found) / len(found), 6) if found else None
+    periods = _of(run)
+    return round(sum(window.is_connected for window in periods) / len(periods), 6) if periods else None
 
 
 def _n_cutting(run: MeasuredRun) -> float | None:
-    found = _of(run)
-    return round(sum(len(window.cutting) for window in found) / len(found), 6) if found else None
+    periods = _of(run)
+    return round(sum(len(window.cutting) for window in periods) / len(periods), 6) if periods else None
 
 
 CONNECTED = Metric(
@@ -101,11 +101,11 @@ CUTTING = Metric(
 def _draw(axes: Axes, results: RunResults, style: Style) -> str:
     vehicles = list(style.looks)
     rows = results.table("packets").select(list(PACKETS)).to_pylist()
-    found = list(windows(vehicles, rows))
-    times_s = [window.from_s for window in found]
-    axes.step(times_s, [window.n_components for window in found], where="post", color=style.black, label="parts")
+    periods = list(windows(vehicles, rows))
+    times_s = [window.from_s for window in periods]
+    axes.step(times_s, [window.n_components for window in periods], where="post", color=style.black, label="parts")
     for number, (vehicle, look) in enumerate(style.looks.items(), 1):
-        at_s = [window.from_s for window in found if vehicle in window.cutting]
+        at_s = [window.from_s for window in periods if vehicle in window.cutting]
         if at_s:
             height = -0.35 * number
             axes.plot(
@@ -117,10 +117,10 @@ def _draw(axes: Axes, results: RunResults, style: Style) -> str:
     axes.axhline(0.0, color=style.grey, linewidth=0.5)
     axes.set_xlabel(style.axis("mission time", "s"))
     axes.set_ylabel("parts of the fleet")
-    share = sum(window.is_connected for window in found) / max(len(found), 1)
+    share = sum(window.is_connected for window in periods) / max(len(periods), 1)
     return (
         "Parts that are tied by links used both ways, in windows of two slots a vehicle; below, vehicles without which "
-        f"one of them would fall apart. In {share:.0%} of {len(found)} windows what any vehicle said could reach all."
+        f"one of them would fall apart. In {share:.0%} of {len(periods)} windows what any vehicle said could reach all."
     )
 
 

@@ -71,7 +71,7 @@ def lives_of(faults: Iterable[Row], vehicle: str) -> list[RebuiltLife]:
         kind = row["kind"]
         if row["detail"] == OVER and kind in remembers:
             lives.append(RebuiltLife(row["time_s"], len(lives), remembers[kind]))
-        elif (found := kind_of_row(kind)) is not None and (keeps := found.began_anew(row["detail"])) is not None:
+        elif (declared := kind_of_row(kind)) is not None and (keeps := declared.began_anew(row["detail"])) is not None:
             remembers[kind] = keeps
     return lives
 
@@ -160,17 +160,17 @@ def left_over(events: Iterable[tuple[T, bool]]) -> frozenset[T]:
 
 def formed(agreement: Agreement, changes: Iterable[Row]) -> tuple[dict[str, Group], list[Row]]:
     """Return the groups after changes, and the assignments since their formation."""
-    groups, given = dict(agreement.organisation.groups), list[Row]()
+    groups, objectives = dict(agreement.organisation.groups), list[Row]()
     for row in changes:
         name = row["group"]
         if row["event"] in ("formed", "dissolved"):
             groups.pop(name, None)
-            given = [row for row in given if row["group"] != name or not row["issuer"]]
+            objectives = [row for row in objectives if row["group"] != name or not row["issuer"]]
             if row["event"] == "formed":
                 groups[name] = agreement.at_sea[name]
         elif row["event"] == "given":
-            given.append(row)
-    return groups, given
+            objectives.append(row)
+    return groups, objectives
 
 
 class Belief(NamedTuple):
@@ -217,10 +217,10 @@ class KnownAt:
         played = self.organisation
         groups = []
         for group in played.groups:
-            roles = [of for name in played.members(group) for of in played.roles_of(name, group)]
-            groups.append((f"group {group}", ", ".join(f"{of.role}: {of.vehicle}" for of in roles)))
-        about = [("absent", ", ".join(sorted(self.absent)) or "none"), ("latest values", str(len(list(self.beliefs))))]
-        return card(f"Known to {self.vehicle} at {self.at_s:g} s", [*groups, *about], "known.beliefs has all of them")
+            roles = [role for name in played.members(group) for role in played.roles_of(name, group)]
+            groups.append((f"group {group}", ", ".join(f"{role.role}: {role.vehicle}" for role in roles)))
+        rows = [("absent", ", ".join(sorted(self.absent)) or "none"), ("latest values", str(len(list(self.beliefs))))]
+        return card(f"Known to {self.vehicle} at {self.at_s:g} s", [*groups, *rows], "known.beliefs has all of them")
 
     @property
     def beliefs(self) -> Iterator[Belief]:
@@ -303,8 +303,8 @@ class KnownAt:
         )
 
     def _is_whole(self, attribute: str) -> bool:
-        of = self.model.tbox.attribute_named(attribute)
-        return of.kind is ValueKind.NUMBER and of.fields[0].is_whole
+        declared = self.model.tbox.attribute_named(attribute)
+        return declared.kind is ValueKind.NUMBER and declared.fields[0].is_whole
 
 
 class Memory:
@@ -325,12 +325,12 @@ class Memory:
     @cached_property  # all packets
     def _heard(self) -> Mapping[tuple[str, str], list[tuple[float, str]]]:
         """Times (s) and senders of the packets that delivered an item or status, by (vehicle, uid)."""
-        heard: dict[tuple[str, str], list[tuple[float, str]]] = defaultdict(list)
+        receptions: dict[tuple[str, str], list[tuple[float, str]]] = defaultdict(list)
         for row in self._results.table(PACKETS.name).to_pylist():
             for vehicle, at_s in zip(row["receivers"], row["arrivals_s"], strict=True):
                 for uid in (*row["item_uids"], *row["status_uids"]):
-                    heard[vehicle, uid].append((at_s, row["sender"]))
-        return heard
+                    receptions[vehicle, uid].append((at_s, row["sender"]))
+        return receptions
 
     def known(self, vehicle: str, at_s: float) -> KnownAt:
         """Return a vehicle's knowledge; raise OutputError for an unknown vehicle or time."""
@@ -358,11 +358,11 @@ class Memory:
             if row["event"] in ("assigned", "left")
         )
         groups, given = formed(setup.agreement, changes)
-        said: dict[str, list[str]] = {}
+        by_group: dict[str, list[str]] = {}
         for row in given:
             if not row["role"]:
-                said.setdefault(row["group"], []).append(row["argument"])
-        missions = missions_of(groups.values(), said)
+                by_group.setdefault(row["group"], []).append(row["argument"])
+        missions = missions_of(groups.values(), by_group)
         organisation = Organisation(groups, played)
         absent = left_over((row["peer"], row["event"] == "absent") for row in past[MEMBERSHIP])
         is_cut_off = absent == set(setup.database) - {vehicle}
@@ -374,7 +374,7 @@ class Memory:
             organisation,
             acted_on(organisation, vehicle, absent, is_cut_off, setup.database[vehicle].social_layer),
             absent,
-            frozenset(Objective(*about, argument) for about, argument in arguments.items()),
+            frozenset(Objective(*key, argument) for key, argument in arguments.items()),
             missions,
             tuple(self._receptions(vehicle, at_s, model)),
         )
@@ -386,8 +386,8 @@ class Memory:
         for since_s, block, items, until_s in self._known_s[vehicle]:
             if block.origin == nodes[vehicle] or not since_s <= at_s < until_s:
                 continue
-            heard = [one for uid in items for one in self._heard.get((vehicle, uid), ()) if one[0] <= since_s]
-            sender = nodes[max(heard, key=itemgetter(0))[1]] if heard else None
+            receptions = [r for uid in items for r in self._heard.get((vehicle, uid), ()) if r[0] <= since_s]
+            sender = nodes[max(receptions, key=itemgetter(0))[1]] if receptions else None
             told_by = sender if by_packets else block.origin
             parts = [block._replace(facts=(fact,)) for fact in block.facts] if block.is_status else [block]
             for candidate in parts:
@@ -404,14 +404,14 @@ class Memory:
         for row in (*results.table(KNOWLEDGE.name).to_pylist(), *results.rows(SETTLING.name)):
             if row["event"] == "received":
                 received[row["item"]][row["vehicle"]].append(row["time_s"])
-        told = [self._told(rows) for rows in blocks_of(results.table(ITEMS.name).to_pylist())]
-        statuses = self._heard_statuses(results, told, exhausted_s)
+        blocks = [self._told(rows) for rows in blocks_of(results.table(ITEMS.name).to_pylist())]
+        statuses = self._heard_statuses(results, blocks, exhausted_s)
         by_packets = setup.strategy.declaration.communicates  # else all vehicles know each block at once
-        for number, (block, origin, recorded_s, kind, items) in enumerate(told):
+        for number, (block, origin, recorded_s, kind, items) in enumerate(blocks):
             self._hold(origin, [[recorded_s]], block, items)
-            heard = [received[uid] for uid in items]
+            receptions = [received[uid] for uid in items]
             if block.is_status:
-                heard = [statuses[number]] if number in statuses else heard[:1]
+                receptions = [statuses[number]] if number in statuses else receptions[:1]
             for name, data in setup.database.items():
                 if kind == "kept" or (name == origin and block.is_status and by_packets):
                     continue
@@ -420,7 +420,7 @@ class Memory:
                     told_s = [recorded_s] if order and name != origin else []
                     times_s = [told_s + [from_s for from_s, _ in memories(self._lives[name]) if from_s > recorded_s]]
                 else:
-                    times_s = [of_item.get(name, []) for of_item in heard]
+                    times_s = [of_item.get(name, []) for of_item in receptions]
                 self._hold(name, times_s, block, items)
 
     def _hold(self, name: str, times_s: Iterable[Sequence[float]], block: Block, items: tuple[str, ...]) -> None:
@@ -434,11 +434,11 @@ class Memory:
                 self._known_s[name] += [_Held(one_s, block, items, until_s) for one_s in (since_s, *again_s)]
 
     def _heard_statuses(
-        self, results: RunResults, told: Sequence[_Told], exhausted_s: Mapping[str, float]
+        self, results: RunResults, blocks: Sequence[_Told], exhausted_s: Mapping[str, float]
     ) -> dict[int, dict[str, list[float]]]:
         """Return the reception times of statuses; of one name, the newest recorded is sent."""
         recorded: dict[str, list[int]] = defaultdict(list)
-        for number, status in enumerate(told):
+        for number, status in enumerate(blocks):
             if status.block.is_status:
                 recorded[status.items[0]].append(number)
         bad = {(row["vehicle"], row["time_s"]) for row in self._faults if row["kind"] == "bad packet"}
@@ -455,7 +455,7 @@ class Memory:
                 if at_s <= exhausted_s.get(name, math.inf) and (name, at_s) not in bad
             }
             for uid in row["status_uids"]:
-                numbers = [n for n in recorded[uid] if told[n].recorded_s <= row["time_s"]]
+                numbers = [n for n in recorded[uid] if blocks[n].recorded_s <= row["time_s"]]
                 if not numbers:  # made up by damage, then relayed
                     continue
                 of_uid = received[numbers[-1]]

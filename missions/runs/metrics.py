@@ -33,7 +33,7 @@ def n_doubted(run: MeasuredRun) -> int | Absent:
     """Number of vehicles whose numbers and points contradict others'; see ``worldmodel.fusion``."""
     tbox = run.setup.tbox
     slots = stated(run.recorder.rows("items"), tbox, run.setup.database)
-    if not any(len({one.origin for one in observations}) > 1 for observations in slots.values()):
+    if not any(len({o.origin for o in observations}) > 1 for observations in slots.values()):
         return NOT_APPLICABLE
     return len(doubted((tbox.attribute_named(name), observations) for (_, name), observations in slots.items()))
 

@@ -68,10 +68,10 @@ def summary(run: Run) -> dict[str, Any]:
     the mean packet error rate of the loss model, without blackouts and range. An undefined value, such as a latency
     without packets, is None; a metric that does not apply is absent.
     """
-    of, own = run.scenario.scenario.mission, run.setup.own_metrics
+    mission, own = run.scenario.scenario.mission, run.setup.own_metrics
     names = {metric.name for metric in own.values()}
     shipped = [metric for metric in run.setup.metrics.values() if metric.name not in names]
-    values = {metric.name: value_of(metric, run, of) for metric in shipped}
+    values = {metric.name: value_of(metric, run, mission) for metric in shipped}
     fields = {
         **identity(run.scenario, run.seed),
         "completed": values.pop("completed"),

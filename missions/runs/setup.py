@@ -160,7 +160,7 @@ def subjects_of(
         database.names,
         {uid[group.name]: group.name for group in groups},
         {uid[path]: role for path, role in paths.items()},
-        {uid[name]: found for name, found in own.items() if found},
+        {uid[name]: concerned for name, concerned in own.items() if concerned},
         frozenset((uid[job.done[1]], tbox.attribute_named(job.done[0]).uid) for job in mission.jobs.values()),
         [(superior, name) for superior, inferiors in agreement.meets_after.items() for name in inferiors],
         frozenset(group.name for group in scenario.group if group.information == HELD),

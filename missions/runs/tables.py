@@ -49,9 +49,9 @@ _MOST = 2**31 - 1
 
 def column_array(values: Sequence[Any], kind: str, unit: str = "") -> pa.Array:
     """Convert values to an Arrow array, quantised; a wrong type raises TypeError or ValueError."""
-    for of in set(map(type, values)) - {type(None)}:
-        if not issubclass(of, _VALUES[kind]) or (of is bool and kind != "bool"):
-            raise TypeError(f"{of.__name__} in a column of kind {kind}")
+    for cls in set(map(type, values)) - {type(None)}:
+        if not issubclass(cls, _VALUES[kind]) or (cls is bool and kind != "bool"):
+            raise TypeError(f"{cls.__name__} in a column of kind {kind}")
     n, absent = len(values), np.fromiter((value is None for value in values), bool, len(values))
     missing = absent if absent.any() else None
     if kind in _ENTRIES:
@@ -145,14 +145,14 @@ def table_writer(target: Any, schema: pa.Schema) -> pq.ParquetWriter:
     """Return a Parquet writer with encodings for this schema."""
     encodings, texts = {}, []
     for field in schema:
-        of, path = field.type, field.name
-        if pa.types.is_list(of):
-            of, path = of.value_type, f"{path}.list.element"
-        if pa.types.is_floating(of):
+        kind, path = field.type, field.name
+        if pa.types.is_list(kind):
+            kind, path = kind.value_type, f"{path}.list.element"
+        if pa.types.is_floating(kind):
             encodings[path] = "BYTE_STREAM_SPLIT"
-        elif pa.types.is_integer(of):
+        elif pa.types.is_integer(kind):
             encodings[path] = "DELTA_BINARY_PACKED"
-        elif pa.types.is_string(of) and field.name not in UNLIKE:
+        elif pa.types.is_string(kind) and field.name not in UNLIKE:
             texts.append(path)
     return pq.ParquetWriter(
         target,
