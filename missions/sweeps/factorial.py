@@ -33,25 +33,25 @@ class FactorialDesign:
     def runs(self) -> tuple[Mapping[str, int], ...]:
         """Level of each factor in each run; the last factor that is no product varies fastest."""
         basic = [name for name in self.factors if name not in self.generators]
-        found = []
+        runs = []
         for levels in itertools.product((LOW, HIGH), repeat=len(basic)):
             run = dict(zip(basic, levels, strict=True))
-            run |= {name: math.prod(run[one] for one in of) for name, of in self.generators.items()}
-            found.append({name: run[name] for name in self.factors})
-        return tuple(found)
+            run |= {name: math.prod(run[factor] for factor in factors) for name, factors in self.generators.items()}
+            runs.append({name: run[name] for name in self.factors})
+        return tuple(runs)
 
     @property
     def words(self) -> tuple[Term, ...]:
         """Products of factors that are constant over all runs; none for a full design."""
-        single = [of | {name} for name, of in self.generators.items()]
-        found = []
+        single = [factors | {name} for name, factors in self.generators.items()]
+        words = []
         for count in range(1, len(single) + 1):
             for chosen in itertools.combinations(single, count):
                 word: Term = frozenset()
-                for one in chosen:
-                    word ^= one
-                found.append(word)
-        return tuple(sorted(found, key=lambda word: (len(word), sorted(map(self.factors.index, word)))))
+                for generator in chosen:
+                    word ^= generator
+                words.append(word)
+        return tuple(sorted(words, key=lambda word: (len(word), sorted(map(self.factors.index, word)))))
 
     @property
     def resolution(self) -> int | None:
@@ -81,7 +81,7 @@ class FactorialDesign:
         n, k, p = len(self.runs), len(self.factors), len(self.generators)
         if not p:
             return f"full factorial, 2^{k} = {n} runs: nothing is mixed"
-        made = "; ".join(f"{name} = {self.named(of)}" for name, of in self.generators.items())
+        made = "; ".join(f"{name} = {self.named(factors)}" for name, factors in self.generators.items())
         return f"2^({k}-{p}) = {n} runs, resolution {ROMAN[self.resolution or 0]} ({made})"
 
 
@@ -116,7 +116,7 @@ def most_halvings(n_factors: int) -> int:
 def _candidates(factors: Sequence[str], halvings: int) -> Iterator[FactorialDesign]:
     """Yield the designs whose last columns are products of distinct sets of two or more others."""
     basic, made = factors[:-halvings], factors[-halvings:]
-    products = [frozenset(of) for size in range(len(basic), 1, -1) for of in itertools.combinations(basic, size)]
+    products = [frozenset(p) for size in range(len(basic), 1, -1) for p in itertools.combinations(basic, size)]
     for chosen in itertools.combinations(products, halvings):
         yield FactorialDesign(tuple(factors), dict(zip(made, chosen, strict=True)))
 

@@ -219,13 +219,13 @@ class SweepResults:
 
         settings: by key, as in comparisons; ``channel.name`` is the channel.
         """
-        found = [
+        texts = [
             text
             for label, text in zip(self._record.labels, self._record.assumed, strict=False)
             if text
             and all(settings.get(key, value) == value for key, value in label.settings if isinstance(value, str))
         ]
-        return list(dict.fromkeys(found))
+        return list(dict.fromkeys(texts))
 
     @property
     def ranked(self) -> tuple[str, ...]:
@@ -255,7 +255,7 @@ class SweepResults:
             if line["status"] == DONE and line["tables"]:
                 scenario_of = partial(self._scenario, key, numbers.get(key))
                 run = KeptRun(line["summary"], self.kept_tables, partial(own_rows, read, key), scenario_of)
-                values = {of.name: value_of(of, run, f"{name}, run {key}") for name, of in self.measured.items()}
+                values = {m.name: value_of(m, run, f"{name}, run {key}") for name, m in self.measured.items()}
                 kept = {name: value for name, value in values.items() if value is not NOT_APPLICABLE}
                 changed[key] = {**line, "summary": {**line["summary"], **kept}}
         return changed
@@ -283,8 +283,8 @@ class SweepResults:
     @property
     def kept_tables(self) -> frozenset[str]:
         """Names of the kept tables, damaged ones included."""
-        there = (path.stem for path in (self.folder / TABLES).glob("[!.]*.parquet"))
-        return frozenset({*there, *(Path(name).stem for name in self.damaged)})
+        names = (path.stem for path in (self.folder / TABLES).glob("[!.]*.parquet"))
+        return frozenset({*names, *(Path(name).stem for name in self.damaged)})
 
     def table(self, name: str) -> Any:
         """Return a table of the sampled runs as a pandas data frame; raise OutputError if missing."""

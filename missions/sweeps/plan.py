@@ -41,8 +41,8 @@ def version() -> str:
 
 def run_content(scenario: Scenario) -> str:
     """Return the content of a scenario that determines its runs: all but its metrics."""
-    about = scenario.scenario.model_copy(update={"metrics": ()})
-    return scenario.model_copy(update={"scenario": about}).model_dump_json()
+    table = scenario.scenario.model_copy(update={"metrics": ()})
+    return scenario.model_copy(update={"scenario": table}).model_dump_json()
 
 
 def seed_of(master: int, repeat: int) -> int:

@@ -119,14 +119,14 @@ def _conflicts(file: StudyFile) -> Iterator[ConfigurationFault]:
     own_faults = any(unforeseen.fault for unforeseen in file.unforeseen)
     set_by = [(f"study.{name}", key) for name, key in LISTS.items() if getattr(file.study, name) is not None]
     set_by += [(f"channel.{key}", f"channel.{key}") for table in file.channel for key in table]
-    for table, given in (
+    for table, settings in (
         ("set", [file.set]),
         ("grid", [file.grid]),
         ("point", file.point),
         ("latin", [file.latin]),
         ("factorial", [file.factorial]),
     ):
-        set_by += [(f"{table}.{key}", key) for setting in given for key, _ in flattened(setting)]
+        set_by += [(f"{table}.{key}", key) for setting in settings for key, _ in flattened(setting)]
     for place, key in set_by:
         if own_faults and key.partition(".")[0] == "fault":
             yield ConfigurationFault(place, "", "[[unforeseen.fault]] sets all faults of its runs; set them there")
