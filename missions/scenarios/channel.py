@@ -118,8 +118,8 @@ class ChannelTable(TraceChannel, NetworkChannel, AcousticChannel, GilbertElliott
     def settings(self) -> ChannelModel:
         """Return the named model with the settings that it uses; raise PluginError if unknown."""
         model = model_named(self.name)
-        given = {key: getattr(self, key) for key in self.model_fields_set if key in model.model_fields}
-        return model.model_validate_json(json.dumps(given, default=_plain), strict=True)
+        settings = {key: getattr(self, key) for key in self.model_fields_set if key in model.model_fields}
+        return model.model_validate_json(json.dumps(settings, default=_plain), strict=True)
 
     def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
         """Return the named loss model; raise ConfigurationError for a missing or changed file."""
@@ -134,8 +134,8 @@ class ChannelTable(TraceChannel, NetworkChannel, AcousticChannel, GilbertElliott
             yield
         except LinkFileError as error:
             key = FILE_KEYS[self.name]
-            given = f'"{getattr(self, key)}"'
-            raise ConfigurationError.of("channel", f"channel.{key}", given, str(error)) from None
+            value = f'"{getattr(self, key)}"'
+            raise ConfigurationError.of("channel", f"channel.{key}", value, str(error)) from None
 
     def blackouts(self, nodes: Mapping[str, int]) -> tuple[Blackout, ...]:
         """Return the intervals without communication, with node numbers."""
@@ -183,25 +183,25 @@ class CheckedLink:
         )
 
 
-def _is_share(found: Any) -> bool:
-    return isinstance(found, int | float) and not isinstance(found, bool) and 0.0 <= found <= 1.0
+def _is_share(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and 0.0 <= value <= 1.0
 
 
 def model_named(name: str) -> type[ChannelModel]:
     """Return a shipped or plug-in (``package.module:Class``) model, or raise PluginError."""
-    found: type[ChannelModel] = known_or_named(name, CHANNELS)
+    model: type[ChannelModel] = known_or_named(name, CHANNELS)
     if name in CHANNELS:
-        return found
-    refuse_other(found, ChannelModel, "exchange.channel.models.ChannelModel")
-    lacking = [part for part in COMPULSORY if getattr(found, part) is getattr(ChannelModel, part)]
-    if lacking or not found.title:
-        raise PluginError(f"a channel model: lacks {', '.join([*lacking, *([] if found.title else ['title'])])}")
-    refuse("a channel model", faults_of(found, ChannelModel, COMPULSORY))
-    if taken := OF_EVERY_CHANNEL & found.model_fields.keys():
+        return model
+    refuse_other(model, ChannelModel, "exchange.channel.models.ChannelModel")
+    lacking = [part for part in COMPULSORY if getattr(model, part) is getattr(ChannelModel, part)]
+    if lacking or not model.title:
+        raise PluginError(f"a channel model: lacks {', '.join([*lacking, *([] if model.title else ['title'])])}")
+    refuse("a channel model", faults_of(model, ChannelModel, COMPULSORY))
+    if taken := OF_EVERY_CHANNEL & model.model_fields.keys():
         raise PluginError(f"a channel model: rename its setting {', '.join(sorted(taken))}, a key of every channel")
-    if unset := [key for key, info in found.model_fields.items() if info.is_required()]:
+    if unset := [key for key, info in model.model_fields.items() if info.is_required()]:
         raise PluginError(f"a channel model: {', '.join(unset)} without a default; a model can be named alone")
-    return found
+    return model
 
 
 def _known_model(name: Any) -> type[ChannelModel] | None:
@@ -263,27 +263,27 @@ def channel_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
 def _setting_faults(model: type[ChannelModel], scenario: Scenario) -> Iterator[ConfigurationFault]:
     """Yield faults of the model's settings: unknown keys and vehicles, and its own checks."""
     channel, name = scenario.channel, scenario.channel.name
-    given = {key: getattr(channel, key) for key in channel.model_fields_set}
+    table = {key: getattr(channel, key) for key in channel.model_fields_set}
     known = list(ChannelTable.model_fields) if name in CHANNELS else ["name", *model.model_fields, "blackout"]
-    for key in given.keys() - set(known):
+    for key in table.keys() - set(known):
         allowed = f"unknown key, allowed here: {', '.join(known)}{suggestion(key, known)}"
         yield ConfigurationFault(f"channel.{key}", "", allowed)
     try:
         settings = channel.settings()
     except ValidationError as error:  # of a plug-in model
-        for fault in (fault_of(detail, model, given) for detail in error.errors()):
+        for fault in (fault_of(detail, model, table) for detail in error.errors()):
             yield ConfigurationFault(f"channel.{fault.key}", fault.given, fault.allowed)
         return
     yield from _vehicle_faults("channel", settings, scenario.vehicle_names)
     deployment = deployment_in(scenario)
-    used = json.loads(json.dumps({key: given[key] for key in given if key not in OF_EVERY_CHANNEL}, default=_plain))
+    used = json.loads(json.dumps({key: table[key] for key in table if key not in OF_EVERY_CHANNEL}, default=_plain))
     try:
-        found = list(model.faults({key: value for key, value in used.items() if key in model.model_fields}))
-        if not found and deployment is not None:
-            found += settings.misfits(deployment)
-        if wrong := [fault for fault in found if not isinstance(fault, SettingFault)]:
+        faults = list(model.faults({key: value for key, value in used.items() if key in model.model_fields}))
+        if not faults and deployment is not None:
+            faults += settings.misfits(deployment)
+        if wrong := [fault for fault in faults if not isinstance(fault, SettingFault)]:
             raise TypeError(f"expected SettingFaults, not {wrong[0]!r}")
-        yield from map(_as_configured, found)
+        yield from map(_as_configured, faults)
         if name not in CHANNELS and deployment is not None:
             yield from _trial_faults(name, settings, deployment)
     except Exception as error:  # user code may raise anything
@@ -322,12 +322,12 @@ def _trial_faults(name: str, settings: ChannelModel, deployment: Deployment) -> 
         yield ConfigurationFault("channel.name", f'"{name}"', str(error).removeprefix("it: "))
 
 
-def _is_speed(found: Any) -> bool:
-    return found is None or (is_number(found) and found > 0.0)
+def _is_speed(value: Any) -> bool:
+    return value is None or (is_number(value) and value > 0.0)
 
 
-def _is_link(found: Any) -> bool:
-    return callable(getattr(found, "p_loss", None))
+def _is_link(value: Any) -> bool:
+    return callable(getattr(value, "p_loss", None))
 
 
 def _vehicle_faults(above: str, table: BaseModel, vehicles: Sequence[str]) -> Iterator[ConfigurationFault]:
@@ -347,15 +347,15 @@ def with_link_file_found(channel: ChannelTable, folder: Path, is_other: bool) ->
     folder: base of the path. is_other: an option names the file but no hash, so that it may differ from the scenario's.
     """
     key = FILE_KEYS.get(channel.name, "")
-    given = getattr(channel, key, None)
-    if not given:
+    value = getattr(channel, key, None)
+    if not value:
         return channel
-    found = {"sha256": "" if is_other else channel.sha256}
-    if key == "file" or file_in(given):
-        path = found[key] = str((folder / given).resolve())
+    changes = {"sha256": "" if is_other else channel.sha256}
+    if key == "file" or file_in(value):
+        path = changes[key] = str((folder / value).resolve())
         with suppress(LinkFileGoneError):  # a check reports a missing file
-            found["sha256"] = found["sha256"] or hash_of(path if key == "file" else file_in(path), "")
-    return channel.model_copy(update=found)
+            changes["sha256"] = changes["sha256"] or hash_of(path if key == "file" else file_in(path), "")
+    return channel.model_copy(update=changes)
 
 
 ROUNDING_S = 1e-6

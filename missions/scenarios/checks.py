@@ -49,8 +49,8 @@ def job_faults(scenario: Scenario, mission: type[Mission]) -> Faults:
         made = mission.from_scenario(scenario)
         jobs: Mapping[str, Job] = made.jobs
     except Exception as error:  # user code may raise anything
-        what = f"{type(error).__name__}: {error}"
-        allowed = f"its from_scenario and jobs must take every scenario that passes its checks, but raised {what}"
+        cause = f"{type(error).__name__}: {error}"
+        allowed = f"its from_scenario and jobs must take every scenario that passes its checks, but raised {cause}"
         yield ConfigurationFault("scenario.mission", "", allowed)
         return
     if faults := list(hook_faults(scenario.scenario.mission, made)):
@@ -168,8 +168,8 @@ def _missions(scenario: Scenario, mission: type[Mission]) -> Faults:
             line.append(outer)
         givers: Iterable[object] = [line[-1]] if len(line) > 1 else scenario.group
         if all(getattr(giver, "mission", None) != delegating for giver in givers):
-            who = f"{line[-1].name}, which it is within," if len(line) > 1 else "one group"
-            allowed = f'nobody gives the group its mission: {who} must have mission = "{delegating}"'
+            source = f"{line[-1].name}, which it is within," if len(line) > 1 else "one group"
+            allowed = f'nobody gives the group its mission: {source} must have mission = "{delegating}"'
             yield ConfigurationFault(f"group.{group.name}.mission", "", allowed)
             return
 
@@ -194,12 +194,12 @@ def hook_faults(reference: str, made: Mission) -> Iterator[ConfigurationFault]:
     tasks = f"a remoras.htn.Domain whose elementary tasks have a handler among {', '.join(ELEMENTARY_TASKS)}"
     count = "a whole number, 0 or more"
     hooks: tuple[tuple[str, str, Callable[[Any], bool], Callable[[], Any]], ...] = (
-        ("jobs", jobs, lambda found: all(_has(job, PARTS_OF_JOB) for job in found.values()), lambda: made.jobs),
-        ("world", "what its sensors perceive", lambda found: True, lambda: made.world(0)),
+        ("jobs", jobs, lambda value: all(_has(job, PARTS_OF_JOB) for job in value.values()), lambda: made.jobs),
+        ("world", "what its sensors perceive", lambda value: True, lambda: made.world(0)),
         (
             "nature",
             "None, or what is called with the fleet and the time",
-            lambda found: found is None or callable(found),
+            lambda value: value is None or callable(value),
             lambda: made.nature(made.world(0)),
         ),
         ("social_domain", tasks, _is_domain, lambda: made.social_domain),
@@ -214,7 +214,7 @@ def hook_faults(reference: str, made: Mission) -> Iterator[ConfigurationFault]:
         (
             "instances",
             "a list of (class, name), both texts",
-            lambda found: all(isinstance(kind, str) and isinstance(name, str) for kind, name in found),
+            lambda value: all(isinstance(kind, str) and isinstance(name, str) for kind, name in value),
             lambda: made.instances,
         ),
         ("instances_found_per_vehicle", count, _is_count, lambda: made.instances_found_per_vehicle),
@@ -222,7 +222,7 @@ def hook_faults(reference: str, made: Mission) -> Iterator[ConfigurationFault]:
         (
             "truth",
             f"an object with {', '.join(PARTS_OF_TRUTH)}",
-            lambda found: _has(found, PARTS_OF_TRUTH),
+            lambda value: _has(value, PARTS_OF_TRUTH),
             lambda: made.truth(Recorder(made.tables), made.world(0)),
         ),
     )
@@ -240,18 +240,18 @@ def hook_faults(reference: str, made: Mission) -> Iterator[ConfigurationFault]:
 
 
 def _all_are(*kinds: type) -> Callable[[Any], bool]:
-    return lambda found: all(isinstance(one, kinds) for one in found)
+    return lambda values: all(isinstance(value, kinds) for value in values)
 
 
-def _has(found: Any, parts: Iterable[str]) -> bool:
-    return all(hasattr(found, part) for part in parts)
+def _has(value: Any, parts: Iterable[str]) -> bool:
+    return all(hasattr(value, part) for part in parts)
 
 
-def _is_count(found: Any) -> bool:
-    return isinstance(found, int) and found >= 0
+def _is_count(value: Any) -> bool:
+    return isinstance(value, int) and value >= 0
 
 
-def _is_domain(found: Any) -> bool:
-    return isinstance(found, Domain) and all(
-        operator.handled_by in ELEMENTARY_TASKS for operator in found.operators.values()
+def _is_domain(value: Any) -> bool:
+    return isinstance(value, Domain) and all(
+        operator.handled_by in ELEMENTARY_TASKS for operator in value.operators.values()
     )

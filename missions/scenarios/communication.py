@@ -59,8 +59,8 @@ class ModemTable(Section, Profile):
             yield from _allowed("unverified", marked, sorted(self.model_fields_set - {"unverified"}))
 
 
-def _allowed(key: str, given: str, names: Sequence[str]) -> Iterator[tuple[str, str]]:
-    yield from ((key, fault.allowed) for fault in one_of(key, given, names))
+def _allowed(key: str, value: str, names: Sequence[str]) -> Iterator[tuple[str, str]]:
+    yield from ((key, fault.allowed) for fault in one_of(key, value, names))
 
 
 def modem_named(name: str, own: Mapping[str, ModemTable]) -> Modem:
@@ -84,24 +84,24 @@ def with_modem_read(document: Document, folder: Path) -> tuple[Document, list[Co
     document: with overrides applied. folder: base of the path. Raises ConfigurationError if the file cannot be read.
     """
     communication, own = document.raw.get("communication"), document.raw.get(MODEMS, {})
-    given = communication.get("modem") if isinstance(communication, dict) else None
-    if not isinstance(communication, dict) or not isinstance(given, str) or not given.endswith(".toml"):
+    modem = communication.get("modem") if isinstance(communication, dict) else None
+    if not isinstance(communication, dict) or not isinstance(modem, str) or not modem.endswith(".toml"):
         return document, []
-    path = folder / given
+    path = folder / modem
     if not is_file(path):
         allowed = f"there is no file {path}; allowed: a TOML file with one [modem.NAME], or {', '.join(modems())}"
-        return document, [ConfigurationFault(MODEM, shown(given), allowed)]
+        return document, [ConfigurationFault(MODEM, shown(modem), allowed)]
     part = Document.of_text(text_of(path, LARGEST_BYTES), str(path))
-    found: Any = part.raw.get(MODEMS)
-    if set(part.raw) != {MODEMS} or not isinstance(found, dict) or len(found) != 1 or not isinstance(own, dict):
+    tables: Any = part.raw.get(MODEMS)
+    if set(part.raw) != {MODEMS} or not isinstance(tables, dict) or len(tables) != 1 or not isinstance(own, dict):
         allowed = f"{path} must hold one table [modem.NAME] and nothing else"
-        return document, [ConfigurationFault(MODEM, shown(given), allowed)]
-    (name,) = found
+        return document, [ConfigurationFault(MODEM, shown(modem), allowed)]
+    (name,) = tables
     faults = []
     if name in own:
         key, allowed = f"{MODEMS}.{name}", f"{path} has one of this name, too; rename one of them"
         faults.append(ConfigurationFault(key, "", allowed, document.line_of(key), document.path))
-    raw = {**document.raw, MODEMS: {**own, **found}, "communication": {**communication, "modem": name}}
+    raw = {**document.raw, MODEMS: {**own, **tables}, "communication": {**communication, "modem": name}}
     return replace(document, raw=raw, parts=(*document.parts, part)), faults
 
 
@@ -221,19 +221,19 @@ def value_rule_of(name: str) -> ValueRule:
     >>> value_rule_of("goby").name
     'goby'
     """
-    found = known_or_named(name, VALUE_RULES)
-    rule: ValueRule = found() if isinstance(found, type) else found
+    loaded = known_or_named(name, VALUE_RULES)
+    rule: ValueRule = loaded() if isinstance(loaded, type) else loaded
     refuse("a value rule", faults_of(rule, ValueRule, ("name", "place", "value")))
     return rule
 
 
 def policy_of(name: str) -> AckPolicy:
     """Return a shipped or plug-in (``package.module:object``) policy, or raise PluginError."""
-    found: AckPolicy = known_or_named(name, POLICIES)
+    policy: AckPolicy = known_or_named(name, POLICIES)
     if name in POLICIES:
-        return found
+        return policy
     try:
-        return checked_policy(found, name)
+        return checked_policy(policy, name)
     except ExchangeError as error:
         raise PluginError(str(error)) from None
 

@@ -33,18 +33,18 @@ def _limit(constraint: Any) -> str:
 
 def explanations_of(root: type[BaseModel], prefix: str = "") -> dict[str, tuple[str, str]]:
     """Return (type, range and default; meaning) of every key, dotted, with nested tables."""
-    found: dict[str, tuple[str, str]] = {}
+    entries: dict[str, tuple[str, str]] = {}
     for name, info in root.model_fields.items():
         nested = next((kind for kind in _alternatives(info.annotation) if _is_table(kind)), None)
         if nested is not None:
-            found |= explanations_of(nested, f"{prefix}{name}.")
+            entries |= explanations_of(nested, f"{prefix}{name}.")
             continue
         limits = [text for m in info.metadata if (text := _limit(m))]
         default = [] if info.is_required() or info.default is None else [f"default {toml_value(info.default)}"]
         optional = [] if info.is_required() or info.default is not None else ["may be left out"]
         text = ", ".join([_in_words(info.annotation), *limits, *default, *optional])
-        found[prefix + name] = (text, info.description or "")
-    return found
+        entries[prefix + name] = (text, info.description or "")
+    return entries
 
 
 def _alternatives(annotation: Any) -> list[Any]:
@@ -107,8 +107,8 @@ def _plural(words: str) -> str:
     >>> _plural("list of 2 numbers"), _plural("number")
     ('lists of 2 numbers', 'numbers')
     """
-    first, of, rest = words.partition(" of ")
-    return f"{first}s{of}{rest}"
+    first, joint, rest = words.partition(" of ")
+    return f"{first}s{joint}{rest}"
 
 
 WORDS: dict[Any, str] = {
@@ -124,22 +124,22 @@ def schema_of(root: type[BaseModel], title: str) -> dict[str, Any]:
 
 def explanations() -> dict[str, tuple[str, str]]:
     """Return (type and range, meaning) of every key of a scenario; list entries without names."""
-    found = explanations_of(Scenario)
-    for mission in {mission_class(about["mission"]): None for about in shipped_abouts().values()}:
-        found |= explanations_of(mission.Scenario)
+    entries = explanations_of(Scenario)
+    for mission in {mission_class(header["mission"]): None for header in shipped_abouts().values()}:
+        entries |= explanations_of(mission.Scenario)
         for kind in mission.sensors.values():
-            found |= explanations_of(kind, "vehicle.sensor.")
-    return found | _of_faults()
+            entries |= explanations_of(kind, "vehicle.sensor.")
+    return entries | _of_faults()
 
 
 def _of_faults() -> dict[str, tuple[str, str]]:
     """Return the explanations of fault keys: kinds, and the keys of some kinds."""
     own = {name: explanations_of(kind, f"{KEY}.") for name, kind in kinds().items()}
-    found = {}
+    entries = {}
     for key, users in users_of_keys().items():
         text, meaning = own[users[0]][f"{KEY}.{key}"]
-        found[f"{KEY}.{key}"] = text, f"of kind{'s' * (len(users) > 1)} {' and '.join(users)}: {meaning}"
+        entries[f"{KEY}.{key}"] = text, f"of kind{'s' * (len(users) > 1)} {' and '.join(users)}: {meaning}"
     texts = "; ".join(f"{name}: {kind.TEXT}" for name, kind in kinds().items())
-    what = DeclaredFault.model_fields["kind"].description
+    description = DeclaredFault.model_fields["kind"].description
     known = f"one of {', '.join(map(toml_value, kinds()))}, or package.module:Class"
-    return {**found, f"{KEY}.kind": (known, f"{what}. {texts}")}
+    return {**entries, f"{KEY}.kind": (known, f"{description}. {texts}")}

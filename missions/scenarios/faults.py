@@ -165,12 +165,12 @@ class DeclaredFault(Section):
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
         """Yield missing and unused keys, and contradicting times."""
-        given = {key for key in self.model_fields_set if getattr(self, key) is not None}
-        timed, rated = "at_s" in given, "rate_per_h" in given
+        used = {key for key in self.model_fields_set if getattr(self, key) is not None}
+        timed, rated = "at_s" in used, "rate_per_h" in used
         for key, allowed in self.NOT_USED.items():
-            if key in given and not (key == "rate_per_h" and timed):
+            if key in used and not (key == "rate_per_h" and timed):
                 yield key, allowed
-        yield from ((key, what) for key, what in self.REQUIRED.items() if key not in given)
+        yield from ((key, text) for key, text in self.REQUIRED.items() if key not in used)
         if timed and rated:
             yield "rate_per_h", "given beside at_s: leave one out"
         elif not (timed or rated):
@@ -181,8 +181,8 @@ class DeclaredFault(Section):
 
     def overlaps(self, other: DeclaredFault) -> bool:
         """True if both may be active at one time."""
-        begin, other_begin = ((one.span_s or (0.0,))[0] for one in (self, other))
-        end, other_end = (math.inf if one.until_s is None else one.until_s for one in (self, other))
+        begin, other_begin = ((fault.span_s or (0.0,))[0] for fault in (self, other))
+        end, other_end = (math.inf if fault.until_s is None else fault.until_s for fault in (self, other))
         return begin < other_end and other_begin < end
 
     @classmethod
@@ -240,15 +240,15 @@ class DeclaredFault(Section):
         """Return the fault as it occurs to a vehicle at a time (s)."""
         from_s, until_s = self.holds_s(at_s)
         how_long = "for good" if math.isinf(until_s) else f"until {until_s:g} s"
-        who = f"fault kind {self.kind}"
+        subject = f"fault kind {self.kind}"
         leaves = answer(
-            who, "leaves", "a Condition", lambda found: isinstance(found, Condition), lambda: self.leaves(data)
+            subject, "leaves", "a Condition", lambda value: isinstance(value, Condition), lambda: self.leaves(data)
         )
         detail = answer(
-            who,
+            subject,
             "detail",
             "a text that has how_long",
-            lambda found: how_long in found,
+            lambda value: how_long in value,
             lambda: self.detail(data, how_long),
         )
         return Fault(self.kind, data.name, from_s, until_s, leaves, detail, self.remembers)
@@ -265,8 +265,8 @@ class DeclaredFault(Section):
     @model_serializer(mode="plain")
     def _said(self, info: SerializationInfo) -> dict[str, Any]:
         """Serialise all keys of its kind, so that the text can be read back."""
-        found = {key: getattr(self, key) for key in type(self).model_fields}
-        return {key: value for key, value in found.items() if value is not None or not info.exclude_none}
+        values = {key: getattr(self, key) for key in type(self).model_fields}
+        return {key: value for key, value in values.items() if value is not None or not info.exclude_none}
 
     @classmethod
     def fitting(cls, table: Mapping[str, Any]) -> type[DeclaredFault]:
@@ -308,14 +308,12 @@ class FaultOfSensors(DeclaredFault):
     ) -> Iterator[ConfigurationFault]:
         """Yield faults: a sensor that none of the vehicles in question has."""
         is_any, group = self.vehicle == ANY, self.vehicle.removeprefix(HEAD_OF)
-        heads = [(one.name, one.head.name) for one in scenario.group if one.name == group and one.head is not None]
+        heads = [(t.name, t.head.name) for t in scenario.group if t.name == group and t.head is not None]
         meant = [
-            one
-            for one in scenario.vehicle
-            if is_any or one.name == self.vehicle or any(one.can_play(*head) for head in heads)
+            t for t in scenario.vehicle if is_any or t.name == self.vehicle or any(t.can_play(*head) for head in heads)
         ]
         default = next(iter(mission.sensors), "")
-        has = list(dict.fromkeys(name for one in meant for name in one.sensor_names(default)))
+        has = list(dict.fromkeys(name for t in meant for name in t.sensor_names(default)))
         if not has and (meant or is_any):
             allowed = "no vehicle has a sensor" if is_any else "has no sensor that could fail"
             yield ConfigurationFault(f"{key}.vehicle", "", allowed)
@@ -329,11 +327,11 @@ class FaultOfSensors(DeclaredFault):
 @cache
 def kind_named(name: str) -> type[DeclaredFault]:
     """Return a shipped or plug-in (``package.module:Class``) kind, or raise PluginError."""
-    found: type[DeclaredFault] = known_or_named(name, kinds(), "package.module:Class")
+    kind: type[DeclaredFault] = known_or_named(name, kinds(), "package.module:Class")
     if name not in kinds():
-        refuse_other(found, DeclaredFault, "remoras.DeclaredFault")
-        refuse("a fault kind", found.faults_of_kind())
-    return found
+        refuse_other(kind, DeclaredFault, "remoras.DeclaredFault")
+        refuse("a fault kind", kind.faults_of_kind())
+    return kind
 
 
 def fitting(table: Mapping[str, Any], otherwise: type[DeclaredFault]) -> type[DeclaredFault]:
@@ -347,11 +345,11 @@ def fitting(table: Mapping[str, Any], otherwise: type[DeclaredFault]) -> type[De
 @cache
 def users_of_keys() -> dict[str, list[str]]:
     """Return the kinds that use each key not common to all."""
-    found: dict[str, list[str]] = {}
+    users: dict[str, list[str]] = {}
     for name, kind in kinds().items():
         for key in kind.own_keys():
-            found.setdefault(key, []).append(name)
-    return found
+            users.setdefault(key, []).append(name)
+    return users
 
 
 # Checks -----------------------------------------------------------------------------------------
@@ -377,8 +375,8 @@ def own_faults(key: str, hook: str, asked: Callable[[], Iterable[ConfigurationFa
     try:
         faults = list(asked())
     except Exception as error:  # user code may raise anything
-        what = f"its {hook} must take every scenario whose tables are well-formed, but raised"
-        return [ConfigurationFault(key, "", f"{what} {type(error).__name__}: {error}")]
+        reason = f"its {hook} must take every scenario whose tables are well-formed, but raised"
+        return [ConfigurationFault(key, "", f"{reason} {type(error).__name__}: {error}")]
     if all(isinstance(fault, ConfigurationFault) for fault in faults):
         return faults
     allowed = f"its {hook} must give missions.errors.ConfigurationFault values, but gave {faults!r}"
@@ -442,18 +440,18 @@ def drawn(
     sensors = dict.fromkeys(settings.name for data in database.values() for settings in data.sensors)
     known = {name: number for number, name in enumerate(sensors, 1)}
     counts: Counter[int] = Counter()
-    found: list[tuple[tuple[float, int, int, float], Fault]] = []
-    for one in faults:
-        number = one.number * _SELECTORS + _selector(one.vehicle, database, organisation)
-        stream = number * _SELECTORS + known.get(one.sensor_meant or "", 0)
+    by_start: list[tuple[tuple[float, int, int, float], Fault]] = []
+    for declared in faults:
+        number = declared.number * _SELECTORS + _selector(declared.vehicle, database, organisation)
+        stream = number * _SELECTORS + known.get(declared.sensor_meant or "", 0)
         nth = counts[stream]
         counts[stream] += 1
-        at_s = _time_s(one, seed, stream, nth)
-        data = database[_name(one, seed, stream, nth, database, organisation)]
-        fault = one.befalling(data, at_s)
+        at_s = _time_s(declared, seed, stream, nth)
+        data = database[_name(declared, seed, stream, nth, database, organisation)]
+        fault = declared.befalling(data, at_s)
         if fault.from_s < min(duration_s, fault.until_s):
-            found.append(((fault.from_s, data.node, one.number, at_s), fault))
-    return tuple(fault for _, fault in sorted(found, key=lambda dated: dated[0]))
+            by_start.append(((fault.from_s, data.node, declared.number, at_s), fault))
+    return tuple(fault for _, fault in sorted(by_start, key=lambda dated: dated[0]))
 
 
 def _selector(vehicle: str, database: AUVDatabase, organisation: Organisation) -> int:

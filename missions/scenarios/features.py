@@ -30,19 +30,19 @@ def used_in(scenario: Sparse) -> tuple[Any, ...]:
     """Return the features with a key off its default."""
 
     def says(place: str, key: str) -> bool:
-        found = getattr(scenario, place) if place else scenario
-        tables = found if isinstance(found, tuple) else [found]
+        value = getattr(scenario, place) if place else scenario
+        tables = value if isinstance(value, tuple) else [value]
         return any(getattr(table, key) != type(table).model_fields[key].default for table in tables)
 
-    found = features().values()
+    known = features().values()
     return tuple(
-        feature for feature in found if any(says(place, key) for place in feature.keys for key in feature.keys[place])
+        feature for feature in known if any(says(place, key) for place in feature.keys for key in feature.keys[place])
     )
 
 
 def slower_by(scenario: Sparse) -> tuple[float, str]:
     """Return the greatest relative loss of speed, and the key that sets it."""
-    return next((found for feature in used_in(scenario) if (found := feature.slower(scenario))[0]), (0.0, ""))
+    return next((loss for feature in used_in(scenario) if (loss := feature.slower(scenario))[0]), (0.0, ""))
 
 
 def place_error_m(scenario: Sparse, vehicles: Sequence[Any]) -> float | None:
@@ -62,7 +62,7 @@ def water(scenario: Sparse) -> Any:
     ``foretold()`` is the planned current or None, with ``at(depth_m, now_s)`` for its velocity (m/s, east and north);
     ``surges(seed)`` are unknown to plans.
     """
-    return next((found for feature in used_in(scenario) if (found := feature.water(scenario)) is not None), None)
+    return next((table for feature in used_in(scenario) if (table := feature.water(scenario)) is not None), None)
 
 
 def with_features(table: str) -> Callable[[type[Table]], type[Table]]:

@@ -46,20 +46,20 @@ def of_copies(
 ) -> list[ConfigurationFault]:
     """Report faults of copies under ``fleet.size``, once each, unless the original has them."""
     fleet, own = scenario.fleet, {(fault.key, fault.allowed) for fault in faults}
-    found: list[ConfigurationFault] = []
-    said: set[tuple[str, str]] = set()
+    reported: list[ConfigurationFault] = []
+    seen: set[tuple[str, str]] = set()
     for fault in faults:
         kind, _, rest = fault.key.partition(".")
         name, _, key = rest.partition(".")
         if kind != "vehicle" or name not in names or fleet is None:
-            found.append(fault)
-        elif (f"vehicle.{fleet.copies_of}.{key}", fault.allowed) not in own and (key, fault.allowed) not in said:
-            said.add((key, fault.allowed))
+            reported.append(fault)
+        elif (f"vehicle.{fleet.copies_of}.{key}", fault.allowed) not in own and (key, fault.allowed) not in seen:
+            seen.add((key, fault.allowed))
             copy = next(vehicle for vehicle in scenario.vehicle if vehicle.name == name)
-            given = fault.given or shown(getattr(copy, key, ""))
-            allowed = f"its copy {name} has {key} = {given}: {fault.allowed}"
-            found.append(ConfigurationFault("fleet.size", "", allowed))
-    return found
+            value = fault.given or shown(getattr(copy, key, ""))
+            allowed = f"its copy {name} has {key} = {value}: {fault.allowed}"
+            reported.append(ConfigurationFault("fleet.size", "", allowed))
+    return reported
 
 
 def with_copies(scenario: Scenario) -> tuple[Scenario, list[str], list[ConfigurationFault]]:
@@ -82,7 +82,7 @@ def with_copies(scenario: Scenario) -> tuple[Scenario, list[str], list[Configura
     if not _in(box, source.start_m):
         return scenario, [], []  # reported for the original
     layers_m = _layers_m(source, vehicles) if fleet.layers else [source.depth_m]
-    taken_m = [one.start_m for one in vehicles if any(_shares(one, layer_m) for layer_m in layers_m)]
+    taken_m = [v.start_m for v in vehicles if any(_shares(v, layer_m) for layer_m in layers_m)]
     starts_m = free_places(source.start_m, fleet.spacing_m, box, taken_m, math.ceil(n_copies / len(layers_m)))
     places = [(start_m, layer_m) for start_m in starts_m for layer_m in layers_m]
     if len(places) < n_copies:
@@ -106,13 +106,13 @@ def _next_names(original: str, used: set[str], n_names: int) -> list[str]:
     ['AUV03', 'AUV05']
     """
     stem, digits = re.fullmatch(r"(.*?)(\d*)", original, re.DOTALL).groups()  # type: ignore[union-attr]  # always matches
-    number, found = int(digits or 1), list[str]()
-    while len(found) < n_names:
+    number, names = int(digits or 1), list[str]()
+    while len(names) < n_names:
         number += 1
         name = f"{stem}{number:0{len(digits)}d}"
         if name not in used:
-            found.append(name)
-    return found
+            names.append(name)
+    return names
 
 
 def _shares(vehicle: VehicleTable, layer_m: float) -> bool:
@@ -132,14 +132,14 @@ def free_places(
     around_m: PointM, spacing_m: float, box: tuple[float, float, float, float], taken_m: Sequence[PointM], n_places: int
 ) -> list[PointM]:
     """Return the first lattice points in the world that are ``spacing_m`` from all taken ones."""
-    found: list[PointM] = []
+    places: list[PointM] = []
     for ring in _rings(around_m, spacing_m, box):
         for place in ring:
             if _in(box, place) and all(distance(place, other) > 0.999 * spacing_m for other in taken_m):
-                found.append(place)
-        if len(found) >= n_places:
+                places.append(place)
+        if len(places) >= n_places:
             break
-    return found[:n_places]
+    return places[:n_places]
 
 
 def _rings(around_m: PointM, spacing_m: float, box: tuple[float, float, float, float]) -> Iterator[list[PointM]]:
@@ -175,12 +175,12 @@ def with_starts_apart(scenario: Scenario) -> Scenario:
 
 def start_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
     """Yield faults of starts outside the world, or too near to an earlier one at that depth."""
-    yield from scenario.world.outside((f"vehicle.{one.name}.start_m", one.start_m) for one in scenario.vehicle)
-    separation_m, said = scenario.guidance.separation_m, set()
+    yield from scenario.world.outside((f"vehicle.{v.name}.start_m", v.start_m) for v in scenario.vehicle)
+    separation_m, faulty = scenario.guidance.separation_m, set()
     for other, vehicle in itertools.combinations(scenario.vehicle, 2):
         distance_m = distance(vehicle.start_m, other.start_m)
-        if distance_m < separation_m - TOLERANCE_M and _meet(vehicle, other) and vehicle.name not in said:
-            said.add(vehicle.name)
+        if distance_m < separation_m - TOLERANCE_M and _meet(vehicle, other) and vehicle.name not in faulty:
+            faulty.add(vehicle.name)
             allowed = (
                 f"{distance_m:.3g} m from the start of {other.name}, in the same depth layer, and no place is free; "
                 f"allowed: guidance.separation_m = {separation_m:g} m or more, or a depth_m that differs by more "
@@ -190,9 +190,9 @@ def start_faults(scenario: Scenario) -> Iterator[ConfigurationFault]:
             yield ConfigurationFault(f"vehicle.{vehicle.name}.start_m", f"[{x_m}, {y_m}]", allowed)
 
 
-def _meet(one: VehicleTable, other: VehicleTable) -> bool:
+def _meet(vehicle: VehicleTable, other: VehicleTable) -> bool:
     """True if both vehicles start at the same depth, within ``SAME_DEPTH_M``."""
-    return abs(one.depth_m - other.depth_m) <= SAME_DEPTH_M
+    return abs(vehicle.depth_m - other.depth_m) <= SAME_DEPTH_M
 
 
 HAS_PART = "hasPart"
@@ -227,10 +227,10 @@ def sensor_kind(reference: str, kinds: Mapping[str, type[SensorSettings]]) -> ty
     """
     if not reference and kinds:
         return next(iter(kinds.values()))
-    found: type[SensorSettings] = known_or_named(reference, kinds, "package.module:Class")
-    if not makes_sensors(found):
+    kind: type[SensorSettings] = known_or_named(reference, kinds, "package.module:Class")
+    if not makes_sensors(kind):
         raise PluginError("a subclass of remoras.SensorSettings that defines make(data)")
-    return found
+    return kind
 
 
 def sensor_settings(
@@ -247,8 +247,8 @@ def sensor_settings(
 
 def sensors_of(vehicle: VehicleTable, kinds: Mapping[str, type[SensorSettings]]) -> tuple[SensorSettings, ...]:
     """Return the settings of a vehicle's sensors; malformed tables are skipped."""
-    found = (sensor_settings(table, kinds) for table in vehicle.sensor)
-    return tuple(settings for settings in found if isinstance(settings, SensorSettings))
+    candidates = (sensor_settings(table, kinds) for table in vehicle.sensor)
+    return tuple(settings for settings in candidates if isinstance(settings, SensorSettings))
 
 
 # Abilities --------------------------------------------------------------------------------------
@@ -264,8 +264,8 @@ def equipment_of(
     vehicle: VehicleTable, modem: Modem | None, kinds: Mapping[str, type[SensorSettings]]
 ) -> list[EquipmentItem]:
     """Return the equipment of a vehicle; ``modem`` is None if unknown."""
-    found = [EquipmentItem(one.name, one.equipment or one.EQUIPMENT) for one in sensors_of(vehicle, kinds)]
-    return found if modem is None else [*found, EquipmentItem("modem", modem.equipment)]
+    items = [EquipmentItem(s.name, s.equipment or s.EQUIPMENT) for s in sensors_of(vehicle, kinds)]
+    return items if modem is None else [*items, EquipmentItem("modem", modem.equipment)]
 
 
 @lru_cache(maxsize=256)
@@ -357,8 +357,8 @@ def equipment_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[Con
 
 def _below(tbox: TBox, name: str) -> list[str]:
     """Return the subclasses of a class, by name."""
-    found = [ontology_class.uid for ontology_class in tbox.classes if ontology_class.name == name]
-    return [tbox.classes[uid].name for above in found for uid in tbox.subclasses(above) if uid != above]
+    uids = [ontology_class.uid for ontology_class in tbox.classes if ontology_class.name == name]
+    return [tbox.classes[uid].name for above in uids for uid in tbox.subclasses(above) if uid != above]
 
 
 def common_equipment(
@@ -374,12 +374,12 @@ def common_equipment(
     """
     if not any(role.requires and role.requires.capability for group in scenario.group for role in group.role):
         return (), ()
-    found: list[Instance] = []
+    parts: list[Instance] = []
     facts: list[PropertyValue] = []
     has_part = tbox.attribute_named(HAS_PART).uid
     for vehicle in sorted(scenario.vehicle, key=lambda table: table.slot):
         for part in equipment_of(vehicle, modem, kinds):
-            uid = len(instances) + len(found)
-            found.append(Instance(uid, tbox.class_named(part.of_class).uid, f"{vehicle.name}.{part.name}"))
+            uid = len(instances) + len(parts)
+            parts.append(Instance(uid, tbox.class_named(part.of_class).uid, f"{vehicle.name}.{part.name}"))
             facts.append(PropertyValue(vehicle.slot, has_part, uid))
-    return tuple(found), tuple(facts)
+    return tuple(parts), tuple(facts)

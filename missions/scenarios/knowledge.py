@@ -76,8 +76,8 @@ def vocabulary_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[Co
             yield ConfigurationFault("scenario.mission", "", allowed)
         for fault in error.faults if texts and isinstance(error, OntologyError) else ():
             name = next((text for text in texts if fault.startswith(f"{text}: ")), None)
-            given = "" if name is None else shown(name)
-            yield ConfigurationFault(KEY, given, fault if name is None else fault.removeprefix(f"{name}: "))
+            value = "" if name is None else shown(name)
+            yield ConfigurationFault(KEY, value, fault if name is None else fault.removeprefix(f"{name}: "))
         return
     taken = scenario.taken_names() if texts else {}
     for name in (individual.name for individual in words.individuals if individual.name in taken):
@@ -85,9 +85,9 @@ def vocabulary_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[Co
     classes = [ontology_class.name for ontology_class in words.classes]
     for number, rule in enumerate(scenario.worldmodel.prune, 1):
         attributes = [attribute.name for attribute in prunable(words) if not attribute.latest_only]
-        said = rule.model_dump()
-        yield from one_of(f"worldmodel.prune.{number}.class", said["class"], classes)
-        yield from one_of(f"worldmodel.prune.{number}.attribute", said["attribute"], attributes)
+        entry = rule.model_dump()
+        yield from one_of(f"worldmodel.prune.{number}.class", entry["class"], classes)
+        yield from one_of(f"worldmodel.prune.{number}.attribute", entry["attribute"], attributes)
     known = [attribute.name for attribute in words.attributes]
     for name in scenario.communication.needs:
         for unknown in one_of(f"communication.needs.{name}", name, known):

@@ -113,8 +113,8 @@ def _with_files_read(
         communication = communication.model_copy(update={"key_file": path})
     table, faults = with_ontologies(scenario.worldmodel, folder(ONTOLOGIES))
     channel = with_link_file_found(scenario.channel, folder(key), is_other)
-    found = {"channel": channel, "communication": communication, "worldmodel": table}
-    return scenario.model_copy(update=found), faults
+    changes = {"channel": channel, "communication": communication, "worldmodel": table}
+    return scenario.model_copy(update=changes), faults
 
 
 def _raised(error: Exception) -> ConfigurationFault:
@@ -129,10 +129,10 @@ def _raised(error: Exception) -> ConfigurationFault:
 
 def _validated(raw: Mapping[str, Any]) -> tuple[Scenario | None, type[Mission] | None, list[ConfigurationFault]]:
     """Return the tables as values with the class of the mission, or all faults of single tables."""
-    about, mission, faults = raw.get("scenario"), None, []
-    if isinstance(about, dict) and isinstance(about.get("mission"), str):
+    header, mission, faults = raw.get("scenario"), None, []
+    if isinstance(header, dict) and isinstance(header.get("mission"), str):
         try:
-            mission = mission_class(about["mission"])
+            mission = mission_class(header["mission"])
         except PluginError as error:
             faults = [ConfigurationFault("scenario.mission", "", str(error))]
     model: type[Scenario] = Scenario if mission is None else mission.Scenario
@@ -147,15 +147,15 @@ def _sensors(vehicle: VehicleTable, mission: type[Mission]) -> Iterator[Configur
     """Yield faults of a vehicle's sensor tables, each checked by its kind."""
     key = f"vehicle.{vehicle.name}.sensor"
     for number, table in enumerate(vehicle.sensor, 1):
-        at = f"{key}.{table.get('name', number)}" if len(vehicle.sensor) > 1 else key
+        place = f"{key}.{table.get('name', number)}" if len(vehicle.sensor) > 1 else key
         try:
-            found = sensor_settings(table, mission.sensors)
-            if isinstance(found, ValidationError):
+            settings = sensor_settings(table, mission.sensors)
+            if isinstance(settings, ValidationError):
                 kind = sensor_kind(str(table.get("type", "")), mission.sensors)
-                for fault in (fault_of(detail, kind, table) for detail in found.errors()):
-                    yield ConfigurationFault(f"{at}.{fault.key}", fault.given, fault.allowed)
+                for fault in (fault_of(detail, kind, table) for detail in settings.errors()):
+                    yield ConfigurationFault(f"{place}.{fault.key}", fault.given, fault.allowed)
         except PluginError as error:
-            yield ConfigurationFault(f"{at}.type", json.dumps(table.get("type", "")), str(error))
+            yield ConfigurationFault(f"{place}.type", json.dumps(table.get("type", "")), str(error))
     for name, count in Counter(vehicle.sensor_names(next(iter(mission.sensors), ""))).items():
         if count > 1:
             allowed = f"{count} sensors of this name, by which activities switch them on; give each its own name"
@@ -168,10 +168,10 @@ def _contradictions(overrides: Sequence[tuple[str, str]]) -> Iterator[Configurat
     for option, text in overrides:
         name, _, value = text.partition("=")
         key, value = ".".join(key_parts(name.strip())), value.strip()
-        other, given = first.setdefault(key, (option, value))
-        if value != given and not _are_alike(value, given):
+        other, earlier = first.setdefault(key, (option, value))
+        if value != earlier and not _are_alike(value, earlier):
             where = other if other == option else f"{other}, which sets {key} too,"
-            allowed = f"contradicts {where} = {cut(given, LONGEST_VALUE)}; give one of them"
+            allowed = f"contradicts {where} = {cut(earlier, LONGEST_VALUE)}; give one of them"
             yield ConfigurationFault(option, text, allowed)
 
 
@@ -185,10 +185,10 @@ def _override(raw: dict[str, Any], option: str, override: str) -> ConfigurationF
         return ConfigurationFault(option, readable, "is no text in UTF-8; set LC_ALL=C.UTF-8 and try again")
     target: Any = raw
     try:
-        parts, found = key_parts(key.strip()), _value(value.strip())
+        parts, setting = key_parts(key.strip()), _value(value.strip())
     except LimitError as error:
         return ConfigurationFault(option, override, str(error))
-    if len(parts) > MOST_LEVELS or is_deep(found):
+    if len(parts) > MOST_LEVELS or is_deep(setting):
         return ConfigurationFault(option, override, TOO_DEEP)
     for depth, part in enumerate(parts[:-1]):
         if isinstance(target, list):
@@ -203,14 +203,14 @@ def _override(raw: dict[str, Any], option: str, override: str) -> ConfigurationF
             return ConfigurationFault(f"{option} {key}", "", f"{'.'.join(parts[: depth + 1])} is no table")
     if not isinstance(target, dict):
         return ConfigurationFault(f"{option} {key}", "", "names a list: add the name of an entry and a key")
-    target[parts[-1]] = found
+    target[parts[-1]] = setting
     return None
 
 
-def _are_alike(one: str, other: str) -> bool:
+def _are_alike(text: str, other: str) -> bool:
     """True if both texts denote the same value; a value beyond the limits equals none."""
     try:
-        return bool(_value(one) == _value(other))
+        return bool(_value(text) == _value(other))
     except LimitError:
         return False
 

@@ -62,16 +62,16 @@ class Specification:
 
     def attributed(self, faults: Sequence[ConfigurationFault]) -> list[ConfigurationFault]:
         """Map faults of resolved tables to their source tables, once each."""
-        found: list[ConfigurationFault] = []
-        said: set[tuple[str, str, str]] = set()
+        mapped: list[ConfigurationFault] = []
+        seen: set[tuple[str, str, str]] = set()
         for fault in faults:
-            key, of = self._source(fault.key)
-            if (key, fault.given, fault.allowed) in said:
+            key, owner = self._source(fault.key)
+            if (key, fault.given, fault.allowed) in seen:
                 continue
-            said.add((key, fault.given, fault.allowed))
-            allowed = f"{fault.allowed} (for {of})" if of else fault.allowed
-            found.append(ConfigurationFault(key, fault.given, allowed, fault.line, fault.file))
-        return found
+            seen.add((key, fault.given, fault.allowed))
+            allowed = f"{fault.allowed} (for {owner})" if owner else fault.allowed
+            mapped.append(ConfigurationFault(key, fault.given, allowed, fault.line, fault.file))
+        return mapped
 
     def _source(self, key: str) -> tuple[str, str]:
         """Return the source key, and the group or role for which it is used if another one."""
@@ -153,10 +153,10 @@ class _Writer:
         if template in self._templates:
             levels += self._ancestry(self._templates[template], self._templates, [])
         self.layers[key] = tuple(levels)
-        found = _joined([{k: v for k, v in level.table.items() if k != ROLE} for level in levels])
+        resolved = _joined([{k: v for k, v in level.table.items() if k != ROLE} for level in levels])
         if any(ROLE in level.table for level in levels):
-            found[ROLE] = self._roles(key, levels)
-        return {**found, **{k: table[k] for k in ("name", "template") if k in table}}
+            resolved[ROLE] = self._roles(key, levels)
+        return {**resolved, **{k: table[k] for k in ("name", "template") if k in table}}
 
     def _roles(self, key: str, levels: Sequence[TableLayer]) -> list[Raw]:
         """Resolve the roles of a group, in the order of its farthest template; keep second ones of a name."""
@@ -169,13 +169,13 @@ class _Writer:
                     again.append(role)  # reported by ``structure_faults``
                 else:
                     layers.insert(0, layer)
-        found = []
+        resolved = []
         for name, layers in own.items():
             if not any(layer.table.get(ABSTRACT) for layer in layers):
                 made = self._of_parents(name, layers, own, ())
                 self.layers[f"{key}.{ROLE}.{name}"] = tuple(made)
-                found.append({"name": name, **_joined([layer.table for layer in made])})
-        return [*found, *again]
+                resolved.append({"name": name, **_joined([layer.table for layer in made])})
+        return [*resolved, *again]
 
     # Parents -------------------------------------------------------------------------------------
 
@@ -188,36 +188,36 @@ class _Writer:
         ``below`` extend this one.
         """
         holder = next((layer for layer in layers if EXTENDS in layer.table), layers[0])
-        found = list(layers)
+        sources = list(layers)
         for parent in self._parents(holder, [*own, *self._library]):
             if parent in own and parent != name:
                 if parent in below:
                     self._cycle(holder, [*below[below.index(parent) :], name, parent])
                 else:
-                    found += self._of_parents(parent, own[parent], own, (*below, name))
+                    sources += self._of_parents(parent, own[parent], own, (*below, name))
             elif parent in self._library:
-                found += self._ancestry(self._library[parent], self._library, [])
+                sources += self._ancestry(self._library[parent], self._library, [])
             else:
                 self._cycle(holder, [name, parent])
-        return found
+        return sources
 
     def _ancestry(self, layer: TableLayer, kin: Mapping[str, TableLayer], below: list[str]) -> list[TableLayer]:
         """Return a template or library role and all its parents, in order of precedence."""
         line = [*below, layer.table["name"]]
-        found = [layer]
+        sources = [layer]
         for parent in self._parents(layer, list(kin)):
             if parent in line:
                 self._cycle(layer, [*line[line.index(parent) :], parent])
             else:
-                found += self._ancestry(kin[parent], kin, line)
-        return found
+                sources += self._ancestry(kin[parent], kin, line)
+        return sources
 
     def _parents(self, layer: TableLayer, known: Sequence[str]) -> list[str]:
         """Return the known parents of a table, the last first; others are faults."""
-        given: Sequence[str] = layer.table.get(EXTENDS, ())
-        for name in given:
+        parents: Sequence[str] = layer.table.get(EXTENDS, ())
+        for name in parents:
             self.faults += one_of(f"{layer.key}.{EXTENDS}", name, list(dict.fromkeys(known)))
-        return [name for name in reversed(given) if name in known]
+        return [name for name in reversed(parents) if name in known]
 
     def _cycle(self, layer: TableLayer, names: Sequence[str]) -> None:
         allowed = f"a cycle: {' extends '.join(names)}; allowed: parents that do not extend it themselves"
@@ -226,14 +226,14 @@ class _Writer:
 
 def _joined(tables: Sequence[Raw]) -> dict[str, Any]:
     """Merge tables by key, nested ones too; earlier ones have precedence."""
-    found: dict[str, Any] = {}
+    merged: dict[str, Any] = {}
     for table in reversed(tables):
         for key, value in table.items():
             if key in OWN:
                 continue
-            before = found.get(key)
-            found[key] = {**before, **value} if isinstance(value, dict) and isinstance(before, dict) else value
-    return found
+            before = merged.get(key)
+            merged[key] = {**before, **value} if isinstance(value, dict) and isinstance(before, dict) else value
+    return merged
 
 
 NO_LEADER = "the group has no vehicle with the social layer to lead it: set social_layer = true for one of {names}"
@@ -290,9 +290,9 @@ def _names_of_roles(group: GroupTable, roles: Mapping[RoleKey, Role]) -> Iterato
     for role in group.role:
         key = _at((group.name, role.name))
         yield from one_of(f"{key}.played_by", role.played_by, paths)
-        for word, allowed in (("influences", names), ("authority", names), ("incompatible", [*names, *paths])):
-            for other in getattr(role, word):
-                yield from one_of(f"{key}.{word}", other, allowed)
+        for relation, allowed in (("influences", names), ("authority", names), ("incompatible", [*names, *paths])):
+            for other in getattr(role, relation):
+                yield from one_of(f"{key}.{relation}", other, allowed)
         for other in {role.name, f"{group.name}.{role.name}"}.intersection(role.incompatible):
             yield ConfigurationFault(f"{key}.incompatible", shown(other), "allowed: other roles than itself")
 
@@ -312,14 +312,14 @@ def _played_by(roles: Mapping[RoleKey, Role]) -> Iterator[ConfigurationFault]:
             if other in apart[key]:
                 own = {".".join(other), *([other[1]] if other[0] == key[0] else [])}
                 holder, named = (key, other) if not own.isdisjoint(roles[key].incompatible) else (other, key)
-                played = " is played by ".join(".".join(one) for one in line_up)
+                played = " is played by ".join(".".join(step) for step in line_up)
                 allowed = f"its holder has to play both: {played}"
                 yield ConfigurationFault(f"{_at(holder)}.incompatible", shown(".".join(named)), allowed)
 
 
 def _cycles(above: Mapping[Name, Name]) -> list[list[Name]]:
     """Return each cycle of a parent relation once."""
-    found: list[list[Name]] = []
+    cycles: list[list[Name]] = []
     done: set[Name] = set()
     for start in above:
         line: list[Name] = []
@@ -328,21 +328,21 @@ def _cycles(above: Mapping[Name, Name]) -> list[list[Name]]:
             line.append(name)
             name = above[name]
         if name in line:
-            found.append(line[line.index(name) :])
+            cycles.append(line[line.index(name) :])
         done.update(line)
-    return found
+    return cycles
 
 
 def excluded(roles: Mapping[RoleKey, Role]) -> dict[RoleKey, set[RoleKey]]:
     """Return the incompatible roles of each role, also if only the other role lists it."""
-    found: dict[RoleKey, set[RoleKey]] = {key: set() for key in roles}
+    apart: dict[RoleKey, set[RoleKey]] = {key: set() for key in roles}
     for key, role in roles.items():
         for name in role.incompatible:
             other = role_key(name) if role_key(name) in roles else (key[0], name)
             if other in roles and other != key:
-                found[key].add(other)
-                found[other].add(key)
-    return found
+                apart[key].add(other)
+                apart[other].add(key)
+    return apart
 
 
 def _nesting(listed: Sequence[GroupTable], templates: Sequence[Raw]) -> Iterator[ConfigurationFault]:
@@ -356,7 +356,7 @@ def _nesting(listed: Sequence[GroupTable], templates: Sequence[Raw]) -> Iterator
         yield ConfigurationFault(f"group.{cycle[0]}.within", "", allowed)
     names = [table["name"] for table in templates]
     for name, group in groups.items():
-        kinds = {one: ancestry(templates, groups[one].template) for one, outer in above.items() if outer == name}
+        kinds = {inner: ancestry(templates, groups[inner].template) for inner, outer in above.items() if outer == name}
         yield from _subgroups(group, kinds, names)
 
 
@@ -367,15 +367,15 @@ def _subgroups(
     for number, table in enumerate(group.subgroup, 1):
         key = f"group.{group.name}.subgroup.{number}"
         yield from one_of(f"{key}.template", table.template, templates)
-        has = [name for name, of in kinds.items() if table.template in of]
+        has = [name for name, lineage in kinds.items() if table.template in lineage]
         if len(has) < table.minimum or (table.maximum is not None and len(has) > table.maximum):
-            word = "minimum" if len(has) < table.minimum else "maximum"
+            bound = "minimum" if len(has) < table.minimum else "maximum"
             names = f": {', '.join(has)}" if has else ""
             allowed = f"{len(has)} groups of template {table.template} are within {group.name}{names}"
-            yield ConfigurationFault(f"{key}.{word}", "", allowed)
+            yield ConfigurationFault(f"{key}.{bound}", "", allowed)
     known = {table.template for table in group.subgroup}
-    for name, of in kinds.items() if known else ():
-        if known.isdisjoint(of):
+    for name, lineage in kinds.items() if known else ():
+        if known.isdisjoint(lineage):
             allowed = f"{group.name} has subgroups of {', '.join(sorted(known))} alone"
             yield ConfigurationFault(f"group.{name}.within", shown(group.name), allowed)
 
@@ -383,14 +383,14 @@ def _subgroups(
 def ancestry(templates: Sequence[Raw], template: str | None) -> tuple[str, ...]:
     """Return a template and all that it extends, the nearest first."""
     named = {table["name"]: table for table in templates}
-    found: list[str] = []
+    lineage: list[str] = []
     due = [] if template is None else [template]
     while due:
         name = due.pop(0)
-        if name in named and name not in found:
-            found.append(name)
+        if name in named and name not in lineage:
+            lineage.append(name)
             due += named[name].get(EXTENDS, ())
-    return tuple(found)
+    return tuple(lineage)
 
 
 # Players ----------------------------------------------------------------------------------------
@@ -401,11 +401,11 @@ def player_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[Config
     for (group, name), role in scenario.roles.items():
         key, able = _at((group, name)), scenario.able_to_play(group, name)
         if not able and role.requires is not None:
-            lacks = [(one.name, list(lacking(one, role, scenario, mission))) for one in scenario.vehicle]
+            lacks = [(v.name, list(lacking(v, role, scenario, mission))) for v in scenario.vehicle]
             listed = [f"{vehicle} has {' and '.join(words)}" for vehicle, words in lacks if words]
             why = "; ".join(listed) or "those that do list other roles in playable_roles"
-            given = role.requires.model_dump(exclude_unset=True)
-            yield ConfigurationFault(f"{key}.requires", shown(given), f"no vehicle meets it: {why}")
+            required = role.requires.model_dump(exclude_unset=True)
+            yield ConfigurationFault(f"{key}.requires", shown(required), f"no vehicle meets it: {why}")
         elif not able:
             yield ConfigurationFault(key, "", "no vehicle is able to play it: list it in playable_roles of one")
         elif len(able) < role.minimum:
@@ -430,22 +430,22 @@ def _players_of_both(scenario: Scenario) -> Iterator[ConfigurationFault]:
     """Yield faults: pairs of roles for one holder that no vehicle can play together."""
     for key, role in scenario.roles.items():
         other = role_key(role.played_by or ".")
-        if all(other) and not any(one.can_play(*key) and one.can_play(*other) for one in scenario.vehicle):
+        if all(other) and not any(vehicle.can_play(*key) and vehicle.can_play(*other) for vehicle in scenario.vehicle):
             yield ConfigurationFault(f"{_at(key)}.played_by", "", "no vehicle is able to play both roles")
 
 
 def _successors(scenario: Scenario) -> Iterator[ConfigurationFault]:
     """Yield faults: successions whose role holders cannot lead."""
     for group in scenario.group:
-        key, given, head = f"group.{group.name}.succession", group.succession, group.head
-        faults = [fault for role in given for fault in one_of(key, role, group.role_names)]
+        key, roles, head = f"group.{group.name}.succession", group.succession, group.head
+        faults = [fault for role in roles for fault in one_of(key, role, group.role_names)]
         yield from faults
-        if faults or not given or head is None:
+        if faults or not roles or head is None:
             continue
         able = [vehicle for vehicle in scenario.able_to_play(group.name, head.name) if vehicle.social_layer]
-        if not any(vehicle.can_play(group.name, role) for vehicle in able for role in given):
+        if not any(vehicle.can_play(group.name, role) for vehicle in able for role in roles):
             allowed = (
-                f"nobody can fill it: no vehicle that is able to play {' or '.join(given)} has the social "
+                f"nobody can fill it: no vehicle that is able to play {' or '.join(roles)} has the social "
                 f"layer and is able to play {head.name}; list {head.name} in playable_roles of one"
             )
             yield ConfigurationFault(key, "", allowed)
@@ -467,22 +467,22 @@ def with_organisation(document: Document) -> tuple[Document, list[ConfigurationF
     """Merge the named organisation file; raise ConfigurationError if it is unreadable."""
     if ORGANISATION not in document.raw:
         return document, []
-    given = document.raw[ORGANISATION]
-    if not isinstance(given, str):
-        return document, [ConfigurationFault(ORGANISATION, shown(given), "a text: the name of a TOML file")]
-    path = Path(document.path).parent / given
+    file = document.raw[ORGANISATION]
+    if not isinstance(file, str):
+        return document, [ConfigurationFault(ORGANISATION, shown(file), "a text: the name of a TOML file")]
+    path = Path(document.path).parent / file
     if not is_file(path):
         allowed = f"there is no file {path}; allowed: a TOML file with {', '.join(TABLES)}"
-        return document, [ConfigurationFault(ORGANISATION, shown(given), allowed)]
+        return document, [ConfigurationFault(ORGANISATION, shown(file), allowed)]
     part = Document.of_text(text_of(path, LARGEST_BYTES), str(path))
     faults = _unknown(part)
     for name in TABLES:
         if name in document.raw:
-            allowed = f"given beside {ORGANISATION} = {shown(given)}, where the groups are: leave one of them out"
+            allowed = f"given beside {ORGANISATION} = {shown(file)}, where the groups are: leave one of them out"
             faults.append(ConfigurationFault(name, "", allowed, document.line_of(name), document.path))
     if not part.raw.get(GROUP):
         allowed = f"there is no [[group]] in {path}; allowed: a TOML file with {', '.join(TABLES)}"
-        return document, [*faults, ConfigurationFault(ORGANISATION, shown(given), allowed)]
+        return document, [*faults, ConfigurationFault(ORGANISATION, shown(file), allowed)]
     own = {name: tables for name, tables in part.raw.items() if name in TABLES}
     return replace(document, raw={**document.raw, **own}, parts=(part,)), faults
 
@@ -515,13 +515,15 @@ def checked(document: Document) -> tuple[Sequence[GroupTable], int]:
     templates: list[Raw] = raw.get(TEMPLATE, [])
     alone = [{"rally_point": "", "name": f"{table['name']} without a group", "template": table["name"]} for table in
              templates if not shape.group]  # fmt: skip
-    found = specified({**raw, GROUP: [*raw.get(GROUP, ()), *alone]})
-    tables, faults = validated(OrganisationTables, {key: found.raw[key] for key in TABLES if key in found.raw}, True)
-    faults = [*_unknown(document), *found.faults, *faults]
+    specification = specified({**raw, GROUP: [*raw.get(GROUP, ()), *alone]})
+    tables, faults = validated(
+        OrganisationTables, {key: specification.raw[key] for key in TABLES if key in specification.raw}, True
+    )
+    faults = [*_unknown(document), *specification.faults, *faults]
     if tables is not None:
         faults += structure_faults(tables.group, templates)
     if faults or tables is None:
-        raise document.error(found.attributed(faults))
+        raise document.error(specification.attributed(faults))
     return tables.group, len(templates)
 
 

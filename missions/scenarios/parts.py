@@ -72,9 +72,9 @@ def importable(given: str, folder: Path | None = None) -> str:
 
 def metric_named(reference: str) -> Metric:
     """Return the metric that a user names, as for ``importable``, or raise PluginError."""
-    found: Metric = named_object(importable(reference))
-    refuse("a metric", faults_of_metric(found))
-    return found
+    metric: Metric = named_object(importable(reference))
+    refuse("a metric", faults_of_metric(metric))
+    return metric
 
 
 def metric_given(given: str | Metric, where: str) -> Metric:
@@ -165,14 +165,14 @@ HELD = {
 
 def mission_class(reference: str) -> type[Mission]:
     """Load the class of a mission, ``package.module:Class``, or raise PluginError."""
-    found = named_object(reference)
-    if not isinstance(found, type):
-        raise PluginError(f"a class, a subclass of remoras.Mission; {reference} is {type(found).__name__}")
-    tables = getattr(found, "Scenario", Scenario)
+    loaded = named_object(reference)
+    if not isinstance(loaded, type):
+        raise PluginError(f"a class, a subclass of remoras.Mission; {reference} is {type(loaded).__name__}")
+    tables = getattr(loaded, "Scenario", Scenario)
     if not (isinstance(tables, type) and issubclass(tables, Scenario)):
         raise PluginError("its Scenario must be missions.scenarios.Scenario or a subclass of it")
-    refuse("a mission", faults_of(found, Mission, COMPULSORY_OF_MISSION))
-    mission: type[Mission] = found
+    refuse("a mission", faults_of(loaded, Mission, COMPULSORY_OF_MISSION))
+    mission: type[Mission] = loaded
     refuse("a mission", [*_wrongly_held(mission), *_wrong_sensors(mission.sensors)])
     return mission
 
@@ -180,11 +180,11 @@ def mission_class(reference: str) -> type[Mission]:
 def _wrongly_held(mission: type[Mission]) -> Iterator[str]:
     """Yield members of a mission that are no sequences or have wrong elements."""
     for name, kinds in HELD.items():
-        given, wanted = getattr(mission, name), f"expected a tuple of {kinds[0].__name__}"
-        if isinstance(given, str) or not isinstance(given, Sequence):
-            yield f"{name} is {type(given).__name__}; {wanted}"
+        held, wanted = getattr(mission, name), f"expected a tuple of {kinds[0].__name__}"
+        if isinstance(held, str) or not isinstance(held, Sequence):
+            yield f"{name} is {type(held).__name__}; {wanted}"
         else:
-            yield from (f"{name} holds {part!r}; {wanted}" for part in given if not isinstance(part, kinds))
+            yield from (f"{name} holds {part!r}; {wanted}" for part in held if not isinstance(part, kinds))
 
 
 def _wrong_sensors(sensors: Any) -> Iterator[str]:
@@ -214,15 +214,15 @@ def strategy_named(name: str) -> Strategy:
             known = strategies()
             raise PluginError(f"{', '.join(known)}{suggestion(name, known)}")
         return of_name
-    found: Any = named_object(importable(name))
-    if isinstance(found, type):
+    loaded: Any = named_object(importable(name))
+    if isinstance(loaded, type):
         try:
-            found = found()
+            loaded = loaded()
         except Exception as error:  # user code may raise anything
             why = f"{type(error).__name__}: {error}"
             raise PluginError(f"a class that needs no arguments, or an object; {name} raised {why}") from error
-    refuse("a strategy", faults_of_strategy(found))
-    strategy: Strategy = found
+    refuse("a strategy", faults_of_strategy(loaded))
+    strategy: Strategy = loaded
     return strategy
 
 

@@ -251,8 +251,8 @@ class VehicleTable(Sparse):
 
     @field_validator("sensor", mode="before")
     @classmethod
-    def _one_or_more(cls, given: Any) -> Any:
-        return tuple([given] if isinstance(given, dict) else given) if isinstance(given, dict | list) else given
+    def _one_or_more(cls, value: Any) -> Any:
+        return tuple([value] if isinstance(value, dict) else value) if isinstance(value, dict | list) else value
 
 
 class FleetTable(Section):
@@ -350,10 +350,10 @@ class Scenario(Sparse):
         return f"<Scenario {self.scenario.name}: {len(self.vehicle)} vehicles, {named}>"
 
     def _repr_html_(self) -> str:
-        about, groups = self.scenario, ((group.name, [role.name for role in group.role]) for group in self.group)
+        table, groups = self.scenario, ((group.name, [role.name for role in group.role]) for group in self.group)
         rows = [
-            ("mission", about.mission),
-            ("ends after", f"{number_text(about.duration_s)} s at the latest"),
+            ("mission", table.mission),
+            ("ends after", f"{number_text(table.duration_s)} s at the latest"),
             ("vehicles", ", ".join(f"{vehicle.name} ({vehicle.vehicle_type})" for vehicle in self.vehicle)),
             *((f"group {name}", ", ".join(roles)) for name, roles in groups),
             ("strategy", self.strategy.name),
@@ -361,4 +361,4 @@ class Scenario(Sparse):
             ("channel", self.channel.name),
             ("faults", ", ".join(fault.kind for fault in self.fault) or "none"),
         ]
-        return card(f"{about.name}: {about.title}", rows, "its attributes, such as scenario.channel, are its tables")
+        return card(f"{table.name}: {table.title}", rows, "its attributes, such as scenario.channel, are its tables")
