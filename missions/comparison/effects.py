@@ -102,13 +102,13 @@ def _responses(results: SweepResults, design: FactorialDesign, metric: Metric) -
         settings = dict(treatment.settings) | {key: getattr(treatment, own) for key, own in OWN_NAMES.items()}
         number = place[tuple((key, str(settings[key])) for key in design.factors)]
         samples.setdefault(_condition(treatment, design.factors), {})[number] = measured(runs, metric)
-    found: dict[str, Response] = {}
+    responses: dict[str, Response] = {}
     for condition, by_run in samples.items():
         if len(by_run) == len(design.runs) and all(sample.values for sample in by_run.values()):
-            found[condition] = _response([by_run[number] for number in range(len(design.runs))])
-    if len(found) > 1:
-        found = {ALL: _mean_of(list(found.values())), **found}
-    return {condition: response for condition, response in found.items() if response.values}
+            responses[condition] = _response([by_run[number] for number in range(len(design.runs))])
+    if len(responses) > 1:
+        responses = {ALL: _mean_of(list(responses.values())), **responses}
+    return {condition: response for condition, response in responses.items() if response.values}
 
 
 def _condition(treatment: Treatment, factors: Sequence[str]) -> str:
@@ -135,12 +135,12 @@ def _mean_of(responses: Sequence[Response]) -> Response:
     """Mean over conditions, per repeat."""
     drawn = [set(response.values) for response in responses if not response.constant]
     repeats = sorted(set.intersection(*drawn)) if drawn else sorted(responses[0].values)
-    of = [
+    rows = [
         [next(iter(response.values.values())) if response.constant else response.values[repeat] for repeat in repeats]
         for response in responses
     ]
     values = {
-        repeat: [statistics.fmean(column) for column in zip(*(each[number] for each in of), strict=True)]
+        repeat: [statistics.fmean(column) for column in zip(*(each[number] for each in rows), strict=True)]
         for number, repeat in enumerate(repeats)
     }
     return Response(values, sum(response.n_missing for response in responses), not drawn)

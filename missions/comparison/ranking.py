@@ -116,7 +116,7 @@ def family_of(columns: Sequence[Column]) -> Family:
         return Family({}, {})
     of_metric = {treatment: _across(it.values, it.constant, repeats) for treatment, it in own.items()}
     of_success = {treatment: _across(it.success, it.constant, repeats) for treatment, it in own.items()}
-    differences = [_differences(of[one], of[other]) for of in (of_metric, of_success) for one, other in pairs]
+    differences = [_differences(rows[one], rows[other]) for rows in (of_metric, of_success) for one, other in pairs]
     p = step_down_p(np.array(differences).T)
     names = [frozenset(pair) for pair in pairs]
     return Family(dict(zip(names, p[: len(names)], strict=True)), dict(zip(names, p[len(names) :], strict=True)))
@@ -124,7 +124,7 @@ def family_of(columns: Sequence[Column]) -> Family:
 
 def _across(values: Mapping[int, float], constant: bool, repeats: Sequence[int]) -> Array:
     """Values by repeat, NaN if missing; a constant value holds for all."""
-    return np.array([*values.values()] * len(repeats) if constant else [values.get(at, np.nan) for at in repeats])
+    return np.array([*values.values()] * len(repeats) if constant else [values.get(r, np.nan) for r in repeats])
 
 
 def _differences(ours: Array, theirs: Array) -> Array:
