@@ -122,15 +122,15 @@ def read_card(path: Path, suite: Suite) -> dict[str, Any]:
     return card
 
 
-def _compare(path: Path, prefix: str, found: Mapping[str, Any], expected: Mapping[str, Any]) -> None:
+def _compare(path: Path, prefix: str, entries: Mapping[str, Any], expected: Mapping[str, Any]) -> None:
     """Refuse unknown keys and values that differ from the expected ones."""
-    for key in found:
+    for key in entries:
         if key not in expected:
             raise OutputError(f"{path}: {prefix}{key}: unknown key; allowed: {', '.join(expected)}")
     for key, value in expected.items():
-        if found.get(key) != value:
-            said = f"{prefix}{key} = {found.get(key)}: allowed: {value}, which its runs give"
-            raise OutputError(f"{path}: {said}; the card was altered")
+        if entries.get(key) != value:
+            fault = f"{prefix}{key} = {entries.get(key)}: allowed: {value}, which its runs give"
+            raise OutputError(f"{path}: {fault}; the card was altered")
 
 
 def read_strategies(card: Mapping[str, Any]) -> list[Scored]:
@@ -175,11 +175,11 @@ def verify_card(path: Path, suite: Suite, seed: int, count: int | None = None) -
     card = read_card(path, suite)
     strategies = read_strategies(card)
     contest = Contest.of(suite, [strategy.reference for strategy in strategies], card["repeats"])
-    here = {entry["name"]: (entry["code"], code_of(contest, at)) for at, entry in enumerate(card["strategies"])}
+    here = {entry["name"]: (entry["code"], code_of(contest, index)) for index, entry in enumerate(card["strategies"])}
     known = [
-        (place, at, run)
+        (place, index, run)
         for place, strategy in enumerate(strategies)
-        for at, cell in enumerate(suite.cells)
+        for index, cell in enumerate(suite.cells)
         for run in strategy.cells[cell]
     ]
     count = min(len(known), max(LEAST_DRAWN, math.ceil(len(known) / 10)) if count is None else count)
@@ -193,15 +193,15 @@ def _made_again(
     contest: Contest, strategies: Sequence[Scored], drawn: Sequence[tuple[int, int, CellRun]]
 ) -> Iterator[tuple[str, str]]:
     plans = [SweepPlan(study) for study in contest.studies]
-    for place, at, run in drawn:
-        study, number, repeat = contest.suite.place(at, run.repeat, place, len(strategies))
+    for place, index, run in drawn:
+        study, number, repeat = contest.suite.place(index, run.repeat, place, len(strategies))
         again = contest.run_of(run_task(plans[study].task(number, repeat)).line, run.repeat, study, number)
         other = [
             f"{column}: was {getattr(run, column)}, now {getattr(again, column)}"
             for column in COLUMNS
             if getattr(run, column) != getattr(again, column)
         ]
-        yield f"{strategies[place].name}, {contest.suite.cells[at].label}, repeat {run.repeat}", "; ".join(other)
+        yield f"{strategies[place].name}, {contest.suite.cells[index].label}, repeat {run.repeat}", "; ".join(other)
 
 
 def _mean_of(values: Sequence[float | None]) -> float | None:

@@ -104,10 +104,10 @@ class FleetEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's classes have 
         self._run: greenlet | None = None
         self.agents: list[str] = []
         able = set[str]()
-        for scenario in {of.source: of.scenario for of in self._configurations}.values():
+        for scenario in {e.source: e.scenario for e in self._configurations}.values():
             database = database_of(scenario, mission_class(scenario.scenario.mission))
             for group in groups_of(scenario):
-                able |= {of.name for role in jobs_of(group) for of in database.able_to_play(group.name, role.name)}
+                able |= {e.name for role in jobs_of(group) for e in database.able_to_play(group.name, role.name)}
         self.possible_agents = sorted(able)
         self.action_spaces = {agent: spaces.Discrete(N_ACTIONS) for agent in self.possible_agents}
 
@@ -174,7 +174,7 @@ class FleetEnv(ParallelEnv):  # type: ignore[misc]  # PettingZoo's classes have 
             time_s = fleet.ended_s if completed else self.suite.about.limit_s
             for info in infos.values():
                 info |= {"completed": completed, "efficiency": self.bound_s / time_s}
-        gone = {of.name for of in fleet.vehicles if of.condition.lost_for_good or of.functional.exhausted}
+        gone = {v.name for v in fleet.vehicles if v.condition.lost_for_good or v.functional.exhausted}
         seen = self._observations()
         terminated = {agent: (is_over and completed) or agent in gone for agent in agents}
         self.agents = [] if is_over else [agent for agent in agents if agent not in gone]
@@ -266,7 +266,7 @@ def observation(me: str, group: Group, situation: Situation) -> Sight:
     work, now_s, heard_s, seen = situation.work, situation.now_s, situation.heard_s, nothing_seen()
     data, position_m, roles, mask = work.database[me], work.position_m(me), jobs_of(group), seen["action_mask"]
     here, may_begin, held, n_unfinished = Outlook(now_s, position_m), {role.name for role in work.open}, [], 0
-    able = {of.name for role in roles for of in work.database.able_to_play(group.name, role.name)}
+    able = {v.name for role in roles for v in work.database.able_to_play(group.name, role.name)}
     rows_of: dict[str, list[int]] = {name: [] for name in work.database if name in able and name != me}
 
     def away(of_m: Point) -> tuple[float, float]:
@@ -280,7 +280,7 @@ def observation(me: str, group: Group, situation: Situation) -> Sight:
         others = [name for name in holders if name != me]
         is_own, has_room = len(others) < len(holders), role.maximum is None or len(holders) < role.maximum
         is_open = role.name in may_begin
-        then = None
+        after = None
         if not is_done:
             n_unfinished += 1
             if is_own:
@@ -288,12 +288,12 @@ def observation(me: str, group: Group, situation: Situation) -> Sight:
                 mask[[LEAVE + row, AGAIN + row]] = 1
             elif is_open and has_room and work.able(data, role):
                 mask[TAKE + row] = 1
-                then = job.after(here, data)
+                after = job.after(here, data)
             for name in rows_of.keys() & set(others):
                 rows_of[name].append(row)
         seen["jobs"][row] = (
             1, is_done, is_open, is_own, len(others), has_room, 0 if is_done else share_left(job), *away(job.place_m),
-            0 if then is None else then.free_s - now_s,
+            0 if after is None else after.free_s - now_s,
             0 if is_done or not others else now_s - max([heard_s.get(name, 0.0) for name in others]),
         )  # fmt: skip
     energy_j, members = work.energy_j.get(me), work.members

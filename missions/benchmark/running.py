@@ -123,9 +123,9 @@ class Scored:
     def difference(self, network: str, other: str) -> tuple[float, Interval | None]:
         """Return the paired difference in efficiency between two networks, with its interval."""
         pairs = [
-            {run.repeat: run.efficiency - twin.efficiency for run, twin in zip(runs, self.cells[at], strict=True)}
+            {run.repeat: run.efficiency - twin.efficiency for run, twin in zip(runs, self.cells[peer], strict=True)}
             for cell, runs in self.cells.items()
-            if cell.network == network and (at := cell._replace(network=other)) in self.cells
+            if cell.network == network and (peer := cell._replace(network=other)) in self.cells
         ]
         return _over_instances(_by_instance(pairs).values())
 
@@ -133,7 +133,7 @@ class Scored:
 def against(one: Scored, other: Scored) -> tuple[float, Interval | None]:
     """Return the difference in score over common instances, with its interval."""
     both = one.by_instance.keys() & other.by_instance.keys()
-    return _over_instances([one.by_instance[at] - other.by_instance[at] for at in sorted(both)])
+    return _over_instances([one.by_instance[instance] - other.by_instance[instance] for instance in sorted(both)])
 
 
 def _by_instance(cells: Sequence[Mapping[int, float]]) -> dict[int, float]:
@@ -172,12 +172,12 @@ class Contest:
         ConfigurationError if a scenario does not allow a case.
         """
         named = []
-        for given in strategies:
+        for reference in strategies:
             try:
-                named.append(importable(given))
+                named.append(importable(reference))
                 strategy_named(named[-1])
             except PluginError as error:
-                raise PluginError(f'--strategy "{given}": allowed: {error}') from error
+                raise PluginError(f'--strategy "{reference}": allowed: {error}') from error
         n = suite.repeats if repeats is None else repeats
         if n > suite.repeats:
             raise OutputError(f"--repeats {n}: allowed: 1 to {suite.repeats}, as {suite.about.name} has")
@@ -198,20 +198,20 @@ class Contest:
         ledgers = [SweepResults.read(own).lines for own in self._folders(folder)]
         schedules = [SweepPlan(study).schedule for study in self.studies]
         summaries = [{key: line["summary"] for key, line in lines.items()} for lines in ledgers]
-        found = []
+        scored = []
         for place, reference in enumerate(self.strategies):
             cells: dict[Cell, list[CellRun]] = {}
-            for at, cell in enumerate(self.suite.cells):
+            for index, cell in enumerate(self.suite.cells):
                 cells[cell] = []
                 for repeat in range(self.repeats):
-                    study, number, at_most = self.suite.place(at, repeat, place, len(self.strategies))
+                    study, number, at_most = self.suite.place(index, repeat, place, len(self.strategies))
                     made = schedules[study].repeats(number, summaries[study])  # fewer for deterministic runs
                     key = schedules[study].key(number, min(at_most, made - 1))
                     if key not in ledgers[study]:
                         raise OutputError(f"{folder}: runs of {reference} are missing; the same command goes on")
                     cells[cell].append(self.run_of(ledgers[study][key], repeat, study, number))
-            found.append(Scored(strategy_named(reference).name, reference, cells))
-        return found
+            scored.append(Scored(strategy_named(reference).name, reference, cells))
+        return scored
 
     def run_of(self, line: Mapping[str, Any], repeat: int, study: int, number: int) -> CellRun:
         """Return the result of a run from its ledger line."""

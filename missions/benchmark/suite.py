@@ -153,7 +153,7 @@ class Suite:
         if self.drawn is None:
             return [self._study(self.about.grounds, strategies, n, self.about.seed, settings)]
         paths = self.drawn.paths[:n]
-        return [self._study([path], strategies, 1, self._master(at), settings) for at, path in enumerate(paths)]
+        return [self._study([path], strategies, 1, self._master(index), settings) for index, path in enumerate(paths)]
 
     def _study(
         self, grounds: Sequence[str], strategies: Sequence[str], repeats: int, seed: int, settings: Mapping[str, Any]
@@ -261,8 +261,8 @@ def split_to_judge(suite: Suite, seeds: Path | None, folder: Path) -> Suite:
         when = f"the seeds of {name} have the sha256 {digest[:12]} and are released with the next version"
         raise OutputError(f"--split test: --seeds FILE is missing; {when}")
     text = text_of(seeds)
-    if (given := hashlib.sha256(text.encode()).hexdigest()) != digest:
-        raise OutputError(f"--seeds {seeds}: sha256 = {given[:12]}; allowed: {digest[:12]}, the seeds of {name}")
+    if (sha256 := hashlib.sha256(text.encode()).hexdigest()) != digest:
+        raise OutputError(f"--seeds {seeds}: sha256 = {sha256[:12]}; allowed: {digest[:12]}, the seeds of {name}")
     draw = named_object(judging.generator)
     tables = tomllib.loads(text_of(shipped()[judging.ground]))
     paths = []
