@@ -159,12 +159,12 @@ class Logged:
     @property
     def pauses(self) -> list[Pause]:
         """Periods without the process, from just after the previous line."""
-        found, last_s = [], self.plan.begins_s
+        pauses, last_s = [], self.plan.begins_s
         for entry in self.entries:
             if entry.kind is LineKind.BACK:
-                found.append((just_after(last_s), entry.time_s))
+                pauses.append((just_after(last_s), entry.time_s))
             last_s = max(last_s, entry.time_s)
-        return found
+        return pauses
 
     def of(self, kind: LineKind) -> list[LogEntry]:
         """Return the events of a kind."""
@@ -234,14 +234,14 @@ class Played:
 def play(log: Logged) -> Played:
     """Replay the received packets of a log and compare the sent ones."""
     plan, solo = log.plan, _hearing(log, log.pauses).solo
-    heard, logged = log.of(LineKind.HEARD), log.of(LineKind.SENT)
+    received, logged = log.of(LineKind.HEARD), log.of(LineKind.SENT)
     is_whole = log.state_hash is not None
     until_s = plan.end_s if is_whole else just_after(logged[-1].time_s) if logged else 0.0
     difference = next(_differences(logged, solo.advance(until_s)), "")
     state_hash = solo.vehicle.beliefs.model.state_hash()
     if is_whole and not difference and state_hash != log.state_hash:
         difference = f"state at {plan.end_s:g} s: {state_hash}, not {log.state_hash} as in the log"
-    return Played(plan.vehicle, len(logged), len(heard), state_hash, difference)
+    return Played(plan.vehicle, len(logged), len(received), state_hash, difference)
 
 
 def gone_on(path: Path, plan: NodePlan) -> tuple[LoneVehicle, NodeLog, Paced]:
@@ -297,13 +297,13 @@ def _cannot(path: Path, why: str, allowed: str) -> ConfigurationError:
     return ConfigurationError.of(str(path), "log", why, allowed)
 
 
-def _differences(logged: list[LogEntry], said: list[Sent]) -> Iterator[str]:
-    for number, (old, new) in enumerate(zip(logged, said, strict=False), start=1):
+def _differences(logged: list[LogEntry], sent: list[Sent]) -> Iterator[str]:
+    for number, (old, new) in enumerate(zip(logged, sent, strict=False), start=1):
         data = new.packet.data
         if (old.time_s, old.data) != (new.time_s, data):
             yield f"packet {number}: {data.hex()} at {new.time_s!r} s, not {old.data.hex()} at {old.time_s!r} s"
-    if len(said) > len(logged):
-        first = said[len(logged)]
+    if len(sent) > len(logged):
+        first = sent[len(logged)]
         yield f"packet {len(logged) + 1}: {first.packet.data.hex()} at {first.time_s!r} s, where the log has none"
-    if len(logged) > len(said):
-        yield f"packet {len(said) + 1}: none, where the log has one at {logged[len(said)].time_s!r} s"
+    if len(logged) > len(sent):
+        yield f"packet {len(sent) + 1}: none, where the log has one at {logged[len(sent)].time_s!r} s"

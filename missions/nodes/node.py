@@ -111,10 +111,10 @@ class VehicleNode:
             while self.next_s < self._plan.end_s:
                 self.step()
             self._advance(self._plan.end_s)
-            found = self.outcome()
+            outcome = self.outcome()
             if self._log is not None:
-                self._log.end(found.time_s, found.state_hash)
-            return found
+                self._log.end(outcome.time_s, outcome.state_hash)
+            return outcome
         finally:
             self._driver.close()
             if self._body is not None:
@@ -125,8 +125,8 @@ class VehicleNode:
     def step(self) -> None:
         """Process received packets and the next due event, or wait for either."""
         due_s = self.next_s
-        for heard in self._driver.receive(due_s):
-            self._hear(heard)
+        for packet in self._driver.receive(due_s):
+            self._hear(packet)
         now_s = self._pace.now_s
         if self._body is not None:
             self._find(self._body, min(now_s, due_s))
@@ -160,22 +160,22 @@ class VehicleNode:
             self._n_withheld,
         )
 
-    def _hear(self, heard: TimedPacket) -> None:
-        copies = self._copies(heard)
+    def _hear(self, packet: TimedPacket) -> None:
+        copies = self._copies(packet)
         self._n_doubled += copies == 2
         if not copies:
-            self._note(LineKind.LOST, heard.time_s, heard.data)
+            self._note(LineKind.LOST, packet.time_s, packet.data)
         for _ in range(copies):
-            self._note(LineKind.HEARD, self.solo.hear(heard.data, heard.time_s), heard.data)
+            self._note(LineKind.HEARD, self.solo.hear(packet.data, packet.time_s), packet.data)
 
-    def _copies(self, heard: TimedPacket) -> int:
+    def _copies(self, packet: TimedPacket) -> int:
         """Return the number of copies; 1 for an unreadable packet, which is then rejected."""
         try:
-            head = self._setup.codec.head(heard.data)
+            head = self._setup.codec.head(packet.data)
         except PeerFault:
             return 1
         schedule = self._setup.schedule
-        slot = schedule.slot_named(head, heard.time_s)
+        slot = schedule.slot_named(head, packet.time_s)
         return self._mishaps.copies(self._plan.seed, slot, head.sender, self.solo.vehicle.data.node)
 
     def _find(self, body: OwnBody, now_s: float) -> None:

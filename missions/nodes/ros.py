@@ -61,12 +61,12 @@ class RosShare:
             self._tracks: Any = self._node.create_publisher(self._odometry, "odometry", KEPT)
 
     def _hear(self, message: Any) -> None:
-        at, turned, moves = message.pose.pose.position, message.pose.pose.orientation, message.twist.twist.linear
+        point, turned, moves = message.pose.pose.position, message.pose.pose.orientation, message.twist.twist.linear
         sine = 2.0 * (turned.w * turned.z + turned.x * turned.y)
         cosine = 1.0 - 2.0 * (turned.y * turned.y + turned.z * turned.z)
         east_m2, north_m2 = message.pose.covariance[0], message.pose.covariance[7]
         self._fix = Fix(
-            at.x, at.y, atan2(sine, cosine), length(moves.x, moves.y), -at.z,
+            point.x, point.y, atan2(sine, cosine), length(moves.x, moves.y), -point.z,
             sigma_m=math.sqrt(max(0.0, (east_m2 + north_m2) / 2.0)),
         )  # fmt: skip
         self._n_heard += 1
@@ -99,8 +99,8 @@ class RosShare:
             layer, motion, message = vehicle.functional, vehicle.functional.motion, self._odometry()
             self._stamp(message.header)
             message.child_frame_id = self._name
-            at, turned = message.pose.pose.position, message.pose.pose.orientation
-            at.x, at.y, at.z = float(motion.x_m), float(motion.y_m), -float(layer.depth_m)
+            point, turned = message.pose.pose.position, message.pose.pose.orientation
+            point.x, point.y, point.z = float(motion.x_m), float(motion.y_m), -float(layer.depth_m)
             turned.z, turned.w = sincos(motion.heading_rad / 2.0)
             message.twist.twist.linear.x = float(layer.guidance.ground_mps)
             self._tracks.publish(message)

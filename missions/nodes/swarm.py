@@ -143,15 +143,15 @@ class Processes:
 
     def outcomes(self) -> list[dict[str, Any]]:
         """Wait for all processes; return the outcomes of the completed ones."""
-        found = []
+        outcomes = []
         for name, (process, _) in self._running.items():
-            said = self._said(name)
+            report = self._said(name)
             process.join()
-            if isinstance(said, dict):
-                found.append(said)
+            if isinstance(report, dict):
+                outcomes.append(report)
             else:
-                self.ended[name] = said or f"its process ended with {process.exitcode}"
-        return found
+                self.ended[name] = report or f"its process ended with {process.exitcode}"
+        return outcomes
 
     def _said(self, name: str) -> Any:
         """Return the next message of a process; None if it has ended."""
