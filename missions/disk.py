@@ -108,8 +108,8 @@ DIGESTS = "digests.json"
 
 def note_digests(folder: Path, pattern: str) -> None:
     """Store the digests of a folder's files, to detect loss or changes."""
-    found = {path.name: _digest(path) for path in sorted(folder.glob(pattern))}
-    write_synced(folder / DIGESTS, json.dumps(found, indent=1))
+    digests = {path.name: _digest(path) for path in sorted(folder.glob(pattern))}
+    write_synced(folder / DIGESTS, json.dumps(digests, indent=1))
 
 
 def not_as_noted(folder: Path) -> list[str]:
@@ -187,8 +187,8 @@ def new_content(
             shutil.rmtree(draft, ignore_errors=True)
 
 
-def _beside(place: Path, what: str) -> Path:
-    return place.with_name(f".{place.name}-{what}")
+def _beside(place: Path, suffix: str) -> Path:
+    return place.with_name(f".{place.name}-{suffix}")
 
 
 def _names(place: Path) -> set[str]:

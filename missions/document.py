@@ -64,11 +64,11 @@ class Document:
         missions.errors.ConfigurationError: quik: study = quik: a TOML file or one of quick; did you mean 'quick'?
         """
         path = file_of(what, name_or_path, known)
-        found = cls.of_text(text_of(path, LARGEST_BYTES), str(path))
+        document = cls.of_text(text_of(path, LARGEST_BYTES), str(path))
         other = STUDY if what == SCENARIO else SCENARIO
-        if other in found.raw and what not in found.raw:
-            raise of_other_kind(name_or_path, other, found.lines.get((other,)))
-        return found
+        if other in document.raw and what not in document.raw:
+            raise of_other_kind(name_or_path, other, document.lines.get((other,)))
+        return document
 
     @classmethod
     def of_text(cls, text: str, path: str) -> Document:
@@ -105,8 +105,8 @@ class Document:
         Keys are dotted; one that begins with ``--`` is an option. ``options`` maps dotted keys to the option that set
         them.
         """
-        found = [self._located(fault, options or {}) for fault in faults]
-        return sorted(found, key=lambda fault: (fault.file or "", fault.line or 0))
+        located = [self._located(fault, options or {}) for fault in faults]
+        return sorted(located, key=lambda fault: (fault.file or "", fault.line or 0))
 
     def _located(self, fault: ConfigurationFault, options: Mapping[str, str]) -> ConfigurationFault:
         if fault.key.startswith("--"):
@@ -194,28 +194,28 @@ def fault_of(detail: Mapping[str, Any], root: type[BaseModel], raw: Mapping[str,
     if kind == "missing":
         return ConfigurationFault(key, "", "missing")
     value = _value_at(location, raw)
-    given = shown(detail.get("input") if value is None else value)
+    text = shown(detail.get("input") if value is None else value)
     if kind == BETWEEN_KEYS:
-        return ConfigurationFault(key, "" if value is None else given, str(detail["msg"]))
+        return ConfigurationFault(key, "" if value is None else text, str(detail["msg"]))
     if kind == "extra_forbidden":
         table = _table_at(location[:-1], root, raw)
         if allowed := getattr(table, "unknown", lambda _: "")(location[-1]):
-            return ConfigurationFault(key, given, allowed)
+            return ConfigurationFault(key, text, allowed)
         known = [] if table is None else list(table.model_fields)
         hint = suggestion(str(location[-1]), known)
-        return ConfigurationFault(key, given, f"unknown key, allowed here: {', '.join(known)}{hint}")
+        return ConfigurationFault(key, text, f"unknown key, allowed here: {', '.join(known)}{hint}")
     if kind == "string_pattern_mismatch":  # the only pattern is that of names
         allowed = "allowed: 1 to 40 characters, none of them . / \\ or a control character, and none of = + - @ first"
-        return ConfigurationFault(key, given, allowed)
+        return ConfigurationFault(key, text, allowed)
     message = str(detail["msg"]).replace("tuple", "list").replace("Tuple", "list").removeprefix("Value error, ")
-    return ConfigurationFault(key, given, message[0].lower() + message[1:])
+    return ConfigurationFault(key, text, message[0].lower() + message[1:])
 
 
 def _is_consequence(detail: Mapping[str, Any]) -> bool:
     """True for a list that is too short only because of an invalid entry."""
     context = detail.get("ctx", {})
-    given = detail.get("input")
-    return detail["type"] == "too_short" and isinstance(given, list) and len(given) >= context.get("min_length", 0)
+    value = detail.get("input")
+    return detail["type"] == "too_short" and isinstance(value, list) and len(value) >= context.get("min_length", 0)
 
 
 def _key_of(location: Iterable[Any], raw: Any) -> str:
@@ -260,29 +260,29 @@ def lines_of(text: str) -> dict[Location, int]:
     >>> lines_of('[[vehicle]]\\nslot = 1\\n[vehicle.sensor]\\nwidth_m = 2')[("vehicle", 0, "sensor", "width_m")]
     4
     """
-    found: dict[Location, int] = {}
+    lines: dict[Location, int] = {}
     counts: dict[Location, int] = {}
     table: Location = ()
     for number, line in enumerate(text.split("\n"), start=1):
         if header := HEADER.match(line):
             table = _table_location(header[2], header[1] == "[[", counts)
-            found.setdefault(table, number)
+            lines.setdefault(table, number)
         elif key := KEY.match(line):
-            found.setdefault((*table, *key_parts(key[1])), number)
-    return found
+            lines.setdefault((*table, *key_parts(key[1])), number)
+    return lines
 
 
 def _table_location(dotted: str, is_entry: bool, counts: dict[Location, int]) -> Location:
     """Location of a header; below a list its last entry."""
-    found: Location = ()
+    location: Location = ()
     parts = key_parts(dotted)
     for depth, part in enumerate(parts):
-        found = (*found, part)
+        location = (*location, part)
         if is_entry and depth == len(parts) - 1:
-            counts[found] = counts.get(found, 0) + 1
-        if found in counts:
-            found = (*found, counts[found] - 1)
-    return found
+            counts[location] = counts.get(location, 0) + 1
+        if location in counts:
+            location = (*location, counts[location] - 1)
+    return location
 
 
 def key_parts(key: str) -> list[str]:
@@ -310,7 +310,7 @@ def location_of(key: str, raw: Mapping[str, Any]) -> Location:
     >>> location_of("channel.per", {"channel": [{"name": "perfect"}, {"name": "bernoulli", "per": 0.1}]})
     ('channel', 1, 'per')
     """
-    found: Location = ()
+    location: Location = ()
     value: Any = raw
     parts = key_parts(key)
     while parts:
@@ -319,16 +319,16 @@ def location_of(key: str, raw: Mapping[str, Any]) -> Location:
             index = index_of(part, value)
             if index is None:
                 if (index := _first_with(part, value)) is None:
-                    return found
+                    return location
                 parts.insert(0, part)
-            found, value = (*found, index), value[index]
+            location, value = (*location, index), value[index]
         elif isinstance(value, dict):
             while part not in value and parts and any(name.startswith(f"{part}.") for name in value):
                 part = f"{part}.{parts.pop(0)}"
-            found, value = (*found, part), value.get(part)
+            location, value = (*location, part), value.get(part)
         else:
-            return found
-    return found
+            return location
+    return location
 
 
 def index_of(part: str, entries: Sequence[Any]) -> int | None:

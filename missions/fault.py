@@ -42,8 +42,8 @@ class Absence(StrEnum):
 def kinds() -> dict[str, Any]:
     """Return the available kinds by name, in order of their numbers."""
     names = sorted(module.name for module in pkgutil.iter_modules(importlib.import_module(KINDS_FOLDER).__path__))
-    found = {name: importlib.import_module(f"{KINDS_FOLDER}.{name}").KIND for name in names}
-    return dict(sorted(found.items(), key=lambda named: named[1].number_of(named[0])))
+    by_name = {name: importlib.import_module(f"{KINDS_FOLDER}.{name}").KIND for name in names}
+    return dict(sorted(by_name.items(), key=lambda named: named[1].number_of(named[0])))
 
 
 def kind_of_row(kind: str) -> Any:
@@ -65,8 +65,8 @@ def absence(kind: str) -> Absence | None:
     """
     if kind == EMPTY:
         return Absence.LOSS
-    found = kind_of_row(kind)
-    of_kind: Absence | None = None if found is None else found.ABSENCE
+    declared = kind_of_row(kind)
+    of_kind: Absence | None = None if declared is None else declared.ABSENCE
     return of_kind
 
 

@@ -253,14 +253,14 @@ Declared = Figure | Layer | Mark
 def faults_of_figure(found: Any) -> Iterator[str]:
     """Yield the faults of a declared figure, layer or mark, in words."""
     if not isinstance(found, Figure | Layer | Mark):
-        what = f"the class {found.__name__}" if isinstance(found, type) else f"a {type(found).__name__}"
-        yield f"it is {what}; expected a remoras.Figure, Layer or Mark, such as Figure(name, title, draw)"
+        actual = f"the class {found.__name__}" if isinstance(found, type) else f"a {type(found).__name__}"
+        yield f"it is {actual}; expected a remoras.Figure, Layer or Mark, such as Figure(name, title, draw)"
         return
     texts = {"milestone": found.milestone, "label": found.label} if isinstance(found, Mark) else {"name": found.name}
     texts |= {"title": found.title} if isinstance(found, Figure) else {}
-    for part, given in texts.items():
-        if not isinstance(given, str) or not given.strip():
-            yield f"{part} = {given!r}: allowed: a text"
+    for part, value in texts.items():
+        if not isinstance(value, str) or not value.strip():
+            yield f"{part} = {value!r}: allowed: a text"
     if isinstance(found, Figure) and isinstance(found.name, str) and not _is_file_name(found.name):
         yield f"name = {found.name!r}: it is no name of a file: rename it, without / and without a dot in front"
     if isinstance(found, Mark):

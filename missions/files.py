@@ -94,14 +94,14 @@ def parsed(text: str) -> dict[str, Any]:
         if is_key and len(re.findall(PART, dotted[0])) > MOST_PARTS:
             raise LimitError(TOO_DEEP, text.count("\n", 0, dotted.start()) + 1)
     try:
-        found = tomllib.loads(text)
+        tables = tomllib.loads(text)
     except RecursionError:
         raise LimitError(TOO_DEEP) from None
     except tomllib.TOMLDecodeError:
         raise
     except ValueError:  # Python's limit on integers of thousands of digits
         raise LimitError(TOO_LONG, _line_of_digits(text)) from None
-    n_tables, waiting = 0, [found]
+    n_tables, waiting = 0, [tables]
     while waiting:
         value: Any = waiting.pop()
         if isinstance(value, int) and value.bit_length() > MOST_BITS:
@@ -111,7 +111,7 @@ def parsed(text: str) -> dict[str, Any]:
             waiting.extend(value.values() if isinstance(value, dict) else value)
         if n_tables > MOST_TABLES:
             raise LimitError(f"more than {MOST_TABLES} tables; no scenario needs that")
-    return found
+    return tables
 
 
 def _line_of_digits(text: str) -> int | None:
@@ -130,8 +130,8 @@ def tables_of(text: str, path: str) -> dict[str, Any]:
     except LimitError as error:
         raise ConfigurationError.of(path, "TOML", "", str(error), error.line) from None
     except tomllib.TOMLDecodeError as error:
-        found = LINE_OF_SYNTAX.search(str(error))
-        line = int(found[1]) if found else None
+        match = LINE_OF_SYNTAX.search(str(error))
+        line = int(match[1]) if match else None
         raise ConfigurationError.of(path, "TOML", "", str(error), line) from None
 
 
@@ -281,7 +281,7 @@ def keys_of_options(
         ("network", "channel.network", network),
         ("per", "channel.per", per),
     )
-    return [given for given in options if given[2] is not None]
+    return [option for option in options if option[2] is not None]
 
 
 def is_number(value: object) -> TypeGuard[float]:
@@ -299,7 +299,7 @@ def leaves(value: Any, path: str = "", first: int = 1) -> Iterator[tuple[str, An
         entries: Iterable[tuple[Any, Any]] = value.items()
     elif isinstance(value, list) and any(isinstance(entry, dict) for entry in value):
         numbered = enumerate(value, first)
-        entries = [(entry.get("name", at) if isinstance(entry, dict) else at, entry) for at, entry in numbered]
+        entries = [(entry.get("name", n) if isinstance(entry, dict) else n, entry) for n, entry in numbered]
     else:
         yield path, value
         return

@@ -60,18 +60,18 @@ def group_nodes(scenario: Mapping[str, Any], met: Iterable[RoleKey] = ()) -> lis
     """
     declared = list(scenario.get("group", ()))
     leading = next((group["name"] for group in declared if group.get("mission")), "")
-    found: dict[str, GroupNode] = {}
+    nodes: dict[str, GroupNode] = {}
     for group in declared:
         flat = "" if group.get("mission") else leading
         above = group.get("formed_by") or group.get("within") or flat
         roles = tuple(_role(role) for role in group.get("role", ()))
-        found[group["name"]] = GroupNode(group["name"], above, roles, not group.get("formed_by"))
+        nodes[group["name"]] = GroupNode(group["name"], above, roles, not group.get("formed_by"))
     for name, role in met:
-        group = found.get(name, GroupNode(name, "", ()))
+        group = nodes.get(name, GroupNode(name, "", ()))
         if role and all(role != other.name for other in group.roles):
             group = group._replace(roles=(*group.roles, RoleDemand(role)))
-        found[name] = group
-    return [group._replace(above=group.above if group.above in found else "") for group in found.values()]
+        nodes[name] = group
+    return [group._replace(above=group.above if group.above in nodes else "") for group in nodes.values()]
 
 
 def _role(role: Mapping[str, Any]) -> RoleDemand:
@@ -189,13 +189,13 @@ def heard_among(vehicles: Iterable[str], packets: Iterable[Mapping[str, Any]]) -
         sender = row["sender"]
         graph.nodes[sender]["n_sent"] += 1
         graph.nodes[sender]["sent_bits"] += row["size_bits"]
-        for what, column in (("n_heard", "receivers"), ("n_lost", "lost_by"), ("n_collided", "collided_at")):
+        for count, column in (("n_heard", "receivers"), ("n_lost", "lost_by"), ("n_collided", "collided_at")):
             for receiver in row.get(column) or ():
                 if not graph.has_edge(sender, receiver):
                     graph.add_edge(sender, receiver, kind="heard", n_heard=0, n_lost=0, n_collided=0, heard_bits=0)
                 edge = graph.edges[sender, receiver]
-                edge[what] += 1
-                edge["heard_bits"] += row["size_bits"] * (what == "n_heard")
+                edge[count] += 1
+                edge["heard_bits"] += row["size_bits"] * (count == "n_heard")
     for _, _, edge in graph.edges(data=True):
         edge["heard_fraction"] = edge["n_heard"] / (edge["n_heard"] + edge["n_lost"] + edge["n_collided"])
     return graph
@@ -219,10 +219,10 @@ def plan_graph(results: RunResults, at_s: float | None = None, viewer: str = "")
             continue
         plan = (row["vehicle"], row["group"], row["role"], row["objective"], row["argument"])
         node = "/".join([*filter(None, plan), str(row["node"])])
-        about = {"vehicle": row["vehicle"], "group": row["group"], "task": row["task"], "method": row["method"]}
+        labels = {"vehicle": row["vehicle"], "group": row["group"], "task": row["task"], "method": row["method"]}
         expected_s = row["expected_time_s"]
         expected = {} if expected_s is None else {"expected_end_s": row["time_s"] + expected_s}
-        graph.add_node(node, kind=TASK, status=row["status"], since_s=row["time_s"], **about, **expected)
+        graph.add_node(node, kind=TASK, status=row["status"], since_s=row["time_s"], **labels, **expected)
         graph.remove_edges_from(list(graph.in_edges(node)))
         if row["parent"] >= 0:
             graph.add_edge("/".join([*filter(None, plan), str(row["parent"])]), node, kind="divided")
@@ -274,8 +274,8 @@ def mutual(graph: nx.DiGraph) -> nx.Graph:
 
     both = nx.Graph()
     both.add_nodes_from(graph.nodes(data=True))
-    heard = {(sender, receiver) for sender, receiver, edge in graph.edges(data=True) if edge["n_heard"]}
-    both.add_edges_from((one, two) for one, two in heard if (two, one) in heard)
+    links = {(sender, receiver) for sender, receiver, edge in graph.edges(data=True) if edge["n_heard"]}
+    both.add_edges_from((one, two) for one, two in links if (two, one) in links)
     return both
 
 
@@ -297,7 +297,7 @@ def is_connected(graph: nx.DiGraph) -> bool:
     """Return True if every vehicle can reach every other, directly or by relay."""
     import networkx as nx
 
-    heard = nx.DiGraph()
-    heard.add_nodes_from(graph.nodes)
-    heard.add_edges_from((one, two) for one, two, edge in graph.edges(data=True) if edge["n_heard"])
-    return bool(nx.is_strongly_connected(heard))
+    links = nx.DiGraph()
+    links.add_nodes_from(graph.nodes)
+    links.add_edges_from((one, two) for one, two, edge in graph.edges(data=True) if edge["n_heard"])
+    return bool(nx.is_strongly_connected(links))

@@ -207,16 +207,16 @@ NAME = re.compile(r"[^\s:/]+")
 def faults_of_metric(found: Any) -> Iterator[str]:
     """Yield the faults of a declared metric, in words."""
     if not isinstance(found, Metric):
-        what = f"the class {found.__name__}" if isinstance(found, type) else f"a {type(found).__name__}"
-        yield f"it is {what}; expected a remoras.Metric, such as Metric(name, unit, better, label, of)"
+        actual = f"the class {found.__name__}" if isinstance(found, type) else f"a {type(found).__name__}"
+        yield f"it is {actual}; expected a remoras.Metric, such as Metric(name, unit, better, label, of)"
         return
     if not isinstance(found.name, str) or not NAME.fullmatch(found.name):
         yield f"name = {found.name!r}: allowed: a word without : and /, as closest_m"
     if not isinstance(found.unit, str):
         yield f"unit = {found.unit!r}: allowed: a text, empty for a number without one"
     if not isinstance(found.better, Better):
-        given = "" if found.better is None else f" = {found.better!r}"
-        yield f"better{given}: allowed: {', '.join(str(better) for better in Better)}"
+        text = "" if found.better is None else f" = {found.better!r}"
+        yield f"better{text}: allowed: {', '.join(str(better) for better in Better)}"
     if not isinstance(found.label, str) or not found.label.strip():
         yield f"label = {found.label!r}: allowed: a text, which axes and captions show"
     if not isinstance(found.note, str):
@@ -230,9 +230,9 @@ def faults_of_metric(found: Any) -> Iterator[str]:
         yield f"unit = {found.unit!r}: {allowed}"
 
 
-def _alike(one: str, other: str) -> bool:
+def _alike(label: str, other: str) -> bool:
     """True for labels that differ in case and punctuation only: their charts would share a name."""
-    return re.sub(r"[^a-z0-9]+", "", str(one).lower()) == re.sub(r"[^a-z0-9]+", "", str(other).lower())
+    return re.sub(r"[^a-z0-9]+", "", str(label).lower()) == re.sub(r"[^a-z0-9]+", "", str(other).lower())
 
 
 def collected(source: str, metrics: Iterable[Metric]) -> dict[str, Metric]:
@@ -241,21 +241,21 @@ def collected(source: str, metrics: Iterable[Metric]) -> dict[str, Metric]:
     Raises:
         ConfigurationError: invalid declaration, name of another field, or repeated name or label.
     """
-    found: dict[str, Metric] = {}
+    by_name: dict[str, Metric] = {}
     faults: list[ConfigurationFault] = []
     for metric in metrics:
         faults += [ConfigurationFault(f"metric {metric.name}", "", fault) for fault in faults_of_metric(metric)]
         if metric.name in TAKEN:
             allowed = "a field that results have already; give the metric another name"
             faults.append(ConfigurationFault(f"metric {metric.name}", "", allowed))
-        if metric.name in found:
+        if metric.name in by_name:
             allowed = "declared twice; give one of the two metrics another name"
             faults.append(ConfigurationFault(f"metric {metric.name}", "", allowed))
-        namesake = next((other for other in found.values() if _alike(other.label, metric.label)), None)
+        namesake = next((other for other in by_name.values() if _alike(other.label, metric.label)), None)
         if namesake is not None and namesake.name != metric.name:
             allowed = f"is also the label of {namesake.name}, and charts go by it; give one of the two another label"
             faults.append(ConfigurationFault(f"metric {metric.name}, label", repr(metric.label), allowed))
-        found[metric.name] = metric
+        by_name[metric.name] = metric
     if faults:
         raise ConfigurationError(source, faults)
-    return found
+    return by_name

@@ -80,10 +80,10 @@ def least_time_s(rounds: Rounds) -> float:
 
 def shortest_m(legs_m: Sequence[Sequence[float]]) -> Times:
     """Shortest paths between all jobs via others (Floyd 1962)."""
-    found: Times = np.array(legs_m, dtype=np.float64)
-    for by in range(len(found)):
-        found = np.minimum(found, found[:, by : by + 1] + found[by : by + 1, :])
-    return found
+    paths_m: Times = np.array(legs_m, dtype=np.float64)
+    for by in range(len(paths_m)):
+        paths_m = np.minimum(paths_m, paths_m[:, by : by + 1] + paths_m[by : by + 1, :])
+    return paths_m
 
 
 def _sets(n: int) -> Iterator[tuple[int, ...]]:

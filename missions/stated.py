@@ -18,14 +18,14 @@ def stated(
 
     ``items`` are rows of that table; ``vehicles`` are names by number.
     """
-    attributes = {one.name: one for one in tbox.attributes if one.kind in MEASURED and one.uncertainty is not None}
+    attributes = {a.name: a for a in tbox.attributes if a.kind in MEASURED and a.uncertainty is not None}
     numbers = {name: number for number, name in enumerate(vehicles)}
-    found = defaultdict[tuple[str, str], list[Observation]](list)
+    observations = defaultdict[tuple[str, str], list[Observation]](list)
     for n_row, (_, origin, time_s, _, subject, name, text, _, sigma) in enumerate(items):
         if sigma and (attribute := attributes.get(name)) is not None:
             fact = PropertyValue(0, attribute.uid, from_text(tbox, attribute, text), uncertainty_from_text(sigma))
-            found[subject, name].append(Observation(Block(numbers[origin], n_row, time_s, (fact,)), 0))
-    return found
+            observations[subject, name].append(Observation(Block(numbers[origin], n_row, time_s, (fact,)), 0))
+    return observations
 
 
 def places_m(
@@ -37,4 +37,4 @@ def places_m(
     for (_, name), looks in stated(items, tbox, vehicles).items():
         if name == location.name:
             of_looks = (cast(Estimate, fused(location, looks[: n + 1])) for n in range(len(looks)))
-            yield [(cast(tuple[float, float], one.value), cast(float, one.uncertainty)) for one in of_looks]
+            yield [(cast(tuple[float, float], e.value), cast(float, e.uncertainty)) for e in of_looks]

@@ -63,8 +63,8 @@ def wilson_interval(successes: int, n: int) -> Interval:
     >>> tuple(round(bound, 4) for bound in wilson_interval(0, 20))
     (0.0, 0.1611)
     """
-    found = stats.binomtest(successes, n).proportion_ci(CONFIDENCE, method="wilson")
-    return float(found.low), float(found.high)
+    interval = stats.binomtest(successes, n).proportion_ci(CONFIDENCE, method="wilson")
+    return float(interval.low), float(interval.high)
 
 
 def sign_flips(n: int) -> Array:
@@ -99,8 +99,8 @@ def step_down_p(differences: npt.ArrayLike) -> list[float]:
     observed = np.abs(sample.sum(axis=0))
     order = np.argsort(-observed, kind="stable")
     flips, reached = sign_flips(len(sample)), np.zeros(len(order))
-    for some in np.array_split(flips, 1 + len(flips) // 256):  # in blocks: all at once take 1 GB for 10,000 comparisons
-        flipped = np.abs(some @ sample[:, order])
+    for part in np.array_split(flips, 1 + len(flips) // 256):  # in blocks: all at once take 1 GB for 10,000 comparisons
+        flipped = np.abs(part @ sample[:, order])
         largest = np.maximum.accumulate(flipped[:, ::-1], axis=1)[:, ::-1]
         reached += (largest >= observed[order] * (1.0 - 1e-9)).sum(axis=0)
     corrected = np.empty(len(order))
@@ -236,8 +236,8 @@ def share_interval(count: int, n: int) -> Interval:
     >>> tuple(round(bound, 4) for bound in share_interval(0, 10))  # 1 - 0.025 ** (1 / 10)
     (0.0, 0.3085)
     """
-    found = stats.binomtest(count, n).proportion_ci(CONFIDENCE, method="exact")
-    return float(found.low), float(found.high)
+    interval = stats.binomtest(count, n).proportion_ci(CONFIDENCE, method="exact")
+    return float(interval.low), float(interval.high)
 
 
 def restricted_interval(timed: Timed) -> Estimated:
