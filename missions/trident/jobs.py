@@ -245,11 +245,12 @@ def activity_domain(matching: Matching, groups: Mapping[str, Group], recovery: s
     ]
     pursue = [
         Method("survey it", surveys, is_block, (SURVEYING,)),
-        Method("await a choice", lambda facts, *of: [Task(STANDING_BY, (recovery,))], is_awaited, (STANDING_BY,)),
+        Method("await a choice", lambda facts, *args: [Task(STANDING_BY, (recovery,))], is_awaited, (STANDING_BY,)),
         Method("recover", recovers, is_chosen, ("Fix", *COMPOSED)),
     ]
     composed = {
-        name: [Method("by a service", _bound(matching, present, *of), uses=of[1:])] for name, of in COMPOSED.items()
+        name: [Method("by a service", _bound(matching, present, *pair), uses=pair[1:])]
+        for name, pair in COMPOSED.items()
     }
     composed["FindAgain"].append(_missing(matching, present))
     return Domain.of(_operators(matching), {PURSUE + WORKING: pursue, "Fix": fix, **composed})
