@@ -263,16 +263,16 @@ class PandoraMission(JobMission):
         def by_kind(facts: FactsLike, job: str, data: VehicleData) -> list[Task]:
             return [Task(BY_KIND[self._parts[job].kind], (job, data))]
 
-        seek = Method("seek in the focus area", lambda facts, *of: [Task("Seeking", of)], is_hidden, ("Seeking",))
-        force = Method("with the wrench", lambda facts, *of: [Task("Wrenching", of)], is_stuck, ("Wrenching",))
-        find = Method("where the plan has it", lambda facts, *of: [Task("Looking", of)], uses=("Looking",))
+        seek = Method("seek in the focus area", lambda facts, *args: [Task("Seeking", args)], is_hidden, ("Seeking",))
+        force = Method("with the wrench", lambda facts, *args: [Task("Wrenching", args)], is_stuck, ("Wrenching",))
+        find = Method("where the plan has it", lambda facts, *args: [Task("Looking", args)], uses=("Looking",))
         do = Method("as planned", by_kind, is_planned, uses=tuple(sorted(set(BY_KIND.values()))))
         return Domain.of(
             [operator(name) for name in ACTIONS],
             {
                 f"{PURSUE}{self.objective}": [
                     Method("serve", serve, is_left, ("Find", "Do") if assesses else ("Do",)),
-                    Method("nothing left", lambda facts, *of: [], lambda facts, *of: not is_left(facts, *of), ()),
+                    Method("nothing left", lambda facts, *args: [], lambda facts, *args: not is_left(facts, *args), ()),
                 ],
                 "Find": [find, seek] if repairs else [find],
                 "Do": [do, force] if repairs else [do],
