@@ -147,8 +147,8 @@ def passage_faults(scenario: Scenario, mission: type[Mission]) -> Iterator[Confi
         yield ConfigurationFault(f"{KEY}.y_m", "", allowed)
     else:
         half_m = separation_m / 2.0
-        places = [(f"rally_point.{one.name}.position_m", one.position_m) for one in scenario.rally_point]
-        for key, (x_m, _) in [*((f"vehicle.{one.name}.start_m", one.start_m) for one in scenario.vehicle), *places]:
+        places = [(f"rally_point.{t.name}.position_m", t.position_m) for t in scenario.rally_point]
+        for key, (x_m, _) in [*((f"vehicle.{t.name}.start_m", t.start_m) for t in scenario.vehicle), *places]:
             if west_m - half_m <= x_m <= east_m + half_m:
                 reef = f"x {west_m - half_m:g} to {east_m + half_m:g}"
                 yield ConfigurationFault(key, "", f"in the reef, {reef}, or its passage; place it outside")
