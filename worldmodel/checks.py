@@ -142,14 +142,14 @@ class _Fit:
 
     def retype(self, fact: PropertyValue) -> None:
         """Record a fault for a type neither above nor below the subject's class of creation."""
-        tbox, uid, told = self.store.tbox, fact.subject, fact.target
+        tbox, uid, new = self.store.tbox, fact.subject, fact.target
         created = self._created_as(uid)
         if not (self.store.class_mask(uid) or uid in self.masks):
             self.missing[uid] = None
-        if created is None or tbox.is_a(told, created) or tbox.is_a(created, told):
+        if created is None or tbox.is_a(new, created) or tbox.is_a(created, new):
             return
-        how = "is disjoint with" if tbox.are_disjoint(told, created) else "is neither above nor below"
-        detail = f"{uid} is given the type {tbox.classes[told].name}, which {how} {tbox.classes[created].name}"
+        how = "is disjoint with" if tbox.are_disjoint(new, created) else "is neither above nor below"
+        detail = f"{uid} is given the type {tbox.classes[new].name}, which {how} {tbox.classes[created].name}"
         self.found.append((FaultCode.TYPE_CLASH, detail))
 
     def require(self, uid: int, class_uid: int, code: FaultCode, attribute: Attribute) -> None:

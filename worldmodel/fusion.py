@@ -87,9 +87,9 @@ def fused(
     is negative or not finite.
     """
     drift = attribute.drift if drift is None else drift
-    for name, given in (("drift", drift), ("shared", shared)):
-        if not (math.isfinite(given) and given >= 0.0):
-            raise FactError(f"{attribute.name}: {name} is {given}; allowed: 0 or more")
+    for name, amount in (("drift", drift), ("shared", shared)):
+        if not (math.isfinite(amount) and amount >= 0.0):
+            raise FactError(f"{attribute.name}: {name} is {amount}; allowed: 0 or more")
     if prior is not None:
         _refuse_bad_prior(attribute, prior)
     ordered = sorted(observations, key=_key)
@@ -104,13 +104,13 @@ def fused(
             return _filtered(weighed, drift, shared, at_s)
         at_s = max(weighed[-1].time_s, -math.inf if at_s is None else at_s)
         alone = [
-            _filtered([one for one in weighed if one.origin == origin], drift, shared, at_s)
-            for origin in sorted({one.origin for one in weighed})
+            _filtered([o for o in weighed if o.origin == origin], drift, shared, at_s)
+            for origin in sorted({o.origin for o in weighed})
         ]
         return min(alone, key=lambda estimate: cast(float, estimate.uncertainty))
     if not independent:
         newest = {observation.origin: observation for observation in weighed}
-        weighed = [min(newest.values(), key=lambda one: (-cast(float, one.fact.uncertainty), one.origin))]
+        weighed = [min(newest.values(), key=lambda o: (-cast(float, o.fact.uncertainty), o.origin))]
     return _by_bayes(attribute, weighed, prior)
 
 
@@ -209,12 +209,12 @@ class _Said(NamedTuple):
 
 def doubted(slots: Iterable[tuple[Attribute, Sequence[Observation]]]) -> tuple[int, ...]:
     """Return the origin that contradicts the others; none if all agree, both if there are two."""
-    said = [_said(observations, attribute) for attribute, observations in slots if attribute.kind in MEASURED]
-    if not _is_beyond(*_deviation(said)):
+    estimates = [_said(observations, attribute) for attribute, observations in slots if attribute.kind in MEASURED]
+    if not _is_beyond(*_deviation(estimates)):
         return ()
-    origins = sorted({origin for one in said for origin in one})
+    origins = sorted({origin for slot in estimates for origin in slot})
     rest = {
-        origin: _deviation([{by: it for by, it in one.items() if by != origin} for one in said])[0]
+        origin: _deviation([{by: it for by, it in slot.items() if by != origin} for slot in estimates])[0]
         for origin in origins
     }
     return tuple(origin for origin in origins if rest[origin] == min(rest.values()))
@@ -222,23 +222,23 @@ def doubted(slots: Iterable[tuple[Attribute, Sequence[Observation]]]) -> tuple[i
 
 def _said(observations: Sequence[Observation], attribute: Attribute) -> dict[int, _Said]:
     """Return the estimate of each origin at the time of the newest observation."""
-    at_s = max((one.time_s for one in observations), default=0.0)
-    found = {}
-    for origin in sorted({one.origin for one in observations if one.fact.uncertainty is not None}):
-        own = [one for one in observations if one.origin == origin]
+    at_s = max((o.time_s for o in observations), default=0.0)
+    estimates = {}
+    for origin in sorted({o.origin for o in observations if o.fact.uncertainty is not None}):
+        own = [o for o in observations if o.origin == origin]
         estimate = cast(Estimate, fused(attribute, own, at_s=at_s))
         value = estimate.value if isinstance(estimate.value, tuple) else (cast(float, estimate.value),)
         sigma = cast(float, estimate.uncertainty)
-        found[origin] = _Said(value, sigma * sigma)
-    return found
+        estimates[origin] = _Said(value, sigma * sigma)
+    return estimates
 
 
 def _deviation(slots: Iterable[dict[int, _Said]]) -> tuple[float, int]:
     """Return ``Q`` of the module docstring (consistency of origins) and its degrees of freedom."""
     terms, degrees = [], 0
-    for said in slots:
-        for axis in zip(*(one.axes for one in said.values()), strict=True):
-            weights = [1.0 / one.variance for one in said.values()]
+    for estimates in slots:
+        for axis in zip(*(estimate.axes for estimate in estimates.values()), strict=True):
+            weights = [1.0 / estimate.variance for estimate in estimates.values()]
             mean = math.fsum(w * x for w, x in zip(weights, axis, strict=True)) / math.fsum(weights)
             terms += [w * (x - mean) * (x - mean) for w, x in zip(weights, axis, strict=True)]
             degrees += len(axis) - 1

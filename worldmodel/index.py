@@ -101,7 +101,7 @@ class Index:
         if not origins:
             return
         both = self.slots, self.apart
-        for slot in {(subject, of) for slots in both for of, subjects in slots.items() for subject in subjects}:
+        for slot in {(subject, uid) for slots in both for uid, subjects in slots.items() for subject in subjects}:
             entries = sorted(self.all_of(slot), key=sort_key)
             if origins.isdisjoint(entry.origin for entry in entries):
                 continue

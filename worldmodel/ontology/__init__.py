@@ -101,11 +101,11 @@ def terms_of(tbox: TBox) -> tuple[Term, ...]:
     order = list(dict.fromkeys(Path(source.path).stem for source in tbox.sources))
 
     def terms(kinds: dict[OntologyClass | Attribute, str]) -> list[Term]:
-        found = []
-        for of, kind in kinds.items():
-            meaning = str(parsed.graph.value(URIRef(of.iri), RDFS.comment) or "")
-            found.append(Term(of.name, kind, meaning, Path(parsed.definitions[URIRef(of.iri)][0]).stem))
-        return sorted(found, key=lambda term: (order.index(term.file), term.name))
+        made = []
+        for entry, kind in kinds.items():
+            meaning = str(parsed.graph.value(URIRef(entry.iri), RDFS.comment) or "")
+            made.append(Term(entry.name, kind, meaning, Path(parsed.definitions[URIRef(entry.iri)][0]).stem))
+        return sorted(made, key=lambda term: (order.index(term.file), term.name))
 
     parents = {c.uid: " and ".join(tbox.classes[uid].name for uid in c.parents) for c in tbox.classes}
     of_class: dict[OntologyClass | Attribute, str] = {

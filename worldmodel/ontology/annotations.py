@@ -142,8 +142,8 @@ class Annotations:
             self._wrong(f"{self._shown(predicate)} is {' and '.join(map(repr, values)) or 'missing'}", allowed)
         return None
 
-    def _wrong(self, what: str, allowed: str) -> None:
-        self._fault(self._iri, what, allowed)
+    def _wrong(self, stated: str, allowed: str) -> None:
+        self._fault(self._iri, stated, allowed)
 
     def _shown(self, term: Node) -> str:
         return term.n3(self._graph.namespace_manager)

@@ -107,10 +107,10 @@ class CompiledAxioms:
         return mask
 
     def _saturated(
-        self, told: Sequence[int], ends: Sequence[tuple[int, int | None]], definitions: Sequence[Definition]
+        self, asserted: Sequence[int], ends: Sequence[tuple[int, int | None]], definitions: Sequence[Definition]
     ) -> tuple[int, ...]:
         """Return ``superclasses``, by applying the definitions up to a fixed point."""
-        masks = list(told)
+        masks = list(asserted)
         asked: list[set[ValueCondition]] = [set() for _ in masks]
         for each in definitions:
             masks[each.class_uid] |= sum(1 << c for c in set(each.classes))

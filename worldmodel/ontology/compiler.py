@@ -313,8 +313,8 @@ class _Reader:
                 if predicate == OWL.equivalentClass and target in self.class_uid:
                     self.fault(iri, f"it is the same class as {self.shown(target)}", "one name for a class")
                 elif not isinstance(target, BNode) and not self._is_class(target):
-                    what = "superclass" if predicate == RDFS.subClassOf else "equivalent class"
-                    wrong = f"its {what} {self.shown(target)} is not declared"
+                    relation = "superclass" if predicate == RDFS.subClassOf else "equivalent class"
+                    wrong = f"its {relation} {self.shown(target)} is not declared"
                     self.fault(iri, wrong, f"a declared owl:Class{self.hint(target, self.class_uid)}")
                 yield from (self.class_uid[part] for part in self._parts(target) if part in self.class_uid)
 
@@ -344,12 +344,12 @@ class _Reader:
         self, classes: Sequence[OntologyClass], attributes: Sequence[Attribute], axioms: Axioms
     ) -> list[OntologyClass]:
         """Return the classes with all superclasses that follow from the axioms."""
-        told = closure(classes)
-        rules = CompiledAxioms(told, [(a.domain, a.range_class) for a in attributes], axioms)
+        asserted = closure(classes)
+        rules = CompiledAxioms(asserted, [(a.domain, a.range_class) for a in attributes], axioms)
         self._refuse_unlike_ends(rules, attributes)
         classified = []
         for c in classes:
-            new = [d.uid for d in classes if (rules.superclasses[c.uid] & ~told[c.uid]) >> d.uid & 1]
+            new = [d.uid for d in classes if (rules.superclasses[c.uid] & ~asserted[c.uid]) >> d.uid & 1]
             for other in new:
                 if rules.superclasses[other] >> c.uid & 1:
                     wrong = f"the definitions make it the same class as {classes[other].name}"
@@ -365,10 +365,10 @@ class _Reader:
                 entailed = attributes[uid]
                 ends = (attribute.domain, attribute.range_class)[:: -1 if flipped else 1]
                 asked = {"domain": entailed.domain, "range": entailed.range_class}
-                for end, (what, of_class) in zip(ends, asked.items(), strict=True):
+                for end, (side, of_class) in zip(ends, asked.items(), strict=True):
                     if end is not None and of_class is not None and not rules.superclasses[end] >> of_class & 1:
                         turned = ", the other way round," if flipped else ""
-                        wrong = f"it says {entailed.name}{turned} of what need not be of the {what} of {entailed.name}"
+                        wrong = f"it says {entailed.name}{turned} of what need not be of the {side} of {entailed.name}"
                         self.fault(URIRef(attribute.iri), wrong, "ends that are of the classes it asks for")
 
     # Attributes ----------------------------------------------------------------------------------
@@ -419,11 +419,11 @@ class _Reader:
         )
 
     def _one(self, iri: URIRef, predicate: URIRef, allowed: str) -> Node | None:
-        found = list(self.graph.objects(iri, predicate))
-        if len(found) != 1:
-            self.fault(iri, f"{len(found)} {self.shown(predicate)}", allowed)
+        terms = list(self.graph.objects(iri, predicate))
+        if len(terms) != 1:
+            self.fault(iri, f"{len(terms)} {self.shown(predicate)}", allowed)
             return None
-        return found[0]
+        return terms[0]
 
     def _symbols(self, iri: URIRef, listed: Node) -> tuple[str, ...]:
         terms = list(Collection(self.graph, listed))
@@ -472,10 +472,10 @@ class _Reader:
             value = _stored(attribute, literal)
             if value is not None:
                 return ValueCondition(attribute.uid, value=value)
-        told = ", ".join(f"{self.shown(p)} {self.shown(o)}" for p, o in says) or self.shown(node)
+        stated = ", ".join(f"{self.shown(p)} {self.shown(o)}" for p, o in says) or self.shown(node)
         unknown = [t for t in (node, on, filler) if isinstance(t, URIRef) and t not in {*named, *self.class_uid}]
         hint = self.hint(unknown[0], {*named, *self.class_uid}) if unknown else ""
-        self.fault(iri, f"its definition says {told}", f"{_EXPRESSIONS}{hint}")
+        self.fault(iri, f"its definition says {stated}", f"{_EXPRESSIONS}{hint}")
         return None
 
     def _of_type(self, kind: URIRef, named: dict[Node, Attribute]) -> list[int]:
@@ -496,8 +496,8 @@ class _Reader:
 
     def individuals(self, classes: Sequence[OntologyClass], attributes: Sequence[Attribute]) -> list[Individual]:
         above = closure(classes)
-        found = {iri: uid for iri in self.stated if (uid := self._class_of(iri, above)) is not None}
-        iris = [iri for iri in found if isinstance(iri, URIRef)]
+        class_of = {iri: uid for iri in self.stated if (uid := self._class_of(iri, above)) is not None}
+        iris = [iri for iri in class_of if isinstance(iri, URIRef)]
         self._refuse_names(iris, _OF_INDIVIDUAL, {})
         made = []
         for iri in iris:
@@ -505,12 +505,12 @@ class _Reader:
             values: list[tuple[int, Value]] = []
             for attribute in attributes[1:]:
                 terms = sorted(self.graph.objects(iri, URIRef(attribute.iri)), key=str)
-                if terms and not above[found[iri]] >> attribute.domain & 1:
-                    wrong = f"it is a {classes[found[iri]].name}, and {attribute.name} is of "
+                if terms and not above[class_of[iri]] >> attribute.domain & 1:
+                    wrong = f"it is a {classes[class_of[iri]].name}, and {attribute.name} is of "
                     allowed = "attributes of its class and of those above it"
                     self.fault(iri, wrong + classes[attribute.domain].name, allowed)
                 elif attribute.range_class is not None:
-                    links += [(attribute.uid, self._target(iri, attribute, term, found, above)) for term in terms]
+                    links += [(attribute.uid, self._target(iri, attribute, term, class_of, above)) for term in terms]
                 elif terms:
                     value = _stored(attribute, terms[0])
                     if len(terms) > 1 or value is None:
@@ -519,7 +519,7 @@ class _Reader:
                         self.fault(iri, wrong, f"one literal of {datatype} in its range and on its grid")
                     else:
                         values.append((attribute.uid, value))
-            made.append(Individual(_local_name(iri), found[iri], tuple(links), tuple(values)))
+            made.append(Individual(_local_name(iri), class_of[iri], tuple(links), tuple(values)))
         self._refuse_many(attributes)
         self.refuse_if_any()
         return sorted(made, key=lambda individual: individual.name)
@@ -542,24 +542,24 @@ class _Reader:
         return lowest[0]
 
     def _target(
-        self, iri: URIRef, attribute: Attribute, term: Node, found: dict[Node, int], above: Sequence[int]
+        self, iri: URIRef, attribute: Attribute, term: Node, class_of: dict[Node, int], above: Sequence[int]
     ) -> str:
         """Return the target name of a link; record a fault unless it is an individual of the range."""
-        if term not in found:
+        if term not in class_of:
             self.fault(iri, f"its {attribute.name} is {self.shown(term)}", "an individual of these files")
-        elif not above[found[term]] >> (attribute.range_class or 0) & 1:
-            of, allowed = (_local_name(self.class_iris[uid]) for uid in (found[term], attribute.range_class or 0))
-            self.fault(iri, f"its {attribute.name} {self.shown(term)} is a {of}", f"a {allowed}")
+        elif not above[class_of[term]] >> (attribute.range_class or 0) & 1:
+            own, allowed = (_local_name(self.class_iris[uid]) for uid in (class_of[term], attribute.range_class or 0))
+            self.fault(iri, f"its {attribute.name} {self.shown(term)} is a {own}", f"a {allowed}")
         return _local_name(str(term))
 
     def _refuse_many(self, attributes: Sequence[Attribute]) -> None:
         """Refuse several links of a functional or inverse functional attribute."""
-        for kind, way in ((OWL.FunctionalProperty, "lead to"), (OWL.InverseFunctionalProperty, "come from")):
+        for kind, verb in ((OWL.FunctionalProperty, "lead to"), (OWL.InverseFunctionalProperty, "come from")):
             for attribute in (a for a in attributes if (URIRef(a.iri), RDF.type, kind) in self.graph):
                 pairs = list(self.graph.subject_objects(URIRef(attribute.iri)))
                 ends = [subject if kind == OWL.FunctionalProperty else target for subject, target in pairs]
                 for end in {end for end in ends if ends.count(end) > 1}:
-                    wrong = f"its links by {attribute.name} {way} {ends.count(end)} things"
+                    wrong = f"its links by {attribute.name} {verb} {ends.count(end)} things"
                     self.fault(end, wrong, f"one, by {self.shown(kind)}")
 
     def refuse_contradictions(self, tbox: TBox) -> None:
@@ -615,8 +615,8 @@ def _stored(attribute: Attribute, term: Node) -> Value | None:
         if attribute.kind is ValueKind.TEXT:
             return attribute.quantise(str(value))
         if attribute.kind is ValueKind.POINT:
-            found = _POINT.fullmatch(str(value))
-            point = None if found is None else (float(found[1]), float(found[2]))
+            match = _POINT.fullmatch(str(value))
+            point = None if match is None else (float(match[1]), float(match[2]))
             return point if point is not None and attribute.quantise(point) == point else None
         number = float(value)
         return number if attribute.quantise(number) == number else None

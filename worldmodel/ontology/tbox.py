@@ -144,8 +144,8 @@ class Attribute:
         try:
             return grid.encode(uncertainty)
         except ValueError as error:
-            what = "standard deviation" if self.kind in MEASURED else "probability"
-            raise ValueError(f"the {what} {error}") from None
+            measure = "standard deviation" if self.kind in MEASURED else "probability"
+            raise ValueError(f"the {measure} {error}") from None
 
     def quantise_uncertainty(self, uncertainty: float) -> float:
         """Return the uncertainty as stored and sent; raises as ``encode_uncertainty``."""
@@ -298,7 +298,7 @@ def reaching(tbox: TBox, reach_m: float) -> TBox:
 
 
 def _times(fields: Sequence[Field], times: int) -> tuple[Field, ...]:
-    return tuple(Field(of.minimum * times, of.maximum * times, of.resolution, of.unit) for of in fields)
+    return tuple(Field(field.minimum * times, field.maximum * times, field.resolution, field.unit) for field in fields)
 
 
 def closure(classes: Sequence[OntologyClass]) -> tuple[int, ...]:

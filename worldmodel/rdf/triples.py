@@ -84,9 +84,9 @@ class Triples:
 
     def items(self) -> Iterator[Triple]:
         """Yield the facts of all items, with types and names of their subjects."""
-        told = [observation for observation in self.facts if observation.block.is_item]
-        yield from self._told(told)
-        for uid in sorted({observation.fact.subject for observation in told}):
+        observations = [observation for observation in self.facts if observation.block.is_item]
+        yield from self._told(observations)
+        for uid in sorted({observation.fact.subject for observation in observations}):
             yield from self._labels(uid)
             for class_uid in self._types(uid, items_only=True):
                 yield (instance_iri(uid), RDF.type, self._classes[class_uid])
@@ -136,9 +136,9 @@ class Triples:
             for class_uid in self._concluded_classes(uid):
                 yield (instance_iri(uid), RDF.type, self._classes[class_uid])
             for attribute in sorted(self._linked):
-                told = inference.told_links(uid, attribute)
+                asserted = inference.told_links(uid, attribute)
                 for target in inference.links(uid, attribute):
-                    if target not in told:
+                    if target not in asserted:
                         yield (instance_iri(uid), self._attributes[attribute], instance_iri(target))
 
     def _labels(self, uid: int) -> Iterator[Triple]:
@@ -147,8 +147,8 @@ class Triples:
 
     def _types(self, uid: int, items_only: bool = False) -> list[int]:
         """Return the asserted classes of an instance."""
-        told = self.model.history(uid, TYPE_UID)
-        classes = {one.fact.target for one in told if one.block.is_item or not items_only}
+        history = self.model.history(uid, TYPE_UID)
+        classes = {entry.fact.target for entry in history if entry.block.is_item or not items_only}
         return sorted({*classes, *(common.class_uid for common in self.model.common_instances[uid : uid + 1])})
 
     def _concluded_classes(self, uid: int) -> list[int]:

@@ -102,15 +102,15 @@ def knowledge_iri(node: int) -> URIRef:
 
 
 def _graphs(known: Mapping[str, Knowledge]) -> Iterator[Graph]:
-    told = list(map(Triples, known.values()))
-    if len(told) > 1:
-        for triples in told:
+    all_triples = list(map(Triples, known.values()))
+    if len(all_triples) > 1:
+        for triples in all_triples:
             yield Graph(knowledge_iri(triples.model.owner), triples.all())
         return
-    yield Graph(None, told[0].all(concluded=False))
-    for origin in range(told[0].model.n_origins):
-        yield Graph(instance_iri(origin), told[0].said_by(origin))
-    yield Graph(CONCLUSIONS, told[0].conclusions())
+    yield Graph(None, all_triples[0].all(concluded=False))
+    for origin in range(all_triples[0].model.n_origins):
+        yield Graph(instance_iri(origin), all_triples[0].said_by(origin))
+    yield Graph(CONCLUSIONS, all_triples[0].conclusions())
 
 
 def _union(known: Mapping[str, Knowledge]) -> Iterator[Graph]:
