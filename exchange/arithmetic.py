@@ -58,7 +58,7 @@ def _whole_roots_of_2(halvings: int) -> list[int]:
         root = 2 << _BITS
         for _ in range(step):
             root = isqrt(root << _BITS)
-        roots = [one for old in roots for one in (old, old * root >> _BITS)]
+        roots = [new for old in roots for new in (old, old * root >> _BITS)]
     return roots
 
 
@@ -316,7 +316,7 @@ def erfc(x: float) -> float:
         return 0.0
     short = floor(x * 1048576.0) / 1048576.0  # its square is exact
     height = exp(-short * short) * exp(-(x - short) * (x + short))
-    total = fsum(of / (node + square) for node, of in zip(_NODES, _HEIGHTS, strict=True))
+    total = fsum(weight / (node + square) for node, weight in zip(_NODES, _HEIGHTS, strict=True))
     value = _STEP * x / PI * height * (1.0 / square + 2.0 * total)
     return value - 2.0 / expm1(TAU * x / _STEP) if x < PI / _STEP else value
 
@@ -341,10 +341,10 @@ _FAR = (
 )  # fmt: skip
 
 
-def _ratio(of: tuple[tuple[float, ...], tuple[float, ...]], x: float) -> float:
+def _ratio(quotient: tuple[tuple[float, ...], tuple[float, ...]], x: float) -> float:
     """Quotient of two polynomials, highest powers first."""
     top = bottom = 0.0
-    for upper, lower in zip(*of, strict=True):
+    for upper, lower in zip(*quotient, strict=True):
         top, bottom = top * x + upper, bottom * x + lower
     return top / bottom
 

@@ -82,8 +82,8 @@ def guid_of(name: str) -> Guid:
     """
     if "@" in name:
         return int(name.partition("@")[0]), 0, STATUS
-    whose, _, which = name.partition("-")
-    origin, _, epoch = whose.partition(".e")
+    life, _, which = name.partition("-")
+    origin, _, epoch = life.partition(".e")
     sequence = STATUS - int(which[1:]) if which.startswith("p") else int(which.partition(".")[0])
     return int(origin), int(epoch or 0), sequence
 

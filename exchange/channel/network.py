@@ -222,12 +222,12 @@ class NetworkChannel(ChannelModel):
         Vehicles without an entry in ``nodes`` get the remaining nodes in the order of one seeded number per node. A
         larger fleet thus keeps its nodes, and the order of nodes in a file has no effect.
         """
-        given = {deployment.nodes[vehicle]: node for vehicle, node in self.nodes.items()}
+        fixed = {deployment.nodes[vehicle]: node for vehicle, node in self.nodes.items()}
         numbers = {
             name: loss.uniform(seed, loss.NODES, 0, place, 0) for place, name in enumerate(sorted(network.nodes))
         }
         left = sorted(self._left(network), key=lambda name: numbers[name])
-        return {number: given[number] if number in given else left.pop(0) for number in range(len(deployment.nodes))}
+        return {number: fixed[number] if number in fixed else left.pop(0) for number in range(len(deployment.nodes))}
 
     def _left(self, network: Network) -> list[str]:
         return [name for name in network.nodes if name not in self.nodes.values()]
@@ -321,11 +321,11 @@ def network_of(setting: str, sha256: str = "") -> Network:
             return _shipped()[setting]
         raise LinkFileGoneError(f"is no network; allowed: {', '.join(_shipped())}, or {KINDS}")
     name = setting.removeprefix(file).removeprefix(":")
-    found = _read(file, same_hash(file, sha256, KINDS))
-    if not name and len(found) == 1:
-        return found[0]
-    if name in (names := [network.name for network in found]):
-        return found[names.index(name)]
+    networks = _read(file, same_hash(file, sha256, KINDS))
+    if not name and len(networks) == 1:
+        return networks[0]
+    if name in (names := [network.name for network in networks]):
+        return networks[names.index(name)]
     allowed = f"which of {', '.join(names)} is meant stands behind the file, as {Path(file).name}:{names[0]}"
     raise NetworkFileError([SettingFault("network", f'"{name}"' if name else "", allowed, tuple(names), file)])
 
@@ -364,23 +364,23 @@ def _of_toml(text: str, file: str) -> list[Network]:
 def _checked(tables: dict[str, Any], file: str) -> list[Network]:
     """Validate the networks of a file's tables."""
     try:
-        found = NetworkFile.model_validate_json(json.dumps(tables, default=str), strict=True).network
+        networks = NetworkFile.model_validate_json(json.dumps(tables, default=str), strict=True).network
     except ValidationError as error:
         raise NetworkFileError([_of_detail(detail, tables, file) for detail in error.errors()]) from None
     faults = [
-        SettingFault(f"network.{network.name}.{key}", given, allowed, file=file)
-        for network in found
-        for key, given, allowed in network.faults()
+        SettingFault(f"network.{network.name}.{key}", value, allowed, file=file)
+        for network in networks
+        for key, value, allowed in network.faults()
     ]
-    if not found:
+    if not networks:
         faults.append(
             SettingFault("network", "", "missing: a file of networks has one [[network]] at least", file=file)
         )
-    for name in [name for name, count in Counter(network.name for network in found).items() if count > 1]:
+    for name in [name for name, count in Counter(network.name for network in networks).items() if count > 1]:
         faults.append(SettingFault(f"network.{name}", "", "is there twice; each network has its own name", file=file))
     if faults:
         raise NetworkFileError(faults)
-    return list(found)
+    return list(networks)
 
 
 def _of_detail(detail: Mapping[str, Any], tables: Any, file: str) -> SettingFault:
@@ -391,19 +391,19 @@ def _of_detail(detail: Mapping[str, Any], tables: Any, file: str) -> SettingFaul
         tables = tables[part] if is_entry else tables.get(part) if isinstance(tables, dict) else None
         name = tables.get("name") if is_entry and isinstance(tables, dict) else None
         parts.append(name if isinstance(name, str) else str(part + 1 if is_entry else part))
-    key, given = ".".join(parts), json.dumps(detail["input"], default=str)
+    key, value = ".".join(parts), json.dumps(detail["input"], default=str)
     if detail["type"] == "missing":
         return SettingFault(key, "", "missing", file=file)
     if detail["type"] == "extra_forbidden":
         n_entries = sum(isinstance(part, int) for part in detail["loc"])
         known = tuple((NetworkFile, Network, NetworkNode)[n_entries].model_fields)
-        return SettingFault(key, given, f"unknown key, allowed here: {', '.join(known)}", known, file)
+        return SettingFault(key, value, f"unknown key, allowed here: {', '.join(known)}", known, file)
     if detail["type"] == "string_pattern_mismatch":  # the only pattern: network names, used in file names
         return SettingFault(
-            key, given, "allowed: 1 to 40 characters, none of them / \\ or a control character", file=file
+            key, value, "allowed: 1 to 40 characters, none of them / \\ or a control character", file=file
         )
     message = str(detail["msg"]).replace("tuple", "list").replace("Tuple", "list")
-    return SettingFault(key, given, message[0].lower() + message[1:], file=file)
+    return SettingFault(key, value, message[0].lower() + message[1:], file=file)
 
 
 def _of_csv(text: str, file: str) -> list[Network]:

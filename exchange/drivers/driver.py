@@ -117,10 +117,10 @@ class Ether:
 
     def carry(self, sender: MemoryDriver, data: bytes, now_s: float) -> None:
         """Deliver a packet to all drivers except the sender."""
-        heard = TimedPacket(bytes(data), now_s + self._air_s(8 * len(data)))
+        packet = TimedPacket(bytes(data), now_s + self._air_s(8 * len(data)))
         for driver, waiting in self._waiting.items():
             if driver is not sender:
-                waiting.append(heard)
+                waiting.append(packet)
 
     def taken(self, driver: MemoryDriver) -> list[TimedPacket]:
         """Return and clear the packets queued for a driver."""

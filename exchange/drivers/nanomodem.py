@@ -71,13 +71,13 @@ class Nanomodem:
             if not came:  # port removed
                 self.close()
             self._rest += came
-            if heard := self._taken():
-                return heard
+            if packets := self._taken():
+                return packets
         return []
 
     def _taken(self) -> list[TimedPacket]:
         """Return the complete packets received; data that looks like a head is not parsed as one."""
-        heard: list[TimedPacket] = []
+        packets: list[TimedPacket] = []
         now_s = max(0.0, self._pace.now_s)
         while (head := HEARD.search(self._rest)) is not None:
             length = int(head[1])
@@ -87,11 +87,11 @@ class Nanomodem:
             data = self._rest[head.end() : head.end() + length]
             if len(data) < length:
                 self._rest = self._rest[head.start() :]
-                return heard
-            heard.append(TimedPacket(data, now_s))
+                return packets
+            packets.append(TimedPacket(data, now_s))
             self._rest = self._rest[head.end() + length :]
         self._rest = self._rest[-(LONGEST_HEAD - 1) :]
-        return heard
+        return packets
 
     def close(self) -> None:
         """Close the port."""

@@ -129,12 +129,12 @@ class UdpDriver:
     def receive(self, until_s: float) -> list[TimedPacket]:
         """Return the packets of peers; wait until ``until_s`` for the first."""
         while self._is_open and self._port.wait(self._pace.wait_s(until_s)):
-            if heard := self._taken():
-                return heard
+            if packets := self._taken():
+                return packets
         return []
 
     def _taken(self) -> list[TimedPacket]:
-        heard: list[TimedPacket] = []
+        packets: list[TimedPacket] = []
         for _ in range(MOST_AT_ONCE):
             if (datagram := self._port.take()) is None:
                 break
@@ -143,8 +143,8 @@ class UdpDriver:
                 self.n_strange += 1
                 continue
             sent_s, data = opened
-            heard.append(TimedPacket(data, min(sent_s, self._pace.now_s) + self._air_s(8 * len(data))))
-        return heard
+            packets.append(TimedPacket(data, min(sent_s, self._pace.now_s) + self._air_s(8 * len(data))))
+        return packets
 
     def close(self) -> None:
         """Close the port."""

@@ -73,9 +73,9 @@ class UnetStack:
         """Return the agent named in the answer to a request; empty after the timeout."""
         until_s = time.monotonic() + PATIENCE_S
         while self._socket is not None and (left_s := until_s - time.monotonic()) > 0.0:
-            for said in self._lines(left_s):
-                if said.get("id") == asked:
-                    return str(said.get("agentID") or "")
+            for message in self._lines(left_s):
+                if message.get("id") == asked:
+                    return str(message.get("agentID") or "")
         return ""
 
     def send(self, data: bytes, now_s: float) -> None:
@@ -97,9 +97,9 @@ class UnetStack:
         """Return the received packets; wait until ``until_s`` for the first."""
         while self._socket is not None:
             left_s = self._pace.wait_s(until_s)
-            heard = [data for said in self._lines(left_s) if (data := self._heard(said)) is not None]
-            if heard or left_s <= 0.0:
-                return [TimedPacket(data, max(0.0, self._pace.now_s)) for data in heard]
+            packets = [data for message in self._lines(left_s) if (data := self._heard(message)) is not None]
+            if packets or left_s <= 0.0:
+                return [TimedPacket(data, max(0.0, self._pace.now_s)) for data in packets]
         return []
 
     def close(self) -> None:
@@ -133,29 +133,29 @@ class UnetStack:
             return []
         *lines, self._rest = (self._rest + came).replace(b"\r", b"\n").split(b"\n")
         self._rest = self._rest if len(self._rest) <= MOST_BYTES else b""
-        said = []
+        messages = []
         for line in filter(None, lines):
             with suppress(ValueError, RecursionError):
                 value = json.loads(line)
                 if isinstance(value, dict):
                     self._answered(value)
-                    said.append(value)
-        return said
+                    messages.append(value)
+        return messages
 
-    def _answered(self, said: dict[str, Any]) -> None:
+    def _answered(self, query: dict[str, Any]) -> None:
         """Answer requests of the container about its agents."""
-        action = said.get("action")
-        if said.get("alive") is True:
+        action = query.get("action")
+        if query.get("alive") is True:
             self._say({"alive": True})
         elif action in ("agents", "containsAgent"):
-            mine = {"agentIDs": [self._name]} if action == "agents" else {"answer": said.get("agentID") == self._name}
-            self._say({"id": said.get("id"), "inResponseTo": action, **mine})
+            mine = {"agentIDs": [self._name]} if action == "agents" else {"answer": query.get("agentID") == self._name}
+            self._say({"id": query.get("id"), "inResponseTo": action, **mine})
         elif isinstance(action, str) and action in _ANSWERS:
-            self._say({"id": said.get("id"), "inResponseTo": action, **_ANSWERS[action]})
+            self._say({"id": query.get("id"), "inResponseTo": action, **_ANSWERS[action]})
 
-    def _heard(self, said: dict[str, Any]) -> bytes | None:
+    def _heard(self, received: dict[str, Any]) -> bytes | None:
         """Return the packet of a received frame; None for other messages."""
-        message = said.get("message")
+        message = received.get("message")
         content = message.get("data") if isinstance(message, dict) else None
         if not isinstance(message, dict) or not isinstance(content, dict):
             return None

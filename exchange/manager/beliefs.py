@@ -142,14 +142,14 @@ class Beliefs:
 
     def known(self, life: Life, first: int, end: int) -> list[tuple[int, tuple[int, ...]]]:
         """Return sequences ``first`` to ``end - 1`` of an incarnation with columns of known parts."""
-        (origin, epoch), found, column_of = life, list[tuple[int, tuple[int, ...]]](), self.column_of
+        (origin, epoch), listed, column_of = life, list[tuple[int, tuple[int, ...]]](), self.column_of
         for sequence in range(first, end):
             parts = self._parts.get((origin, epoch, sequence))
             if parts is not None:
-                found.append((sequence, parts))
+                listed.append((sequence, parts))
             elif (column := column_of.get(ItemUid(origin, sequence, 0, epoch))) is not None:
-                found.append((sequence, (column,)))
-        return found
+                listed.append((sequence, (column,)))
+        return listed
 
     def add(self, item: Named, entry: Sendable | None = None) -> int:
         """Add a new item; return its column."""

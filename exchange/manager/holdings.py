@@ -90,9 +90,9 @@ class HoldingsReports:
         columns = sorted(members(candidates), key=lambda column: ((uids[column].origin - me) % n_nodes, uids[column]))
         plan = self._gathered(columns, window, statements)
         self._n_symbols = plan_packet(plan, n_nodes, len(columns), room_bits, self._codes_repairs, large_first)
-        chosen = sum([1 << column for at, column in enumerate(columns) if plan.takes[at]])
-        self._statements = [one for one in statements if plan.states[one.origin]]
-        size_bits = sum([self._accounts.statement(one, self._me)[1] for one in self._statements])
+        chosen = sum([1 << column for number, column in enumerate(columns) if plan.takes[number]])
+        self._statements = [statement for statement in statements if plan.states[statement.origin]]
+        size_bits = sum([self._accounts.statement(statement, self._me)[1] for statement in self._statements])
         self._symbols_bits = 0
         if self._n_symbols:
             longest = max(map(len, self._coded(chosen).values()))
@@ -148,7 +148,7 @@ class HoldingsReports:
                 lacks.append(0.0 if is_held else 1.0 if reckoned is None else max(LEAST_LACK, reckoned[peer]))
                 if is_held or (reckoned is not None and reckoned[peer] < 1.0):
                     new &= ~(1 << column)
-        owed = [sum(map(self._priority_here, members(self._owed(one)))) / most for one in statements]
+        owed = [sum(map(self._priority_here, members(self._owed(statement)))) / most for statement in statements]
         symbol_bits = [self._symbol_bits(column) if self._codes_repairs else IMPOSSIBLE for column in columns]
         away = self._peers.away | 1 << me
         return PacketPlan(
@@ -162,8 +162,8 @@ class HoldingsReports:
             lacks=lacks,
             owed=owed,
             statement_bits=[
-                self._accounts.statement(one, me)[1] if one.length or owed[one.origin] else IMPOSSIBLE
-                for one in statements
+                self._accounts.statement(statement, me)[1] if statement.length or owed[statement.origin] else IMPOSSIBLE
+                for statement in statements
             ],
             gain=[0.0] * n,
             takes=[0] * n,
@@ -180,17 +180,19 @@ class HoldingsReports:
         """Return the items (set) that do not wait for a peer, which is absent or does not need them."""
         return -1 if self._peers.away >> peer & 1 else self._beliefs.spared[peer]
 
-    def _owed(self, one: OriginStatement) -> int:
+    def _owed(self, claim: OriginStatement) -> int:
         """Return the unreported acknowledgements (item set) that a statement brings its origin.
 
         Excluded is the packet's acknowledgement vector. Items beyond the statement wait for a holder set or later
         statement.
         """
-        origin = one.origin
+        origin = claim.origin
         if origin == self._me or self._peers.away >> origin & 1:
             return 0
         unknown = self._beliefs.origins[origin] & ~self._confirmed & ~self._beliefs.log.last(origin)
-        return unknown and unknown & (self._items_below((origin, one.epoch), one.first) | self._items(*_window_of(one)))
+        return unknown and unknown & (
+            self._items_below((origin, claim.epoch), claim.first) | self._items(*_window_of(claim))
+        )
 
     def _symbol_bits(self, column: int) -> int:
         """Return the symbol size for an item's block; ``IMPOSSIBLE`` unless it is whole here."""
@@ -210,11 +212,11 @@ class HoldingsReports:
     def _coded(self, content: int) -> dict[tuple[int, int], bytes]:
         """Return the blocks by origin and number that the symbols of a packet cover."""
         coded: dict[tuple[int, int], bytes] = {}
-        for one in self._statements:
-            life, numbers = _window_of(one)
+        for statement in self._statements:
+            life, numbers = _window_of(statement)
             for number in members(numbers):
                 if not self._items(life, 1 << number) & content:
-                    coded[one.origin, number] = self._bytes_of((*life, number))
+                    coded[statement.origin, number] = self._bytes_of((*life, number))
         return coded
 
     def account(self, content: int, slot: int, left_bits: int) -> Account:
@@ -241,8 +243,8 @@ class HoldingsReports:
             items = item_set(parts)
             holders = sum([1 << node for node, held in enumerate(beliefs.held) if not items & ~held])
             if holders & ~(1 << self._me):
-                one = HolderSet(*guid, holders)
-                left_bits -= self._accounts.holder_set(one, self._me)[1]
+                holder_set = HolderSet(*guid, holders)
+                left_bits -= self._accounts.holder_set(holder_set, self._me)[1]
                 if left_bits < 0:
                     return
                 learned, _, n_passed = news[column]
@@ -250,20 +252,20 @@ class HoldingsReports:
                     news.pop(part, None)
                 if n_passed + 1 < MOST_PASSED:
                     news[column] = learned, slot, n_passed + 1
-                yield one
+                yield holder_set
 
     def _note_sent(
         self, content: int, coded: dict[tuple[int, int], bytes], n_symbols: int, holder_sets: Sequence[HolderSet]
     ) -> None:
         """Record the reported own holdings, and the expected lack of peers after the packet."""
-        beliefs, told = self._beliefs, content
+        beliefs, reported = self._beliefs, content
         for origin in members(beliefs.log.heard):
-            told |= beliefs.log.last(origin) & beliefs.origins[origin]
-        for one in self._statements:
-            told |= self._items_below((one.origin, one.epoch), one.first) | self._items(*_window_of(one))
+            reported |= beliefs.log.last(origin) & beliefs.origins[origin]
+        for claim in self._statements:
+            reported |= self._items_below((claim.origin, claim.epoch), claim.first) | self._items(*_window_of(claim))
         for shown in holder_sets:
-            told |= self._items((shown.origin, shown.epoch), 1 << shown.sequence)
-        self._told = told
+            reported |= self._items((shown.origin, shown.epoch), 1 << shown.sequence)
+        self._told = reported
         over = [(origin, self._peers.epochs[origin], number) for origin, number in coded]
         self._note_brought(self._me, members(content), over, n_symbols)
 
@@ -333,14 +335,14 @@ class HoldingsReports:
             self._note_fate(sender, packet.rows[sender] >> self._me & 1)
         if answers:
             self._note_fates_of_others(sender, packet.rows[sender])
-        for one in account.statements:
-            life = one.origin, one.epoch
-            if life in self._beliefs.shared or one.epoch != self._peers.epochs[one.origin]:
+        for statement in account.statements:
+            life = statement.origin, statement.epoch
+            if life in self._beliefs.shared or statement.epoch != self._peers.epochs[statement.origin]:
                 continue
-            lacked |= self._deny(sender, one)
-            self._believe(1 << sender, life, one.held)
-            if one.is_known_to_all:
-                self._believe(vouched, life, (1 << one.first) - 1)
+            lacked |= self._deny(sender, statement)
+            self._believe(1 << sender, life, statement.held)
+            if statement.is_known_to_all:
+                self._believe(vouched, life, (1 << statement.first) - 1)
         for shown in account.holder_sets:
             if (life := (shown.origin, shown.epoch)) not in self._beliefs.shared:
                 self._believe(shown.holders & (vouched | 1 << sender), life, 1 << shown.sequence)
@@ -392,15 +394,15 @@ class HoldingsReports:
                 self._stated[peer, life] = known | numbers
                 self._beliefs.held[peer] |= self._items(life, new)
 
-    def _deny(self, sender: int, one: OriginStatement) -> int:
+    def _deny(self, sender: int, statement: OriginStatement) -> int:
         """Believe that a peer lacks what its statement omits; return the items (set) believed held before."""
-        life, beliefs, lacked = (one.origin, one.epoch), self._beliefs, 0
+        life, beliefs, lacked = (statement.origin, statement.epoch), self._beliefs, 0
         end = beliefs.ends.get(life, 0)
-        if one.length == MOST_STATED:
-            end = min(end, one.first + one.length)
-        for number in range(one.first, end):
+        if statement.length == MOST_STATED:
+            end = min(end, statement.first + statement.length)
+        for number in range(statement.first, end):
             parts = beliefs.parts((*life, number))
-            if not parts or one.held >> number & 1:
+            if not parts or statement.held >> number & 1:
                 continue
             items = item_set(parts)
             for column in members(items):
@@ -414,25 +416,25 @@ class HoldingsReports:
     def _decoded(self, packet: Packet, slot: int, now_s: float) -> tuple[Named, ...]:
         """Return the items recovered from the symbols of this and earlier packets."""
         beliefs = self._beliefs
-        found: dict[Guid, bytes] = {}
+        decoded: dict[Guid, bytes] = {}
         for guid in self._decoder.unknown:
             if beliefs.is_whole(guid):
-                found |= self._decoder.learn(guid, self._bytes_of(guid))
+                decoded |= self._decoder.learn(guid, self._bytes_of(guid))
         over = self._over(packet) if packet.account.symbols else []
         for place, data in enumerate(packet.account.symbols):
             key, unknown, rest = symbol_key(slot, place), dict[Guid, int](), data
             for guid in over:
                 factor = coefficient(key, guid[0], guid[2])
-                if beliefs.is_whole(guid) or guid in found:
-                    rest = added(rest, scaled(found.get(guid) or self._bytes_of(guid), factor))
+                if beliefs.is_whole(guid) or guid in decoded:
+                    rest = added(rest, scaled(decoded.get(guid) or self._bytes_of(guid), factor))
                 else:
                     unknown[guid] = factor
-            found |= self._decoder.add(unknown, rest)
+            decoded |= self._decoder.add(unknown, rest)
         items: list[Named] = []
         try:
-            for guid in sorted(guid for guid in found if not beliefs.is_whole(guid)):
+            for guid in sorted(guid for guid in decoded if not beliefs.is_whole(guid)):
                 origin, epoch, sequence = guid
-                block = self._accounts.block_of(found[guid], guid)
+                block = self._accounts.block_of(decoded[guid], guid)
                 if origin == self._me or block.time_s > now_s:
                     raise PeerFault(f"decoded block {sequence} of node {origin} is an own block or later than now")
                 items.append(name_of_item(Fragment(origin, sequence, block.time_s, block.facts, 0, 1, epoch)))
@@ -446,13 +448,13 @@ class HoldingsReports:
         """Return the blocks that symbols cover; none if an incarnation is unknown or ambiguous."""
         over: list[Guid] = []
         plain = {fragment.guid for fragment in packet.fragments}
-        for one in packet.account.statements:
-            life, numbers = _window_of(one)
-            if one.epoch != self._peers.epochs[one.origin] or life in self._beliefs.shared:
+        for statement in packet.account.statements:
+            life, numbers = _window_of(statement)
+            if statement.epoch != self._peers.epochs[statement.origin] or life in self._beliefs.shared:
                 return []
             over += [(*life, number) for number in members(numbers) if (*life, number) not in plain]
         return over
 
 
-def _window_of(one: OriginStatement) -> tuple[Life, int]:
-    return (one.origin, one.epoch), one.mask << one.first
+def _window_of(statement: OriginStatement) -> tuple[Life, int]:
+    return (statement.origin, statement.epoch), statement.mask << statement.first

@@ -76,8 +76,8 @@ class Interests:
         nodes, priority = 0, 0
         facts = tuple(facts)
         for fact in facts:
-            word, value = self._wanted.get((fact.subject, fact.attribute)) or self._ask(fact, facts)
-            nodes |= word
+            mask, value = self._wanted.get((fact.subject, fact.attribute)) or self._ask(fact, facts)
+            nodes |= mask
             priority = max(priority, value)
         return nodes, priority
 
@@ -87,7 +87,7 @@ class Interests:
         for fact in block:
             wanted = self._wanted.get(fact[:2])
             if wanted is None:
-                wanted = self._ask(PropertyValue(*fact), tuple([PropertyValue(*one) for one in block]))
+                wanted = self._ask(PropertyValue(*fact), tuple([PropertyValue(*f) for f in block]))
             if wanted[1] > 0:
                 return True
         return False

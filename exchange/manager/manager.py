@@ -228,7 +228,7 @@ class ExchangeManager:
             return Reception(slot, sender, fault=str(fault), is_stranger=differs, conflict=sender if is_twin else None)
         self._beliefs.log.open(slot)
         is_second = self._peers.conflicts(sender, slot, data)
-        heard = self._receiver.apply(decoded, slot, met, is_second, now_s)
+        reception = self._receiver.apply(decoded, slot, met, is_second, now_s)
         if (reports := self._receiver.reports) is not None:
             self.n_faults, reports.n_refused = self.n_faults + reports.n_refused, 0
         if (relaying := self._receiver.relaying) is not None:
@@ -236,7 +236,7 @@ class ExchangeManager:
                 relaying.note(packet)
             if frame >= relaying.due_frame:
                 relaying.look(frame, now_s)
-        return heard
+        return reception
 
     def _refuse_untimely(self, slot: int, sender: int, now_s: float) -> None:
         """Raise PeerFault for a packet too old or too early to be processed."""

@@ -148,8 +148,8 @@ class PeerStates:
         if self._since_frame is None:
             self._since_frame = frame
         passed_over, silent = self.away | 1 << self._me, list[tuple[int, int]]()
-        for node, heard in enumerate(self.heard_frame):
-            silence = frame - (heard or self._since_frame)
+        for node, heard_frame in enumerate(self.heard_frame):
+            silence = frame - (heard_frame or self._since_frame)
             if silence > SHORTEST_SILENCE and not passed_over >> node & 1:
                 silent.append((node, silence))
         return silent

@@ -99,7 +99,7 @@ class Receiver:
             self._begin(node, epoch)
         beliefs.before = beliefs.held.copy()
         missed = decoded.heard & ~(log.heard | 1 << sender | 1 << self._me)
-        told = self._told(packet, missed, now_s) if missed or decoded.relays else ()
+        evidence = self._told(packet, missed, now_s) if missed or decoded.relays else ()
         taken = self._take_in(decoded.items, now_s) if decoded.items else _Taken(0, decoded.statuses)
         lacked = 0
         is_trusted = frame >= peers.trusted_from or not peers.is_doubted(sender, frame)
@@ -131,7 +131,7 @@ class Receiver:
         settled = self._interests.settle() if gained or begun else ()
         return Reception(
             slot, sender, tuple(taken.blocks), packet.signals, tuple(taken.items), gained, settled, tuple(taken.aside),
-            met=met, conflict=conflict, told=told,
+            met=met, conflict=conflict, told=evidence,
         )  # fmt: skip
 
     def _begin(self, node: int, epoch: int) -> None:
@@ -163,11 +163,11 @@ class Receiver:
 
         ``missed`` has the nodes (bit mask) whose last packets only others received.
         """
-        told = [(node, now_s - self._frame_s) for node in members(missed)] if missed else []
+        evidence = [(node, now_s - self._frame_s) for node in members(missed)] if missed else []
         for fragment in packet.fragments:
             if fragment.origin not in (packet.sender, self._me):
-                told.append((fragment.origin, min(fragment.time_s, now_s)))
-        return tuple(told)
+                evidence.append((fragment.origin, min(fragment.time_s, now_s)))
+        return tuple(evidence)
 
     def _is_news(self, status: Block) -> bool:
         """True once per status newer than the known one, which other nodes may have rejected."""
@@ -237,21 +237,21 @@ class Receiver:
 
     def _lives_told(self, packet: Packet) -> list[tuple[int, int]]:
         """Return nodes with a new incarnation, by the packet's head and its unknown items."""
-        told, epochs = {packet.sender: packet.epoch}, self._peers.epochs
+        lives, epochs = {packet.sender: packet.epoch}, self._peers.epochs
         for fragment in packet.fragments:
             origin = fragment.origin
-            is_newer = fragment.epoch > epochs[origin] and origin not in told and origin != self._me
+            is_newer = fragment.epoch > epochs[origin] and origin not in lives and origin != self._me
             if is_newer and fragment.sequence != STATUS and fragment.uid not in self._beliefs.column_of:
-                told[origin] = fragment.epoch
-        return [(node, epoch) for node, epoch in told.items() if epoch != epochs[node]]
+                lives[origin] = fragment.epoch
+        return [(node, epoch) for node, epoch in lives.items() if epoch != epochs[node]]
 
-    def _take_in(self, told: Sequence[Named | Block], now_s: float) -> _Taken:
+    def _take_in(self, received: Sequence[Named | Block], now_s: float) -> _Taken:
         beliefs, is_ambiguous = self._beliefs, False
         content = 0
         blocks: list[Block] = []
         items: list[ItemUid] = []
         aside: list[Fragment] = []
-        for item in told:
+        for item in received:
             if isinstance(item, Block):
                 blocks.append(item)
                 continue

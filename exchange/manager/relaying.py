@@ -106,8 +106,8 @@ class Relaying:
         for receiver in self._nodes:
             if receiver != self._me and not away >> receiver & 1:
                 relayed |= self._cut_off_from(worth[receiver], joined(tree, self._me, 1 << receiver), away)
-        cut_off = [(peer, way) for peer, way in ways if worth[peer][way[-1]] > FAVOUR * worth[peer][self._me]]
-        self.left = [(peer, by) for peer, way in cut_off for by in way]
+        cut_off = [(peer, path) for peer, path in ways if worth[peer][path[-1]] > FAVOUR * worth[peer][self._me]]
+        self.left = [(peer, by) for peer, path in cut_off for by in path]
         self._receiver.relay(relayed, now_s)
 
     def note(self, packet: Packet) -> None:
@@ -121,8 +121,8 @@ class Relaying:
         """Return the open items lacked only by peers that are left to a relay."""
         peers, beliefs, left = self._peers, self._beliefs, list[tuple[int, int]]()
         for peer, by in self.left:
-            heard = peers.heard_frame[by]
-            if heard is not None and frame - heard <= peers.longest_silence(by):
+            heard_frame = peers.heard_frame[by]
+            if heard_frame is not None and frame - heard_frame <= peers.longest_silence(by):
                 left.append((peer, by))
         resting = items
         for peer in members((1 << beliefs.n_nodes) - 1 & ~peers.away):
@@ -169,7 +169,7 @@ def tree_of(worth: list[list[float]]) -> list[int]:
         inside = left.pop(node)
         tree[node] |= 1 << inside
         tree[inside] |= 1 << node
-        left = {one: node if worth[one][node] > worth[one][best] else best for one, best in left.items()}
+        left = {out: node if worth[out][node] > worth[out][best] else best for out, best in left.items()}
     return tree
 
 
@@ -180,8 +180,8 @@ def ways_from(tree: list[int], start: int) -> list[tuple[int, list[int]]]:
     [(1, [0]), (2, [0, 1])]
     """
     ways: list[tuple[int, list[int]]] = [(start, [])]
-    for node, way in ways:
-        ways += [(beyond, [*way, node]) for beyond in members(tree[node]) if beyond not in way]
+    for node, path in ways:
+        ways += [(beyond, [*path, node]) for beyond in members(tree[node]) if beyond not in path]
     return ways[1:]
 
 
@@ -191,11 +191,11 @@ def joined(tree: list[int], start: int, without: int) -> int:
     >>> joined([2, 5, 2], 0, without=0b010)
     1
     """
-    found = frontier = 1 << start
+    reached = frontier = 1 << start
     while frontier:
         neighbours = 0
         for node in members(frontier):
             neighbours |= tree[node]
-        frontier = neighbours & ~(found | without)
-        found |= frontier
-    return found
+        frontier = neighbours & ~(reached | without)
+        reached |= frontier
+    return reached

@@ -69,7 +69,7 @@ class SummaryQueue:
 
     def urgent(self, room_bits: int) -> tuple[Summary, ...]:
         """Return the due summaries that fit, at least one; the others stay due."""
-        told: list[Summary] = []
+        chosen: list[Summary] = []
         for life in (*self._alarms, *self._due):
             is_alarm = life in self._alarms
             if life in self.silenced and not is_alarm:
@@ -77,21 +77,21 @@ class SummaryQueue:
                 continue
             summary = Summary(*life, MOST_ITEMS, 0) if is_alarm else summary_of(life, self._holdings.held.get(life, 0))
             room_bits -= self._size_bits(summary)
-            if room_bits < 0 and told:
+            if room_bits < 0 and chosen:
                 break
             self._alarms.pop(life, None)
             self._take(life, summary)
-            told.append(summary)
-        return tuple(told)
+            chosen.append(summary)
+        return tuple(chosen)
 
     def spare(self, room_bits: int) -> tuple[Summary, ...]:
         """Return one summary that fits and was changed, or sent less than ``TIMES_TOLD`` times.
 
         A summary that reports a discarded block is repeated until the block arrives, in case its sender missed it.
         """
-        holdings, told = self._holdings, self._told
-        for life in (*[life for life in sorted(holdings.held) if life not in told], *told):
-            held, given_up, before = holdings.held.get(life, 0), holdings.given_up.get(life), told.get(life, _NEVER)
+        holdings, sent = self._holdings, self._told
+        for life in (*[life for life in sorted(holdings.held) if life not in sent], *sent):
+            held, given_up, before = holdings.held.get(life, 0), holdings.given_up.get(life), sent.get(life, _NEVER)
             is_told = before.times == TIMES_TOLD
             if life in self.silenced or (is_told and before.held == held and not given_up):
                 continue

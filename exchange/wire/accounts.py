@@ -55,8 +55,8 @@ class AccountCodec:
         """Encode a holdings section."""
         bits = size_bits = 0
         for parts in (
-            [self.statement(one, sender) for one in account.statements],
-            [self.holder_set(one, sender) for one in account.holder_sets],
+            [self.statement(entry, sender) for entry in account.statements],
+            [self.holder_set(entry, sender) for entry in account.holder_sets],
         ):
             for part, part_bits in parts:
                 bits, size_bits = bits << part_bits | part, size_bits + part_bits

@@ -206,17 +206,17 @@ class SideCodec:
         bits, size_bits = SUMMARY_BITS[0] << life_bits | life, SUMMARY_BITS[1] + life_bits + highest_bits + MASK_BITS
         return (bits << highest_bits | highest) << MASK_BITS | summary.mask, size_bits
 
-    def _signal_of(self, word: int) -> InfluenceSignal:
-        value = word & 0xFF
-        return InfluenceSignal(word >> SIGNAL_VALUE_BITS & self._role_mask, value - 256 if value > 127 else value)
+    def _signal_of(self, bits: int) -> InfluenceSignal:
+        value = bits & 0xFF
+        return InfluenceSignal(bits >> SIGNAL_VALUE_BITS & self._role_mask, value - 256 if value > 127 else value)
 
     def read_summary(self, reader: Reader) -> Summary:
         """Decode the next summary; raise PeerFault for an invalid origin or epoch."""
         reader.left -= SUMMARY_BITS[1]
         origin, epoch = self._fragments.read_life(reader)
         sequence_bits = self._fragments.sequence_bits
-        word = reader.take(sequence_bits + MASK_BITS)  # number and mask at once, unless the number is a longer one
-        number, mask = word >> MASK_BITS, word & FULL_MASK
+        bits = reader.take(sequence_bits + MASK_BITS)  # number and mask at once, unless the number is a longer one
+        number, mask = bits >> MASK_BITS, bits & FULL_MASK
         if number == (1 << sequence_bits) - 1:
             reader.left += MASK_BITS
             number += codes.read_rest(reader.take)
@@ -449,7 +449,7 @@ class Codec:
             concerns |= -1 if summary.highest >= MOST_ITEMS else 1 << summary.origin
         items: tuple[Named | Block, ...] = ()
         if len(statuses) < len(packet.fragments):
-            items = tuple([of.block if of.sequence == STATUS else name_of_item(of) for of in packet.fragments])
+            items = tuple([f.block if f.sequence == STATUS else name_of_item(f) for f in packet.fragments])
         heard = 0
         for row in packet.rows:
             heard |= row

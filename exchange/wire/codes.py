@@ -26,8 +26,8 @@ class FieldSize:
 def values_in_words(attribute: Attribute, n_values: Mapping[ValueKind, int]) -> str:
     """Describe an attribute's values; ``n_values`` has the numbers of instances and classes."""
     if attribute.kind in n_values:
-        of = "instances" if attribute.kind is ValueKind.LINK else "classes"
-        return f"one of {n_values[attribute.kind]} {of}"
+        nouns = "instances" if attribute.kind is ValueKind.LINK else "classes"
+        return f"one of {n_values[attribute.kind]} {nouns}"
     if attribute.symbols:
         return " or ".join(attribute.symbols)
     if attribute.most_bytes:

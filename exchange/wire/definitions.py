@@ -170,13 +170,13 @@ class Introductions:
             return None
         self._is_due = False
         self._made.append(frame)
-        told = list(self._owed)[: self._most]
-        for peer in told:
+        echoed = list(self._owed)[: self._most]
+        for peer in echoed:
             del self._owed[peer]
         lacks = sum(1 << node for node in range(self._schedule.n_nodes) if self._lacks(node))
         body = self._codec.encode_head(Head(self._me, 0, frame)).to_bytes(self._head_bytes, "big")
         body += self._salts[self._me] + lacks.to_bytes(self._lacks_bytes, "big")
-        body += b"".join(bytes((peer,)) + self._claims[peer][:ECHO_BYTES] for peer in told)
+        body += b"".join(bytes((peer,)) + self._claims[peer][:ECHO_BYTES] for peer in echoed)
         return body + self._tag(body, slot)
 
     def _may_go(self, frame: int) -> bool:
@@ -213,7 +213,7 @@ class Introductions:
         return known is None or self._claims.get(node, known) != known
 
     def _entries(self, body: bytes) -> list[bytes]:
-        return [body[at : at + ENTRY_BYTES] for at in range(self._list_at, len(body), ENTRY_BYTES)]
+        return [body[start : start + ENTRY_BYTES] for start in range(self._list_at, len(body), ENTRY_BYTES)]
 
     def _tag(self, body: bytes, slot: int) -> bytes:
         return hmac.digest(self._tag_key, slot.to_bytes(8, "big") + body, "sha256")[:TAG_BYTES]

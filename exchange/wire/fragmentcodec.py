@@ -220,8 +220,8 @@ class FragmentCodec:
 
     def read_life(self, reader: Reader) -> Life:
         """Decode an origin and its epoch; raise PeerFault if invalid."""
-        word = reader.take(self.origin_bits + EPOCH_BITS)
-        origin, epoch = word >> EPOCH_BITS, word & LONG_EPOCH
+        bits = reader.take(self.origin_bits + EPOCH_BITS)
+        origin, epoch = bits >> EPOCH_BITS, bits & LONG_EPOCH
         if origin >= self.n_nodes:
             raise PeerFault(f"origin {origin} is not one of {self.n_nodes} nodes")
         if epoch == LONG_EPOCH:  # as ``codes.natural`` has it
@@ -253,11 +253,11 @@ class FragmentCodec:
         """Decode an own whole block of a single fact; updates the last sequences in ``before``."""
         facts = self.facts
         # prefix bit, near age, subject and attribute in one read
-        word = reader.take(self._single_bits)
-        age = word >> facts.prefix_bits
+        bits = reader.take(self._single_bits)
+        age = bits >> facts.prefix_bits
         if age < self._near and age <= base:
             numerator, denominator = self._time_ratio
-            time_s, fact = (base - age) * numerator / denominator, facts.read_named(reader, word & self._prefix_mask)
+            time_s, fact = (base - age) * numerator / denominator, facts.read_named(reader, bits & self._prefix_mask)
         else:
             reader.left += self._single_bits - 1
             time_s, fact = self._read_time(reader, base), facts.read_one(reader)
@@ -303,12 +303,12 @@ class Packing:
     def size_bits(self, fragment: Fragment, body_bits: int) -> int:
         """Return the growth of the packet by an item of ``body_bits`` without its sequence."""
         taken, sequence = self._sequences.get((fragment.origin, fragment.epoch), ()), fragment.sequence
-        at = bisect_left(taken, sequence)
-        before = taken[at - 1] if at else None
+        index = bisect_left(taken, sequence)
+        before = taken[index - 1] if index else None
         sequence_bits = self._codec.encode_sequence(sequence, before)[1]
-        if at < len(taken):  # its successor gets another predecessor
+        if index < len(taken):  # its successor gets another predecessor
             behind = self._codec.encode_sequence
-            sequence_bits += behind(taken[at], sequence)[1] - behind(taken[at], before)[1]
+            sequence_bits += behind(taken[index], sequence)[1] - behind(taken[index], before)[1]
         return body_bits + sequence_bits
 
     def add(self, fragment: Fragment) -> bool:

@@ -101,10 +101,10 @@ class Checksum:
 
     def stripped(self, data: bytes, frame: int) -> bytes:
         """Remove the checksum; raise PeerFault if it is wrong."""
-        told, crc = data[: -self._n_bytes], data[-self._n_bytes :]
-        if self._of(told, frame) != crc:
+        body, crc = data[: -self._n_bytes], data[-self._n_bytes :]
+        if self._of(body, frame) != crc:
             raise PeerFault(self._fault)
-        return told
+        return body
 
     def _of(self, data: bytes, frame: int) -> bytes:
         return self._crc(frame.to_bytes(8, "big") + data).to_bytes(self._n_bytes, "big")
