@@ -209,12 +209,12 @@ def _check_faults(record: Record, report: CheckReport) -> None:
     if drawn:
         why = "it is drawn by the seed; only their kinds and numbers are known"
         report.skip("whom drawn faults befall, and when", why)
-    for one in left:
-        fault = next((fault for fault in drawn if fault["kind"] == one.kind), None)
+    for lasting in left:
+        fault = next((fault for fault in drawn if fault["kind"] == lasting.kind), None)
         report.look("faults")
         if fault is None:
-            stated = f"{one.kind} {one.detail}"
-            report.add("faults", "faults", one.from_s, one.vehicle, stated, "none: it is not declared")
+            stated = f"{lasting.kind} {lasting.detail}"
+            report.add("faults", "faults", lasting.from_s, lasting.vehicle, stated, "none: it is not declared")
         else:
             drawn.remove(fault)
     for time_s, vehicle, kind, detail in record.rows("faults", "time_s vehicle kind detail"):
@@ -279,7 +279,7 @@ def _reasons_against(record: Record, stone: dict[str, Any]) -> Iterator[str]:
         case "gathered":
             yield from _against_gathering(record, stone["group"], time_s)
         case "mapping_stopped":
-            decided_s = [at_s for of, at_s in record.rows("decisions", "vehicle time_s") if of == vehicle]
+            decided_s = [at_s for name, at_s in record.rows("decisions", "vehicle time_s") if name == vehicle]
             since_s = time_s - record.tick_s  # a decision between two ticks may appear at the next
             until_s = time_s + record.without_decision_s  # without its goal it decides again
             has_decided = any(since_s - ROUNDED_S <= at_s <= until_s + ROUNDED_S for at_s in decided_s)
@@ -287,10 +287,10 @@ def _reasons_against(record: Record, stone: dict[str, Any]) -> Iterator[str]:
             if not has_decided and not is_over:
                 yield "none: it decided nothing then"
         case "mapping_done":
-            said = list(record.rows("items", "origin recorded_s attribute"))
-            is_said = any(of == vehicle and attribute in ("areaDone", "jobDone") for of, _, attribute in said)
-            done = [(of, at_s) for of, at_s, attribute in said if attribute == "areaDone"]
-            is_known = any(of == vehicle and at_s <= time_s + ROUNDED_S for of, at_s in done)
+            items = list(record.rows("items", "origin recorded_s attribute"))
+            is_said = any(name == vehicle and attribute in ("areaDone", "jobDone") for name, _, attribute in items)
+            done = [(name, at_s) for name, at_s, attribute in items if attribute == "areaDone"]
+            is_known = any(name == vehicle and at_s <= time_s + ROUNDED_S for name, at_s in done)
             if is_said and done and not is_known:
                 yield "none: it recorded no area as done by then"
         case "job_done":
@@ -328,7 +328,7 @@ def _against_gathering(record: Record, group: str, time_s: float) -> Iterator[st
 def _members(record: Record, group: str, time_s: float) -> list[str]:
     """Return the vehicles with a role in a group at a time."""
     names = record.vehicles
-    return sorted(name for name in names if any(of == group for of, _ in record.roles_at(name, time_s + CLOSE_S)))
+    return sorted(name for name in names if any(g == group for g, _ in record.roles_at(name, time_s + CLOSE_S)))
 
 
 def _check_verdict(record: Record, report: CheckReport) -> None:

@@ -63,10 +63,10 @@ def check_tables(record: Record, report: CheckReport) -> bool:
     for name, table in record.tables.items():
         for column in table.arrow.schema:
             unit = next((unit for end, unit in DECLARED["units"].items() if column.name.endswith(end)), None)
-            given = (column.metadata or {}).get(b"unit", b"").decode()
+            recorded = (column.metadata or {}).get(b"unit", b"").decode()
             report.look("units")
-            if unit is not None and given != unit and column.name != "key":
-                report.add("units", name, None, "", f"unit of {column.name} is {given!r}", repr(unit))
+            if unit is not None and recorded != unit and column.name != "key":
+                report.add("units", name, None, "", f"unit of {column.name} is {recorded!r}", repr(unit))
         if name not in (*OF_EVERY_RUN, "coverage", "goal"):
             columns = [f"{name}.{column}" for column in _names(table)]
             report.not_checked |= dict.fromkeys([*columns, f"rows of {name}"], OWN)
@@ -101,28 +101,28 @@ def _check_values(record: Record, name: str, column: str, allowed: str, report: 
     if ".." in allowed:
         low, high = (float(end or "inf") for end in allowed.split(".."))
         low = -math.inf if allowed.startswith("..") else low
-        numbers = np.array([low if one is None else one for one in values], dtype=float)
+        numbers = np.array([low if v is None else v for v in values], dtype=float)
         wrong = np.flatnonzero(~(np.isfinite(numbers) | (numbers == low)) | (numbers < low) | (numbers > high)).tolist()
     else:
         words = {"vehicle": record.vehicles, "vehicle?": {*record.vehicles, ""}, "name": record.names}.get(
             allowed, allowed.replace("+", " ").split("|")
         )
         unknown = set(values) - set(words)
-        wrong = [at for at, value in enumerate(values) if value in unknown] if unknown else []
-    for at in wrong:
+        wrong = [row for row, value in enumerate(values) if value in unknown] if unknown else []
+    for row in wrong:
         times_s = record[name]["time_s"]
-        report.add(check, name, times_s[at], "", f"{column} {values[at]!r} in row {at}", allowed.replace("+", " "))
+        report.add(check, name, times_s[row], "", f"{column} {values[row]!r} in row {row}", allowed.replace("+", " "))
 
 
 def _check_times(name: str, times_s: Any, end_s: float, table: TableColumns, report: CheckReport) -> None:
     report.look("order", len(times_s))
     vehicles = table["vehicle"] if "vehicle" in _names(table) else [""] * len(times_s)
     wrong = np.flatnonzero(np.diff(times_s) < -TIME_STEP_S) + 1
-    for at in wrong:
-        stated = f"row {at} behind one of {times_s[at - 1]:g} s"
-        report.add("order", name, times_s[at], vehicles[at], stated, "rows in the order of time")
-    for at in np.flatnonzero(~((times_s >= 0.0) & (times_s <= end_s + TIME_STEP_S))):
-        report.add("order", name, times_s[at], vehicles[at], f"row {at}", f"none: the run is from 0 to {end_s:g} s")
+    for row in wrong:
+        stated = f"row {row} behind one of {times_s[row - 1]:g} s"
+        report.add("order", name, times_s[row], vehicles[row], stated, "rows in the order of time")
+    for row in np.flatnonzero(~((times_s >= 0.0) & (times_s <= end_s + TIME_STEP_S))):
+        report.add("order", name, times_s[row], vehicles[row], f"row {row}", f"none: the run is from 0 to {end_s:g} s")
 
 
 def _check_once(name: str, table: TableColumns, report: CheckReport) -> None:
@@ -132,11 +132,11 @@ def _check_once(name: str, table: TableColumns, report: CheckReport) -> None:
     single = [column.name for column in table.arrow.schema if not pa.types.is_list(column.type)]
     if len(set(table.rows(*single))) == len(table):
         return
-    for at, row in enumerate(table.rows(*single)):
+    for i, row in enumerate(table.rows(*single)):
         if row in seen:
-            time_s = table["time_s"][at] if "time_s" in names else None
+            time_s = table["time_s"][i] if "time_s" in names else None
             report.add(
-                "once", name, time_s, table["vehicle"][at] if "vehicle" in names else "", f"row {at} again", "one row"
+                "once", name, time_s, table["vehicle"][i] if "vehicle" in names else "", f"row {i} again", "one row"
             )
         seen.add(row)
 
@@ -158,9 +158,9 @@ BROKEN = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
 
 def modem_of(scenario: dict[str, Any], manifest: dict[str, Any]) -> dict[str, Any] | None:
     """Return the modem profile from manifest or scenario; None if incomplete."""
-    found = manifest.get("modem") or scenario.get("modem", {}).get(scenario["communication"]["modem"])
-    is_whole = isinstance(found, dict) and {"rate_bps", "head_s", "payload_bytes"} <= set(found)
-    return found if is_whole else None
+    modem = manifest.get("modem") or scenario.get("modem", {}).get(scenario["communication"]["modem"])
+    is_whole = isinstance(modem, dict) and {"rate_bps", "head_s", "payload_bytes"} <= set(modem)
+    return modem if is_whole else None
 
 
 def verify_run(record: Record, report: CheckReport) -> None:
@@ -217,7 +217,7 @@ def verify_sweep(folder: Path) -> CheckReport:
 
 
 def _ledger(path: Path, report: CheckReport) -> dict[str, dict[str, Any]]:
-    found: dict[str, dict[str, Any]] = {}
+    lines: dict[str, dict[str, Any]] = {}
     for number, text in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), 1):
         report.look("ledger")
         try:
@@ -230,8 +230,8 @@ def _ledger(path: Path, report: CheckReport) -> dict[str, dict[str, Any]]:
             stated = f"line {number}, run {key}"
             report.add("ledger", "ledger.jsonl", None, "", stated, "another checksum: it was altered")
             continue
-        found.setdefault(key, line)
-    return found
+        lines.setdefault(key, line)
+    return lines
 
 
 def _check_table(path: Path, lines: dict[str, dict[str, Any]], report: CheckReport) -> None:
@@ -243,12 +243,12 @@ def _check_table(path: Path, lines: dict[str, dict[str, Any]], report: CheckRepo
     if table is None:
         return
     rows = table.to_pylist()
-    given = [row["key"] for row in rows]
-    for key in sorted({key for key in given if given.count(key) > 1}):
-        report.add("runs", "runs", None, "", f"run {key} {given.count(key)} times", "one row")
-    for key in sorted(set(given) ^ set(lines)):
-        what = ("no row", "one of the ledger") if key in lines else ("a row", "none: the ledger has no such run")
-        report.add("runs", "runs", None, "", f"{what[0]} of run {key}", what[1])
+    keys = [row["key"] for row in rows]
+    for key in sorted({key for key in keys if keys.count(key) > 1}):
+        report.add("runs", "runs", None, "", f"run {key} {keys.count(key)} times", "one row")
+    for key in sorted(set(keys) ^ set(lines)):
+        texts = ("no row", "one of the ledger") if key in lines else ("a row", "none: the ledger has no such run")
+        report.add("runs", "runs", None, "", f"{texts[0]} of run {key}", texts[1])
     for row in rows:
         if row["key"] not in lines:
             continue
@@ -279,23 +279,23 @@ def scenario_of(study: dict[str, Any], line: dict[str, Any]) -> dict[str, Any] |
     if "channel.name" in settings:
         made["channel"] = {"name": settings["channel.name"]}
     for path, value in settings.items():
-        at: Any = made
+        inner: Any = made
         *above, last = path.split(".")
         for part in above:
-            at = (
-                next((table for table in at if table.get("name") == part), None)
-                if isinstance(at, list)
-                else at.setdefault(part, {})
+            inner = (
+                next((table for table in inner if table.get("name") == part), None)
+                if isinstance(inner, list)
+                else inner.setdefault(part, {})
             )
-            if at is None:
+            if inner is None:
                 return None
-        at[last] = value
+        inner[last] = value
     return made
 
 
 def _without_none(value: Any) -> Any:
     if isinstance(value, dict):
-        return {key: _without_none(one) for key, one in value.items() if one is not None}
+        return {key: _without_none(v) for key, v in value.items() if v is not None}
     return [_without_none(item) for item in value] if isinstance(value, list) else value
 
 
@@ -325,17 +325,17 @@ def verify(folder: Path) -> CheckReport:
     return report
 
 
-def _check_id(report: CheckReport, table: str, given: Any, own: Any) -> None:
+def _check_id(report: CheckReport, table: str, stated: Any, own: Any) -> None:
     report.look("run_id")
-    if given != own:
-        report.add("run_id", table, None, "", f"of run {given}", f"run {own}, as in summary.json")
+    if stated != own:
+        report.add("run_id", table, None, "", f"of run {stated}", f"run {own}, as in summary.json")
 
 
 def _json(path: Path, needed: str) -> dict[str, Any]:
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
         raise NoResults(f"{path}: cannot be read: {error}") from None
-    if not isinstance(found, dict) or needed not in found:
+    if not isinstance(content, dict) or needed not in content:
         raise NoResults(f"{path}: damaged: {needed!r} is missing")
-    return found
+    return content

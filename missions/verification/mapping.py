@@ -42,7 +42,7 @@ class MappingSwath(NamedTuple):
 def cells_of(record: Record) -> dict[Cell, str]:
     """Return the first area of each cell with its centre inside or on a west or south border."""
     size_m = float(record.of("world")["cell_m"])
-    found: dict[Cell, str] = {}
+    area_of: dict[Cell, str] = {}
     for area in record.scenario.get("area", []):
         corners = np.array(area["corners_m"], dtype=float)
         low, high = np.floor(corners.min(0) / size_m).astype(int), np.ceil(corners.max(0) / size_m).astype(int)
@@ -54,16 +54,16 @@ def cells_of(record: Record) -> dict[Cell, str]:
             level = (ay <= centre_y) & (centre_y < by)
             inside ^= level & (ax + (centre_y - ay) / (by - ay or 1.0) * (bx - ax) > centre_x)
         for column, row in zip(x[inside].tolist(), y[inside].tolist(), strict=True):
-            found.setdefault((column, row), area["name"])
-    return found
+            area_of.setdefault((column, row), area["name"])
+    return area_of
 
 
 def mapping_swaths(data: dict[str, Any]) -> list[MappingSwath]:
     """Return the mapping sensors of a vehicle."""
     return [
-        MappingSwath(one.get("name") or one.get("type") or "mapping", one["swath_m"] / 2.0, one["speed_limit_mps"])
-        for one in data.get("sensor", [])
-        if "swath_m" in one
+        MappingSwath(s.get("name") or s.get("type") or "mapping", s["swath_m"] / 2.0, s["speed_limit_mps"])
+        for s in data.get("sensor", [])
+        if "swath_m" in s
     ]
 
 
@@ -85,10 +85,10 @@ def sensor_was_on(record: Record, name: str, times_s: Array) -> tuple[Array, Arr
             perhaps[spell.from_s] = surely[spell.from_s] = False
     when = np.array(sorted(perhaps))
     certain = np.array([False, *(surely[index] for index in when)])
-    at = np.searchsorted(when, times_s, side="left")
+    since = np.searchsorted(when, times_s, side="left")
     until = np.searchsorted(when, times_s + record.without_decision_s, side="right")
     n_off = np.concatenate(([0], np.cumsum(~certain)))  # cumulative number of decisions that are not certain
-    return np.array([False, *(perhaps[index] for index in when)])[at], n_off[until + 1] == n_off[at]
+    return np.array([False, *(perhaps[index] for index in when)])[since], n_off[until + 1] == n_off[since]
 
 
 def check_ground(record: Record, report: CheckReport) -> None:
@@ -132,10 +132,10 @@ def _check_vehicle(
         if not record.spread and water_stands(record):  # else rounded headings hide the ground speed
             is_slow |= _is_steady(track, swath.limit_mps)
         is_sure = (is_slow & was_surely_on).tolist()
-        for at, cell, distance_m in _below(record, track, np.flatnonzero(on & slow), swath.reach_m + REACH_M, cells):
-            perhaps.setdefault(cell, []).append(time_s[at])
-            if is_sure[at] and distance_m < swath.reach_m - REACH_M:
-                surely[cell] = min(surely.get(cell, math.inf), float(time_s[at]))
+        for row, cell, distance_m in _below(record, track, np.flatnonzero(on & slow), swath.reach_m + REACH_M, cells):
+            perhaps.setdefault(cell, []).append(time_s[row])
+            if is_sure[row] and distance_m < swath.reach_m - REACH_M:
+                surely[cell] = min(surely.get(cell, math.inf), float(time_s[row]))
     report.look("swath", len(stated) + len(surely))
     for cell, at_s in stated.items():
         if at_s not in perhaps.get(cell, []):
@@ -154,9 +154,9 @@ def _check_vehicle(
 def _is_steady(track: Track, speed_mps: float) -> Array:
     """Return the ticks with constant heading and speed ``speed_mps``, where it is not exceeded."""
     turned_rad = (np.diff(track.heading_rad) + math.pi) % (2.0 * math.pi) - math.pi
-    found: Array = np.abs(track.speed_mps - speed_mps) <= SPEED_STEP_MPS / 2.0
-    found[1:] &= found[:-1].copy() & (np.abs(turned_rad) <= 2.0 * ANGLE_STEP_RAD)
-    return found
+    steady: Array = np.abs(track.speed_mps - speed_mps) <= SPEED_STEP_MPS / 2.0
+    steady[1:] &= steady[:-1].copy() & (np.abs(turned_rad) <= 2.0 * ANGLE_STEP_RAD)
+    return steady
 
 
 def _below(
@@ -179,8 +179,8 @@ def _below(
             apart_m = np.hypot((column + dx + 0.5) * size_m - x_m, (line + dy + 0.5) * size_m - y_m)
             near = (apart_m <= reach_m) & (to_x >= 0) & (to_y >= 0) & (to_x < grid.shape[0]) & (to_y < grid.shape[1])
             near[near] = grid[to_x[near], to_y[near]]
-            found = zip((to_x[near] + low[0]).tolist(), (to_y[near] + low[1]).tolist(), strict=True)
-            yield from zip(rows[near].tolist(), found, apart_m[near].tolist(), strict=True)
+            within = zip((to_x[near] + low[0]).tolist(), (to_y[near] + low[1]).tolist(), strict=True)
+            yield from zip(rows[near].tolist(), within, apart_m[near].tolist(), strict=True)
 
 
 def find_weight(record: Record) -> float:
@@ -217,9 +217,9 @@ def _check_goal(record: Record, cells: dict[Cell, str], report: CheckReport) -> 
     share = np.concatenate([[0.0], done]) / whole
     follows = np.minimum(1.0, share[n_done] / goal)
     report.look("goal", len(table) + 1)
-    for at in np.flatnonzero(np.abs(np.asarray(table["goal_fraction"]) - follows[:-1]) > SHARE):
-        stated = f"goal_fraction {table['goal_fraction'][at]:.9g}"
-        report.add("goal", "goal", stated_s[at], "", stated, f"{follows[at]:.9g}, by what is covered of all")
+    for row in np.flatnonzero(np.abs(np.asarray(table["goal_fraction"]) - follows[:-1]) > SHARE):
+        stated = f"goal_fraction {table['goal_fraction'][row]:.9g}"
+        report.add("goal", "goal", stated_s[row], "", stated, f"{follows[row]:.9g}, by what is covered of all")
     times_s = np.unique(when)
     before = share[np.searchsorted(when, times_s - TIME_S)]
     for at_s in times_s[(before < goal) & (np.abs(stated_s - times_s[:, None]).min(1, initial=math.inf) > TIME_S)]:

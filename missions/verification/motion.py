@@ -40,12 +40,12 @@ def check_tracks(record: Record, report: CheckReport) -> None:
         track = record.tracks.get(name)
         report.look("ticks", n_ticks)
         if track is None or len(track.time_s) != n_ticks or (np.abs(track.time_s - due_s) > TIME_STEP_S).any():
-            given = np.empty(0) if track is None else track.time_s
-            shared = min(len(given), n_ticks)
-            wrong = np.flatnonzero(np.abs(given[:shared] - due_s[:shared]) > TIME_STEP_S)
-            at = int(wrong[0]) if len(wrong) else shared
-            stated = f"{given[at]:g} s in row {at}" if at < len(given) else f"{len(given)} rows"
-            follows = f"{due_s[at]:g} s" if at < n_ticks else f"{n_ticks} rows, one for each tick"
+            times_s = np.empty(0) if track is None else track.time_s
+            shared = min(len(times_s), n_ticks)
+            wrong = np.flatnonzero(np.abs(times_s[:shared] - due_s[:shared]) > TIME_STEP_S)
+            row = int(wrong[0]) if len(wrong) else shared
+            stated = f"{times_s[row]:g} s in row {row}" if row < len(times_s) else f"{len(times_s)} rows"
+            follows = f"{due_s[row]:g} s" if row < n_ticks else f"{n_ticks} rows, one for each tick"
             report.add("ticks", "trajectories", None, name, stated, follows)
             continue
         _check_start(data, name, track, report)
@@ -110,9 +110,9 @@ def way_through_water(record: Record, name: str, track: Track) -> tuple[Array, A
 
 def floats(record: Record, name: str, track: Track) -> Array:
     """Return for each tick if a vehicle drifts with the water: lost, off or without energy."""
-    found: Array = record.during(name, FLOATING, track.time_s[1:]) & record.during(name, FLOATING, track.time_s[:-1])
-    found &= ~record.during(name, ("joins",), track.time_s[:-1])  # late vehicles are not yet in the water
-    return found & (not record.of("current").get("lost_stay", False))
+    afloat: Array = record.during(name, FLOATING, track.time_s[1:]) & record.during(name, FLOATING, track.time_s[:-1])
+    afloat &= ~record.during(name, ("joins",), track.time_s[:-1])  # late vehicles are not yet in the water
+    return afloat & (not record.of("current").get("lost_stay", False))
 
 
 def _check_steps(record: Record, name: str, data: dict[str, Any], track: Track, report: CheckReport) -> None:
@@ -124,20 +124,20 @@ def _check_steps(record: Record, name: str, data: dict[str, Any], track: Track, 
     moves = ~away
     speed, before = track.speed_mps[1:], track.speed_mps[:-1]
     top_mps = max(data["transit_speed_mps"], data["survey_speed_mps"]) * (1.0 + record.spread)
-    way = way_through_water(record, name, track)
-    if way is None:
+    path = way_through_water(record, name, track)
+    if path is None:
         report.skip("places in surges", "when a surge begins is drawn by the seed")
     else:
         tolerance_m = PLACE_M + dt_s * (0.6 * ANGLE_STEP_RAD * speed + 0.6 * SPEED_STEP_MPS)
         ahead = np.cos(track.heading_rad[1:]), np.sin(track.heading_rad[1:])
-        along_m = way[0] * ahead[0] + way[1] * ahead[1]
-        across_m = way[1] * ahead[0] - way[0] * ahead[1]
+        along_m = path[0] * ahead[0] + path[1] * ahead[1]
+        across_m = path[1] * ahead[0] - path[0] * ahead[1]
         wrong = (np.abs(across_m) > tolerance_m) | (along_m > speed * dt_s + tolerance_m) | (along_m < -tolerance_m)
         report.look("positions", int(moves.sum()))
-        for at in np.flatnonzero(wrong & moves):
-            stated = f"went {along_m[at]:.3f} m ahead and {across_m[at]:.3f} m to the left, through the water"
-            follows = f"0 to {speed[at] * dt_s[at]:.3f} m ahead and none aside, by heading, speed and current"
-            report.add("positions", "trajectories", time_s[at], name, stated, follows)
+        for row in np.flatnonzero(wrong & moves):
+            stated = f"went {along_m[row]:.3f} m ahead and {across_m[row]:.3f} m to the left, through the water"
+            follows = f"0 to {speed[row] * dt_s[row]:.3f} m ahead and none aside, by heading, speed and current"
+            report.add("positions", "trajectories", time_s[row], name, stated, follows)
     still = away & ~ends
     report.look("away", int(still.sum()))
     afloat = floats(record, name, track)
@@ -146,22 +146,22 @@ def _check_steps(record: Record, name: str, data: dict[str, Any], track: Track, 
     gone_m = np.hypot(*(np.diff(at_m) - way_m for at_m, way_m in zip((track.x_m, track.y_m), carried_m, strict=True)))
     if water is None:
         gone_m[afloat] = 0.0
-    for at in np.flatnonzero(still & ((gone_m > PLACE_M) | ((speed > SPEED_STEP_MPS) & ~drained))):
-        stated = f"went {gone_m[at]:.3f} m by itself at {speed[at]:g} m/s"
-        report.add("away", "trajectories", time_s[at], name, stated, "none: it is lost, off or without energy")
+    for row in np.flatnonzero(still & ((gone_m > PLACE_M) | ((speed > SPEED_STEP_MPS) & ~drained))):
+        stated = f"went {gone_m[row]:.3f} m by itself at {speed[row]:g} m/s"
+        report.add("away", "trajectories", time_s[row], name, stated, "none: it is lost, off or without energy")
     report.look("limits", 3 * len(speed))
     limit = data["acceleration_mps2"] * dt_s + 1.5 * SPEED_STEP_MPS
     begins = away & ~record.away(name, track.time_s[:-1])
     most_turn = data["turn_rate_radps"] * dt_s
     turned = np.abs((np.diff(track.heading_rad) + math.pi) % (2.0 * math.pi) - math.pi)
-    for what, wrong, values, most in (
+    for quantity, wrong, values, most in (
         ("speed", speed > top_mps + SPEED_STEP_MPS, speed, np.full(len(speed), top_mps)),
         ("change of speed", (np.abs(speed - before) > limit) & ~begins & ~ends, speed - before, limit),
         ("turn", turned > most_turn + 1.5 * ANGLE_STEP_RAD, turned, most_turn),
     ):
-        for at in np.flatnonzero(wrong):
-            stated = f"{what} {values[at]:.4f}"
-            report.add("limits", "trajectories", time_s[at], name, stated, f"at most {most[at]:.4f}")
+        for row in np.flatnonzero(wrong):
+            stated = f"{quantity} {values[row]:.4f}"
+            report.add("limits", "trajectories", time_s[row], name, stated, f"at most {most[row]:.4f}")
     _check_depth(record, name, data["depth_m"], track, report)
 
 
@@ -178,11 +178,11 @@ def _check_depth(record: Record, name: str, own_m: float, track: Track, report: 
         low_m = np.where(has_energy, np.maximum(0.0, before_m - most_m), low_m)
         high_m = np.where(has_energy, np.minimum(own_m, before_m + most_m), high_m)
     report.look("depth", len(low_m))
-    for at in np.flatnonzero((track.depth_m < low_m - PLACE_STEP_M) | (track.depth_m > high_m + PLACE_STEP_M)):
-        stated, follows = f"depth {track.depth_m[at]:g} m", f"{low_m[at]:g} m"
-        if high_m[at] > low_m[at]:
-            follows = f"{low_m[at]:g} to {high_m[at]:g} m"
-        report.add("depth", "trajectories", track.time_s[at], name, stated, follows)
+    for row in np.flatnonzero((track.depth_m < low_m - PLACE_STEP_M) | (track.depth_m > high_m + PLACE_STEP_M)):
+        stated, follows = f"depth {track.depth_m[row]:g} m", f"{low_m[row]:g} m"
+        if high_m[row] > low_m[row]:
+            follows = f"{low_m[row]:g} to {high_m[row]:g} m"
+        report.add("depth", "trajectories", track.time_s[row], name, stated, follows)
 
 
 def listening_w(record: Record) -> float | None:
@@ -215,10 +215,10 @@ def _check_energy(record: Record, name: str, data: dict[str, Any], track: Track,
     packets = record["packets"]
     own = np.array([sender == name for sender in packets["sender"]], dtype=bool)
     sent_s, each_j = np.asarray(packets["time_s"])[own], sending_j(record)[own]
-    at = np.searchsorted(time_s, sent_s, side="right")
-    sent_j = np.bincount(at, each_j, minlength=len(time_s) + 1)[: len(time_s)]
+    index = np.searchsorted(time_s, sent_s, side="right")
+    sent_j = np.bincount(index, each_j, minlength=len(time_s) + 1)[: len(time_s)]
     at_tick = np.abs(sent_s - np.rint(sent_s / record.tick_s) * record.tick_s) < TIME_STEP_S
-    near = np.bincount(at[at_tick], each_j[at_tick], minlength=len(time_s) + 2)
+    near = np.bincount(index[at_tick], each_j[at_tick], minlength=len(time_s) + 2)
     unsure_j = np.maximum(near[1 : len(time_s)], near[2 : len(time_s) + 1])  # rounding may move a packet across a tick
     speed = track.speed_mps[1:]
     drained = record.drained(name, time_s)
@@ -235,7 +235,7 @@ def _check_energy(record: Record, name: str, data: dict[str, Any], track: Track,
     report.look("energy", 2 * len(used_j))
     wrong = asked & (np.abs(used_j - due_j) > 1.05 + step_j + unsure_j)
     all_j = np.cumsum(due_j)
-    error_j = 1.05 + np.cumsum(step_j) + unsure_j + 1e-3 * at.size
+    error_j = 1.05 + np.cumsum(step_j) + unsure_j + 1e-3 * index.size
     wrong |= asked & (np.abs(track.energy_j[1:] - track.energy_j[0] - all_j) > error_j)
     wrong |= (used_j < 0.0) | (track.energy_j[1:] > data["energy_j"] + 0.5)
     for row in np.flatnonzero(wrong)[:1]:
@@ -255,29 +255,29 @@ def _check_borders(record: Record, name: str, track: Track, report: CheckReport)
     adrift = record.during(name, (*FLOATING, "slow") if record.of("current") else FLOATING, track.time_s)
     # It must not move further out.
     most_m = BEYOND_M + np.maximum.accumulate(np.where(adrift, np.maximum(out_m, 0.0), 0.0))
-    for at in np.flatnonzero((out_m > most_m) & ~adrift):
-        stated, most = f"{out_m[at]:.1f} m outside the area of operations", f"at most {most_m[at]:.1f} m"
-        report.add("borders", "trajectories", track.time_s[at], name, stated, f"{most}, while it turns or comes back")
+    for row in np.flatnonzero((out_m > most_m) & ~adrift):
+        stated, most = f"{out_m[row]:.1f} m outside the area of operations", f"at most {most_m[row]:.1f} m"
+        report.add("borders", "trajectories", track.time_s[row], name, stated, f"{most}, while it turns or comes back")
 
 
 def least_distances_m(record: Record) -> dict[tuple[str, str], tuple[float, float]]:
     """Return the minimum distance (m) of each pair in one depth layer, and its time (s)."""
-    found = {}
-    for one, other in combinations(record.tracks, 2):
+    least = {}
+    for vehicle, other in combinations(record.tracks, 2):
         moves = bool(record.of("navigation").get("drift"))  # vehicles then leave their layers to fix their position
-        if not moves and abs(record.vehicles[one]["depth_m"] - record.vehicles[other]["depth_m"]) > LAYER_M:
+        if not moves and abs(record.vehicles[vehicle]["depth_m"] - record.vehicles[other]["depth_m"]) > LAYER_M:
             continue
-        a, b = record.tracks[one], record.tracks[other]
+        a, b = record.tracks[vehicle], record.tracks[other]
         if len(a.time_s) != len(b.time_s):
             continue
-        there = ~(record.away(one, a.time_s) | record.away(other, b.time_s))
+        together = ~(record.away(vehicle, a.time_s) | record.away(other, b.time_s))
         if moves:
-            there &= np.abs(a.depth_m - b.depth_m) <= LAYER_M
-        if there.any():
-            apart_m = np.where(there, np.hypot(a.x_m - b.x_m, a.y_m - b.y_m), np.inf)
-            at = int(apart_m.argmin())
-            found[one, other] = float(apart_m[at]), float(a.time_s[at])
-    return found
+            together &= np.abs(a.depth_m - b.depth_m) <= LAYER_M
+        if together.any():
+            apart_m = np.where(together, np.hypot(a.x_m - b.x_m, a.y_m - b.y_m), np.inf)
+            row = int(apart_m.argmin())
+            least[vehicle, other] = float(apart_m[row]), float(a.time_s[row])
+    return least
 
 
 def _check_conflicts(record: Record, report: CheckReport) -> None:
@@ -292,8 +292,8 @@ def _check_conflicts(record: Record, report: CheckReport) -> None:
             report.add("conflicts", "faults", time_s, vehicle, f"conflict with {detail}", "no such pair")
             continue
         a, b = record.tracks[vehicle], record.tracks[detail]
-        at = min(round(time_s / record.tick_s), len(a.time_s) - 1, len(b.time_s) - 1)
-        apart_m = math.hypot(a.x_m[at] - b.x_m[at], a.y_m[at] - b.y_m[at])
+        row = min(round(time_s / record.tick_s), len(a.time_s) - 1, len(b.time_s) - 1)
+        apart_m = math.hypot(a.x_m[row] - b.x_m[row], a.y_m[row] - b.y_m[row])
         if apart_m > separation_m + PLACE_M:
             stated = f"conflict with {detail}"
             report.add("conflicts", "faults", time_s, vehicle, stated, f"none: they are {apart_m:.2f} m apart")

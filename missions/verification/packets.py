@@ -82,10 +82,10 @@ def _check_sizes(record: Record, report: CheckReport) -> None:
         report.skip("sizes of packets", "the manifest has no modem profile")
         due_s, most_bits = on_air_s, int(size_bits.max(initial=0))
     wrong = (np.abs(on_air_s - due_s) > CLOSE_S) | (size_bits > most_bits) | (size_bits <= 0)
-    for at in np.flatnonzero(wrong):
-        stated = f"{size_bits[at]} bits in {on_air_s[at]:.4f} s"
-        follows = f"{due_s[at]:.4f} s, at most {most_bits} bits"
-        report.add("sizes", "packets", table["time_s"][at], table["sender"][at], stated, follows)
+    for row in np.flatnonzero(wrong):
+        stated = f"{size_bits[row]} bits in {on_air_s[row]:.4f} s"
+        follows = f"{due_s[row]:.4f} s, at most {most_bits} bits"
+        report.add("sizes", "packets", table["time_s"][row], table["sender"][row], stated, follows)
     for time_s, sender, items, uids in table.rows("time_s", "sender", "items", "item_uids"):
         if items != len(uids):
             report.add("sizes", "packets", time_s, sender, f"{items} items", f"{len(uids)}, as many as are listed")
@@ -102,7 +102,7 @@ def _check_fates(record: Record, report: CheckReport) -> None:
     columns = "time_s sender receivers lost_by collided_at end_s arrivals_s"
     for time_s, sender, receivers, lost_by, collided_at, end_s, arrivals_s in record.rows("packets", columns):
         report.look("receivers")
-        told = [*receivers, *lost_by, *collided_at]
+        fates = [*receivers, *lost_by, *collided_at]
         before, after = (
             {name for name in record.vehicles if not record.is_away(name, at_s)}
             for at_s in (time_s - CLOSE_S, time_s + CLOSE_S)  # a change at this time allows both states
@@ -110,8 +110,8 @@ def _check_fates(record: Record, report: CheckReport) -> None:
         due = sorted((before & after) - {sender})
         if sender not in before | after:
             report.add("receivers", "packets", time_s, sender, "a packet", "none: its sender is away")
-        elif len(set(told)) < len(told) or not set(due) <= set(told) <= (before | after) - {sender}:
-            report.add("receivers", "packets", time_s, sender, f"fates of {sorted(told)}", f"one of each of {due}")
+        elif len(set(fates)) < len(fates) or not set(due) <= set(fates) <= (before | after) - {sender}:
+            report.add("receivers", "packets", time_s, sender, f"fates of {sorted(fates)}", f"one of each of {due}")
         elif len(arrivals_s) != len(receivers):
             report.add("receivers", "packets", time_s, sender, f"{len(arrivals_s)} arrivals", f"{len(receivers)}")
         else:
@@ -133,8 +133,8 @@ def _why_not_heard(record: Record, sender: str, name: str, time_s: float, arriva
     for blackout in record.of("channel").get("blackout", []):
         is_about = blackout.get("vehicle") in (None, "", "all", sender, name)
         if sides := blackout.get("between"):
-            of = [[at for at, side in enumerate(sides) if one in side] for one in (sender, name)]
-            is_about = [] not in of and of[0] != of[1]
+            own = [[n for n, side in enumerate(sides) if vehicle in side] for vehicle in (sender, name)]
+            is_about = [] not in own and own[0] != own[1]
         if is_about and blackout["from_s"] + CLOSE_S <= time_s < blackout["until_s"] - CLOSE_S:
             return "there is a blackout"
     return ""
@@ -151,7 +151,7 @@ def _check_arrival(
 ) -> None:
     """Check the arrival time by the places at the tick before it."""
     time_s, sender, end_s = sent
-    a, b = (record.tracks.get(one) for one in (sender, name))
+    a, b = (record.tracks.get(v) for v in (sender, name))
     if speed_mps is None or a is None or b is None:
         return
     report.look("arrivals")
@@ -161,7 +161,7 @@ def _check_arrival(
     # At a tick, rounding hides the order.
     either_side = {int((time_s + shift_s) / record.tick_s) for shift_s in (-CLOSE_S / 2.0, CLOSE_S / 2.0)}
     near = [max(0, min(tick, last)) for tick in either_side]
-    apart = [math.hypot(*(of.item(at) - to.item(at) for of, to in ((a.x_m, b.x_m), (a.y_m, b.y_m)))) for at in near]
+    apart = [math.hypot(*(own.item(k) - to.item(k) for own, to in ((a.x_m, b.x_m), (a.y_m, b.y_m)))) for k in near]
     ways_m = [math.hypot(level_m, deeper_m) for level_m in apart]
     off_s, apart_m = min((abs(arrival_s - end_s - way_m / speed_mps), way_m) for way_m in ways_m)
     if apart_m > reach_m + PLACE_STEP_M * 2.0:
@@ -183,8 +183,8 @@ NEVER = [math.inf]
 
 def origin_of(record: Record, uid: str) -> str | None:
     """Return the origin of an item, by its name; None if unknown."""
-    found = NAME.match(uid)
-    number = -1 if found is None else int(found[1])
+    match = NAME.match(uid)
+    number = -1 if match is None else int(match[1])
     return record.by_slot[number] if 0 <= number < len(record.by_slot) else None
 
 
@@ -196,47 +196,47 @@ def block_of(uid: str) -> str:
 def check_knowledge(record: Record, report: CheckReport) -> None:
     """Compare the tables of items, packets and knowledge."""
     recorded = _check_items(record, report)
-    heard = _heard(record)
-    held = _check_events(record, report, recorded, heard)
+    receptions = _heard(record)
+    held = _check_events(record, report, recorded, receptions)
     _check_senders(record, report, recorded, held)
-    _check_that_all_is_received(record, report, heard, held)
+    _check_that_all_is_received(record, report, receptions, held)
 
 
 def _check_items(record: Record, report: CheckReport) -> dict[str, tuple[float, str, str]]:
-    found: dict[str, tuple[float, str, str]] = {}
+    recorded: dict[str, tuple[float, str, str]] = {}
     table = record["items"]
     for uid, origin, recorded_s, kind in table.rows("uid", "origin", "recorded_s", "kind"):
         report.look("items")
-        known = found.setdefault(uid, (recorded_s, origin, kind))
+        known = recorded.setdefault(uid, (recorded_s, origin, kind))
         by_name = origin_of(record, uid)
         wrong = partial(report.add, "items", "items", recorded_s, origin)
         if by_name != origin:
             wrong(f"item {uid} of {origin}", f"of {by_name}, by its name")
         elif known[1:] != (origin, kind):
             wrong(f"item {uid} {kind}", f"{known[2]} of {known[1]}, as before")
-    return found
+    return recorded
 
 
 def _heard(record: Record, column: str = "item_uids") -> Heard:
     """Return the sorted reception times of each named item, by (vehicle, name)."""
-    found: Heard = defaultdict(list)
+    receptions: Heard = defaultdict(list)
     for receivers, arrivals_s, uids in record.rows("packets", f"receivers arrivals_s {column}"):
         for vehicle, arrival_s in zip(receivers, arrivals_s, strict=False):
             for uid in uids:
-                found[vehicle, uid].append(arrival_s)
-    for times_s in found.values():
+                receptions[vehicle, uid].append(arrival_s)
+    for times_s in receptions.values():
         times_s.sort()
-    return found
+    return receptions
 
 
 def _check_events(
-    record: Record, report: CheckReport, recorded: dict[str, tuple[float, str, str]], heard: Heard
+    record: Record, report: CheckReport, recorded: dict[str, tuple[float, str, str]], receptions: Heard
 ) -> dict[tuple[str, str], float]:
     """Check the knowledge events; return the start of holding (s), by (vehicle, item)."""
     held: dict[tuple[str, str], float] = {}
     aside: dict[tuple[str, str], float] = {}
     is_coded = record.of("communication").get("policy") == "adaptive"
-    brought = _brought(record, heard, is_coded)
+    brought = _brought(record, receptions, is_coded)
     table = record["knowledge"]
     for time_s, vehicle, uid, origin, event in table.rows("time_s", "vehicle", "item", "origin", "event"):
         report.look("knowledge")
@@ -256,7 +256,7 @@ def _check_events(
             held.setdefault(key, time_s)
         elif event in ("received", "set aside"):
             was_aside = event == "received" and key in aside
-            is_heard = is_coded or min(heard.get(key, NEVER)) <= time_s + CLOSE_S
+            is_heard = is_coded or min(receptions.get(key, NEVER)) <= time_s + CLOSE_S
             times_s = brought[vehicle, "" if is_coded else block_of(uid)]
             if not was_aside and not (is_heard and any(abs(at_s - time_s) <= CLOSE_S for at_s in times_s)):
                 wrong("none: no packet with it arrived then")
@@ -277,15 +277,15 @@ def _check_events(
     return {key: min(held.get(key, aside.get(key, 0.0)), aside.get(key, held.get(key, 0.0))) for key in {*held, *aside}}
 
 
-def _brought(record: Record, heard: Heard, is_coded: bool) -> Heard:
+def _brought(record: Record, receptions: Heard, is_coded: bool) -> Heard:
     """Return the possible completion times of blocks; a coded packet may complete any."""
-    found: Heard = defaultdict(list)
-    for (vehicle, uid), times_s in heard.items():
-        found[vehicle, block_of(uid)] += times_s
+    completions: Heard = defaultdict(list)
+    for (vehicle, uid), times_s in receptions.items():
+        completions[vehicle, block_of(uid)] += times_s
     for _, heard_s in record.packet_of_slot.values() if is_coded else ():
         for name, at_s in heard_s.items():
-            found[name, ""].append(at_s)
-    return found
+            completions[name, ""].append(at_s)
+    return completions
 
 
 def _let_go(record: Record, vehicle: str, uid: str, held: dict[tuple[str, str], float], now_s: float) -> bool:
@@ -300,13 +300,13 @@ def _let_go(record: Record, vehicle: str, uid: str, held: dict[tuple[str, str], 
 
 def _out_of_count(record: Record) -> dict[tuple[str, str], list[tuple[float, bool]]]:
     """Return the times at which a vehicle stopped or resumed waiting for a peer."""
-    found: dict[tuple[str, str], list[tuple[float, bool]]] = defaultdict(list)
+    changes: dict[tuple[str, str], list[tuple[float, bool]]] = defaultdict(list)
     for table in ("peers", "membership"):
         for time_s, vehicle, peer, event in record[table].rows("time_s", "vehicle", "peer", "event"):
-            found[vehicle, peer].append((time_s, event not in THERE))
-    for events in found.values():
+            changes[vehicle, peer].append((time_s, event not in THERE))
+    for events in changes.values():
         events.sort()
-    return found
+    return changes
 
 
 def _check_acknowledged(
@@ -339,7 +339,7 @@ def _check_senders(
     record: Record, report: CheckReport, recorded: dict[str, tuple[float, str, str]], held: dict[tuple[str, str], float]
 ) -> None:
     """Check that senders hold their items, and own or have received their statuses."""
-    heard = _heard(record, "status_uids") if record.of("communication").get("relaying", True) else {}
+    receptions = _heard(record, "status_uids") if record.of("communication").get("relaying", True) else {}
     names = ("time_s", "sender", "item_uids", "status_uids")
     for time_s, sender, items, statuses in record["packets"].rows(*names):
         report.look("senders", len(items) + len(statuses))
@@ -352,12 +352,12 @@ def _check_senders(
         for uid in statuses:
             if uid not in recorded or recorded[uid][0] > time_s + CLOSE_S:
                 report.add("senders", "packets", time_s, sender, f"status {uid}", "none: nobody has recorded it")
-            elif recorded[uid][1] != sender and not min(heard.get((sender, uid), NEVER)) <= time_s + CLOSE_S:
+            elif recorded[uid][1] != sender and not min(receptions.get((sender, uid), NEVER)) <= time_s + CLOSE_S:
                 report.add("senders", "packets", time_s, sender, f"status {uid}", f"none: it is {recorded[uid][1]}'s")
 
 
 def _check_that_all_is_received(
-    record: Record, report: CheckReport, heard: Heard, held: dict[tuple[str, str], float]
+    record: Record, report: CheckReport, receptions: Heard, held: dict[tuple[str, str], float]
 ) -> None:
     """Check that first receptions are recorded, unless refused or part of an incomplete block."""
     refused: dict[str, list[float]] = defaultdict(list)
@@ -366,7 +366,7 @@ def _check_that_all_is_received(
     set_aside = {vehicle for vehicle, kind in record.rows("faults", "vehicle kind") if "block" in kind}
     parts = {uid.rpartition(".")[0] for uid in _parts(record)}
     end_s = record.end_s
-    for (vehicle, uid), times_s in heard.items():
+    for (vehicle, uid), times_s in receptions.items():
         report.look("received")
         at_s = times_s[0]
         if (vehicle, uid) in held and held[vehicle, uid] <= at_s + CLOSE_S:

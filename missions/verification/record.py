@@ -103,11 +103,11 @@ class CheckReport:
 
     def alike(self, check: str, table: str, stated: Iterable[Row], other: str, due: Iterable[Row]) -> None:
         """Compare rows (time, vehicle, ...) of a table with expected ones as multisets."""
-        given, follows = Counter(stated), Counter(due)
-        self.look(check, given.total() + follows.total())
-        for row in given - follows:
+        recorded, follows = Counter(stated), Counter(due)
+        self.look(check, recorded.total() + follows.total())
+        for row in recorded - follows:
             self.add(check, table, row[0], row[1], " ".join(map(str, row[2:])), f"none, by {other}")
-        for row in follows - given:
+        for row in follows - recorded:
             self.add(check, table, row[0], row[1], "no row", f"{' '.join(map(str, row[2:]))}, by {other}")
 
     @property
@@ -260,8 +260,8 @@ class Record:
 
     def of(self, section: str) -> dict[str, Any]:
         """Return a table of the scenario, or an empty one."""
-        found = self.scenario.get(section, {})
-        return found if isinstance(found, dict) else {}
+        table = self.scenario.get(section, {})
+        return table if isinstance(table, dict) else {}
 
     def __getitem__(self, name: str) -> TableColumns:
         return self.tables[name]
@@ -293,8 +293,8 @@ class Record:
     @cached_property
     def names(self) -> set[str]:
         """Names of all objects in the scenario."""
-        sections = [one for section in self.scenario.values() if isinstance(section, list) for one in section]
-        return {str(one["name"]) for one in sections if isinstance(one, dict) and "name" in one}
+        sections = [entry for section in self.scenario.values() if isinstance(section, list) for entry in section]
+        return {str(entry["name"]) for entry in sections if isinstance(entry, dict) and "name" in entry}
 
     @cached_property
     def by_slot(self) -> list[str]:
@@ -320,12 +320,12 @@ class Record:
     @cached_property
     def decisions(self) -> list[tuple[float, str, list[WeighedRow]]]:
         """Decisions with time, vehicle and candidates; each starts with the same candidate."""
-        found: list[tuple[float, str, list[WeighedRow]]] = []
+        decisions: list[tuple[float, str, list[WeighedRow]]] = []
         for row in map(WeighedRow._make, self["decisions"].rows(*WeighedRow._fields)):
-            if not found or found[-1][:2] != row[:2] or found[-1][2][0].about == row.about:
-                found.append((row.time_s, row.vehicle, []))
-            found[-1][2].append(row)
-        return found
+            if not decisions or decisions[-1][:2] != row[:2] or decisions[-1][2][0].about == row.about:
+                decisions.append((row.time_s, row.vehicle, []))
+            decisions[-1][2].append(row)
+        return decisions
 
     @cached_property
     def given_s(self) -> dict[tuple[str, ...], float]:
@@ -337,8 +337,8 @@ class Record:
     def roles_at(self, vehicle: str, at_s: float, event: str = "assigned") -> frozenset[Role]:
         """Return the roles of a vehicle at a time, or its active ones; none after a restart."""
         times_s, roles = self._role_changes.get((vehicle, event), ([], []))
-        at = bisect_right(times_s, at_s)
-        return roles[at - 1] if at else frozenset()
+        index = bisect_right(times_s, at_s)
+        return roles[index - 1] if index else frozenset()
 
     @cached_property
     def _role_changes(self) -> dict[tuple[str, str], tuple[list[float], list[frozenset[Role]]]]:
@@ -347,21 +347,21 @@ class Record:
         rows = list(self.rows("roles", "time_s vehicle group role event"))
         anew = [(spell.until_s, spell.vehicle) for spell in self.spells if spell.kind == "restarts"]
         rows += [(at_s - CLOSE_S, vehicle, "", "", event) for at_s, vehicle in anew for event in ("left", "inactive")]
-        found: dict[tuple[str, str], tuple[list[float], list[frozenset[Role]]]] = defaultdict(lambda: ([], []))
+        changes: dict[tuple[str, str], tuple[list[float], list[frozenset[Role]]]] = defaultdict(lambda: ([], []))
         for time_s, vehicle, group, role, event in sorted(rows, key=lambda row: row[0]):
-            times_s, roles = found[vehicle, ends.get(event, event)]
+            times_s, roles = changes[vehicle, ends.get(event, event)]
             now, changed = roles[-1] if roles else frozenset[Role](), {(group, role)}
             times_s.append(time_s)
             roles.append(frozenset() if not group else now - changed if event in ends else now | changed)
-        return dict(found)
+        return dict(changes)
 
     @cached_property
     def influenced(self) -> dict[str, set[str]]:
         """Roles that a role may signal to: declared ones, and roles with jobs among themselves."""
         jobs = self.roles_with_jobs
         return {
-            f"{group}.{name}": {f"{group}.{one}" for one in role.get("influences", ())}
-            | {f"{group}.{one}" for of, one in jobs if of == group and (group, name) in jobs}
+            f"{group}.{name}": {f"{group}.{other}" for other in role.get("influences", ())}
+            | {f"{group}.{other}" for g, other in jobs if g == group and (group, name) in jobs}
             for (group, name), role in self.declared_roles.items()
         }
 
@@ -396,13 +396,13 @@ class Record:
         """Tracks of the vehicles that have one."""
         table = self["trajectories"]
         names = np.array(table["vehicle"], dtype=object)
-        found = {}
+        tracks = {}
         for name in self.vehicles:
-            at = np.flatnonzero(names == name)
-            if len(at):
+            rows = np.flatnonzero(names == name)
+            if len(rows):
                 columns = ("time_s", "x_m", "y_m", "heading_rad", "speed_mps", "energy_j", "depth_m")
-                found[name] = Track(*(np.asarray(table[column])[at] for column in columns))
-        return found
+                tracks[name] = Track(*(np.asarray(table[column])[rows] for column in columns))
+        return tracks
 
     @cached_property
     def end_s(self) -> float:
@@ -420,16 +420,16 @@ class Record:
         """Faults in the table; the end is infinite if not recorded."""
         rows = list(self.rows("faults", "time_s vehicle kind detail"))
         ends = [(time_s, vehicle, kind) for time_s, vehicle, kind, detail in rows if detail == "over"]
-        found = []
+        spells = []
         for time_s, vehicle, kind, detail in rows:
             if detail == "over":
                 continue
-            said = re.search(r"until (\S+) s", detail)
-            until_s = math.inf if said is None else float(said[1])
+            match = re.search(r"until (\S+) s", detail)
+            until_s = math.inf if match is None else float(match[1])
             error_s = 1e-3 + 1e-5 * until_s
             ended_s = (end[0] for end in ends if end[1:] == (vehicle, kind) and abs(end[0] - until_s) <= error_s)
-            found.append(Spell(vehicle, kind, time_s, next(ended_s, math.inf), detail))
-        return found
+            spells.append(Spell(vehicle, kind, time_s, next(ended_s, math.inf), detail))
+        return spells
 
     def during(self, vehicle: str, kinds: Iterable[str], times_s: Any) -> Array:
         """Return for each time if a fault of these kinds affects a vehicle."""
@@ -439,10 +439,10 @@ class Record:
     def lasting(self, spells: Iterable[Spell], times_s: Any) -> Array:
         """Return for each time if one of these faults lasts."""
         times_s = np.asarray(times_s, dtype=float)
-        found = np.zeros(times_s.shape, dtype=bool)
+        lasts = np.zeros(times_s.shape, dtype=bool)
         for spell in spells:
-            found |= (times_s >= spell.from_s) & (times_s < spell.until_s)
-        return found
+            lasts |= (times_s >= spell.from_s) & (times_s < spell.until_s)
+        return lasts
 
     def away(self, vehicle: str, times_s: Any) -> Array:
         """Return for each time if a vehicle is lost, off, late or without energy."""
@@ -460,11 +460,11 @@ class Record:
     def strange(self) -> dict[str, float]:
         """Time (s) of the first fault of an external kind, by vehicle."""
         declared = {str(fault.get("kind")) for fault in self.scenario.get("fault", [])} - KINDS
-        found: dict[str, float] = {}
+        first_s: dict[str, float] = {}
         for spell in self.spells:
             if spell.kind in declared:
-                found[spell.vehicle] = min(spell.from_s, found.get(spell.vehicle, math.inf))
-        return found
+                first_s[spell.vehicle] = min(spell.from_s, first_s.get(spell.vehicle, math.inf))
+        return first_s
 
     @cached_property
     def packet_s(self) -> tuple[float, float] | None:

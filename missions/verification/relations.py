@@ -63,8 +63,8 @@ def _check_satisfaction(record: Record, report: CheckReport) -> None:
     sent = record.rows("packets", "time_s sender")
     due = [(time_s, sender, *role) for time_s, sender in sent for role in record.roles_at(sender, time_s)]
     is_due = record.of("strategy")["name"] in INFLUENCING
-    told = set(stated)
-    due = [row for row in due if row in told or (is_due and row[1] not in record.newcomers)]
+    stated_rows = set(stated)
+    due = [row for row in due if row in stated_rows or (is_due and row[1] not in record.newcomers)]
     acting = {vehicle for vehicle, event in record.rows("membership", "vehicle event") if event == "absent"}
     known = set(due)
     # A vehicle acting for others has their roles too.
@@ -95,30 +95,30 @@ def _check_choices(record: Record, report: CheckReport) -> None:
         report.look("choices", len(rows))
         check_weights(record, report, rows, before[vehicle], importance)
         taken = [row for row in rows if row.chosen]
-        about = {row.about for row in taken}
-        if not about <= before[vehicle] and (time_s, vehicle) not in performed:
+        subjects = {row.about for row in taken}
+        if not subjects <= before[vehicle] and (time_s, vehicle) not in performed:
             report.add("choices", "activities", time_s, vehicle, "no row", "activities: another choice was made")
-        before[vehicle] = about
+        before[vehicle] = subjects
         roles[time_s, vehicle].append({(row.group, row.role) for row in taken if row.role})
-        chosen[time_s, vehicle].append([(one, row.role, row.motivation) for row in taken for one in row.activities])
+        chosen[time_s, vehicle].append([(act, row.role, row.motivation) for row in taken for act in row.activities])
     for (time_s, vehicle), activities in performed.items():
         when = time_s, vehicle
-        several = [*chosen[when], [one for of in chosen[when] for one in of]]  # one of simultaneous decisions, or all
+        several = [*chosen[when], [act for acts in chosen[when] for act in acts]]  # one simultaneous decision, or all
         if len(chosen[when]) > 2:
             continue  # no table has the performed ones
         if vehicle in record.anew and not roles[when]:
             continue  # it decides as before its restart
-        if not any(_are_close(sorted(activities), sorted(one)) for one in several):
+        if not any(_are_close(sorted(activities), sorted(act)) for act in several):
             report.add("choices", "activities", time_s, vehicle, sorted(activities), f"{chosen[when]}, by its decision")
         driving = record.roles_at(vehicle, time_s, "active")
         if driving not in (roles[when] or [set()]):
             report.add("choices", "roles", time_s, vehicle, f"{sorted(driving)} active", f"{roles[when]}, chosen")
     goes_on: dict[str, list[set[Row]]] = {}
     for when in sorted(performed.keys() | chosen.keys()):
-        now = [{one[:2] for one in of} for of in chosen[when]]  # any of several simultaneous ones may be the last
+        now = [{act[:2] for act in acts} for acts in chosen[when]]  # any of several simultaneous ones may be the last
         if when in performed:
             goes_on[when[1]] = [*now, {activity[:2] for activity in performed[when]}]
-        elif when[1] not in record.anew and not any(of in goes_on.get(when[1], []) for of in now):
+        elif when[1] not in record.anew and not any(acts in goes_on.get(when[1], []) for acts in now):
             report.add("choices", "activities", *when, "no row", f"{chosen[when]}, by its decision")
     for time_s, vehicle, event in record.rows("roles", "time_s vehicle event"):
         if event in ("active", "inactive") and (time_s, vehicle) not in performed:
@@ -132,13 +132,13 @@ def _are_close(one: list[Row], other: list[Row]) -> bool:
 
 def _importances(record: Record) -> dict[Row, float]:
     """Return the motivation at full stimulus per candidate: the mode of undisturbed rows."""
-    found, before = defaultdict[Row, Counter[float]](Counter), defaultdict[str, set[Row]](set)
+    ratios, before = defaultdict[Row, Counter[float]](Counter), defaultdict[str, set[Row]](set)
     for _, vehicle, rows in record.decisions:
         for row in rows:
             if row.stimulus and row.about not in before[vehicle]:
-                found[row.purpose][round(row.own / row.stimulus, 4)] += 1
+                ratios[row.purpose][round(row.own / row.stimulus, 4)] += 1
         before[vehicle] = {row.about for row in rows if row.chosen}
-    return {purpose: shares.most_common(1)[0][0] for purpose, shares in found.items()}
+    return {purpose: shares.most_common(1)[0][0] for purpose, shares in ratios.items()}
 
 
 def check_weights(
@@ -177,9 +177,9 @@ def _check_deliveries(record: Record, report: CheckReport) -> None:
     """Check deliveries against acknowledgements, and unsent reports against their successors."""
     rows = list(record.rows("deliveries", "time_s vehicle item event reason latency_s"))
     known = (row[:3] for row in record.rows("knowledge", "time_s vehicle item event") if row[3] == "acknowledged")
-    told = (row[:3] for row in rows if row[3] == "acknowledged")
-    report.alike("deliveries", "deliveries", told, "knowledge", known)
-    recorded = {uid: about for uid, *about in record.rows("items", "uid time_s recorded_s origin attribute")}
+    acknowledged = (row[:3] for row in rows if row[3] == "acknowledged")
+    report.alike("deliveries", "deliveries", acknowledged, "knowledge", known)
+    recorded = {uid: entry for uid, *entry in record.rows("items", "uid time_s recorded_s origin attribute")}
     observed_s: defaultdict[Row, list[float]] = defaultdict(list)
     for uid, (time_s, _, origin, _) in recorded.items():
         observed_s[origin, uid.partition(":")[2]].append(time_s)
@@ -200,7 +200,7 @@ def _check_deliveries(record: Record, report: CheckReport) -> None:
     slots = set(record.rows("packets", "slot time_s sender"))
     for slot, time_s, vehicle in set(record.rows("unsaid", "slot time_s vehicle")) - slots:
         report.add("unsaid", "unsaid", time_s, vehicle, f"slot {slot}", "its own slot then, in packets")
-    said = {uid for uids in record["packets"]["status_uids"] for uid in uids}
+    sent = {uid for uids in record["packets"]["status_uids"] for uid in uids}
     gone = {(vehicle, uid): time_s for time_s, vehicle, uid, event, *_ in rows if event == "expired"}
     newest: dict[Row, str] = {}
     for uid, (_, at_s, origin, attribute) in recorded.items():
@@ -208,9 +208,9 @@ def _check_deliveries(record: Record, report: CheckReport) -> None:
             report.look("deliveries")
             before = newest.get((origin, attribute), uid)
             newest[origin, attribute] = uid
-            if before != uid and before not in said and abs(gone.get((origin, before), math.inf) - at_s) > CLOSE_S:
+            if before != uid and before not in sent and abs(gone.get((origin, before), math.inf) - at_s) > CLOSE_S:
                 report.add("deliveries", "deliveries", at_s, origin, f"no row of {before}", f"one: {uid} follows it")
-            if uid in said and (origin, uid) in gone:
+            if uid in sent and (origin, uid) in gone:
                 report.add("deliveries", "deliveries", at_s, origin, f"{uid} expired", "none: it has been said")
 
 
@@ -236,13 +236,13 @@ def _check_radios(record: Record, report: CheckReport) -> None:
         (row[0], 1, row[1:]) for row in record.rows("packets", "time_s slot sender acks")
     ]
     events += [
-        (at_s, 0, (slot, one, name)) for slot, (one, heard_s) in packets.items() for name, at_s in heard_s.items()
+        (at_s, 0, (slot, peer, name)) for slot, (peer, heard_s) in packets.items() for name, at_s in heard_s.items()
     ]
     events += [(row[0], 2, row[1:3]) for row in noticed if row[3] == "parked"]
-    heard, newest, parked, unsure = dict[Row, int](), dict[str, int](), set[Row](), set[str]()
+    last_heard, newest, parked, unsure = dict[Row, int](), dict[str, int](), set[Row](), set[str]()
     back, links, due = list[Row](), defaultdict[Row, _LinkEstimate](_LinkEstimate), dict[Row, Row]()
     policy = record.of("communication").get("policy")
-    for at_s, order, event in sorted(events, key=lambda one: one[:2]):
+    for at_s, order, event in sorted(events, key=lambda e: e[:2]):
         if order == 2:
             parked.add(event)
         elif order == 1:
@@ -259,8 +259,8 @@ def _check_radios(record: Record, report: CheckReport) -> None:
             slot, sender, name = event
             if slot - newest.get(name, slot) > SILENT_FRAMES * n:
                 unsure.add(name)  # it may have considered itself isolated, and all others present
-            newest[name], before = slot, heard.get((name, sender), slot - n)
-            heard[name, sender] = slot
+            newest[name], before = slot, last_heard.get((name, sender), slot - n)
+            last_heard[name, sender] = slot
             links[name, sender, "incoming"].take(max(0, (slot - before) // n - 1), False)
             own = slot - (slot - numbers[name]) % n
             if own in packets:
@@ -274,13 +274,13 @@ def _check_radios(record: Record, report: CheckReport) -> None:
     def is_sure(row: Row) -> bool:
         return row[0] <= record.end_s and row[1] not in unsure | out and row[2] not in record.anew
 
-    given = {row[:4]: row[4:] for row in record.rows("links", "time_s vehicle peer direction p_loss n")}
-    report.alike("links", "links", filter(is_sure, given), "packets", filter(is_sure, due))
-    for row in filter(is_sure, given.keys() & due.keys()):
-        if given[row][1] != due[row][1] or abs(given[row][0] - due[row][0]) > SIX_DIGITS:
-            report.add("links", "links", row[0], row[1], f"{row[2:]} {given[row]}", f"{due[row]}, by its packets")
-    told = (row[:3] for row in noticed if row[3] == "heard again" and is_sure(row))
-    report.alike("peers", "peers", told, "packets and parking", filter(is_sure, back))
+    stated = {row[:4]: row[4:] for row in record.rows("links", "time_s vehicle peer direction p_loss n")}
+    report.alike("links", "links", filter(is_sure, stated), "packets", filter(is_sure, due))
+    for row in filter(is_sure, stated.keys() & due.keys()):
+        if stated[row][1] != due[row][1] or abs(stated[row][0] - due[row][0]) > SIX_DIGITS:
+            report.add("links", "links", row[0], row[1], f"{row[2:]} {stated[row]}", f"{due[row]}, by its packets")
+    again = (row[:3] for row in noticed if row[3] == "heard again" and is_sure(row))
+    report.alike("peers", "peers", again, "packets and parking", filter(is_sure, back))
 
 
 def _check_facts(record: Record, report: CheckReport) -> None:
@@ -308,12 +308,12 @@ def _check_facts(record: Record, report: CheckReport) -> None:
     _check_reports(record, report)
     if "coverage" in record.tables and not (record.drifts or record.of("uncertainty").get("p_miss")):
         numbers, places = Counter[str](), dict[Row, Row]()
-        for cell, area in sorted(cells_of(record).items(), key=lambda one: one[0][::-1]):
+        for cell, area in sorted(cells_of(record).items(), key=lambda item: item[0][::-1]):
             places[cell] = area, numbers[area]
             numbers[area] += 1
         facts = record.rows("items", "recorded_s origin subject value attribute")
-        told = (row[:4] for row in facts if row[4] == "mappedCell" and row[1] not in record.anew)
-        mapped = ((*about, int(float(number))) for *about, number in told)
+        cell_facts = (row[:4] for row in facts if row[4] == "mappedCell" and row[1] not in record.anew)
+        mapped = ((*fact, int(float(number))) for *fact, number in cell_facts)
         covered = record.rows("coverage", "time_s vehicle cell_x cell_y")
         due = ((*row[:2], *places.get(row[2:], ())) for row in covered if row[1] not in record.anew)
         report.alike("mapped", "items", mapped, "coverage", due)
@@ -334,19 +334,19 @@ def _check_reports(record: Record, report: CheckReport) -> None:
     sent, names = set(record.rows("packets", "time_s sender")), dict[str, str]()
     columns = "uid origin time_s recorded_s subject attribute value"
     for uid, origin, time_s, at_s, subject, attribute, value in record.rows("items", columns):
-        if attribute not in REPORTS or (found := STATUS.fullmatch(uid)) is None:
+        if attribute not in REPORTS or (match := STATUS.fullmatch(uid)) is None:
             continue
         report.look("reports", 2)
         is_slot = (at_s, origin) in sent or record.of("strategy")["name"] == "oracle"
-        of = names.setdefault(f"{origin} {found[2]}", attribute)
+        due = names.setdefault(f"{origin} {match[2]}", attribute)
         wrong = partial(report.add, "reports", "items", at_s, origin)
-        if not is_slot or abs(float(found[1]) - time_s) > RESOLUTION_S or (subject, attribute) != (origin, of):
-            wrong(f"{subject} {attribute} as {uid}", f"{of} in a slot of {origin}")
+        if not is_slot or abs(float(match[1]) - time_s) > RESOLUTION_S or (subject, attribute) != (origin, due):
+            wrong(f"{subject} {attribute} as {uid}", f"{due} in a slot of {origin}")
         track = record.tracks[origin]
-        at = min(int(at_s / record.tick_s + 1e-9), len(track.time_s) - 1)
-        near = {at, max(0, at - (at_s - track.time_s[at] < CLOSE_S))}  # at a tick, either row may precede it
-        x_m, y_m, off = track.x_m[at], track.y_m[at], math.inf
-        left = 1.0 - track.energy_j[at] / record.vehicles[origin]["energy_j"]
+        row = min(int(at_s / record.tick_s + 1e-9), len(track.time_s) - 1)
+        near = {row, max(0, row - (at_s - track.time_s[row] < CLOSE_S))}  # at a tick, either row may precede it
+        x_m, y_m, off = track.x_m[row], track.y_m[row], math.inf
+        left = 1.0 - track.energy_j[row] / record.vehicles[origin]["energy_j"]
         if attribute == "batteryFraction":
             off = abs(float(value) - max(0.0, left)) / GRID_SHARE
         elif record.drifts and POINT.fullmatch(value):
@@ -371,24 +371,24 @@ def _check_requests(record: Record, report: CheckReport) -> None:
     founded: defaultdict[Row, set[str]] = defaultdict(set)
     plays: defaultdict[Row, list[tuple[float, bool]]] = defaultdict(list)
     columns = "time_s vehicle issuer act group role peer objective argument event outcome"
-    for time_s, vehicle, issuer, act, *what, event, outcome in record.rows("organisation", columns):
+    for time_s, vehicle, issuer, act, *terms, event, outcome in record.rows("organisation", columns):
         report.look("requests")
         wrong = partial(report.add, "requests", "organisation", time_s, vehicle)
-        words = f"{act} {' '.join(filter(None, what))} by {issuer or 'nobody'}"
+        words = f"{act} {' '.join(filter(None, terms))} by {issuer or 'nobody'}"
         if event != (ACTS.get(act) if outcome == "success" else "refused"):
             wrong(f"{words} {event}, {outcome}", f"{ACTS.get(act)} with success, or refused")
         if event in ("assigned", "left"):
-            plays[vehicle, *what[:3]].append((time_s, event == "assigned"))
+            plays[vehicle, *terms[:3]].append((time_s, event == "assigned"))
         if not issuer:
-            founded[(act, *what)].add(vehicle)
-        if not issuer or act not in SAID or time_s >= until_s or _is_unsaid(record, {vehicle, issuer}, *what[:2]):
+            founded[(act, *terms)].add(vehicle)
+        if not issuer or act not in SAID or time_s >= until_s or _is_unsaid(record, {vehicle, issuer}, *terms[:2]):
             continue
-        key = (vehicle, issuer, act, *what)
+        key = (vehicle, issuer, act, *terms)
         seen[key] += event != "refused"
         answered.add(key)
         n_held = sum(at_s <= time_s + CLOSE_S for at_s in due.get(key, ()))
         off_s = abs(time_s - round(time_s / frame_s) * frame_s) if frame_s and record.has_exact_clocks else 0.0
-        if max(seen[key], 1) > n_held and not (act == "release" and tuple(what[:2]) in heads):
+        if max(seen[key], 1) > n_held and not (act == "release" and tuple(terms[:2]) in heads):
             wrong(f"{words}, {seen[key]} times", f"{n_held} times, by the items that it holds")
         elif off_s > CLOSE_S and not any(abs(at_s - time_s) <= CLOSE_S for at_s in due.get(key, ())):
             wrong(words, f"{math.ceil(time_s / frame_s) * frame_s:.4f} s, the end of the TDMA frame")
@@ -401,10 +401,10 @@ def _check_requests(record: Record, report: CheckReport) -> None:
         is_known |= key[2] in ("assign", "release") and _is_so(plays, key, min(times_s))
         if is_due and key not in answered and not is_known and not _is_unsaid(record, set(key[:2]), *key[3:5]):
             report.add("requests", "organisation", min(times_s), key[0], "no row", f"{' '.join(key[2:])} by {key[1]}")
-    for what, vehicles in founded.items():
+    for terms, vehicles in founded.items():
         report.look("founded", len(record.vehicles))
         for vehicle in sorted(set(record.vehicles) - vehicles):
-            report.add("founded", "organisation", 0.0, vehicle, "no row", f"{' '.join(what)}, as others have it")
+            report.add("founded", "organisation", 0.0, vehicle, "no row", f"{' '.join(terms)}, as others have it")
 
 
 def _is_so(plays: Mapping[Row, Sequence[tuple[float, bool]]], key: Row, then_s: float) -> bool:
@@ -420,7 +420,7 @@ def _is_unsaid(record: Record, vehicles: set[str], group: str, role: str) -> boo
     """True if facts alone do not determine a role: formed groups, claimed jobs, newcomers."""
     name = record.of("strategy")["name"]
     is_claimed = name in KEEP_OWN_JOBS or ":" in name or name == "contract-net"
-    formed = {one["name"] for one in record.scenario["group"] if one.get("formed_by")}
+    formed = {entry["name"] for entry in record.scenario["group"] if entry.get("formed_by")}
     is_own = is_claimed and (group, role) in record.roles_with_jobs
     return is_own or group in formed or bool(vehicles & record.newcomers)
 
@@ -445,7 +445,7 @@ def _requests(record: Record) -> dict[Row, list[float]]:
     for names, times_s, uids in record.rows("packets", "receivers arrivals_s status_uids"):
         for name, at_s in zip(names, times_s, strict=False):
             held |= {(name, uid): min(at_s, held.get((name, uid), at_s)) for uid in uids}
-    found: defaultdict[Row, list[float]] = defaultdict(list)
+    receipts: defaultdict[Row, list[float]] = defaultdict(list)
     parts: defaultdict[str, set[str]] = defaultdict(set)
     for uid in set(record["items"]["uid"]):
         parts[block_of(uid)].add(uid)
@@ -453,8 +453,8 @@ def _requests(record: Record) -> dict[Row, list[float]]:
         for vehicle in record.vehicles:
             at_s = max(held.get((vehicle, part), math.inf) for part in parts[block_of(uid)])
             for request in requests if at_s < math.inf else ():
-                found[(vehicle, *request)].append(at_s)
-    return found
+                receipts[(vehicle, *request)].append(at_s)
+    return receipts
 
 
 def _check_plans(record: Record, report: CheckReport) -> None:
@@ -463,11 +463,11 @@ def _check_plans(record: Record, report: CheckReport) -> None:
     changed_s: dict[Row, float] = {}
     columns = "time_s vehicle group role objective argument node parent task method status expected_time_s"
     rows = record.rows("plans", f"{columns} expected_energy_j")
-    for time_s, vehicle, *about, node, parent, task, method, status, lasts_s, takes_j in rows:
+    for time_s, vehicle, *goal, node, parent, task, method, status, lasts_s, takes_j in rows:
         report.look("plans")
         if vehicle in record.anew:
             continue  # it plans again after a restart
-        plan, key = plans[(vehicle, *about)], (vehicle, *about)
+        plan, key = plans[(vehicle, *goal)], (vehicle, *goal)
         if changed_s.get(key, time_s) != time_s:
             _check_tree(report, changed_s[key], vehicle, plan)
         wrong = partial(
@@ -475,7 +475,7 @@ def _check_plans(record: Record, report: CheckReport) -> None:
         )
         before, row = plan.get(node), (parent, task, method, status, lasts_s, takes_j)
         if before is None and (node != len(plan) or not (parent == -1 if node == 0 else 0 <= parent < node)):
-            wrong(f"task {len(plan)} of {about} next, below an earlier one")
+            wrong(f"task {len(plan)} of {goal} next, below an earlier one")
         elif before is not None and (before[:2] != row[:2] or before == row):
             wrong(f"another row of {before[1]} below {before[0]}")
         elif before and None is not before[4] != lasts_s and (lasts_s or status not in ("failed", "dropped")):

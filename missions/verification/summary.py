@@ -79,44 +79,44 @@ def way_error_m(track: Track) -> float:
 
 
 def _of_motion(record: Record, report: CheckReport) -> dict[str, tuple[Any, float]]:
-    found: dict[str, tuple[Any, float]] = {}
+    derived: dict[str, tuple[Any, float]] = {}
     last_j = [float(track.energy_j[-1]) for track in record.tracks.values()]
-    found["energy_j"] = math.fsum(last_j), 0.5 * len(last_j) + 0.01
+    derived["energy_j"] = math.fsum(last_j), 0.5 * len(last_j) + 0.01
     ways, error_m = [], 0.0
     for name, track in record.tracks.items():
-        way = way_through_water(record, name, track)
-        if way is None:
+        path = way_through_water(record, name, track)
+        if path is None:
             report.skip("distance_m", "when a surge begins is drawn by the seed")
             break
-        along_m = way[0] * np.cos(track.heading_rad[1:]) + way[1] * np.sin(track.heading_rad[1:])
+        along_m = path[0] * np.cos(track.heading_rad[1:]) + path[1] * np.sin(track.heading_rad[1:])
         along_m[floats(record, name, track)] = 0.0
         ways.append(float(along_m.sum()))
         error_m = math.hypot(error_m, way_error_m(track))
     else:
-        found["distance_m"] = math.fsum(ways), 0.05 + error_m
+        derived["distance_m"] = math.fsum(ways), 0.05 + error_m
     listening = listening_w(record)
     if listening is not None:
         used = [np.diff(track.energy_j.astype(float)) for track in record.tracks.values() if listening]
         powered_s = record.tick_s * sum(int((used_j > 0.0).sum()) for used_j in used)
         n_sent = len(record["packets"])
         slack_j = 0.005 + (0.0 if record.packet_s else 0.01 * n_sent)
-        found["modem_energy_j"] = float(sending_j(record).sum()) + listening * powered_s, slack_j
+        derived["modem_energy_j"] = float(sending_j(record).sum()) + listening * powered_s, slack_j
         if listening and any(data["hotel_w"] < 1.0 for data in record.vehicles.values()):
-            del found["modem_energy_j"]
+            del derived["modem_energy_j"]
             report.skip("modem_energy_j", "with so little power, ticks with and without it cannot be told apart")
     apart = least_distances_m(record)
-    least_m = min((one for one, _ in apart.values()), default=None)
-    found["closest_approach_m"] = least_m, PLACE_M
+    least_m = min((gap_m for gap_m, _ in apart.values()), default=None)
+    derived["closest_approach_m"] = least_m, PLACE_M
     separation_m = float(record.of("guidance").get("separation_m", 5.0))
-    if not any(abs(one - separation_m) < PLACE_M + 0.001 for one, _ in apart.values()):
-        found["conflicts"] = sum(one < separation_m for one, _ in apart.values()), 0
-    return found
+    if not any(abs(gap_m - separation_m) < PLACE_M + 0.001 for gap_m, _ in apart.values()):
+        derived["conflicts"] = sum(gap_m < separation_m for gap_m, _ in apart.values()), 0
+    return derived
 
 
 def _of_packets(record: Record, report: CheckReport) -> dict[str, tuple[Any, float]]:
     packets = record["packets"]
     n_bits = int(np.sum(packets["size_bits"])) if len(packets) else 0
-    heard = sum(map(len, packets["receivers"]))
+    received = sum(map(len, packets["receivers"]))
     lost = sum(map(len, packets["lost_by"])) + sum(map(len, packets["collided_at"]))
     by_content = [value for name, value in record.summary.items() if name.startswith("bits_")]
     report.same("figures", "summary", "sum of bits_...", sum(by_content), n_bits)
@@ -125,7 +125,7 @@ def _of_packets(record: Record, report: CheckReport) -> dict[str, tuple[Any, flo
     return {
         "n_packets": (len(packets), 0),
         "n_bytes": (n_bits // 8, 0),
-        "delivery_ratio": (heard / (heard + lost) if heard + lost else None, 1e-9),
+        "delivery_ratio": (received / (received + lost) if received + lost else None, 1e-9),
     }
 
 
@@ -135,7 +135,7 @@ def _of_knowledge(record: Record, report: CheckReport) -> dict[str, tuple[Any, f
     received = [(time_s, item) for time_s, _, item, event in rows if event == "received"]
     waits_s = [time_s - observed[item] for time_s, item in received if item in observed]
     minutes = record.mission_s / 60.0
-    found: dict[str, tuple[Any, float]] = {
+    derived: dict[str, tuple[Any, float]] = {
         "observations_per_min": (len(received) / len(record.vehicles) / minutes if minutes else 0.0, 1e-4),
         "mean_latency_s": (math.fsum(waits_s) / len(waits_s) if waits_s else None, LATENCY_S),
         "p95_latency_s": (float(np.quantile(waits_s, 0.95)) if waits_s else None, LATENCY_S),
@@ -144,7 +144,7 @@ def _of_knowledge(record: Record, report: CheckReport) -> dict[str, tuple[Any, f
     if "deliveries" in record.tables:
         lost = record.rows("deliveries", "event reason")
         n_expired = sum(event == "expired" and reason in ("time to live", "overflow") for event, reason in lost)
-        found["n_expired"] = n_expired, 0
+        derived["n_expired"] = n_expired, 0
     n_lacking: Counter[str] = Counter()
     last_s: dict[str, float] = {}
     held: set[tuple[str, str]] = set()
@@ -156,22 +156,22 @@ def _of_knowledge(record: Record, report: CheckReport) -> dict[str, tuple[Any, f
             n_lacking[item] += 1
             last_s[item] = time_s
     whole = [item for item in observed if n_lacking[item] >= len(record.vehicles) - 1]
-    found["consistent_fraction"] = len(whole) / len(observed) if observed else None, 1e-6
+    derived["consistent_fraction"] = len(whole) / len(observed) if observed else None, 1e-6
     wait_s = math.fsum(last_s[guid] - observed[guid] for guid in whole) / len(whole) if whole else None
-    found["consistency_time_s"] = wait_s, LATENCY_S
-    return found
+    derived["consistency_time_s"] = wait_s, LATENCY_S
+    return derived
 
 
 def _of_organisation(record: Record, report: CheckReport) -> dict[str, tuple[Any, float]]:
     figures = organisation_figures(record, record.mission_s)
-    found: dict[str, tuple[Any, float]] = {name: (value, 2e-5) for name, value in figures.items()}
+    derived: dict[str, tuple[Any, float]] = {name: (value, 2e-5) for name, value in figures.items()}
     n_rows = len(record["organisation"])
-    found["malformed_s"] = figures["malformed_s"], 1e-3 + CLOSE_S * math.sqrt(n_rows + 1.0)
+    derived["malformed_s"] = figures["malformed_s"], 1e-3 + CLOSE_S * math.sqrt(n_rows + 1.0)
     changes = any(group.get("subgroup") or group.get("formed_by") for group in record.scenario["group"])
     if changes or record.scenario.get("compatible"):
-        del found["malformed_s"]
+        del derived["malformed_s"]
         report.skip("malformed_s", "subgroups, groups at sea and roles that exclude each other are not worked out")
-    return found
+    return derived
 
 
 def _of_work(record: Record, report: CheckReport) -> dict[str, tuple[Any, float]]:
@@ -207,10 +207,10 @@ def _of_doubt(record: Record, report: CheckReport) -> dict[str, tuple[Any, float
     """Derive the vehicles in doubt: docs/model/world-model.md, for properties at rest."""
     looks: defaultdict[tuple[str, str], defaultdict[str, list[tuple[Any, float]]]]
     looks = defaultdict(lambda: defaultdict(list))  # by property and origin: place and weight
-    for origin, *about, text, sigma in record.rows("items", "origin subject attribute value uncertainty"):
+    for origin, *slot, text, sigma in record.rows("items", "origin subject attribute value uncertainty"):
         if sigma and (axes := MEASURED.fullmatch(text)):
             place = np.array([float(axis) for axis in axes.groups() if axis])
-            looks[about[0], about[1]][origin].append((place, float(sigma) ** -2))
+            looks[slot[0], slot[1]][origin].append((place, float(sigma) ** -2))
     estimates = [
         {origin: _mean(own) for origin, own in by_origin.items()} for by_origin in looks.values() if len(by_origin) > 1
     ]
@@ -220,7 +220,7 @@ def _of_doubt(record: Record, report: CheckReport) -> dict[str, tuple[Any, float
     def deviation(without: str = "") -> tuple[float, int]:
         total, degrees = 0.0, 0
         for by_origin in estimates:
-            left = [one for origin, one in by_origin.items() if origin != without]
+            left = [look for origin, look in by_origin.items() if origin != without]
             mean, _ = _mean(left)
             total += sum(weight * float(((place - mean) ** 2).sum()) for place, weight in left)
             degrees += mean.size * (len(left) - 1)
@@ -231,8 +231,8 @@ def _of_doubt(record: Record, report: CheckReport) -> dict[str, tuple[Any, float
     if abs(total - limit) < 0.01 * limit:
         report.skip("n_doubted", "the deviation of the vehicles is at its limit")
         return {}
-    rest = [deviation(origin)[0] for origin in sorted({origin for one in estimates for origin in one})]
-    n_doubted = 0 if total < limit else sum(one <= min(rest) + 1e-9 for one in rest)
+    rest = [deviation(origin)[0] for origin in sorted({origin for e in estimates for origin in e})]
+    n_doubted = 0 if total < limit else sum(e <= min(rest) + 1e-9 for e in rest)
     return {"n_doubted": (n_doubted, 0)}
 
 
@@ -244,29 +244,29 @@ def _mean(looks: list[tuple[Any, float]]) -> tuple[Any, float]:
 
 def _of_mapping(record: Record, report: CheckReport) -> dict[str, tuple[Any, float]]:
     cells, first, n_rows = cells_of(record), record.covered, len(record["coverage"])
-    found: dict[str, tuple[Any, float]] = {
+    derived: dict[str, tuple[Any, float]] = {
         "coverage_fraction": (len(first) / len(cells) if cells else 0.0, 1e-9),
         "duplicate_fraction": (1.0 - len(first) / n_rows if n_rows else 0.0, 1e-9),
     }
     for share in (50, 80, 95, 100):
         reached = record.rows("goal", "time_s goal_fraction")
         when = next((time_s for time_s, fraction in reached if fraction >= share / 100.0 - 1e-9), None)
-        found[f"time_to_{share}_s"] = when, 1e-3
+        derived[f"time_to_{share}_s"] = when, 1e-3
     areas = {area["name"] for area in record.scenario["area"]}
     exploring = {key for key, role in record.declared_roles.items() if role.get("job") in areas}
     held = record.rows("roles", "vehicle group role")
     holders = {vehicle for vehicle, group, role in held if (group, role) in exploring}
     n_first = Counter(vehicle for _, vehicle in first.values())
     least = min(n_first[holder] for holder in holders) / len(first) if holders and first else None
-    found["least_mapped_fraction"] = least, 1e-9
+    derived["least_mapped_fraction"] = least, 1e-9
     stopped = next((stone for stone in record.summary["milestones"] if stone["name"] == "mapping_stopped"), None)
-    found["given_up_s"] = (None if stopped is None else stopped["time_s"]), 1e-3
+    derived["given_up_s"] = (None if stopped is None else stopped["time_s"]), 1e-3
     if n_inspected := int(record.of("finds").get("number", 0)):
         inspected = sum(milestone["name"] == "inspected" for milestone in record.summary["milestones"])
-        found["finds_inspected_fraction"] = inspected / n_inspected, 1e-9
+        derived["finds_inspected_fraction"] = inspected / n_inspected, 1e-9
     if stopped is not None:
-        found["left_when_given_up"] = _left(record, stopped, cells), 1e-4
-    return found
+        derived["left_when_given_up"] = _left(record, stopped, cells), 1e-4
+    return derived
 
 
 def _left(record: Record, stopped: dict[str, Any], cells: dict[Cell, str]) -> float:
