@@ -63,12 +63,12 @@ NAME = "remoras"
 def about_run(results: RunResults) -> dict[str, str]:
     """Return the provenance of a run: version, run key, seed, scenario, strategy, policy, channel."""
     summary, manifest = results.summary, results.manifest
-    found: dict[str, Any] = {
+    facts: dict[str, Any] = {
         "version": f"{NAME} {manifest['version']}",
         "run": manifest.get("run_id"),
         **{name: summary.get(name) for name in ("seed", "scenario", "strategy", "policy", "channel", "per")},
     }
-    return {name: str(value) for name, value in found.items() if value is not None}
+    return {name: str(value) for name, value in facts.items() if value is not None}
 
 
 def of_sweep(results: SweepResults) -> dict[str, str]:

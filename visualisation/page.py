@@ -111,7 +111,7 @@ def panel_in(axes: Axes) -> tuple[float, float]:
 
 
 def _cut(text: str, room_in: float, size_pt: float) -> str:
-    unit = found[0] if (found := UNIT.search(text)) else ""
+    unit = match[0] if (match := UNIT.search(text)) else ""
     named, room_in = text.removesuffix(unit), room_in - style.width_in(unit, size_pt)
     is_long = "\n" not in text and style.width_in(named, size_pt) > room_in
     return style.fitted(named, room_in, size_pt) + unit if is_long else text
@@ -163,9 +163,9 @@ def place_labels(axes: Axes, labels: Sequence[Label], keep_clear: Sequence[tuple
 
 
 def _candidates(
-    label: Label, at: tuple[float, float], size: tuple[float, float], clear: float
+    label: Label, point: tuple[float, float], size: tuple[float, float], clear: float
 ) -> list[tuple[float, float]]:
-    (x, y), (width, height) = at, size
+    (x, y), (width, height) = point, size
     aside, over = width / 2 + clear, height / 2 + clear
     around = [(x + side * aside, y + up * over) for up in (0, 1, -1) for side in (1, -1)]
     around += [(x, y + over), (x, y - over), (x, y + 2.5 * over), (x, y - 2.5 * over)]

@@ -94,21 +94,21 @@ def reach_figure(reaches: Sequence[ModemReach]) -> Figure:
         figure = page.opened(style.PAGE_IN, BODY_IN)
         (axes,) = page.panels(figure, 1, 1)
         page.legend(figure, entries)
-        for one, look in zip(reaches, looks, strict=True):
-            ranges_km = [point.range_m / 1000.0 for point in one.points]
-            whole = [point.delivered for point in one.points]
+        for modem, look in zip(reaches, looks, strict=True):
+            ranges_km = [point.range_m / 1000.0 for point in modem.points]
+            whole = [point.delivered for point in modem.points]
             every = max(1, len(whole) // MARKERS_ON_A_LINE)
             axes.plot(ranges_km, whole, color=look.colour, marker=look.marker, markevery=every)
-            if one.n_frames > 1:
-                by_frame = [point.frames_delivered for point in one.points]
+            if modem.n_frames > 1:
+                by_frame = [point.frames_delivered for point in modem.points]
                 axes.plot(ranges_km, by_frame, color=look.colour, linestyle=BY_FRAME)
-            for point in one.drawn:
+            for point in modem.drawn:
                 axes.plot(point.range_m / 1000.0, point.delivered, color=style.BLACK, **DRAWN)
                 axes.vlines(point.range_m / 1000.0, *point.interval, color=style.BLACK, linewidth=0.8, zorder=4)
-            nominal_km = one.nominal_m / 1000.0
+            nominal_km = modem.nominal_m / 1000.0
             if ranges_km[0] <= nominal_km <= ranges_km[-1]:
-                there = float(np.interp(nominal_km, ranges_km, whole))
-                axes.plot(nominal_km, there, color=look.colour, marker="*", markersize=9, markeredgecolor=style.BLACK)
+                share = float(np.interp(nominal_km, ranges_km, whole))
+                axes.plot(nominal_km, share, color=look.colour, marker="*", markersize=9, markeredgecolor=style.BLACK)
         axes.set_xlim(0.0, max(point.range_m for reach in reaches for point in reach.points) / 1000.0)
         axes.set_ylim(0.0, 1.06)
         axes.set_xlabel(words.axis("range", "km"))

@@ -35,15 +35,15 @@ def spans(events: Iterable[tuple[float, bool]], last_s: float = math.inf) -> lis
     >>> spans([(1.0, True), (2.0, True), (5.0, False), (7.0, True)], 9.0)
     [Span(start_s=1.0, end_s=5.0), Span(start_s=7.0, end_s=9.0)]
     """
-    found: list[Span] = []
+    closed: list[Span] = []
     since_s: float | None = None
     for time_s, begins in events:
         if begins and since_s is None:
             since_s = time_s
         elif not begins and since_s is not None:
-            found.append(Span(since_s, time_s))
+            closed.append(Span(since_s, time_s))
             since_s = None
-    return found if since_s is None else [*found, Span(since_s, last_s)]
+    return closed if since_s is None else [*closed, Span(since_s, last_s)]
 
 
 def spans_by(events: Iterable[tuple[K, float, bool]], last_s: float = math.inf) -> dict[K, list[Span]]:
@@ -71,10 +71,10 @@ def n_at_once(overlapping: Iterable[Span]) -> list[tuple[Span, int]]:
 
 def outages(results: RunResults) -> dict[str, list[Span]]:
     """Return the outages per affected vehicle, in order of their start."""
-    found: defaultdict[str, list[Span]] = defaultdict(list)
+    gaps: defaultdict[str, list[Span]] = defaultdict(list)
     open_at: dict[tuple[str, str], int] = {}
     for row in results.rows("faults"):
-        own, key, time_s = found[row["vehicle"]], (row["vehicle"], row["kind"]), float(row["time_s"])
+        own, key, time_s = gaps[row["vehicle"]], (row["vehicle"], row["kind"]), float(row["time_s"])
         if absence(row["kind"]) not in (Absence.BEFORE, Absence.LOSS):
             continue
         if row["detail"] != OVER:
@@ -82,7 +82,7 @@ def outages(results: RunResults) -> dict[str, list[Span]]:
             own.append(Span(time_s, math.inf))
         elif key in open_at:
             own[open_at[key]] = Span(own[open_at[key]].start_s, time_s)
-    return {vehicle: own for vehicle, own in found.items() if own}
+    return {vehicle: own for vehicle, own in gaps.items() if own}
 
 
 def outside(start_s: float, end_s: float, out: Iterable[Span]) -> list[Span]:
@@ -183,27 +183,27 @@ def track_columns(results: RunResults, columns: Sequence[str]) -> dict[str, list
 
 def milestones(results: RunResults) -> list[MilestoneRow]:
     """Return the milestones in time order."""
-    found = results.summary["milestones"]
-    return [MilestoneRow(m["name"], m["vehicle"], m["group"], float(m["time_s"])) for m in found]
+    rows = results.summary["milestones"]
+    return [MilestoneRow(m["name"], m["vehicle"], m["group"], float(m["time_s"])) for m in rows]
 
 
 def vehicle_faults(results: RunResults) -> list[VehicleFault]:
     """Return faults declared in the scenario, in order of their start."""
     kinds = {fault.get("kind") for fault in results.scenario_tables.get("fault", ())}
     last_s = end_s(results)
-    found: list[VehicleFault] = []
+    faults: list[VehicleFault] = []
     for row in results.rows("faults"):
         vehicle, kind, time_s = row["vehicle"], row["kind"], float(row["time_s"])
         if kind not in kinds:
             continue  # undeclared, such as an empty battery
         if row["detail"] != OVER:
-            found.append(VehicleFault(vehicle, kind, row["detail"], Span(time_s, last_s)))
+            faults.append(VehicleFault(vehicle, kind, row["detail"], Span(time_s, last_s)))
             continue
-        for at, fault in enumerate(found):
+        for number, fault in enumerate(faults):
             if (fault.vehicle, fault.kind, fault.span.end_s) == (vehicle, kind, last_s):
-                found[at] = fault._replace(span=Span(fault.span.start_s, time_s))
+                faults[number] = fault._replace(span=Span(fault.span.start_s, time_s))
                 break
-    return found
+    return faults
 
 
 def end_s(results: RunResults) -> float:
@@ -297,12 +297,12 @@ def packets_refused(
     """
     arrived: dict[tuple[str, float], int] = {}
     slots: dict[tuple[str, int], int] = {}
-    for at, row in enumerate(packets):
+    for index, row in enumerate(packets):
         for receiver, time_s in zip(row["receivers"], row["arrivals_s"], strict=True):
-            slots[receiver, row["slot"]] = at
-            arrived[receiver, time_s] = at
+            slots[receiver, row["slot"]] = index
+            arrived[receiver, time_s] = index
     for row in refusals:
         vehicle = row["vehicle"]
-        found = arrived.get((vehicle, row["time_s"]), slots.get((vehicle, row["slot"])))
-        if found is not None:
-            yield found, vehicle
+        packet = arrived.get((vehicle, row["time_s"]), slots.get((vehicle, row["slot"])))
+        if packet is not None:
+            yield packet, vehicle

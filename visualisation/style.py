@@ -128,7 +128,7 @@ def tint(colour: str, strength: float) -> tuple[float, float, float]:
     >>> tint("#000000", 0.2)
     (0.8, 0.8, 0.8)
     """
-    red, green, blue = (int(colour[at : at + 2], 16) / 255 for at in (1, 3, 5))
+    red, green, blue = (int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
     return tuple(round(1 - strength * (1 - part), 4) for part in (red, green, blue))  # type: ignore[return-value]
 
 

@@ -38,8 +38,8 @@ def named_all(what: str, names: Iterable[str], several: str = "") -> str:
     >>> named_all("policy", ["ack", "m-ack", "ack"], "policies")
     'policies ack, m-ack'
     """
-    found = list(dict.fromkeys(names))
-    return f"{what if len(found) == 1 else several or what + 's'} {', '.join(found)}"
+    distinct = list(dict.fromkeys(names))
+    return f"{what if len(distinct) == 1 else several or what + 's'} {', '.join(distinct)}"
 
 
 def capital(text: str) -> str:

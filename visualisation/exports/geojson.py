@@ -23,8 +23,8 @@ def write(voyage: Voyage, target: Path) -> Counts:
     """Write one feature collection; see ``Writer``."""
     assert voyage.datum is not None  # checked by the caller
     features = [*_tracks(voyage, voyage.datum), *_places(voyage, voyage.datum), *_milestones(voyage, voyage.datum)]
-    about = {name: text for name, text in voyage.about.items() if name != "scenario_toml"}
-    whole = {"type": "FeatureCollection", "features": features, "remoras": about}
+    provenance = {name: text for name, text in voyage.about.items() if name != "scenario_toml"}
+    whole = {"type": "FeatureCollection", "features": features, "remoras": provenance}
     target.write_text(json.dumps(whole, ensure_ascii=False, allow_nan=False) + "\n", encoding="utf-8")
     kinds = [feature["properties"]["kind"] for feature in features]
     return {kind: kinds.count(kind) for kind in (TRACK, PLACE, MILESTONE)}
@@ -37,8 +37,8 @@ def _feature(kind: str, shape: str, coordinates: Any, **properties: Any) -> dict
 
 def _points(datum: Datum, track: VoyageTrack) -> list[list[float]]:
     latitudes, longitudes = datum.degrees(track.x_m, track.y_m)
-    found: list[list[float]] = np.column_stack([longitudes, latitudes, 0.0 - track.depth_m]).tolist()
-    return found
+    points: list[list[float]] = np.column_stack([longitudes, latitudes, 0.0 - track.depth_m]).tolist()
+    return points
 
 
 def _tracks(voyage: Voyage, datum: Datum) -> Iterator[dict[str, Any]]:

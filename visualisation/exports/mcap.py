@@ -116,15 +116,15 @@ def topic_names(vehicles: Iterable[str]) -> dict[str, str]:
     >>> topic_names(["AUV00", "auv00", "7 seas", "\U0001f420"])
     {'AUV00': 'auv00', 'auv00': 'auv00_2', '7 seas': 'v7_seas', '\U0001f420': 'vehicle'}
     """
-    found: dict[str, str] = {}
+    topics: dict[str, str] = {}
     for vehicle in vehicles:
         stem = re.sub(r"[^a-z0-9]+", "_", vehicle.lower()).strip("_") or "vehicle"
         stem = f"v{stem}" if stem[0].isdigit() else stem
         name, number = stem, 2
-        while name in found.values():
+        while name in topics.values():
             name, number = f"{stem}_{number}", number + 1
-        found[vehicle] = name
-    return found
+        topics[vehicle] = name
+    return topics
 
 
 def nanoseconds(time_s: float) -> int:
@@ -153,44 +153,44 @@ class _Messages:
         self._turn, self._pose = known["geometry_msgs/msg/Quaternion"], known["geometry_msgs/msg/Pose"]
 
     def motion(self) -> Iterator[Sent]:
-        at: dict[int, list[tuple[str, Pose, tuple[float, float] | None]]] = {}
+        poses: dict[int, list[tuple[str, Pose, tuple[float, float] | None]]] = {}
         for vehicle, track in self._voyage.tracks.items():
             fixes: Sequence[tuple[float, float] | None] = [None] * track.time_s.size
             if self._voyage.datum is not None:
                 latitudes, longitudes = self._voyage.datum.degrees(track.x_m, track.y_m)
                 fixes = list(zip(latitudes.tolist(), longitudes.tolist(), strict=True))
             for time_s, pose, fix in zip(track.time_s.tolist(), _poses(track), fixes, strict=True):
-                at.setdefault(nanoseconds(time_s), []).append((self._names[vehicle], pose, fix))
+                poses.setdefault(nanoseconds(time_s), []).append((self._names[vehicle], pose, fix))
         unknown = np.zeros(9)
-        for time_ns in sorted(at):
+        for time_ns in sorted(poses):
             stamp = self._stamp(time_ns)
             frames = [
                 self._of["FrameTransform"](
                     stamp, MAP, name, self._vector(pose.x_m, pose.y_m, pose.z_m),
                     self._turn(0.0, 0.0, pose.turn_z, pose.turn_w),
                 )
-                for name, pose, _ in at[time_ns]
+                for name, pose, _ in poses[time_ns]
             ]  # fmt: skip
             yield self._sent(time_ns, "/tf", "FrameTransforms", frames)
-            for name, pose, fix in at[time_ns]:
+            for name, pose, fix in poses[time_ns]:
                 yield self._sent(time_ns, f"/{name}/pose", "PoseInFrame", stamp, MAP, self._placed(*pose))
                 if fix is not None:
                     yield self._sent(time_ns, f"/{name}/fix", "LocationFix", stamp, name, *fix, pose.z_m, unknown, 0)
 
     def events(self) -> Iterator[Sent]:
-        found = []
+        queue = []
         for state in self._voyage.states:
             topic = f"/{self._names[state.vehicle]}/role"
-            found.append(Sent(nanoseconds(state.time_s), topic, STRING, self._string(data=state.text)))
+            queue.append(Sent(nanoseconds(state.time_s), topic, STRING, self._string(data=state.text)))
         for packet in self._voyage.results.rows("packets"):
             start_ns, end_ns = nanoseconds(packet["time_s"]), nanoseconds(packet["end_s"])
             content = [packet[name] for name in PACKET_FIELDS]
             message = self._packet(self._stamp(start_ns), self._stamp(end_ns), *content)
-            found.append(Sent(start_ns, "/packets", PACKET, message))
-        for time_s, level, about, text in sorted(_log(self._voyage.results), key=itemgetter(0)):
+            queue.append(Sent(start_ns, "/packets", PACKET, message))
+        for time_s, level, actor, text in sorted(_log(self._voyage.results), key=itemgetter(0)):
             time_ns = nanoseconds(time_s)
-            found.append(self._sent(time_ns, "/log", "Log", self._stamp(time_ns), level, text, about or "fleet", "", 0))
-        return iter(sorted(found, key=lambda sent: sent.time_ns))
+            queue.append(self._sent(time_ns, "/log", "Log", self._stamp(time_ns), level, text, actor or "fleet", "", 0))
+        return iter(sorted(queue, key=lambda sent: sent.time_ns))
 
     def scenes(self) -> Iterator[Sent]:
         yield self._sent(0, "/scene", "SceneUpdate", [], [*self._places(), *self._vehicles()])
@@ -229,14 +229,14 @@ class _Messages:
         """Lines from sender to receivers, and half-way to vehicles that lost the packet."""
         start, name = where[packet["sender"]], self._names[packet["sender"]]
         ends = [where[receiver] for receiver in packet["receivers"] if receiver in where]
-        broken = [where[one] for one in packet["lost_by"] if one in where]
+        broken = [where[v] for v in packet["lost_by"] if v in where]
         halves = [((start[0] + x) / 2.0, (start[1] + y) / 2.0, (start[2] + z) / 2.0) for x, y, z in broken]
         time_ns = nanoseconds(packet["time_s"])
         return [
             self._entity(
-                time_ns, MAP, f"{name} {what}", colour, "pairs", [at for end in to for at in (start, end)], "", LINK_S
+                time_ns, MAP, f"{name} {outcome}", colour, "pairs", [p for end in to for p in (start, end)], "", LINK_S
             )
-            for what, to, colour in (("heard", ends, HEARD), ("lost", halves, LOST))
+            for outcome, to, colour in (("heard", ends, HEARD), ("lost", halves, LOST))
         ]
 
     def _entity(
@@ -249,7 +249,7 @@ class _Messages:
             name: replaces an entity of equal name; colour: ``#rrggbb``.
             lifetime_s: 0 for unlimited.
         """
-        rgba = self._of["Color"](*(int(colour[at : at + 2], 16) / 255 for at in (1, 3, 5)), 1.0)
+        rgba = self._of["Color"](*(int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)), 1.0)
         lifetime = self._duration(*divmod(round(lifetime_s * 1e9), NS_PER_S))
         cubes, lines, texts = [], [], []
         if shape == "box":
@@ -283,8 +283,8 @@ def _poses(track: VoyageTrack) -> list[Pose]:
 def _log(results: RunReader) -> Iterator[tuple[float, int, str, str]]:
     """Yield time (s), level, subject and text of milestones, role changes, faults and missed peers."""
     for milestone in results.summary["milestones"]:
-        about = milestone["vehicle"] or milestone["group"]
-        yield float(milestone["time_s"]), INFO, about, milestone["name"].replace("_", " ")
+        actor = milestone["vehicle"] or milestone["group"]
+        yield float(milestone["time_s"]), INFO, actor, milestone["name"].replace("_", " ")
     for row in results.rows("roles"):
         if row["event"] in ("assigned", "left"):
             verb = "takes" if row["event"] == "assigned" else "leaves"

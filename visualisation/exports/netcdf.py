@@ -51,17 +51,17 @@ def write(voyage: Voyage, target: Path) -> Counts:
 
 
 def _about(voyage: Voyage) -> dict[str, Any]:
-    about = voyage.about
+    provenance = voyage.about
     return {
         "Conventions": "CF-1.8",
         "featureType": "trajectory",
         "title": voyage.title,
         "institution": "simulated",
-        "source": f"simulation by {about['version']}",
-        "history": f"written by {about['version']}; a run has no date: mission time 0 is the beginning of 1970",
+        "source": f"simulation by {provenance['version']}",
+        "history": f"written by {provenance['version']}; a run has no date: mission time 0 is the beginning of 1970",
         "references": "Carlesi et al. 2011, REMORAS",
         "comment": "positions are true ones, not those that a vehicle estimates",
-        **{f"remoras_{name}": text for name, text in about.items() if name != "version"},
+        **{f"remoras_{name}": text for name, text in provenance.items() if name != "version"},
     }
 
 
@@ -116,9 +116,9 @@ def _states(file: Any, voyage: Voyage) -> None:
     values = []
     for name, track in voyage.tracks.items():
         own = [state for state in voyage.states if state.vehicle == name]
-        at = np.searchsorted([state.time_s for state in own], track.time_s, side="right") - 1
+        index = np.searchsorted([state.time_s for state in own], track.time_s, side="right") - 1
         flags = np.array([meanings.index(state.text) for state in own] or [0], dtype="i2")
-        values.append(flags[np.maximum(at, 0)])
+        values.append(flags[np.maximum(index, 0)])
     _variable(
         file, "state", "i2", ("obs",), np.concatenate([np.empty(0, "i2"), *values]), coordinates=COORDINATES,
         long_name="roles that drive the vehicle", flag_values=np.arange(len(meanings), dtype="i2"),

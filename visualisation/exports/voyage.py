@@ -48,13 +48,13 @@ class Datum(NamedTuple):
         outward_m = normal_m * cosine - sine * north  # from the axis, in the meridian of the datum
         up_m = normal_m * (1.0 - ECCENTRICITY_2) * sine + cosine * north  # above the equator
         radius_m = np.hypot(outward_m, east)
-        found = np.arctan2(up_m, radius_m * (1.0 - ECCENTRICITY_2))
+        geodetic = np.arctan2(up_m, radius_m * (1.0 - ECCENTRICITY_2))
         for _ in range(ROUNDS):
-            sines = np.sin(found)
+            sines = np.sin(geodetic)
             normals_m = SEMI_MAJOR_M / np.sqrt(1.0 - ECCENTRICITY_2 * sines**2)
-            found = np.arctan2(up_m + ECCENTRICITY_2 * normals_m * sines, radius_m)
+            geodetic = np.arctan2(up_m + ECCENTRICITY_2 * normals_m * sines, radius_m)
         longitudes = np.degrees(longitude + np.arctan2(east, outward_m))
-        return np.round(np.degrees(found), 8), np.round((longitudes + 180.0) % 360.0 - 180.0, 8)
+        return np.round(np.degrees(geodetic), 8), np.round((longitudes + 180.0) % 360.0 - 180.0, 8)
 
 
 WAITING = "waiting"
@@ -131,8 +131,8 @@ class Voyage:
     @property
     def datum(self) -> Datum | None:
         """Origin of coordinates; None if the scenario has none."""
-        found = self.results.scenario_tables.get("world", {}).get("origin_deg")
-        return None if found is None else Datum(*map(float, found))
+        origin_deg = self.results.scenario_tables.get("world", {}).get("origin_deg")
+        return None if origin_deg is None else Datum(*map(float, origin_deg))
 
     @property
     def end_s(self) -> float:
@@ -151,7 +151,7 @@ class Voyage:
     def states(self) -> list[RoleState]:
         """States of all vehicles in time order, from 0 s on at every change."""
         out = outages(self.results)
-        found: list[RoleState] = []
+        states: list[RoleState] = []
         for vehicle, own in tenures(self.results).items():
             active = [(span, tenure.role, tenure.group) for tenure in own for span in tenure.active]
             gone = out.get(vehicle, [])
@@ -163,6 +163,6 @@ class Voyage:
                 names = tuple(dict.fromkeys(role for role, _ in roles))
                 state = RoleState(time_s, vehicle, names, any(span.holds(time_s) for span in gone))
                 if time_s < self.end_s and (last is None or state[2:] != last[2:]):
-                    found.append(state)
+                    states.append(state)
                     last = state
-        return sorted(found, key=lambda state: state.time_s)
+        return sorted(states, key=lambda state: state.time_s)

@@ -29,7 +29,7 @@ def add_own(columns: Columns, names: Names, table: Any, called: str, most_rows: 
     columns.add(f"layer.{called}.vehicle", [names.vehicle(row.get("vehicle")) for row in rows])
     for column in kept:
         columns.add(f"layer.{called}.{column}", [row[column] for row in rows], 1, PLACE_STEP_M)
-    told = [
+    described = [
         {
             "name": field.name,
             "unit": (field.metadata or {}).get(b"unit", b"").decode(),
@@ -39,7 +39,7 @@ def add_own(columns: Columns, names: Names, table: Any, called: str, most_rows: 
         for field in table.schema
         if field.name not in ("time_s", "vehicle", *kept)
     ]
-    return {"name": called, "n": len(rows), "total": table.num_rows, "has_places": bool(kept), "columns": told}
+    return {"name": called, "n": len(rows), "total": table.num_rows, "has_places": bool(kept), "columns": described}
 
 
 def _shown(value: Any, kind: str) -> Any:
@@ -104,34 +104,34 @@ def run_data(
     vehicles = list(scenario.get("vehicle", ()))
     names = Names({vehicle["name"]: number for number, vehicle in enumerate(vehicles)}, {"": 0})
     depths_m = {vehicle["name"]: float(vehicle.get("depth_m", 0.0)) for vehicle in vehicles}
-    about: dict[str, Any] = {"form": FORM, "missing": missing(results)}
+    contents: dict[str, Any] = {"form": FORM, "missing": missing(results)}
     if results.has("trajectories"):
         track = results.table("trajectories")
-        about["track_rows"] = of_run.add_tracks(columns, names, track)
+        contents["track_rows"] = of_run.add_tracks(columns, names, track)
         depths_m |= zip(track["vehicle"].to_pylist(), track["depth_m"].to_pylist(), strict=True)  # last row wins
-    about["vehicles"] = [
+    contents["vehicles"] = [
         {
             "name": vehicle["name"], "node": vehicle.get("slot", number), "type": vehicle.get("vehicle_type", ""),
             "depth_m": depths_m[vehicle["name"]],
         }
         for number, vehicle in enumerate(vehicles)
     ]  # fmt: skip
-    about["events"] = [name for name in EVENTS if results.has(name)]
-    for name in about["events"]:
+    contents["events"] = [name for name in EVENTS if results.has(name)]
+    for name in contents["events"]:
         of_run.add_events(columns, names, results.table(name), name)
-    about["groups"] = [
+    contents["groups"] = [
         {"name": node.name, "above": node.above, "is_founded": node.is_founded, "roles": node.roles}
         for node in group_nodes(scenario)
     ]
-    about["header"] = _header(results, scenario, _add_said(columns, names, results))
-    about["world"] = _world(columns, names, results, places, {job.name: tuple(job.done) for job in jobs})
-    about["by_packets"] = by_packets
-    about["milestones"] = [
+    contents["header"] = _header(results, scenario, _add_said(columns, names, results))
+    contents["world"] = _world(columns, names, results, places, {job.name: tuple(job.done) for job in jobs})
+    contents["by_packets"] = by_packets
+    contents["milestones"] = [
         [milestone["name"], names.vehicle(milestone["vehicle"]), milestone["group"], milestone["time_s"]]
         for milestone in results.summary["milestones"]
     ]
-    about["texts"] = list(names.texts)
-    return columns.block(about)
+    contents["texts"] = list(names.texts)
+    return columns.block(contents)
 
 
 def _add_said(columns: Columns, names: Names, results: RunResults) -> float | None:
@@ -187,23 +187,23 @@ def _world(
 
 def _add_tiles(columns: Columns, results: RunResults, parts: Sequence[Tiles]) -> None:
     """Times at which squares of places were truly done."""
-    found: list[tuple[float, int]] = []
+    done: list[tuple[float, int]] = []
     first = 0
     for tiles in parts:
         numbers = {square: first + number for number, square in enumerate(tiles.squares)}
         first += len(tiles.squares)
         rows = ((row["time_s"], tuple(row[column] for column in tiles.columns)) for row in results.rows(tiles.table))
-        found += [(time_s, numbers[square]) for time_s, square in rows if square in numbers]
-    found.sort()
-    columns.add("done.time", [time_s for time_s, _ in found], 1, TIME_STEP_S)
-    columns.add("done.tile", [tile for _, tile in found], 1)
+        done += [(time_s, numbers[square]) for time_s, square in rows if square in numbers]
+    done.sort()
+    columns.add("done.time", [time_s for time_s, _ in done], 1, TIME_STEP_S)
+    columns.add("done.tile", [tile for _, tile in done], 1)
 
 
 def missing(results: RunResults) -> list[str]:
     """Return descriptions of missing content; empty with all tables."""
     return [
-        what
-        for name, what in SHOWS.items()
+        content
+        for name, content in SHOWS.items()
         if not results.has(name) or (name == "items" and not results.has("packets"))
     ]
 

@@ -223,7 +223,7 @@ def slot_s_of(packets: Any) -> float | None:
 def add_items(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]], said: Said) -> None:
     """Add items and their facts; rows hold all facts of each item."""
     facts = list(by_item(rows))
-    heads = [of[0] for of in facts]
+    heads = [item[0] for item in facts]
     for number, first in enumerate(heads):
         said.items[first["uid"]] = number
         if "@" in first["uid"]:
@@ -235,8 +235,8 @@ def add_items(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]],
     recorded_s = np.array([row["recorded_s"] for row in heads], dtype=float)
     columns.add("items.late", recorded_s - times_s, 0, TIME_STEP_S)
     columns.add("items.kind", [names.text(row["kind"]) for row in heads])
-    columns.add("items.facts", [len(of) for of in facts])
-    _add_facts(columns, names, [fact for of in facts for fact in of])
+    columns.add("items.facts", [len(item) for item in facts])
+    _add_facts(columns, names, [fact for item in facts for fact in item])
 
 
 def _add_facts(columns: Columns, names: Names, facts: Sequence[Mapping[str, Any]]) -> None:
@@ -277,9 +277,9 @@ def add_packets(
     outcome[lost, numbered(by, names.vehicle)] = LOST
     collided, by = _flat(packets["collided_at"])
     outcome[collided, numbered(by, names.vehicle)] = COLLIDED
-    heard, by = _flat(packets["receivers"])
-    outcome[heard, numbered(by, names.vehicle)] = HEARD
-    arrival_s[heard, numbered(by, names.vehicle)] = array(_flat(packets["arrivals_s"])[1])
+    received, by = _flat(packets["receivers"])
+    outcome[received, numbered(by, names.vehicle)] = HEARD
+    arrival_s[received, numbered(by, names.vehicle)] = array(_flat(packets["arrivals_s"])[1])
     _leave_out(outcome, arrival_s, names, faults)
     arrivals = packets.select(["slot", "receivers", "arrivals_s"]).to_pylist()
     for row, vehicle in packets_refused(arrivals, refused):
@@ -309,10 +309,10 @@ def _add_contents(columns: Columns, names: Names, table: Any, start_s: Floats, s
         sent = [(uid, at_s) for uids, at_s in zip(of_packets, start_s, strict=True) for uid in uids]
         columns.add(f"packets.{name}", [said.number(uid, at_s) for uid, at_s in sent], 1)
     roles = table["signal_roles"].to_pylist()
-    columns.add("packets.signals.n", [len(of) for of in roles])
-    columns.add("signals.role", [names.text(role) for of in roles for role in of])
-    columns.add("signals.to", [names.text(role) for of in table["signal_addressed"].to_pylist() for role in of])
-    columns.add("signals.value", [value for of in table["signal_values"].to_pylist() for value in of])
+    columns.add("packets.signals.n", [len(row) for row in roles])
+    columns.add("signals.role", [names.text(role) for row in roles for role in row])
+    columns.add("signals.to", [names.text(role) for row in table["signal_addressed"].to_pylist() for role in row])
+    columns.add("signals.value", [value for row in table["signal_values"].to_pylist() for value in row])
 
 
 def _flat(column: Any) -> tuple[Ints, Any]:
@@ -336,7 +336,7 @@ def add_aside(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]],
 
 
 def _add_receptions(columns: Columns, names: Names, rows: Sequence[Mapping[str, Any]], said: Said) -> None:
-    heard = [row for row in rows if row["item"] in said.items]
-    columns.add("heard.vehicle", [names.vehicle(row["vehicle"]) for row in heard])
-    columns.add("heard.item", [said.items[row["item"]] for row in heard], 1)
-    columns.add("heard.time", [row["time_s"] for row in heard], 1, TIME_STEP_S)
+    receptions = [row for row in rows if row["item"] in said.items]
+    columns.add("heard.vehicle", [names.vehicle(row["vehicle"]) for row in receptions])
+    columns.add("heard.item", [said.items[row["item"]] for row in receptions], 1)
+    columns.add("heard.time", [row["time_s"] for row in receptions], 1, TIME_STEP_S)

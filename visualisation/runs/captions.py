@@ -62,5 +62,5 @@ def run_conditions(results: RunResults) -> str:
 
 def time_notes(results: RunResults) -> str:
     """Explain the numbered flags; empty without milestones."""
-    listed = "; ".join(f"{one.label}, {words.time(one.time_s)}" for one in run_records.milestones(results))
+    listed = "; ".join(f"{m.label}, {words.time(m.time_s)}" for m in run_records.milestones(results))
     return f"Numbered flags: milestones ({listed})." if listed else ""

@@ -66,9 +66,9 @@ def declared_picture(figure: Figure, results: RunResults, width_in: float = styl
     return DrawnPage(drawn, words.joined(heading, text, captions.run_conditions(results)))
 
 
-def _failed(what: Figure | Layer, error: Exception) -> DrawingError:
-    return DrawingError(f"{_named(what)}: its draw raised {type(error).__name__}: {error}")
+def _failed(part: Figure | Layer, error: Exception) -> DrawingError:
+    return DrawingError(f"{_named(part)}: its draw raised {type(error).__name__}: {error}")
 
 
-def _named(what: Figure | Layer) -> str:
-    return f"the mission's {type(what).__name__.lower()} {what.name!r}"
+def _named(part: Figure | Layer) -> str:
+    return f"the mission's {type(part).__name__.lower()} {part.name!r}"

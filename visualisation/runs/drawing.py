@@ -113,8 +113,8 @@ def draw_run_figures(
     _check_kinds(kinds, own)
     check_width(width_in)
     if (at_s is not None or viewer) and kinds and ORGANISATION not in kinds:
-        given = f"at {at_s:g} s" if at_s is not None else f"viewer {viewer}"
-        raise DrawingError(f"{given}: is about the figure {ORGANISATION}; name that too")
+        option = f"at {at_s:g} s" if at_s is not None else f"viewer {viewer}"
+        raise DrawingError(f"{option}: is about the figure {ORGANISATION}; name that too")
     check_format(format)
     asked = list(dict.fromkeys(kinds)) or [*KINDS, *own]
     missing = {kind: reason for kind in asked if (reason := _lacking(results, kind, own))}
@@ -122,13 +122,13 @@ def draw_run_figures(
         raise DrawingError("; ".join(f"{kind}: {reason}" for kind, reason in missing.items()))
     from visualisation import output, style
 
-    said = output.about_run(results)
+    provenance = output.about_run(results)
     notes = [f"{kind} is left out: {reason}" for kind, reason in missing.items()]
     contents: list[tuple[str, bytes]] = []
     for kind in asked:
         if kind not in missing:
             drawn = run_picture(results, kind, figures, places, width_in, at_s, viewer)
-            contents.append((f"{kind}.{format}", style.rendered(drawn.figure, format, said)))
+            contents.append((f"{kind}.{format}", style.rendered(drawn.figure, format, provenance)))
             contents.append((f"{kind}.txt", f"{drawn.caption}\n".encode()))
             notes += drawn.notes
     return Drawn(write_folder(folder, contents), notes)
@@ -136,7 +136,7 @@ def draw_run_figures(
 
 def _own(figures: Sequence[Declared]) -> dict[str, Figure]:
     """Return the mission's figures by name; refuse invalid and duplicate declarations."""
-    found: dict[str, Figure] = {}
+    own: dict[str, Figure] = {}
     for figure in figures:
         if not isinstance(figure, Figure | Layer | Mark):
             raise DrawingError(
@@ -149,10 +149,10 @@ def _own(figures: Sequence[Declared]) -> dict[str, Figure]:
                     f"the mission declares a figure {figure.name!r}, which is no name of a file: rename it, without / "
                     "and without a dot in front"
                 )
-            if figure.name in (*KINDS, *SWEEP_KINDS, *found):
+            if figure.name in (*KINDS, *SWEEP_KINDS, *own):
                 raise DrawingError(f"the mission declares a figure {figure.name!r}, a name that is taken; rename it")
-            found[figure.name] = figure
-    return found
+            own[figure.name] = figure
+    return own
 
 
 def _check_kinds(kinds: Sequence[str], own: Mapping[str, Figure]) -> None:

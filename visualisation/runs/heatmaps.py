@@ -86,8 +86,8 @@ def matrix(axes: Axes, names: Sequence[str], values: Floats, top: float, percent
     name_rows(axes, names, side_in / n)
     axes.set_xticks(*_ticks(names, side_in / n), rotation=90)
     axes.tick_params(axis="x", length=0, labelsize=style.TINY_PT, pad=2)
-    for at in range(len(names)):
-        axes.plot([at - 0.5, at + 0.5], [at + 0.5, at - 0.5], color=style.GREY, linewidth=0.4)
+    for i in range(len(names)):
+        axes.plot([i - 0.5, i + 0.5], [i + 0.5, i - 0.5], color=style.GREY, linewidth=0.4)
     for receiver in range(len(names)):
         for sender in range(len(names)):
             value = values[receiver, sender]
@@ -109,8 +109,8 @@ def strip(axes: Axes, names: Sequence[str], values: Floats, top: float, span: Ti
         draw_shades(axes, values, top, (0.0, span.end_s, n - 0.5, -0.5))
     axes.set_xlim(0.0, span.axis_end_s)
     name_rows(axes, names, row_in)
-    for at in range(1, n):
-        axes.axhline(at - 0.5, color="white", linewidth=min(1.0, 6.0 * row_in))
+    for edge in range(1, n):
+        axes.axhline(edge - 0.5, color="white", linewidth=min(1.0, 6.0 * row_in))
     for row, name in enumerate(names):
         for start, end in outages_until(span.out.get(name, ()), span.end_s):
             axes.barh(row, end - start, 1.0, start, facecolor="none", edgecolor=style.GREY, hatch="////", linewidth=0)
@@ -138,8 +138,8 @@ POINTS = 400
 
 def _sampled(end_s: float) -> Floats:
     """Return evenly spaced times (s) of a run."""
-    found: Floats = (np.arange(POINTS) + 0.5) * end_s / POINTS
-    return found
+    times_s: Floats = (np.arange(POINTS) + 0.5) * end_s / POINTS
+    return times_s
 
 
 def delivery(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
@@ -160,11 +160,11 @@ def delivery(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
             key(figure, axes, side_in, top, label, percent)
         first = squares[::columns]
         page.lay_out(figure, first, lambda: [page.panel_in(axes)[0] for axes in first])
-    heard, lost = traffic.outcome.heard.sum(), traffic.outcome.lost.sum()
+    received, lost = traffic.outcome.heard.sum(), traffic.outcome.lost.sum()
     text = captions.of_run(
         results,
         "Who heard whom: rows are receivers, columns senders, darker is worse.",
-        f"(a) Share of the sender's packets that the receiver lost: {lost} of {heard + lost} in all.",
+        f"(a) Share of the sender's packets that the receiver lost: {lost} of {received + lost} in all.",
         "(b) Time since the sender sent what the receiver heard last, as a mean while both were in the mission.",
         f"Black is {news.WORST_FRAMES} TDMA frames or more, whatever the run.",
         "Crossed: nothing was sent that could be heard.",
@@ -237,7 +237,7 @@ class LinkEstimates(NamedTuple):
 def link_estimates(results: RunResults) -> LinkEstimates:
     """Return estimates of a run at evenly spaced times; NaN before the first one."""
     vehicles = tuple(run_records.vehicle_names(results))
-    number = {name: at for at, name in enumerate(vehicles)}
+    number = {name: index for index, name in enumerate(vehicles)}
     n, end_s = len(vehicles), run_records.end_s(results)
     at_s = _sampled(end_s)
     rows = [row for row in results.rows("links") if {row["vehicle"], row["peer"]} <= number.keys()]
@@ -264,18 +264,18 @@ def spans_without(results: RunResults, end_s: float) -> dict[tuple[str, str], li
 
 def links(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     """Draw strips of estimated loss and absent peers, above matrices of last estimates."""
-    found = link_estimates(results)
-    names, n, end_s = found.vehicles, max(1, len(found.vehicles)), run_records.end_s(results)
+    estimates = link_estimates(results)
+    names, n, end_s = estimates.vehicles, max(1, len(estimates.vehicles)), run_records.end_s(results)
     high_in = row_in(n, *LOSS_ROWS_IN)
     columns = 2 if width_in >= LEAST_FOR_TWO_IN else 1
     side_in = width_in / columns - 0.7
     strips = (
-        ("(a) receivers: estimated loss of what is sent to them", _mean(found.incoming)),
-        ("(b) peers: share of the others that do without them", found.without),
+        ("(a) receivers: estimated loss of what is sent to them", _mean(estimates.incoming)),
+        ("(b) peers: share of the others that do without them", estimates.without),
     )
     squares = (
-        ("(c) last estimates of the receivers", found.incoming[:, :, -1]),
-        ("(d) last estimates of the senders", found.outgoing),
+        ("(c) last estimates of the receivers", estimates.incoming[:, :, -1]),
+        ("(d) last estimates of the senders", estimates.outgoing),
     )
     span = Timespan(end_s, axis_end_s(results), outages(results))
     rows: list[Any] = [["a"] * columns, ["b"] * columns, *([["c", "d"]] if columns == 2 else [["c"], ["d"]])]
@@ -306,5 +306,5 @@ def links(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
 
 def _mean(estimates: Floats) -> Floats:
     """Return the mean over senders; NaN without estimates."""
-    found: Floats = np.ma.masked_invalid(estimates).mean(axis=1).filled(np.nan)
-    return found
+    means: Floats = np.ma.masked_invalid(estimates).mean(axis=1).filled(np.nan)
+    return means

@@ -64,15 +64,15 @@ def trees(results: RunResults) -> list[Tree]:
     """Return the plans of the run: plans of missions first, then by vehicle."""
     of_plan: dict[tuple[str, ...], dict[int, list[dict[str, Any]]]] = {}
     for row in results.rows("plans"):
-        about = tuple(row[name] for name in ("vehicle", "group", "role", "objective", "argument"))
-        of_plan.setdefault(about, defaultdict(list))[int(row["node"])].append(row)
-    order = {name: at for at, name in enumerate(run_records.vehicle_names(results))}
-    found = [_tree(about, rows) for about, rows in of_plan.items()]
-    return sorted(found, key=lambda tree: (not tree.is_of_group, order.get(tree.vehicle, len(order))))
+        key = tuple(row[name] for name in ("vehicle", "group", "role", "objective", "argument"))
+        of_plan.setdefault(key, defaultdict(list))[int(row["node"])].append(row)
+    order = {name: number for number, name in enumerate(run_records.vehicle_names(results))}
+    plans = [_tree(key, rows) for key, rows in of_plan.items()]
+    return sorted(plans, key=lambda tree: (not tree.is_of_group, order.get(tree.vehicle, len(order))))
 
 
-def _tree(about: tuple[str, ...], rows: dict[int, list[dict[str, Any]]]) -> Tree:
-    vehicle, group, role, objective, argument = about
+def _tree(key: tuple[str, ...], rows: dict[int, list[dict[str, Any]]]) -> Tree:
+    vehicle, group, role, objective, argument = key
     below: dict[int, list[int]] = defaultdict(list)
     for node in sorted(rows):
         below[int(rows[node][0]["parent"])].append(node)
@@ -99,16 +99,16 @@ def _event(row: dict[str, Any]) -> TaskStatus:
 
 def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     """Draw a row for each task, indented below its parent, with bars while it waits and runs."""
-    found, most_in = trees(results), room_in(results, width_in)
-    depth = next((depth for depth in DEPTHS if _tops_in(found, depth)[-1] <= most_in), DEPTHS[-1])
-    shown = [tree for tree, end_in in zip(found, _tops_in(found, depth)[1:], strict=True) if end_in <= most_in]
+    plans, most_in = trees(results), room_in(results, width_in)
+    depth = next((depth for depth in DEPTHS if _tops_in(plans, depth)[-1] <= most_in), DEPTHS[-1])
+    shown = [tree for tree, end_in in zip(plans, _tops_in(plans, depth)[1:], strict=True) if end_in <= most_in]
     tops_in = _tops_in(shown, depth)
     names_in = NAMES_IN if width_in >= WIDE_IN else NARROW_NAMES_IN
     looks, end_s = Kit(results).looks, run_records.end_s(results)
     rows = [
-        (tree, task, top_in + GAP_IN / 2 + (at + 0.5) * ROW_IN)
+        (tree, task, top_in + GAP_IN / 2 + (number + 0.5) * ROW_IN)
         for tree, top_in in zip(shown, tops_in, strict=False)
-        for at, task in enumerate(_tasks(tree, depth))
+        for number, task in enumerate(_tasks(tree, depth))
     ]
     names = []
     for _, task, middle_in in rows:
@@ -123,7 +123,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
         for tree, task, middle_in in rows:
             _row(page.axes, task, middle_in, looks[tree.vehicle].colour, end_s)
         figure = page.finished()
-    return DrawnPage(figure, _caption(results, depth, len(found) - len(shown)))
+    return DrawnPage(figure, _caption(results, depth, len(plans) - len(shown)))
 
 
 def _tasks(tree: Tree, depth: int) -> list[TaskRow]:

@@ -42,8 +42,8 @@ class Weighed(NamedTuple):
 
 def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     """Draw a panel for each of the most contested decisions, a bar for each activity set."""
-    found = contested(results)
-    closest = sorted(found, key=lambda weighed: weighed.margin)[:MOMENTS]
+    decisions = contested(results)
+    closest = sorted(decisions, key=lambda weighed: weighed.margin)[:MOMENTS]
     columns = max(1, min(int(width_in / COLUMN_IN), len(closest)))
     n_bars = max((len(moment.rows) for moment in closest), default=1)
     body_in = BAR_IN * (n_bars + 0.4)
@@ -68,7 +68,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
         page.legend(figure, _legend())
         first = panels[::columns]
         page.lay_out(figure, first, [body_in] * len(first))
-    return DrawnPage(figure, _caption(results, len(shown), len(found)))
+    return DrawnPage(figure, _caption(results, len(shown), len(decisions)))
 
 
 def contested(results: RunResults) -> list[Weighed]:
@@ -79,15 +79,15 @@ def contested(results: RunResults) -> list[Weighed]:
         if any(all(row[name] == other[name] for name in CANDIDATE) for other in own):
             own.clear()  # it has decided anew at the same time
         own.append(row)
-    found = []
+    cases = []
     for (time_s, vehicle), rows in weighed.items():
         rivals = [row for row in rows if not row["chosen"] and row["own"] + row["external"] > 0.0]
         if rivals:
             moved = [row for row in rows if row["chosen"] or row in rivals]
             moved.sort(key=lambda row: (not row["chosen"], -(row["best_mean"] or 0.0)))
             won = max((row["best_mean"] or 0.0 for row in moved if row["chosen"]), default=0.0)
-            found.append(Weighed(time_s, vehicle, moved[:BARS], won - max(row["best_mean"] or 0.0 for row in rivals)))
-    return found
+            cases.append(Weighed(time_s, vehicle, moved[:BARS], won - max(row["best_mean"] or 0.0 for row in rivals)))
+    return cases
 
 
 def _ends(row: dict[str, Any]) -> tuple[float, float]:
@@ -96,17 +96,17 @@ def _ends(row: dict[str, Any]) -> tuple[float, float]:
 
 def _bars(axes: Axes, moment: Weighed, colour: str, room_in: float) -> None:
     names = []
-    for at, row in enumerate(moment.rows):
+    for y, row in enumerate(moment.rows):
         look: dict[str, Any] = {
             "facecolor": style.tint(colour, 1.0 if row["chosen"] else 0.25),
             "edgecolor": colour,
             "linewidth": 0.5,
         }
-        axes.barh(at, row["own"], 0.66, **look)
+        axes.barh(y, row["own"], 0.66, **look)
         if row["external"]:
-            axes.barh(at, row["external"], 0.66, row["own"], hatch=HATCH, **{**look, "edgecolor": style.BLACK})
+            axes.barh(y, row["external"], 0.66, row["own"], hatch=HATCH, **{**look, "edgecolor": style.BLACK})
         if row["best_mean"] is not None:
-            axes.plot(row["best_mean"], at, "D", color=style.BLACK, markersize=3.0, markeredgecolor="white",
+            axes.plot(row["best_mean"], y, "D", color=style.BLACK, markersize=3.0, markeredgecolor="white",
                       markeredgewidth=0.4)  # fmt: skip
         name = " + ".join(row["activities"]) + (f" ({row['role']})" if row["role"] else "")
         names.append(style.fitted(name, room_in, style.TINY_PT))

@@ -66,38 +66,38 @@ class RunPackets:
     def lost_shares(self) -> Floats:
         """Share of packets lost by receiver (row) and sender (column); NaN without packets."""
         n = len(self.vehicles)
-        heard, lost = np.zeros((n, n)), np.zeros((n, n))
-        for found, flags in ((heard, self.outcome.heard), (lost, self.outcome.lost)):
+        received, lost = np.zeros((n, n)), np.zeros((n, n))
+        for counts, flags in ((received, self.outcome.heard), (lost, self.outcome.lost)):
             for sender in range(n):
-                found[:, sender] = flags[self.sender == sender].sum(axis=0)
-        return share(lost, heard)
+                counts[:, sender] = flags[self.sender == sender].sum(axis=0)
+        return share(lost, received)
 
     def ages_s(self, at_s: Floats) -> Floats:
         """Return ages of information by receiver, sender and time; NaN while either is absent."""
         n = len(self.vehicles)
-        found = np.full((n, n, at_s.size), np.nan)
+        ages = np.full((n, n, at_s.size), np.nan)
         for receiver, sender in self._pairs:
             sent_s = self._news_s(receiver, sender)
-            found[receiver, sender] = at_s - sent_s[np.searchsorted(sent_s, at_s, side="right") - 1]
+            ages[receiver, sender] = at_s - sent_s[np.searchsorted(sent_s, at_s, side="right") - 1]
         for vehicle, name in enumerate(self.vehicles):
             gone = is_out(self.out.get(name, ()), at_s)
-            found[vehicle, :, gone] = np.nan
-            found[:, vehicle, gone] = np.nan
-        return found
+            ages[vehicle, :, gone] = np.nan
+            ages[:, vehicle, gone] = np.nan
+        return ages
 
     @property
     def mean_ages_s(self) -> Floats:
         """Mean ages of information by receiver and sender, over the time with both in the mission."""
         n = len(self.vehicles)
-        found = np.full((n, n), np.nan)
+        means = np.full((n, n), np.nan)
         for receiver, sender in self._pairs:
-            gone = [gap for at in (receiver, sender) for gap in self.out.get(self.vehicles[at], ())]
+            gone = [gap for vehicle in (receiver, sender) for gap in self.out.get(self.vehicles[vehicle], ())]
             spans = np.array(outside(0.0, self.end_s, gone)).reshape(-1, 2)
             if spans.size:
                 sent_s = self._news_s(receiver, sender)
                 totals = _summed_ages(sent_s, spans)
-                found[receiver, sender] = (totals[:, 1] - totals[:, 0]).sum() / (spans[:, 1] - spans[:, 0]).sum()
-        return found
+                means[receiver, sender] = (totals[:, 1] - totals[:, 0]).sum() / (spans[:, 1] - spans[:, 0]).sum()
+        return means
 
     @property
     def _pairs(self) -> list[tuple[int, int]]:
@@ -116,10 +116,10 @@ class RunPackets:
 
 def is_out(gaps: Sequence[Span], at_s: Floats) -> Flags:
     """Return a flag per time: whether a vehicle with these outages is out of the mission."""
-    found: Flags = np.zeros(at_s.shape, dtype=bool)
+    out: Flags = np.zeros(at_s.shape, dtype=bool)
     for gap in gaps:
-        found |= (gap.start_s <= at_s) & (at_s < gap.end_s)
-    return found
+        out |= (gap.start_s <= at_s) & (at_s < gap.end_s)
+    return out
 
 
 def _summed_ages(sent_s: Floats, at_s: Floats) -> Floats:
@@ -136,8 +136,8 @@ def _summed_ages(sent_s: Floats, at_s: Floats) -> Floats:
 def share(part: Floats, rest: Floats) -> Floats:
     """Return ``part / (part + rest)``; NaN where both are zero."""
     whole = part + rest
-    found: Floats = np.divide(part, whole, out=np.full(part.shape, np.nan), where=whole > 0)
-    return found
+    shares: Floats = np.divide(part, whole, out=np.full(part.shape, np.nan), where=whole > 0)
+    return shares
 
 
 def worst_age_s(found: RunPackets) -> float:
@@ -151,23 +151,23 @@ def worst_age_s(found: RunPackets) -> float:
 def traffic(results: RunResults) -> RunPackets:
     """Return all packets of a run, except those of vehicles outside its scenario."""
     vehicles = tuple(run_records.vehicle_names(results))
-    number = {name: at for at, name in enumerate(vehicles)}
+    number = {name: index for index, name in enumerate(vehicles)}
     rows = [row for row in results.rows("packets") if row["sender"] in number]
-    heard, lost, collided, refused = (np.zeros((len(rows), len(vehicles)), dtype=bool) for _ in range(4))
-    for at, row in enumerate(rows):
-        for flags, names in ((heard, row["receivers"]), (lost, row["lost_by"]), (collided, row["collided_at"])):
-            flags[at, [number[name] for name in names if name in number]] = True
+    received, lost, collided, refused = (np.zeros((len(rows), len(vehicles)), dtype=bool) for _ in range(4))
+    for index, row in enumerate(rows):
+        for flags, names in ((received, row["receivers"]), (lost, row["lost_by"]), (collided, row["collided_at"])):
+            flags[index, [number[name] for name in names if name in number]] = True
     refusals = results.rows("refused")
-    for at, receiver in packets_refused(rows, refusals):
+    for index, receiver in packets_refused(rows, refusals):
         if receiver in number:
-            refused[at, number[receiver]] = True
+            refused[index, number[receiver]] = True
     lost |= collided | refused
     return RunPackets(
         vehicles,
         np.array([row["time_s"] for row in rows], dtype=float),
         np.array([row["slot"] for row in rows], dtype=np.int64),
         np.array([number[row["sender"]] for row in rows], dtype=np.int64),
-        PacketOutcome(heard & ~lost, lost, collided, refused),
+        PacketOutcome(received & ~lost, lost, collided, refused),
         run_records.end_s(results),
         outages(results),
         Counter(kind_of(row["reason"]) for row in refusals),
@@ -185,12 +185,12 @@ def items_lacking(results: RunResults, at_s: Floats) -> Floats:
             observed.setdefault(row["item"], (row["time_s"], row["vehicle"]))
         elif row["event"] == "received" and row["vehicle"] in received:
             received[row["vehicle"]].setdefault(row["item"], row["time_s"])
-    found = np.zeros((len(vehicles), at_s.size))
-    for at, name in enumerate(vehicles):
+    lacking = np.zeros((len(vehicles), at_s.size))
+    for index, name in enumerate(vehicles):
         told_s = np.sort([time_s for time_s, origin in observed.values() if origin != name])
         held_s = np.sort([time_s for item, time_s in received[name].items() if item in observed])
-        found[at] = np.searchsorted(told_s, at_s, side="right") - np.searchsorted(held_s, at_s, side="right")
-    found = np.maximum(found, 0.0)
-    for at, name in enumerate(vehicles):
-        found[at, is_out(out.get(name, ()), at_s)] = np.nan
-    return found
+        lacking[index] = np.searchsorted(told_s, at_s, side="right") - np.searchsorted(held_s, at_s, side="right")
+    lacking = np.maximum(lacking, 0.0)
+    for index, name in enumerate(vehicles):
+        lacking[index, is_out(out.get(name, ()), at_s)] = np.nan
+    return lacking

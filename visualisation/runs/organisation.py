@@ -203,8 +203,8 @@ class _Drawing:
         room = axes.get_position()
         axes.set_position((0.0, room.y0, 1.0, room.height))  # beside it are no names
         axes.set(xlim=(0.0, self.width_in), ylim=(self.above_in, 0.0))
-        whose = f"as {self.view.viewer} sees it" if self.view.viewer else "as every vehicle sees itself"
-        title = f"Organisation at {words.time(self.at_s)}, {whose}"
+        seen = f"as {self.view.viewer} sees it" if self.view.viewer else "as every vehicle sees itself"
+        title = f"Organisation at {words.time(self.at_s)}, {seen}"
         title = style.fitted(title, self.width_in - 2 * MARGIN_IN, style.TEXT_PT)
         axes.text(MARGIN_IN, TITLE_IN / 2, title, fontsize=style.TEXT_PT, va="center_baseline")
         self.roster.draw(axes, TITLE_IN)
@@ -220,9 +220,9 @@ class _Drawing:
             self.page.axes.broken_barh([self._along(span)], (top_in + 0.01, row.height_in - 0.02), **HATCH)
         if row.is_counted:
             self._count(row, top_in)
-        for at, lane in enumerate([] if row.is_counted else row.lanes):
+        for number, lane in enumerate([] if row.is_counted else row.lanes):
             for holding in lane:
-                self._bar(holding, top_in + 0.01 + at * row.lane_in, row.lane_in)
+                self._bar(holding, top_in + 0.01 + number * row.lane_in, row.lane_in)
         self._mark(row.group.name, row.role, top_in + row.height_in / 2)
 
     def _bar(self, holding: Holding, top_in: float, lane_in: float) -> None:
@@ -317,11 +317,11 @@ def _legend(view: View, rows: dict[str, list[RoleRow]]) -> list[Artist]:
 
 def _caption(results: RunResults, drawing: _Drawing, left_out: int) -> str:
     view = drawing.view
-    whose = f"in the view of {view.viewer}" if view.viewer else "as every vehicle sees itself"
+    seen = f"in the view of {view.viewer}" if view.viewer else "as every vehicle sees itself"
     is_vacant = any(row.vacant for rows in drawing.rows.values() for row in rows)
     return captions.of_run(
         results,
-        f"Organisation {whose}: above at {words.time(drawing.at_s)}, below over mission time, where a thick line is "
+        f"Organisation {seen}: above at {words.time(drawing.at_s)}, below over mission time, where a thick line is "
         "that time.",
         "Roles have the number of holders that they demand; a star: who plays the role leads the group. A group is "
         "indented below the one that supervises it.",

@@ -86,13 +86,13 @@ def _folded(tenures: Tenures, alike: Callable[[str], Hashable]) -> list[VehicleL
 
 
 def _rows(tenures: Tenures, vehicles: Sequence[str]) -> tuple[LaneRole, ...]:
-    found: dict[RoleKey, list[Tenure]] = {}
+    by_role: dict[RoleKey, list[Tenure]] = {}
     for vehicle in vehicles:
         for tenure in tenures[vehicle]:
-            found.setdefault((tenure.group, tenure.role), []).append(tenure)
+            by_role.setdefault((tenure.group, tenure.role), []).append(tenure)
     return tuple(
         LaneRole(*key, tuple(tenure.held for tenure in own), tuple(tenure.active for tenure in own))
-        for key, own in found.items()
+        for key, own in by_role.items()
     )
 
 
@@ -130,7 +130,7 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
     tenures = run_records.tenures(results)
     faults = run_records.vehicle_faults(results)
     groups = Counter(tenure.group for own in tenures.values() for tenure in own)
-    hatches = {group: HATCHES[at % len(HATCHES)] for at, (group, _) in enumerate(groups.most_common())}
+    hatches = {group: HATCHES[number % len(HATCHES)] for number, (group, _) in enumerate(groups.most_common())}
     for fold, row in product(FOLDS, ROWS):
         lanes = fold(tenures)
         if sum(_band_in(lane, row[0]) for lane in lanes) <= room_in(results, width_in) and len(lanes) <= MOST_LANES:
@@ -171,8 +171,8 @@ def _drawn(
             if lane.vehicles == (fault.vehicle,):
                 length_s = fault.span.end_s - fault.span.start_s
                 page.axes.broken_barh([(fault.span.start_s, length_s)], (top_in, end_in - top_in), **FAULT)
-        for at, role in enumerate(lane.rows):
-            middle_in = _middle_in(lane, top_in, at, row_in)
+        for index, role in enumerate(lane.rows):
+            middle_in = _middle_in(lane, top_in, index, row_in)
             if lane.is_folded:
                 _shares(page.axes, lane, role, middle_in)
             else:
@@ -180,8 +180,8 @@ def _drawn(
     return page.finished()
 
 
-def _middle_in(lane: VehicleLane, top_in: float, at: int, row_in: float) -> float:
-    return top_in + BAND_GAP_IN / 2 + (at + 0.5) * _height_in(lane, row_in)
+def _middle_in(lane: VehicleLane, top_in: float, number: int, row_in: float) -> float:
+    return top_in + BAND_GAP_IN / 2 + (number + 0.5) * _height_in(lane, row_in)
 
 
 def _names(
@@ -203,8 +203,8 @@ def _names(
             aside_in, members = 0.06, style.fitted(", ".join(lane.vehicles), titles_in + 0.1, style.TINY_PT)
             names.append(Name(left_in, middle_in + aside_in, members))
         names.append(Name(left_in, middle_in - aside_in, title, size_pt, "bold"))
-        for at, role in enumerate(lane.rows):
-            names.append(Name(BESIDE_IN, _middle_in(lane, top_in, at, row_in), roles[role.role], size_pt))
+        for number, role in enumerate(lane.rows):
+            names.append(Name(BESIDE_IN, _middle_in(lane, top_in, number, row_in), roles[role.role], size_pt))
     return names, tops_in
 
 

@@ -63,12 +63,12 @@ def picture(results: RunResults, width_in: float = style.PAGE_IN) -> DrawnPage:
         for number, (vehicle, of_role) in enumerate(series.items()):
             top_in = number * band_in
             _ground(page, top_in, band_in)
-            for at, (key, (times_s, values)) in enumerate(of_role.items()):
+            for index, (key, (times_s, values)) in enumerate(of_role.items()):
                 look = looks[key]._replace(colour=colours[vehicle])
                 downs_in = np.array([_down_in(value, top_in, band_in) for value in values])
                 axes.plot(times_s, downs_in, color=look.colour, linestyle=look.line, linewidth=THIN)
                 _emphasis(axes, times_s, downs_in, look, tenures.get((vehicle, *key)))
-                _markers(axes, times_s, downs_in, look, marked_s, (at + 0.5) / len(of_role))
+                _markers(axes, times_s, downs_in, look, marked_s, (index + 0.5) / len(of_role))
         figure = page.finished()
     return DrawnPage(figure, captions.satisfaction_caption(results))
 

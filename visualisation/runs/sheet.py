@@ -138,12 +138,12 @@ def room_in(results: RunResults, width_in: float, has_key: bool = True) -> float
 
 def grouped(milestones: Sequence[MilestoneRow]) -> list[NumberedMark]:
     """Number milestones by time; those of one time share a number."""
-    at: dict[float, list[str]] = defaultdict(list)
+    by_time: dict[float, list[str]] = defaultdict(list)
     for milestone in sorted(milestones, key=lambda milestone: milestone.time_s):
-        at[milestone.time_s].append(milestone.label)
+        by_time[milestone.time_s].append(milestone.label)
     return [
         NumberedMark(number, time_s, f"{'; '.join(labels)} ({time_s:.{0 if time_s >= 100 else 1}f} s)")
-        for number, (time_s, labels) in enumerate(at.items(), start=1)
+        for number, (time_s, labels) in enumerate(by_time.items(), start=1)
     ]
 
 
@@ -159,9 +159,9 @@ def spread(wanted_in: Sequence[float], gap_in: float, low_in: float, high_in: fl
     for want_in in wanted_in:
         placed.append(max(want_in, placed[-1] + gap_in if placed else low_in))
     limit_in = high_in
-    for at in reversed(range(len(placed))):
-        placed[at] = min(placed[at], limit_in)
-        limit_in = placed[at] - gap_in
+    for index in reversed(range(len(placed))):
+        placed[index] = min(placed[index], limit_in)
+        limit_in = placed[index] - gap_in
     return placed
 
 

@@ -57,12 +57,12 @@ def _by_frame(traffic: RunPackets) -> tuple[Floats, Floats]:
     """Return shares lost by sender and by receiver (rows) in each frame (columns)."""
     n = len(traffic.vehicles)
     n_frames = int(traffic.frames.max()) + 1 if traffic.frames.size else 0
-    heard, lost = np.zeros((2, n, n_frames)), np.zeros((2, n, n_frames))
-    for found, flags in ((heard, traffic.outcome.heard), (lost, traffic.outcome.lost)):
-        np.add.at(found[0], (traffic.sender, traffic.frames), flags.sum(axis=1))
+    received, lost = np.zeros((2, n, n_frames)), np.zeros((2, n, n_frames))
+    for counts, flags in ((received, traffic.outcome.heard), (lost, traffic.outcome.lost)):
+        np.add.at(counts[0], (traffic.sender, traffic.frames), flags.sum(axis=1))
         for receiver in range(n):
-            np.add.at(found[1][receiver], traffic.frames, flags[:, receiver])
-    return news.share(lost[0], heard[0]), news.share(lost[1], heard[1])
+            np.add.at(counts[1][receiver], traffic.frames, flags[:, receiver])
+    return news.share(lost[0], received[0]), news.share(lost[1], received[1])
 
 
 def worst_stretch(traffic: RunPackets) -> Span:
@@ -73,8 +73,8 @@ def worst_stretch(traffic: RunPackets) -> Span:
     n_frames = max(1, round(SLOTS / n))
     last = int(traffic.frames.max())
     lost = np.bincount(traffic.frames, traffic.outcome.lost.sum(axis=1), last + 1)
-    heard = np.bincount(traffic.frames, traffic.outcome.heard.sum(axis=1), last + 1)
-    shares = np.nan_to_num(news.share(lost.astype(float), heard.astype(float)))
+    received = np.bincount(traffic.frames, traffic.outcome.heard.sum(axis=1), last + 1)
+    shares = np.nan_to_num(news.share(lost.astype(float), received.astype(float)))
     sums = np.convolve(shares, np.ones(min(n_frames, last + 1)), mode="valid")
     first = int(np.argmax(np.round(sums, 9)))
     inside = (traffic.frames >= first) & (traffic.frames < first + n_frames)
@@ -126,8 +126,8 @@ def _slots(axes: Axes, traffic: RunPackets, stretch: Span, lane_in: float, width
     for name, flags in _fates(traffic).items():
         tick = TICKS[name]
         reach = (-0.42, 0.42) if name == "heard" else (-0.4, 0.36) if tick.is_up else (0.04, 0.36)
-        for at, lane in zip(*np.nonzero(flags[inside]), strict=True):
-            from_s = float(traffic.time_s[inside[at]]) + 0.3 * slot_s
+        for packet, lane in zip(*np.nonzero(flags[inside]), strict=True):
+            from_s = float(traffic.time_s[inside[packet]]) + 0.3 * slot_s
             axes.broken_barh(
                 [(from_s, 0.4 * slot_s)], (lane + reach[0], reach[1]), facecolor=tick.face, edgecolor=tick.edge,
                 linewidth=0.0 if name == "heard" else 0.4, zorder=2,

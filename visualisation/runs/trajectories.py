@@ -205,12 +205,12 @@ def picture(
     with style.paper():
         figure = page.opened(width_in, width_in)
         maps = list(figure.subplot_mosaic(rows, width_ratios=WIDTHS[: len(rows[0])]).values())
-        said, entries = "", []
+        sentences, entries = "", []
         for number, (axes, panel) in enumerate(zip(maps, panels, strict=True)):
             axes.set_title(f"({'abc'[number]}) {panel.title}" if len(panels) > 1 else panel.title)
             texts = _layers(axes, results, scene.layers)
             if number == 0:
-                said, entries = texts, axes.get_legend_handles_labels()[0]
+                sentences, entries = texts, axes.get_legend_handles_labels()[0]
             _draw(axes, scene, panel, lowest=number in (0, len(panels) - 1) or not beside)
         page.legend(figure, (*_legend(scene), *entries))
 
@@ -228,7 +228,7 @@ def picture(
         page.lay_out(figure, maps[1:] if beside else maps, bodies_in)
         for panel, axes in zip(panels, maps, strict=True):
             _name_places(axes, scene, panel)
-    return DrawnPage(figure, _caption(results, scene, said), tuple(notes))
+    return DrawnPage(figure, _caption(results, scene, sentences), tuple(notes))
 
 
 def _scene(results: RunResults, places: Sequence[Place], layers: Sequence[Layer], marks: Sequence[Mark]) -> MapContents:
@@ -313,10 +313,10 @@ def frame_of(points: Sequence[PointM]) -> Frame:
 
 def _layers(axes: Axes, results: RunResults, layers: Sequence[Layer]) -> str:
     """Draw the layers of the mission below all else; return their sentences for the caption."""
-    said = [declared.draw_declared(layer, axes, results) for layer in layers]
+    sentences = [declared.draw_declared(layer, axes, results) for layer in layers]
     for artist in (*axes.collections, *axes.lines, *axes.patches, *axes.texts, *axes.images):
         artist.set_zorder(BELOW * artist.get_zorder())
-    return words.joined(*said)
+    return words.joined(*sentences)
 
 
 def _scale(axes: Axes, frame: Frame, wide_in: float, high_in: float) -> None:
@@ -403,19 +403,19 @@ def _legend(scene: MapContents) -> list[Artist]:
     return entries
 
 
-def _caption(results: RunResults, scene: MapContents, said: str) -> str:
+def _caption(results: RunResults, scene: MapContents, of_layers: str) -> str:
     step_s = run_records.marker_step_s(scene.end_s)
     sentences = [
         "Trajectories of the vehicles, x east and y north.",
         f"Markers on a track are {step_s:g} s apart (closer where a panel shows less time).",
     ]
     shapes = [
-        *zip(scene.outlines.items(), (what for _, what in cycle(OUTLINES)), strict=False),
-        *zip(scene.points.items(), (what for _, _, what in cycle(POINTS)), strict=False),
+        *zip(scene.outlines.items(), (text for _, text in cycle(OUTLINES)), strict=False),
+        *zip(scene.points.items(), (text for _, _, text in cycle(POINTS)), strict=False),
     ]
-    for (kind, of_kind), what in shapes:
-        sentences.append(f"{what} ({kind}): {words.listed([place.name for place in of_kind])}.")
-    sentences.append(said)
+    for (kind, of_kind), text in shapes:
+        sentences.append(f"{text} ({kind}): {words.listed([place.name for place in of_kind])}.")
+    sentences.append(of_layers)
     others = [name for name, look in scene.looks.items() if look == OTHERS]
     if others:
         sentences.append(f"Those that went farthest are named; the others are grey: {words.listed(others)}.")

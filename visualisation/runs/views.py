@@ -91,12 +91,12 @@ def view_of(results: RunResults, viewer: str = "") -> View:
         raise unknown("vehicle", viewer, names)
     rows = results.rows("organisation")
     of_roles = [row for row in rows if row["role"] and row["event"] in ("assigned", "left")]
-    told = [row for row in of_roles if row["vehicle"] == (viewer or row["peer"])]
+    shown = [row for row in of_roles if row["vehicle"] == (viewer or row["peer"])]
     groups = group_nodes(results.scenario_tables, [(row["group"], row["role"]) for row in rows])
     away = _absences(results, viewer) if viewer else outages(results)
     marks = _marks(rows, viewer)
     return View(
-        viewer, groups, _holdings(told, away), {group.name: _existence(group, marks) for group in groups}, marks
+        viewer, groups, _holdings(shown, away), {group.name: _existence(group, marks) for group in groups}, marks
     )
 
 
@@ -114,13 +114,13 @@ def checked_time_s(at_s: float | None, view: View, end_s: float) -> float:
 
 
 def _holdings(rows: Iterable[dict[str, Any]], away: Mapping[str, list[Span]]) -> dict[RoleKey, list[Holding]]:
-    told = spans_by(
+    spans = spans_by(
         ((row["group"], row["role"], row["peer"]), row["time_s"], row["event"] == "assigned") for row in rows
     )
-    found: dict[RoleKey, list[Holding]] = defaultdict(list)
-    for (group, role, vehicle), held in told.items():
-        found[group, role] += [Holding(vehicle, span, tuple(outside(*span, away.get(vehicle, ())))) for span in held]
-    return {key: sorted(own, key=lambda holding: holding.span.start_s) for key, own in found.items()}
+    holdings: dict[RoleKey, list[Holding]] = defaultdict(list)
+    for (group, role, vehicle), held in spans.items():
+        holdings[group, role] += [Holding(vehicle, span, tuple(outside(*span, away.get(vehicle, ())))) for span in held]
+    return {key: sorted(own, key=lambda holding: holding.span.start_s) for key, own in holdings.items()}
 
 
 def _absences(results: RunResults, viewer: str) -> dict[str, list[Span]]:
@@ -131,7 +131,7 @@ def _absences(results: RunResults, viewer: str) -> dict[str, list[Span]]:
 
 def _marks(rows: Sequence[dict[str, Any]], viewer: str) -> list[ActMark]:
     """Return marks recorded by the viewer; without one, acts at their issuers and all refusals."""
-    found: dict[ActMark, None] = {}
+    marks: dict[ActMark, None] = {}
     for row in rows:
         act, vehicle = row.get("act"), row["vehicle"]
         if row["event"] == REFUSED:
@@ -141,8 +141,8 @@ def _marks(rows: Sequence[dict[str, Any]], viewer: str) -> list[ActMark]:
         else:
             continue
         if vehicle == (viewer or own):
-            found[ActMark(row["time_s"], kind, row["group"], "" if act in OF_GROUPS else row["role"])] = None
-    return list(found)
+            marks[ActMark(row["time_s"], kind, row["group"], "" if act in OF_GROUPS else row["role"])] = None
+    return list(marks)
 
 
 def _existence(group: GroupNode, marks: Iterable[ActMark]) -> list[Span]:

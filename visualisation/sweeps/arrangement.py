@@ -99,7 +99,7 @@ def of_differences(own: Measure, rows: Sequence[Comparison]) -> tuple[Measure, l
     Rows without a difference are omitted.
     """
     metric = replace(own.metric, label=f"{own.metric.label}, difference")
-    found = [
+    differences = [
         replace(
             row, mean=row.diff_to_baseline, least=row.diff_to_baseline, largest=row.diff_to_baseline,
             ci95_low=row.diff_ci95_low, ci95_high=row.diff_ci95_high,
@@ -109,7 +109,7 @@ def of_differences(own: Measure, rows: Sequence[Comparison]) -> tuple[Measure, l
         for row in rows
         if row.diff_to_baseline is not None
     ]  # fmt: skip
-    return replace(own, metric=metric, share=False, signed=True), found
+    return replace(own, metric=metric, share=False, signed=True), differences
 
 
 def figure_kind(metric: Metric) -> str:
@@ -128,16 +128,16 @@ def by_kind(metrics: Sequence[Metric]) -> Mapping[str, Metric]:
     Raises:
         DrawingError: two metrics share a kind, or one has that of another figure.
     """
-    found: dict[str, Metric] = {}
+    charts: dict[str, Metric] = {}
     for metric in metrics:
         kind = figure_kind(metric)
-        if kind in SWEEP_KINDS or kind in found:
-            other = f"metric {found[kind].name}" if kind in found else f"figure {kind}"
+        if kind in SWEEP_KINDS or kind in charts:
+            other = f"metric {charts[kind].name}" if kind in charts else f"figure {kind}"
             raise DrawingError(
                 f"metric {metric.name}: its label {metric.label!r} is also that of the {other}; give it another label"
             )
-        found[kind] = metric
-    return found
+        charts[kind] = metric
+    return charts
 
 
 PER, PERFECT, UNFORESEEN = "per", "perfect", "unforeseen"
@@ -230,20 +230,20 @@ class Arrangement:
         own: list[Row] = []
         perfect: list[Row] = []
         for row in rows:
-            found = _combination(row, self.follows)
-            if found == combination:
+            settings = _combination(row, self.follows)
+            if settings == combination:
                 own.append(row)
-            elif found not in self.titles and _completes(found, combination):
+            elif settings not in self.titles and _completes(settings, combination):
                 perfect.append(row)
         rates = {self.x(row) for row in own}
         return [*(row for row in perfect if self.x(row) not in rates), *own]
 
     def curves(self, rows: Iterable[Row]) -> dict[Series, list[Row]]:
         """Return the rows of each series that has some, sorted along the axis."""
-        found: dict[tuple[str, str], list[Row]] = defaultdict(list)
+        own: dict[tuple[str, str], list[Row]] = defaultdict(list)
         for row in rows:
-            found[row.strategy, row.policy].append(row)
-        return {series: sorted(found[series[:2]], key=self.x) for series in self.series if series[:2] in found}
+            own[row.strategy, row.policy].append(row)
+        return {series: sorted(own[series[:2]], key=self.x) for series in self.series if series[:2] in own}
 
 
 def arranged(rows: Sequence[Comparison], bounds: Collection[str] = ()) -> Arrangement:
@@ -285,16 +285,16 @@ def _axis(rows: Sequence[Comparison]) -> str:
             n_words[key] = len(values)
     if not n_values and len({row.unforeseen for row in rows}) > 1:
         return UNFORESEEN
-    found = n_values or n_words
-    return max(found, key=lambda key: found[key], default=PER)
+    counts = n_values or n_words
+    return max(counts, key=lambda key: counts[key], default=PER)
 
 
 def _cases(rows: Sequence[Comparison], axis: str) -> tuple[str, ...]:
     """Return the places of a categorical axis; none for a numeric one."""
     if axis == PER or (axis != UNFORESEEN and all(_is_number(row.settings.get(axis, "")) for row in rows)):
         return ()
-    found = dict.fromkeys(_case(row, axis) for row in rows)
-    return tuple(found if axis == UNFORESEEN else sorted(found))
+    cases = dict.fromkeys(_case(row, axis) for row in rows)
+    return tuple(cases if axis == UNFORESEEN else sorted(cases))
 
 
 def _case(row: Comparison | Rank, axis: str) -> str:
@@ -320,9 +320,9 @@ def _following(rows: Sequence[Comparison], axis: str) -> frozenset[str]:
             for key, value in row.settings.items():
                 values[key][row.per if axis == PER else float(row.settings[axis])].add(value)
     follows = {axis}
-    for key, found in values.items():
-        in_order = [text for place in sorted(found) for text in found[place]]
-        if 1 < len(in_order) == len(found) and all(map(_is_number, in_order)):
+    for key, by_place in values.items():
+        in_order = [text for place in sorted(by_place) for text in by_place[place]]
+        if 1 < len(in_order) == len(by_place) and all(map(_is_number, in_order)):
             numbers = [float(text) for text in in_order]
             if sorted(numbers) in (numbers, numbers[::-1]):
                 follows.add(key)
@@ -379,6 +379,6 @@ def _titles(combinations: Sequence[PanelSettings]) -> list[str]:
         for combination in combinations
     ]
     names = ["", "", "", *(f"{WORDS.get(key, key)} = " for key in keys)]
-    varied = [at for at in range(len(names)) if len({own[at] for own in parts}) > 1]
-    unset = ", ".join(names[at].removesuffix(" = ") for at in varied) + " not set"
-    return [", ".join(names[at] + own[at] for at in varied if own[at]) or (unset if varied else "") for own in parts]
+    varied = [i for i in range(len(names)) if len({own[i] for own in parts}) > 1]
+    unset = ", ".join(names[i].removesuffix(" = ") for i in varied) + " not set"
+    return [", ".join(names[i] + own[i] for i in varied if own[i]) or (unset if varied else "") for own in parts]

@@ -129,16 +129,16 @@ def ranking(arrangement: Arrangement, by: Metric, rows: Sequence[Rank]) -> str:
 def _goal(rows: Sequence[Rank]) -> str:
     """Describe the success criterion of ranks, with its setting if the study has one."""
     set_to = sorted({row.settings[GOAL] for row in rows if GOAL in row.settings})
-    of = f", {GOAL} = {' or '.join(set_to)}" if set_to else ""
-    return f"Success is the mission's whole goal (goal_fraction = 1{of}), reached before its end."
+    setting = f", {GOAL} = {' or '.join(set_to)}" if set_to else ""
+    return f"Success is the mission's whole goal (goal_fraction = 1{setting}), reached before its end."
 
 
 def _unequal(arrangement: Arrangement, rows: Sequence[Rank]) -> str:
-    at: dict[str, list[str]] = {}
+    xs: dict[str, list[str]] = {}
     for row in rows:
         if row.unequal_success:
-            at.setdefault(row.strategy, []).append(f"{arrangement.x(row):g}")
-    return f"Here: {'; '.join(f'{name} at {chr(44).join(places)}' for name, places in at.items())}." if at else ""
+            xs.setdefault(row.strategy, []).append(f"{arrangement.x(row):g}")
+    return f"Here: {'; '.join(f'{name} at {chr(44).join(places)}' for name, places in xs.items())}." if xs else ""
 
 
 def sweep_conditions(results: SweepResults, arrangement: Arrangement, rows: Iterable[Comparison | Rank]) -> str:
@@ -150,8 +150,8 @@ def sweep_conditions(results: SweepResults, arrangement: Arrangement, rows: Iter
     n = _counts(arrangement, rows)
     unfinished = f", {status.remaining} not made yet" if status.remaining else ""
     bounds = sorted({series.strategy for series in arrangement.series} & results.bounds)
-    found = [text for row in rows for text in results.assumed({**row.settings, "channel.name": row.channel})]
-    assumed = f" ({'; '.join(dict.fromkeys(found))})" if found else ""
+    notes = [text for row in rows for text in results.assumed({**row.settings, "channel.name": row.channel})]
+    assumed = f" ({'; '.join(dict.fromkeys(notes))})" if notes else ""
     unranked = f"Not ranked, as a bound: {', '.join(bounds)}. " if bounds else ""
     return (
         f"{n}, master seed {study.seed} (the same losses in the same repeat of all points). "
@@ -167,16 +167,16 @@ def sweep_conditions(results: SweepResults, arrangement: Arrangement, rows: Iter
 def _counts(arrangement: Arrangement, rows: Sequence[Comparison | Rank]) -> str:
     """Describe the number of sampled runs per point, and the deterministic points."""
     counts = sorted({row.n for row in rows if not row.deterministic})
-    said = dict.fromkeys(f"{count}" for count in (*counts[:1], *counts[-1:]))
-    n = [f"n = {' to '.join(said)} runs per point"] if counts else []
+    ends = dict.fromkeys(f"{count}" for count in (*counts[:1], *counts[-1:]))
+    n = [f"n = {' to '.join(ends)} runs per point"] if counts else []
     once: dict[float, set[str]] = {}
     for row in rows:
         if row.deterministic:
             once.setdefault(arrangement.x(row), set()).add(row.strategy)
     drawn = {arrangement.x(row) for row in rows if not row.deterministic}
     if once:
-        at = [f"{place:g}{f' ({chr(44).join(sorted(once[place]))})' * (place in drawn)}" for place in sorted(once)]
-        n.append(f"deterministic, n = 1, at {arrangement.axis_label} {', '.join(at)}: nothing was drawn")
+        points = [f"{place:g}{f' ({chr(44).join(sorted(once[place]))})' * (place in drawn)}" for place in sorted(once)]
+        n.append(f"deterministic, n = 1, at {arrangement.axis_label} {', '.join(points)}: nothing was drawn")
     return "; ".join(n)
 
 

@@ -55,7 +55,7 @@ def looks(series: Sequence[Series]) -> dict[Series, dict[str, Any]]:
     policies = sorted({key.policy for key in series}, key=policy_place)
     bases = list(dict.fromkeys(policy.removesuffix(REPEAT) for policy in policies))
     of_strategy, of_base = _numbers(strategies, STRATEGIES), _numbers(bases, POLICIES)
-    found = {}
+    chosen = {}
     for key in series:
         repeats = key.policy.endswith(REPEAT)
         if len(strategies) == 1 and len(policies) > 1:
@@ -67,11 +67,11 @@ def looks(series: Sequence[Series]) -> dict[Series, dict[str, Any]]:
             if len(policies) > 1:
                 line, hollow = style.LINES[policies.index(key.policy) % len(style.LINES)], repeats
         colour, marker = style.look(number).colour, style.look(number).marker
-        found[key] = {
+        chosen[key] = {
             "color": colour, "marker": marker, "linestyle": line, "markeredgewidth": 0.7,
             "markerfacecolor": "white" if hollow else colour, "markersize": 4.3 if marker in "PX" else 3.4,
         }  # fmt: skip
-    return found
+    return chosen
 
 
 def _numbers(names: Sequence[str], known: Sequence[str]) -> dict[str, int]:
@@ -181,11 +181,11 @@ def _places(arrangement: Arrangement, rows: Sequence[Comparison]) -> Places:
     """Return positions to scale, or evenly spaced if a scale would crowd them."""
     xs = sorted({arrangement.x(row) for row in rows})
     evenly = arrangement.is_spaced_evenly(rows)
-    at = {x: float(number) if evenly else x for number, x in enumerate(xs)}
-    along = list(at.values())
+    positions = {x: float(number) if evenly else x for number, x in enumerate(xs)}
+    along = list(positions.values())
     step = min((b - a for a, b in itertools.pairwise(along)), default=1.0)
     width = along[-1] - along[0] + step if xs else step
-    return Places(at, step, min(SIDE_BY_SIDE * step, MOST_ASIDE * width))
+    return Places(positions, step, min(SIDE_BY_SIDE * step, MOST_ASIDE * width))
 
 
 def _curves(
@@ -198,12 +198,12 @@ def _curves(
     for number, series in enumerate(arrangement.series):
         own = curves.get(series, [])
         aside = places.spread * ((number + 0.5) / len(arrangement.series) - 0.5)
-        at = [places.at[arrangement.x(row)] + aside for row in own]
+        xs = [places.at[arrangement.x(row)] + aside for row in own]
         look = {**drawn[series], "markersize": size * drawn[series]["markersize"]}
         if arrangement.cases:  # they are no scale, so nothing lies between them
             look["linestyle"] = ""
-        _intervals(axes, at, own, measure, look["color"], _opacity(arrangement), bool(arrangement.cases))
-        axes.plot(at, [row.mean * measure.scale for row in own], **look)
+        _intervals(axes, xs, own, measure, look["color"], _opacity(arrangement), bool(arrangement.cases))
+        axes.plot(xs, [row.mean * measure.scale for row in own], **look)
     _place_ticks(axes, places, arrangement)
 
 
@@ -213,7 +213,7 @@ def _opacity(arrangement: Arrangement) -> float:
 
 def _intervals(
     axes: Axes,
-    at: Sequence[float],
+    xs: Sequence[float],
     rows: Sequence[Comparison],
     measure: Measure,
     colour: str,
@@ -224,10 +224,10 @@ def _intervals(
     bounds = [measure.bounds(row) for row in rows]
     if not measure.whiskers and not apart:
         axes.fill_between(
-            at, [low for low, _ in bounds], [high for _, high in bounds], color=colour, alpha=opacity, linewidth=0
+            xs, [low for low, _ in bounds], [high for _, high in bounds], color=colour, alpha=opacity, linewidth=0
         )
     if measure.whiskers or apart or len(rows) == 1:
-        for x, (low, high) in zip(at, bounds, strict=True):
+        for x, (low, high) in zip(xs, bounds, strict=True):
             axes.vlines(x, low, high, color=colour, linewidth=0.7)
 
 
@@ -264,21 +264,21 @@ def _crosses(
         factor = look.pop("markersize") / 3.4
         above = {arrangement.x(row): row for row in curves[1].get(series, [])}
         pairs = [(row, above[arrangement.x(row)]) for row in own if arrangement.x(row) in above]
-        at = [(x.mean * across.scale, y.mean * up.scale) for x, y in pairs]
-        axes.plot([x for x, _ in at], [y for _, y in at], **look, linewidth=0.7, zorder=2)
-        for (row, other), (x, y) in zip(pairs, at, strict=True):
+        centres = [(x.mean * across.scale, y.mean * up.scale) for x, y in pairs]
+        axes.plot([x for x, _ in centres], [y for _, y in centres], **look, linewidth=0.7, zorder=2)
+        for (row, other), (x, y) in zip(pairs, centres, strict=True):
             axes.hlines(y, *across.bounds(row), color=look["color"], linewidth=0.5, alpha=0.6, zorder=1)
             axes.vlines(x, *up.bounds(other), color=look["color"], linewidth=0.5, alpha=0.6, zorder=1)
             size = sizes[arrangement.x(row)]
             axes.plot([x], [y], color=look["color"], markersize=factor * size, **marker, zorder=3, clip_on=False)
-        named += [page.Label(f"{arrangement.x(pairs[-1][0]):g}", *at[-1])] if pairs else []
-        points += at
+        named += [page.Label(f"{arrangement.x(pairs[-1][0]):g}", *centres[-1])] if pairs else []
+        points += centres
     return named, points
 
 
 def _sizes(n: int) -> list[float]:
     low, high = SIZES_PT
-    return [low + (high - low) * at / max(1, n - 1) for at in range(n)]
+    return [low + (high - low) * number / max(1, n - 1) for number in range(n)]
 
 
 def _scale(panels: Sequence[Axes], rows: Sequence[Comparison], measure: Measure, along: str) -> None:
@@ -358,7 +358,7 @@ def _finish(figure: Figure, panels: Sequence[Axes], body_in: float, y_label: str
 def _size_key(figure: Figure, name: str, sizes: Mapping[float, float]) -> None:
     """Explain marker sizes at the lowest, middle and highest axis value."""
     places = list(sizes)
-    chosen = dict.fromkeys(places[at] for at in (0, len(places) // 2, -1))
+    chosen = dict.fromkeys(places[index] for index in (0, len(places) // 2, -1))
     look: dict[str, Any] = {"color": style.GREY, "linestyle": "", "marker": "o"}
     entries = [Line2D([], [], linestyle="", label=f"{name}:")]
     entries += [Line2D([], [], label=f"{place:g}", markersize=sizes[place], **look) for place in chosen]

@@ -223,14 +223,14 @@ def _asked(kinds: Sequence[str], charts: Mapping[str, Metric]) -> list[str]:
     usual = (*charts, *SWEEP_KINDS)
     known = (*usual, *FACTORIAL_KINDS)
     fields = {metric.name: kind for kind, metric in charts.items()}
-    found = [fields.get(kind, kind) for kind in kinds]
-    for kind in found:
+    chosen = [fields.get(kind, kind) for kind in kinds]
+    for kind in chosen:
         if kind in KINDS:
             names = ", ".join(known)
             raise DrawingError(f"{kind!r} is a figure of a single run, and this folder holds a sweep; known: {names}")
         if kind not in known:
             raise unknown("kind of figure of a sweep", kind, known)
-    return list(dict.fromkeys(found)) or list(usual)
+    return list(dict.fromkeys(chosen)) or list(usual)
 
 
 def _drawn_by(kind: str, charts: Mapping[str, Metric], overview: tuple[str, ...], ranked: str) -> tuple[str, ...]:
@@ -265,10 +265,10 @@ def _numbers(
         kinds=charts,
         overview=overview,
         ranked_by=ranked_by,
-        measures={name: measure(declared[name], found) for name, found in rows.items()},
+        measures={name: measure(declared[name], own) for name, own in rows.items()},
         rows=rows,
         ranks=ranks,
-        arrangement=arranged([row for found in rows.values() for row in found], results.bounds),
+        arrangement=arranged([row for own in rows.values() for row in own], results.bounds),
         effects=effects_of(results, [ranked]) if "effects" in asked else (),
     )
 
@@ -285,12 +285,12 @@ def _written(
     """Draw the charts of a kind, then write their files."""
     from visualisation import output, style
 
-    said = output.of_sweep(results)
+    source = output.of_sweep(results)
     ranked = numbers.ranked_by.name
     stem = f"{kind}-{ranked}" if kind in ("ranking", "differences", *FACTORIAL_KINDS) and ranked != RANKED else kind
     taken: set[str] = set()
     charts = {_file_name(stem, chart.title, taken): chart for chart in drawn_charts}
-    pictures = {name: style.rendered(chart.figure(width_in), format, said) for name, chart in charts.items()}
+    pictures = {name: style.rendered(chart.figure(width_in), format, source) for name, chart in charts.items()}
     files: list[Path] = []
     for name, chart in charts.items():
         text = f"{_caption(results, numbers, chart)}\n".encode()
@@ -340,8 +340,8 @@ def _chart(kind: str, title: str, group: Sequence[PanelSettings], numbers: Numbe
 
     arrangement, rows, measures = numbers.arrangement, numbers.rows, numbers.measures
     drawn = [measures[name] for name in numbers.drawn_by(kind)]
-    found = (row for shown in drawn for c in group for row in arrangement.of(c, rows[shown.metric.name]))
-    own = list({id(row): row for row in found}.values())
+    picked = (row for shown in drawn for c in group for row in arrangement.of(c, rows[shown.metric.name]))
+    own = list({id(row): row for row in picked}.values())
     if kind == "overview":
         text = captions.overview_caption(arrangement, own, drawn)
         return SweepChart(title, own, text, partial(charts.overview, arrangement, group[0], drawn, rows))

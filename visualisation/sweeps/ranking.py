@@ -31,8 +31,8 @@ def ordered(arrangement: Arrangement, shown: Sequence[Rank]) -> list[tuple[Serie
     """Return series by mean rank, best first, those without one last."""
     means = mean_ranks(shown)
     named = {series[:2]: series for series in arrangement.series}
-    found = [(named[pair], mean) for pair, mean in means.items()]
-    return sorted(found, key=lambda ranked: (ranked[1] is None, ranked[1] or 0.0, arrangement.series.index(ranked[0])))
+    pairs = [(named[pair], mean) for pair, mean in means.items()]
+    return sorted(pairs, key=lambda ranked: (ranked[1] is None, ranked[1] or 0.0, arrangement.series.index(ranked[0])))
 
 
 def figure(arrangement: Arrangement, shown: Sequence[Rank], measured: str, width_in: float | None = None) -> Figure:
@@ -55,7 +55,7 @@ def figure(arrangement: Arrangement, shown: Sequence[Rank], measured: str, width
     if width_in is not None and needed_in > width_in:
         raise DrawingError(f"ranking: needs a width of {needed_in:.1f} in for {len(heads)} columns; {width_in:g} given")
     page_in = width_in or (style.COLUMN_IN if needed_in <= style.COLUMN_IN else style.PAGE_IN)
-    of = {(rank.strategy, rank.policy, arrangement.x(rank)): rank for rank in shown}
+    ranks = {(rank.strategy, rank.policy, arrangement.x(rank)): rank for rank in shown}
     with style.paper():
         drawn = page.opened(page_in, ROW_IN * len(rows))
         (axes,) = page.panels(drawn, 1, 1, framed=True)
@@ -69,10 +69,10 @@ def figure(arrangement: Arrangement, shown: Sequence[Rank], measured: str, width
         axes.tick_params(length=0)
         axes.set_xlabel(arrangement.axis_label, fontsize=style.SMALL_PT, labelpad=4.0)
         axes.set(xlim=(-0.5, len(heads) + 0.5), ylim=(len(rows) - 0.5, -0.5))
-        for at, (series, mean) in enumerate(rows):
+        for row, (series, mean) in enumerate(rows):
             for number, place in enumerate(places):
-                _entry(axes, number, at, of.get((series.strategy, series.policy, place)))
-            _write(axes, len(places), at, NONE if mean is None else f"{mean:.1f}")
+                _entry(axes, number, row, ranks.get((series.strategy, series.policy, place)))
+            _write(axes, len(places), row, NONE if mean is None else f"{mean:.1f}")
         one_run = all(rank.deterministic for rank in shown)
         note = ONE_RUN if one_run else TOO_FEW if are_too_few(shown) else NOTE
         note += NOTE_OF_UNEQUAL if any(rank.unequal_success for rank in shown) else ""
