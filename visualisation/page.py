@@ -90,7 +90,7 @@ def lay_out(figure: Figure, column: Sequence[Axes], bodies_in: Sequence[float] |
         engine.execute(figure)
         found_in = [panel_in(axes)[1] for axes in column]
         wanted_in = bodies_in() if callable(bodies_in) else bodies_in
-        if max(abs(wanted - found) for wanted, found in zip(wanted_in, found_in, strict=True)) < EXACT_IN:
+        if max(abs(wanted - got) for wanted, got in zip(wanted_in, found_in, strict=True)) < EXACT_IN:
             break
         grid.set_height_ratios(wanted_in)
         figure.set_figheight(figure.get_figheight() + sum(wanted_in) - sum(found_in))
