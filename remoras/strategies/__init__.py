@@ -34,13 +34,13 @@ class Parameter:
 
 def strategies() -> dict[str, Strategy]:
     """Return the shipped strategies by name."""
-    found: dict[str, Strategy] = {}
+    shipped: dict[str, Strategy] = {}
     for module_info in pkgutil.iter_modules(__path__):
         module = importlib.import_module(f"{__name__}.{module_info.name}")
         strategy: Strategy | None = getattr(module, "STRATEGY", None)
         if strategy is not None:
-            found[strategy.name] = strategy
-    return dict(sorted(found.items()))
+            shipped[strategy.name] = strategy
+    return dict(sorted(shipped.items()))
 
 
 def shipped(name: str) -> Strategy | None:

@@ -92,16 +92,16 @@ class Expectations:
         if not held:
             self._at.pop(data.name, None)
             return Engagement((), (), lambda: here)
-        at = next((role for role in held if role.name == self._at.get(data.name, ("",))[0]), None)
-        if at is None or (at.name in unheard and share_left(work.job(at)) == 1.0):
-            at = work.in_order(here, data, held)[0]
-            then = work.after(here, data, at)
-            self._at[data.name] = at.name, now_s if then is None else then.free_s
-        begun = [at, *(role for role in held if role is not at and share_left(work.job(role)) < 1.0)]
+        current = next((role for role in held if role.name == self._at.get(data.name, ("",))[0]), None)
+        if current is None or (current.name in unheard and share_left(work.job(current)) == 1.0):
+            current = work.in_order(here, data, held)[0]
+            after = work.after(here, data, current)
+            self._at[data.name] = current.name, now_s if after is None else after.free_s
+        begun = [current, *(role for role in held if role is not current and share_left(work.job(role)) < 1.0)]
         due_s, from_s = self._at[data.name][1], now_s if seen_s is None else seen_s
 
         def ending() -> Outlook:
-            end_s, place_m = expected_end(at, data, work, now_s, from_s, due_s)
+            end_s, place_m = expected_end(current, data, work, now_s, from_s, due_s)
             return work.after_all(Outlook(max(now_s, end_s), place_m), data, begun[1:])
 
         return Engagement(tuple(begun), tuple(role for role in held if role not in begun), ending)
@@ -157,7 +157,7 @@ def _within_energy(
                 end_s = work.after_all(outlooks[data.name], data, meant).free_s
                 ends.append((round(end_s, 3), data.node, data.name, meant))
         if ends:
-            _, _, name, kept[name] = min(ends, key=lambda found: found[:2])
+            _, _, name, kept[name] = min(ends, key=lambda end: end[:2])
     return kept
 
 
@@ -233,7 +233,7 @@ def helped(
         ]
         if not saved:
             return
-        saving_s, _, _, data, role = max(saved, key=lambda found: found[:3])
+        saving_s, _, _, data, role = max(saved, key=lambda option: option[:3])
         if saving_s <= least_s:
             return
         left.remove(data)
@@ -265,14 +265,14 @@ def all_jobs(work: Work, help_s: float = math.inf) -> tuple[RoleAssignment, ...]
     Vehicles with the latest expected end come first, since roles sent at run time take effect in that order.
     """
     plan = job_plan(work)
-    given = tuple(sorted(assignments(work, plan), key=lambda assignment: -plan.ends_s[assignment.vehicle]))
+    jobs = tuple(sorted(assignments(work, plan), key=lambda assignment: -plan.ends_s[assignment.vehicle]))
     ends_s = {}
     for name, roles in plan.roles.items():
         if roles:
-            then = work.after(Outlook(0.0, work.position_m(name)), work.database[name], roles[0])
-            ends_s[roles[0].name] = plan.ends_s[name] if then is None else then.free_s
+            after = work.after(Outlook(0.0, work.position_m(name)), work.database[name], roles[0])
+            ends_s[roles[0].name] = plan.ends_s[name] if after is None else after.free_s
     idle = [data for data in work.workers if not plan.roles[data.name] and not work.held_by(data.name)]
-    return given + tuple(helped(work, idle, ends_s, 0.0, help_s))
+    return jobs + tuple(helped(work, idle, ends_s, 0.0, help_s))
 
 
 def assignments(work: Work, plan: AllocationPlan, most_each: int | None = None) -> tuple[RoleAssignment, ...]:

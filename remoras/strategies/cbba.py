@@ -67,17 +67,17 @@ class Bidder(Member["Cbba"]):
         unfinished = [role.name for role in work.unfinished]
         self._drop({name for name in self._bundle if name not in unfinished})
         self._give_way(now)
-        said, held = self._released(situation)
+        statements, held = self._released(situation)
         if self._bid_anew:
             self._bid_anew = False
             self._build(held, situation)
         if not held and (name := self._next(now)) is not None:
-            said.append(self._takes(name))
+            statements.append(self._takes(name))
             self._drop({name})
             self._claim(name, BEGUN, now)
             self._bid_anew = True
-        said += self._sayings(now, unfinished)
-        return Move(tuple(said), holding=bool(unfinished))
+        statements += self._sayings(now, unfinished)
+        return Move(tuple(statements), holding=bool(unfinished))
 
     def division(self) -> Mapping[str, str]:
         """Return the vehicle with the strongest claim, by role name."""
@@ -91,56 +91,56 @@ class Bidder(Member["Cbba"]):
         others = set(work.members).difference(work.unavailable, {self._me})
         names = tuple(name for name in work.database.names if name in others or name == self._me)
         self._claims.meet(names, work.database)
-        for heard in situation.heard:
-            self._hear(heard)
+        for message in situation.heard:
+            self._hear(message)
         open_roles = self._open(work)
         self._orphans = self._found_orphans(open_roles, situation.round)
         known = work.done, names, open_roles, self._orphans
         if known != self._known:
             self._known, self._bid_anew = known, True
 
-    def _hear(self, heard: Heard) -> None:
-        whose, attribute, at = heard.facts[0]
+    def _hear(self, message: Heard) -> None:
+        issuer, attribute, made = message.facts[0]
         if attribute != "claimsOf":
             return
-        if int(at) < self._news.get(whose, -1):
-            self._unsaid.add(whose)  # the issuer lacks the latest claims
-        if whose == self._me or int(at) < self._news.get(whose, -1):
+        if int(made) < self._news.get(issuer, -1):
+            self._unsaid.add(issuer)  # the issuer lacks the latest claims
+        if issuer == self._me or int(made) < self._news.get(issuer, -1):
             return
         strengths = {
             role: int(strength)
-            for subject, attribute, strength in heard.facts[1:]
+            for subject, attribute, strength in message.facts[1:]
             if attribute == "claim"
             for group, _, role in [subject.partition(".")]
             if group == self._group.name
         }
-        if len(strengths) + 1 < len(heard.facts):
+        if len(strengths) + 1 < len(message.facts):
             return  # of another group
-        withdrawn = {role for role in self._roles if whose in self._claims.standing(role)}.difference(strengths)
+        withdrawn = {role for role in self._roles if issuer in self._claims.standing(role)}.difference(strengths)
         news = [
             role
             for role, strength in [*strengths.items(), *((role, 0) for role in sorted(withdrawn))]
-            if self._claims.take(role, whose, RoleClaim(int(at), strength))
+            if self._claims.take(role, issuer, RoleClaim(int(made), strength))
         ]
-        self._news[whose] = int(at)
+        self._news[issuer] = int(made)
         if news:
-            self._unsaid.add(whose)
+            self._unsaid.add(issuer)
             # A plan for all depends on others' bids only if they were stronger; begun jobs are visible anyway.
             if not self._with.plans_for_all or not self._lost.isdisjoint(news):
                 self._bid_anew = True
 
     def _released(self, situation: Situation) -> tuple[list[Statement], list[RoleSpecification]]:
         """Release roles that another vehicle has also begun; return statements and kept roles."""
-        said: list[Statement] = []
+        statements: list[Statement] = []
         held = situation.work.held_by(self._me)
         begun = self._claims.made_before(situation.round, self._me, BEGUN)  # some while isolated, unknown to others
         gone = [role.name for role in situation.work.unfinished if role.name in begun and role not in held]
         self._release(gone, situation.round)
         for role in held:
             if self._claims.winner(role.name) != self._me:
-                said.append(self._leaves(role.name))
+                statements.append(self._leaves(role.name))
                 self._claim(role.name, 0, situation.round)
-        return said, [role for role in held if self._claims.winner(role.name) == self._me]
+        return statements, [role for role in held if self._claims.winner(role.name) == self._me]
 
     def _give_way(self, now: int) -> None:
         lost = next((n for n, name in enumerate(self._bundle) if self._claims.winner(name) != self._me), None)
@@ -168,10 +168,10 @@ class Bidder(Member["Cbba"]):
     def _score(self, path: Sequence[str], outlook: Outlook, work: Work, now_s: float) -> float:
         data, total = work.database[self._me], 0.0
         for name in path:
-            then = work.after(outlook, data, self._roles[name])
-            if then is None or not work.affords(outlook, data, self._roles[name]):
+            after = work.after(outlook, data, self._roles[name])
+            if after is None or not work.affords(outlook, data, self._roles[name]):
                 return 0.0
-            outlook = then
+            outlook = after
             total += exp(-(outlook.free_s - now_s) / self._with.discount_s)
         return total
 
@@ -191,7 +191,7 @@ class Bidder(Member["Cbba"]):
                     continue
                 paths = [[*self._path[:n], name, *self._path[n:]] for n in range(len(self._path) + 1)]
                 score, path = max(
-                    ((self._score(p, outlook, work, situation.now_s), p) for p in paths), key=lambda found: found[0]
+                    ((self._score(p, outlook, work, situation.now_s), p) for p in paths), key=lambda pair: pair[0]
                 )
                 bid = _strength(score - base)
                 if self._claims.beats(name, self._me, bid) and (best is None or bid > best[0]):
@@ -217,8 +217,8 @@ class Bidder(Member["Cbba"]):
         open_roles = self._open(work)
         adopted = self._adopted.intersection(self._bundle).union(self._orphans)
         orphans = [n for n in open_roles if n in adopted and work.able(work.database[self._me], self._roles[n])]
-        of = {data.name: held if data.name == self._me else self._begun_by(data.name, work) for data in work.workers}
-        outlooks = {d.name: self._engagement(d.name, of[d.name], situation).end(d, work) for d in work.workers}
+        begun = {data.name: held if data.name == self._me else self._begun_by(data.name, work) for data in work.workers}
+        outlooks = {d.name: self._engagement(d.name, begun[d.name], situation).end(d, work) for d in work.workers}
         theirs: dict[str, list[RoleSpecification]] = {data.name: [] for data in work.workers}
         for _ in range(len(open_roles) + 1):
             lost = {role.name for roles in theirs.values() for role in roles}
@@ -259,7 +259,7 @@ class Bidder(Member["Cbba"]):
     def _sayings(self, now: int, unfinished: Sequence[str]) -> list[Statement]:
         all_due = now % self._with.repeat_rounds == 0
         new, self._unsaid = self._unsaid, set()
-        said = []
+        statements = []
         for vehicle in self._claims.members:
             if vehicle not in self._news or not (all_due or vehicle in new):
                 continue
@@ -270,8 +270,8 @@ class Bidder(Member["Cbba"]):
             ]
             strongest = sorted(strengths, key=lambda fact: (-int(fact[2]), fact[0]))[:JOBS_PER_BLOCK]
             if strongest or vehicle in new:
-                said.append(Statement(((vehicle, "claimsOf", self._news[vehicle]), *strongest)))
-        return said
+                statements.append(Statement(((vehicle, "claimsOf", self._news[vehicle]), *strongest)))
+        return statements
 
 
 def _strength(gain: float) -> int:

@@ -84,19 +84,19 @@ class Contractor(Member["ContractNet"]):
         work = situation.work
         self._claims.meet(work.members, work.database)
         self._offered = {name: offer for name, offer in self._offered.items() if offer[0] > situation.now_s}
-        for heard in situation.heard:
-            for fact in heard.facts:
-                self._hear(heard, fact, situation)
+        for message in situation.heard:
+            for fact in message.facts:
+                self._hear(message, fact, situation)
         roles = {role.name: role for role in work.unfinished}
         self._auctions = {name: auction for name, auction in self._auctions.items() if name in roles}
-        said = self._accept(situation)
-        said += self._cancel(situation)
-        said += self._award(self._engaged(roles, situation), situation)
+        decisions = self._accept(situation)
+        decisions += self._cancel(situation)
+        decisions += self._award(self._engaged(roles, situation), situation)
         engaged = self._engaged(roles, situation)
         self._announce(engaged, situation)
         facts = [(self._group.path(name), "auctionEnds", auction.ends_s) for name, auction in self._auctions.items()]
         bids = self._bids(roles, engaged, situation)
-        statements = [Statement((fact,)) for fact in said]
+        statements = [Statement((fact,)) for fact in decisions]
         statements += [*in_blocks(facts, FACTS_PER_BLOCK), *in_blocks(bids, FACTS_PER_BLOCK)]
         return Move(tuple(statements), holding=bool(roles))
 
@@ -110,34 +110,34 @@ class Contractor(Member["ContractNet"]):
         }
 
     def _accept(self, situation: Situation) -> list[Statable]:
-        said: list[Statable] = []
+        facts: list[Statable] = []
         for role in situation.work.held_by(self._me):
             if self._claims.winner(role.name) != self._me:
-                said.append(self._leave(role.name, self._me, situation))
+                facts.append(self._leave(role.name, self._me, situation))
             elif role.name not in self._accepted:
                 self._accepted.add(role.name)
-                said.append(self._given(self._me, role.name))
-        return said
+                facts.append(self._given(self._me, role.name))
+        return facts
 
-    def _hear(self, heard: Heard, fact: Statable, situation: Situation) -> None:
+    def _hear(self, message: Heard, fact: Statable, situation: Situation) -> None:
         subject, attribute, value = fact
         group, _, role = (str(value) if attribute in ("playsRole", "leftRole") else subject).partition(".")
         if group != self._group.name:
             return
         match attribute:
             case "auctionEnds":
-                nodes = situation.work.database[heard.issuer].node, situation.work.database[self._me].node
+                nodes = situation.work.database[message.issuer].node, situation.work.database[self._me].node
                 if role in self._auctions and nodes[0] < nodes[1]:
                     del self._auctions[role]
-                self._offered[role] = float(value), heard.issuer
+                self._offered[role] = float(value), message.issuer
             case "bid" if role in self._auctions:
-                self._auctions[role].bids_s[heard.issuer] = int(value)
+                self._auctions[role].bids_s[message.issuer] = int(value)
             case "playsRole":
-                self._note(role, subject, heard.time_s, True)
-                if heard.issuer == subject:
+                self._note(role, subject, message.time_s, True)
+                if message.issuer == subject:
                     self._unaccepted.pop((role, subject), None)
             case "leftRole":
-                self._note(role, subject, heard.time_s, False)
+                self._note(role, subject, message.time_s, False)
 
     def _note(self, role: str, vehicle: str, time_s: float, holds: bool) -> None:
         """Record that a vehicle states to hold or release a role."""
@@ -164,22 +164,22 @@ class Contractor(Member["ContractNet"]):
         if not over:
             return []
         self._auctions = {role: auction for role, auction in self._auctions.items() if role not in over}
-        said: list[Statable] = []
+        facts: list[Statable] = []
         n_held = {name: len(engagement.begun) + len(engagement.queued) for name, engagement in engaged.items()}
         for role, vehicle in self._chosen(over, engaged, n_held, situation):
             winner = self._claims.winner(role)
             if winner is not None and not (over[role].is_handed_over and winner == self._me):
                 continue
             if winner == self._me:
-                said.append(self._leave(role, self._me, situation))
+                facts.append(self._leave(role, self._me, situation))
             n_held[vehicle] += 1
             self._note(role, vehicle, situation.now_s, True)
             if vehicle == self._me:
                 self._accepted.add(role)
             else:
                 self._unaccepted[role, vehicle] = situation.round
-            said.append(self._given(vehicle, role))
-        return said
+            facts.append(self._given(vehicle, role))
+        return facts
 
     def _chosen(
         self,
@@ -196,28 +196,28 @@ class Contractor(Member["ContractNet"]):
             for v, s in auction.bids_s.items()
             if v in engaged and database[v].can_play(work.group.name, role)
         )
-        found: list[tuple[str, str]] = []
+        chosen: list[tuple[str, str]] = []
         served: set[str] = set()
         for s, _, role, vehicle in bids:
-            is_free = role not in (done for done, _ in found) and vehicle not in served and room[vehicle] > 0
+            is_free = role not in (done for done, _ in chosen) and vehicle not in served and room[vehicle] > 0
             if is_free and over[role].is_handed_over and self._is_better(role, vehicle, s, engaged, situation):
-                found.append((role, vehicle))
+                chosen.append((role, vehicle))
                 served.add(vehicle)
         vacant = [role for role in work.open if role.name in over and not over[role.name].is_handed_over]
         if self._with.looks_ahead:
             bidders = [database[v] for v in dict.fromkeys(v for _, _, _, v in bids) if v not in served]
             outlooks = {data.name: _by_bids(data.name, over, engaged[data.name], situation) for data in bidders}
             plan = planned(work, vacant, bidders, outlooks)
-            return found + [
+            return chosen + [
                 (role.name, name) for name, roles in plan.roles.items() for role in roles[: max(0, room[name])]
             ]
         names = {role.name for role in vacant}
         for _, _, role, vehicle in bids:
             if role in names and vehicle not in served and room[vehicle] > 0:
-                found.append((role, vehicle))
+                chosen.append((role, vehicle))
                 served.add(vehicle)
                 names.discard(role)
-        return found
+        return chosen
 
     def _announce(self, engaged: Mapping[str, Engagement], situation: Situation) -> None:
         """Auction unassigned jobs if responsible, or a queued job that another one would end earlier."""
@@ -257,8 +257,8 @@ class Contractor(Member["ContractNet"]):
         self, vehicle: str, role: RoleSpecification, engaged: Mapping[str, Engagement], situation: Situation
     ) -> float:
         work, data = situation.work, situation.work.database[vehicle]
-        then = work.after(engaged[vehicle].end(data, work), data, role)
-        return float(HIGHEST_BID_S) if then is None else then.free_s
+        after = work.after(engaged[vehicle].end(data, work), data, role)
+        return float(HIGHEST_BID_S) if after is None else after.free_s
 
     def _is_better(
         self, role: str, vehicle: str, bid_s: float, engaged: Mapping[str, Engagement], situation: Situation
@@ -277,7 +277,7 @@ class Contractor(Member["ContractNet"]):
     ) -> list[Statable]:
         if self._me not in engaged:
             return []
-        said: list[Statable] = []
+        bids: list[Statable] = []
         for name in dict.fromkeys([*self._auctions, *self._offered]):
             role = roles.get(name)
             data = situation.work.database[self._me]
@@ -289,8 +289,8 @@ class Contractor(Member["ContractNet"]):
             if name in self._auctions:
                 self._auctions[name].bids_s[self._me] = bid_s
             if name in self._offered:
-                said.append((self._group.path(name), "bid", bid_s))
-        return said
+                bids.append((self._group.path(name), "bid", bid_s))
+        return bids
 
 
 def _by_bids(vehicle: str, over: Mapping[str, Auction], engaged: Engagement, situation: Situation) -> Outlook:
@@ -300,9 +300,9 @@ def _by_bids(vehicle: str, over: Mapping[str, Auction], engaged: Engagement, sit
     shifts_s = []
     for role in work.open:
         bid_s = over[role.name].bids_s.get(vehicle) if role.name in over else None
-        then = work.after(end, data, role)
-        if bid_s is not None and then is not None:
-            shifts_s.append(bid_s - then.free_s)
+        after = work.after(end, data, role)
+        if bid_s is not None and after is not None:
+            shifts_s.append(bid_s - after.free_s)
     shift_s = sorted(shifts_s)[len(shifts_s) // 2] if shifts_s else 0.0
     return Outlook(max(situation.now_s, end.free_s + shift_s), end.position_m)
 

@@ -64,21 +64,21 @@ class ChainOfJobs:
         if not self.is_able(data):
             return None
         for _, job in self.links:
-            then = job.after(outlook, data)
-            if then is None:
+            end = job.after(outlook, data)
+            if end is None:
                 return None
-            outlook = then
+            outlook = end
         return outlook
 
 
 def chains(work: Work) -> list[tuple[RoleSpecification, ...]]:
     """Partition roles into chains linked by prerequisites, each in a feasible order."""
-    found: list[list[RoleSpecification]] = []
+    linked: list[list[RoleSpecification]] = []
     for role in work.roles:
-        joined = [chain for chain in found if any(_are_linked(role, other, work) for other in chain)]
-        found = [chain for chain in found if chain not in joined]
-        found.append([*(other for chain in joined for other in chain), role])
-    return [_in_order(chain, work) for chain in found]
+        joined = [chain for chain in linked if any(_are_linked(role, other, work) for other in chain)]
+        linked = [chain for chain in linked if chain not in joined]
+        linked.append([*(other for chain in joined for other in chain), role])
+    return [_in_order(chain, work) for chain in linked]
 
 
 def _are_linked(one: RoleSpecification, other: RoleSpecification, work: Work) -> bool:

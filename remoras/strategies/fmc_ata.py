@@ -101,10 +101,10 @@ class Buyer(Member["FmcAta"]):
     def negotiate(self, situation: Situation) -> Move:
         """Process bids, update own bids, begin the first job once the market has settled, report."""
         work, now = situation.work, situation.round
-        is_heard = [self._hear(heard) for heard in situation.heard]
+        is_heard = [self._hear(message) for message in situation.heard]
         self._keep_what_is_left(work)
-        at, crowded = self._kept(work, self._at)
-        worth = self._worth(at, crowded, situation)
+        current, crowded = self._kept(work, self._at)
+        worth = self._worth(current, crowded, situation)
         if came := {role.name for role in work.open}.union(data.name for data in work.workers) - self._traded:
             self._traded |= came
             self._since = now
@@ -114,16 +114,16 @@ class Buyer(Member["FmcAta"]):
             self._bids = responses(worth, self._bought(), self._with.elasticity)
         bids = in_whole_parts(self._bids, MONEY, BIDS_PER_BLOCK)
         self._shares = self._allotted(work)
-        said = [self._leaves(role.name) for role in crowded]
-        place = None if at is None else at.name
+        statements = [self._leaves(role.name) for role in crowded]
+        place = None if current is None else current.name
         is_settled = now - self._since >= self._with.settle_rounds
-        if at is None and is_settled and (first := self._first(worth, situation)) is not None:
-            said.append(self._takes(first))
+        if current is None and is_settled and (first := self._first(worth, situation)) is not None:
+            statements.append(self._takes(first))
             place = first
         if work.unfinished and ((place, bids) != self._told or now % self._with.repeat_rounds == 0):
             self._told = place, bids
-            said.append(self._message(now))
-        return Move(tuple(said), holding=bool(work.unfinished))
+            statements.append(self._message(now))
+        return Move(tuple(statements), holding=bool(work.unfinished))
 
     def division(self) -> Mapping[str, str]:
         """Return the vehicle at each job, else the one with the greatest share."""
@@ -133,61 +133,61 @@ class Buyer(Member["FmcAta"]):
 
     # Messages
 
-    def _hear(self, heard: Heard) -> bool:
-        told = {(subject, attribute): value for subject, attribute, value in heard.facts}
-        made = told.get((heard.issuer, "claimsOf"))
-        if made is None or int(made) <= self._news.get(heard.issuer, -1):
+    def _hear(self, message: Heard) -> bool:
+        values = {(subject, attribute): value for subject, attribute, value in message.facts}
+        made = values.get((message.issuer, "claimsOf"))
+        if made is None or int(made) <= self._news.get(message.issuer, -1):
             return False
-        group, _, at = str(told.get((heard.issuer, "worksOn"), "")).partition(".")
-        bids = {subject.partition("."): int(bid) for (subject, word), bid in told.items() if word == "claim"}
+        group, _, role = str(values.get((message.issuer, "worksOn"), "")).partition(".")
+        bids = {subject.partition("."): int(bid) for (subject, name), bid in values.items() if name == "claim"}
         if {group, *(path[0] for path in bids)} - {"", self._group.name}:
             return False
-        self._news[heard.issuer] = int(made)
-        self._heard[heard.issuer] = {path[2]: bid for path, bid in bids.items()}
-        self._at.pop(heard.issuer, None)
-        if at:
-            self._at[heard.issuer] = at
+        self._news[message.issuer] = int(made)
+        self._heard[message.issuer] = {path[2]: bid for path, bid in bids.items()}
+        self._at.pop(message.issuer, None)
+        if role:
+            self._at[message.issuer] = role
         return True
 
     def _message(self, now: int) -> Statement:
-        at, bids = self._told
-        place = () if at is None else ((self._me, "worksOn", self._group.path(at)),)
+        current, bids = self._told
+        place = () if current is None else ((self._me, "worksOn", self._group.path(current)),)
         offers = tuple((self._group.path(role), "claim", bid) for role, bid in bids.items())
         return Statement(((self._me, "claimsOf", now), *place, *offers))
 
     def _keep_what_is_left(self, work: Work) -> None:
-        there, left = {data.name for data in work.workers}, {role.name for role in work.unfinished}
+        present, left = {data.name for data in work.workers}, {role.name for role in work.unfinished}
         self._heard = {
             vehicle: {role: bid for role, bid in bids.items() if role in left}
             for vehicle, bids in self._heard.items()
-            if vehicle in there
+            if vehicle in present
         }
-        self._at = {vehicle: role for vehicle, role in self._at.items() if vehicle in there and role in left}
+        self._at = {vehicle: role for vehicle, role in self._at.items() if vehicle in present and role in left}
 
     # Market
 
     def _worth(
-        self, at: RoleSpecification | None, crowded: list[RoleSpecification], situation: Situation
+        self, current: RoleSpecification | None, crowded: list[RoleSpecification], situation: Situation
     ) -> dict[str, float]:
         """Worth of each feasible job (s of work), discounted by arrival time."""
         work, now_s = situation.work, situation.now_s
         data, here = work.database[self._me], Outlook(now_s, work.position_m(self._me))
-        held = () if at is None else (at,)
+        held = () if current is None else (current,)
         free = self._engagement(self._me, held, situation).end(data, work)
-        found = {}
+        worth = {}
         for role in work.open:
             full = role.maximum is not None and sum(role.name == place for place in self._at.values()) >= role.maximum
-            outlook = here if role == at else free
-            then = None if role in crowded or (full and role != at) else work.after(outlook, data, role)
-            if then is None or not (role == at or work.affords(outlook, data, role)):
+            outlook = here if role == current else free
+            after = None if role in crowded or (full and role != current) else work.after(outlook, data, role)
+            if after is None or not (role == current or work.affords(outlook, data, role)):
                 continue
             way_s = distance(outlook.position_m, work.job(role).place_m) / data.transit_speed_mps
-            arrival_s = 0.0 if role == at else outlook.free_s + way_s - now_s
-            work_s = max(1.0, then.free_s - outlook.free_s - way_s)
-            found[role.name] = work_s * max(
+            arrival_s = 0.0 if role == current else outlook.free_s + way_s - now_s
+            work_s = max(1.0, after.free_s - outlook.free_s - way_s)
+            worth[role.name] = work_s * max(
                 1e-6, exp(-arrival_s / self._with.discount_s)
             )  # keeps distant jobs in the market
-        return found
+        return worth
 
     def _bought(self) -> dict[str, float]:
         shares = {}
@@ -216,11 +216,11 @@ class Buyer(Member["FmcAta"]):
         best, most = None, 0.0
         for role in work.open:
             share = self._shares[role.name].get(me, 0.0)
-            then = work.after(here, data, role) if share and role.name in worth else None
-            if then is None:
+            after = work.after(here, data, role) if share and role.name in worth else None
+            if after is None:
                 continue
             way_s = distance(here.position_m, work.job(role).place_m) / data.transit_speed_mps
-            takes_s = way_s + share * max(0.0, then.free_s - here.free_s - way_s)
+            takes_s = way_s + share * max(0.0, after.free_s - here.free_s - way_s)
             rate = worth[role.name] * share / max(1.0, takes_s)
             if rate > most:
                 best, most = role.name, rate

@@ -54,10 +54,10 @@ class Seats:
     def filled(self) -> tuple[RoleAssignment, ...] | None:
         """Return the assignments; None if infeasible."""
         fixed: dict[int, int] = {}
-        found = self._solved(fixed)
-        if found is None:
+        solution = self._solved(fixed)
+        if solution is None:
             return None
-        least, values = found
+        least, values = solution
         for r, names in enumerate(self._able):
             left = self._needed[r]
             for name in names:
@@ -124,8 +124,8 @@ class Seats:
         costs = np.ones(n_all)
         costs[n_pairs:] = 1.0 + n_pairs  # one doubling less is worth any holders
         limits: Any = LinearConstraint(matrix, [low for _, low, _ in self._rows], [high for _, _, high in self._rows])
-        found = milp(costs, constraints=limits, bounds=Bounds(lows, highs), integrality=np.ones(n_all))
-        return (round(found.fun), [round(value) for value in found.x[:n_pairs]]) if found.success else None
+        optimum = milp(costs, constraints=limits, bounds=Bounds(lows, highs), integrality=np.ones(n_all))
+        return (round(optimum.fun), [round(value) for value in optimum.x[:n_pairs]]) if optimum.success else None
 
 
 Founding = tuple[Group, RoleSpecification]
@@ -151,19 +151,19 @@ class _Founders:
 
         If a role stays unfilled or a vehicle is doubled, solve the exact problem and take the better result.
         """
-        found = Organisation.of(self._groups)
+        greedy = Organisation.of(self._groups)
         for group, role in self._founding:
-            for data in self._able(found, group, role)[: _n_needed(role)]:
-                found, _ = found.assign(data.name, group.name, role.name)
-        if all(self._is_filled(found, *place) for place in self._founding) and not self._n_doubled(found):
-            return found
+            for data in self._able(greedy, group, role)[: _n_needed(role)]:
+                greedy, _ = greedy.assign(data.name, group.name, role.name)
+        if all(self._is_filled(greedy, *place) for place in self._founding) and not self._n_doubled(greedy):
+            return greedy
         able = [[data.name for data in self._eligible[role]] for role in self._keys]
         best = Seats(self._founding, [_n_needed(role) for _, role in self._founding], able, self._apart).filled()
         if best is None:
-            return found
+            return greedy
         exact = Organisation.of(self._groups, best)
-        is_as_good = all(self._is_filled(found, *place) for place in self._founding)
-        return found if is_as_good and self._n_doubled(found) <= self._n_doubled(exact) else exact
+        is_as_good = all(self._is_filled(greedy, *place) for place in self._founding)
+        return greedy if is_as_good and self._n_doubled(greedy) <= self._n_doubled(exact) else exact
 
     def all_others(self, organisation: Organisation) -> Organisation:
         while True:

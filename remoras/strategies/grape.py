@@ -50,25 +50,25 @@ class Player(Member["Grape"]):
     def negotiate(self, situation: Situation) -> Move:
         """Process partitions, join the best coalition, begin its job once stable, report changes."""
         work, now = situation.work, situation.round
-        for heard in situation.heard:
-            self._hear(heard)
+        for message in situation.heard:
+            self._hear(message)
         self._keep_what_is_left(work)
-        at, crowded = self._kept(work, self._partition)
-        if at is not None:
-            self._join(at.name, situation)
+        current, crowded = self._kept(work, self._partition)
+        if current is not None:
+            self._join(current.name, situation)
         elif not self._is_satisfied:
             self._join(self._best(situation, crowded), situation)
         self._is_satisfied = True
-        said = [self._leaves(role.name) for role in crowded]
+        statements = [self._leaves(role.name) for role in crowded]
         own = self._partition.get(self._me)
         if own != self._stood[0]:
             self._stood = own, now
-        if at is None and own is not None and now - self._stood[1] >= self._with.settle_rounds:
-            said.append(self._takes(own))
+        if current is None and own is not None and now - self._stood[1] >= self._with.settle_rounds:
+            statements.append(self._takes(own))
         if work.unfinished and not (self._is_told and now % self._with.repeat_rounds):
             self._is_told = True
-            said.append(self._message())
-        return Move(tuple(said), holding=bool(work.unfinished))
+            statements.append(self._message())
+        return Move(tuple(statements), holding=bool(work.unfinished))
 
     def division(self) -> Mapping[str, str]:
         """Return one vehicle at each job."""
@@ -76,12 +76,12 @@ class Player(Member["Grape"]):
 
     # Partition
 
-    def _hear(self, heard: Heard) -> None:
-        told = {(subject, attribute): value for subject, attribute, value in heard.facts}
-        evolved, stamp = told.get((heard.issuer, "claimsOf")), told.get((heard.issuer, "worksSince"))
+    def _hear(self, message: Heard) -> None:
+        values = {(subject, attribute): value for subject, attribute, value in message.facts}
+        evolved, stamp = values.get((message.issuer, "claimsOf")), values.get((message.issuer, "worksSince"))
         if evolved is None or stamp is None or (int(evolved), int(stamp)) <= self._age:
             return
-        places = {vehicle: str(path).partition(".") for (vehicle, word), path in told.items() if word == "worksOn"}
+        places = {vehicle: str(path).partition(".") for (vehicle, name), path in values.items() if name == "worksOn"}
         if any(group != self._group.name for group, _, _ in places.values()):
             return
         self._partition = {vehicle: role for vehicle, (_, _, role) in places.items()}
@@ -89,15 +89,15 @@ class Player(Member["Grape"]):
 
     def _keep_what_is_left(self, work: Work) -> None:
         """Remove absent vehicles and finished jobs; a change makes the vehicle unsatisfied."""
-        there = {data.name for data in work.workers}
+        present = {data.name for data in work.workers}
         left = {role.name: role.job for role in work.unfinished}
-        self._partition = {v: role for v, role in self._partition.items() if v in there and role in left}
-        known = work.done, frozenset(there), tuple(role.name for role in work.open)
+        self._partition = {v: role for v, role in self._partition.items() if v in present and role in left}
+        known = work.done, frozenset(present), tuple(role.name for role in work.open)
         if known != self._known:
             self._known, self._is_satisfied = known, False
 
     def _n_others(self, role: str) -> int:
-        return sum(at == role for vehicle, at in self._partition.items() if vehicle != self._me)
+        return sum(place == role for vehicle, place in self._partition.items() if vehicle != self._me)
 
     def _join(self, role: str | None, situation: Situation) -> None:
         if role == self._partition.get(self._me):
@@ -126,11 +126,11 @@ class Player(Member["Grape"]):
     def _gain_s(self, role: RoleSpecification, situation: Situation) -> float:
         work, n = situation.work, self._n_others(role.name) + 1
         data, here = work.database[self._me], Outlook(situation.now_s, work.position_m(self._me))
-        then = work.after(here, data, role)
-        if then is None or (role.maximum is not None and n > role.maximum) or not work.affords(here, data, role):
+        after = work.after(here, data, role)
+        if after is None or (role.maximum is not None and n > role.maximum) or not work.affords(here, data, role):
             return -math.inf
         way_s = distance(here.position_m, work.job(role).place_m) / data.transit_speed_mps
-        work_s = max(0.0, then.free_s - here.free_s - way_s)
+        work_s = max(0.0, after.free_s - here.free_s - way_s)
         return (self._with.reward_s + work_s) / n - way_s
 
     def _message(self) -> Statement:

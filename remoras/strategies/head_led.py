@@ -104,10 +104,10 @@ class HeadLed:
         """
         if self.common_plan == "missions" or (self.repairs == "never" and work.is_begun):
             return common_roles(work)
-        given = all_jobs(work, self.help_s) if self.announces == "plan" else ()
+        jobs = all_jobs(work, self.help_s) if self.announces == "plan" else ()
         if self.common_plan == "jobs" or not work.roles:
-            return common_roles(work) + given
-        return given + common_roles(work, {assignment.vehicle for assignment in given})
+            return common_roles(work) + jobs
+        return jobs + common_roles(work, {assignment.vehicle for assignment in jobs})
 
     def negotiator(self, me: str, group: Group) -> Dispatcher:
         """Return the dispatcher of one member: any may succeed the leader."""
@@ -140,8 +140,8 @@ class Dispatcher(Member["HeadLed"]):
             return NOT_HEAD
         engaged = {data.name: self._engaged(data.name, situation) for data in work.workers}
         late = self._unacknowledged(situation)
-        said = self._revision(engaged, late, situation) if self._is_due(engaged, late, situation) else []
-        statements = self._given_before(work) + [Statement(facts) for facts in self._together(said, work)]
+        changes = self._revision(engaged, late, situation) if self._is_due(engaged, late, situation) else []
+        statements = self._given_before(work) + [Statement(facts) for facts in self._together(changes, work)]
         return Move(tuple(statements), holding=self._holds(engaged, situation))
 
     def _given_before(self, work: Work) -> list[Statement]:
@@ -152,30 +152,30 @@ class Dispatcher(Member["HeadLed"]):
         if not self._was_led:
             return []
         self._was_led = False
-        given = []
+        statements = []
         for role in (role for role in self._group.roles if not role.head):
             is_job = role.job is not None
             for name in work.holders(role) if not is_job or role in work.unfinished else ():
                 if name != self._me:
                     left = [self._left(self._me, role.name)] if is_job and self._me not in work.holders(role) else []
-                    given.append(Statement((*left, self._given(name, role.name))))
-        return given
+                    statements.append(Statement((*left, self._given(name, role.name))))
+        return statements
 
-    def _together(self, said: Sequence[Statable], work: Work) -> list[tuple[Statable, ...]]:
+    def _together(self, facts: Sequence[Statable], work: Work) -> list[tuple[Statable, ...]]:
         """Group simultaneous facts: release and reassignment of a role share one block.
 
         A member that received only the reassignment would find no vacancy. Roles without a job that the member needs
         together with the assigned one come too.
         """
-        left = {role: (name, attribute, role) for name, attribute, role in said if attribute == "leftRole"}
-        taken = {role for _, attribute, role in said if attribute == "playsRole"}
+        left = {role: (name, attribute, role) for name, attribute, role in facts if attribute == "leftRole"}
+        taken = {role for _, attribute, role in facts if attribute == "playsRole"}
         blocks = []
-        for fact in said:
+        for fact in facts:
             name, attribute, role = fact
             if attribute == "playsRole":
                 release = [left.pop(role)] if role in left else []
-                common = [one for one in common_roles(work, {name}) if one.vehicle == name]
-                blocks.append((*release, fact, *(self._given(name, one.role) for one in common)))
+                common = [assignment for assignment in common_roles(work, {name}) if assignment.vehicle == name]
+                blocks.append((*release, fact, *(self._given(name, assignment.role) for assignment in common)))
             elif role not in taken:
                 blocks.append((fact,))
         return blocks
@@ -247,14 +247,14 @@ class Dispatcher(Member["HeadLed"]):
         lost = {role for _, role in taken}
         vacant = [role for role in work.open if not work.holders(role) or role.name in lost]
         plan = revised(work, vacant, free, engaged, situation.now_s, self._with.margin)
-        said = [self._left(name, role) for name, role in taken]
-        given: list[Statable] = []
+        released = [self._left(name, role) for name, role in taken]
+        assigned: list[Statable] = []
         for data in free:
             engagement = engaged[data.name]
             meant = plan.roles[data.name][: max(0, self._queue - len(engagement.begun))]
-            said += [self._left(data.name, role.name) for role in engagement.queued if role not in meant]
-            given += [self._given(data.name, role.name) for role in meant if role not in engagement.queued]
-        return [*said, *given, *self._help(engaged, plan, deaf, situation)]
+            released += [self._left(data.name, role.name) for role in engagement.queued if role not in meant]
+            assigned += [self._given(data.name, role.name) for role in meant if role not in engagement.queued]
+        return [*released, *assigned, *self._help(engaged, plan, deaf, situation)]
 
     def _first_given(self, engaged: Mapping[str, Engagement], situation: Situation) -> list[Statable]:
         """Assign jobs without any former assignment, on top of the jobs held."""
@@ -262,12 +262,12 @@ class Dispatcher(Member["HeadLed"]):
         new = [role for role in work.open if not work.holders(role) and role.name not in self._ever_given]
         after = {data.name: engaged[data.name].end(data, work) for data in work.workers}
         plan = planned(work, new, work.workers, after)
-        said: list[Statable] = []
+        facts: list[Statable] = []
         for data in work.workers:
             engagement = engaged[data.name]
             room = max(0, self._queue - len(engagement.begun) - len(engagement.queued))
-            said += [self._given(data.name, role.name) for role in plan.roles[data.name][:room]]
-        return said
+            facts += [self._given(data.name, role.name) for role in plan.roles[data.name][:room]]
+        return facts
 
     def _help(
         self, engaged: Mapping[str, Engagement], plan: AllocationPlan, deaf: Collection[str], situation: Situation
@@ -275,8 +275,8 @@ class Dispatcher(Member["HeadLed"]):
         work = situation.work
         idle = [d for d in work.workers if d.name not in deaf and not engaged[d.name].begun and not plan.roles[d.name]]
         ends_s = {role.name: engagement.outlook.free_s for engagement in engaged.values() for role in engagement.begun}
-        found = helped(work, idle, ends_s, situation.now_s, self._with.help_s)
-        return [self._given(assignment.vehicle, assignment.role) for assignment in found]
+        helpers = helped(work, idle, ends_s, situation.now_s, self._with.help_s)
+        return [self._given(assignment.vehicle, assignment.role) for assignment in helpers]
 
     def _unacknowledged(self, situation: Situation) -> set[tuple[str, str]]:
         unheard = [

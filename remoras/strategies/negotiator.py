@@ -115,7 +115,7 @@ class Member(Generic[S]):
         node, held = work.database[self._me].node, work.held_by(self._me)
         crowded = []
         for role in held:
-            before = sum(at == role.name and work.database[v].node < node for v, at in places.items())
+            before = sum(place == role.name and work.database[v].node < node for v, place in places.items())
             if role.maximum is not None and before >= role.maximum:
                 crowded.append(role)
         return next((role for role in held if role not in crowded), None), crowded

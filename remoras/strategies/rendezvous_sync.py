@@ -62,14 +62,14 @@ class Convener(Member["RendezvousSync"]):
         expected = self._expected(situation)
         if self._me not in work.heads:
             return Move(expected=expected)
-        said: list[Statable] = []
+        facts: list[Statable] = []
         if self._to_take:
             if here.isdisjoint(situation.unheard):
-                said = [self._given(self._me, role.name) for role in self._to_take]
+                facts = [self._given(self._me, role.name) for role in self._to_take]
                 self._to_take = ()
         elif work.unfinished and here.issuperset(d.name for d in work.workers) and not self._held(work):
-            said = self._given_out(situation)
-        return Move(tuple(Statement((fact,)) for fact in said), holding=bool(work.unfinished), expected=expected)
+            facts = self._given_out(situation)
+        return Move(tuple(Statement((fact,)) for fact in facts), holding=bool(work.unfinished), expected=expected)
 
     def _held(self, work: Work) -> bool:
         return any(work.held_by(data.name) for data in work.workers)

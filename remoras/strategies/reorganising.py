@@ -96,9 +96,9 @@ class Reorganiser(Member["Reorganising"]):
         self.number = max([before, *self._heard(situation)])
         if not self.number and self._is_better_changed(situation, self._foreseen) and self._me in work.heads:
             self.number = 1
-        said = []
+        statements = []
         if self.number and (self.number != before or situation.round % self._with.repeat_rounds == 0):
-            said.append(Statement(((self._me, "claimsOf", self.number),)))
+            statements.append(Statement(((self._me, "claimsOf", self.number),)))
         if not self.number % N_ORGANISATIONS:
             move = self._planned.negotiate(situation)
         else:
@@ -106,18 +106,18 @@ class Reorganiser(Member["Reorganising"]):
                 self._stated.take_over(situation)
             given_up = [role for role in work.held_by(self._me) if not self._stated.is_at(role.name)]
             if given_up:  # else others find no vacancy
-                said.append(Statement(tuple(self._left(self._me, role.name) for role in given_up)))
+                statements.append(Statement(tuple(self._left(self._me, role.name) for role in given_up)))
             move = self._stated.negotiate(_without(given_up, situation, self._me))
-        return replace(move, statements=(*said, *move.statements), until_news=False)
+        return replace(move, statements=(*statements, *move.statements), until_news=False)
 
     def division(self) -> Mapping[str, str]:
         """Return the vehicle at each job under ``status-broadcast``; else empty: roles give it."""
         return self._stated.division() if self.number % N_ORGANISATIONS else {}
 
     def _heard(self, situation: Situation) -> Iterator[int]:
-        for heard in situation.heard:
-            for subject, attribute, value in heard.facts:
-                if attribute == "claimsOf" and subject == heard.issuer and subject in situation.work.members:
+        for message in situation.heard:
+            for subject, attribute, value in message.facts:
+                if attribute == "claimsOf" and subject == message.issuer and subject in situation.work.members:
                     yield int(value)
 
     def _is_better_changed(self, situation: Situation, foreseen: Foreseen) -> bool:

@@ -94,9 +94,9 @@ def least(costs: Costs) -> dict[int, int]:
         while True:
             nearest, place = math.inf, -1
             for n, column in enumerate(left):
-                then = way + costs[row][column] - row_prices[row] - column_prices[column]
-                if then < ways[column]:
-                    ways[column], before[column] = then, row
+                cost = way + costs[row][column] - row_prices[row] - column_prices[column]
+                if cost < ways[column]:
+                    ways[column], before[column] = cost, row
                 if ways[column] < nearest or (ways[column] == nearest and column not in row_of):
                     nearest, place = ways[column], n
             way, column, left[place] = nearest, left[place], left[-1]
@@ -106,10 +106,10 @@ def least(costs: Costs) -> dict[int, int]:
                 break
             row = row_of[column]
         row_prices[begin] += way
-        for at in reached:
-            column_prices[at] -= way - ways[at]
-            if at in row_of:
-                row_prices[row_of[at]] += way - ways[at]
+        for index in reached:
+            column_prices[index] -= way - ways[index]
+            if index in row_of:
+                row_prices[row_of[index]] += way - ways[index]
         row = -1
         while row != begin:
             row = before[column]
@@ -190,7 +190,7 @@ class Search:
         if not self._free:
             return {}
         begun = (self._in_turns(), self._longest_first())
-        descended = [self._descended(held, [self._end_s(*of) for of in enumerate(held)]) for held in begun]
+        descended = [self._descended(held, [self._end_s(*pair) for pair in enumerate(held)]) for held in begun]
         held = self._kicked(min(descended, key=lambda plan: plan.effort))
         return {
             data.name: tuple(role for r, role in enumerate(self._roles) if jobs >> r & 1)
@@ -234,8 +234,8 @@ class Search:
 
     def _by_nearness(self, at_m: Point) -> list[int]:
         far_m = [distance(at_m, place_m) for place_m in self._places_m]
-        found = self._nearest[at_m] = sorted(range(len(far_m)), key=far_m.__getitem__)
-        return found
+        order = self._nearest[at_m] = sorted(range(len(far_m)), key=far_m.__getitem__)
+        return order
 
     # Two plans to begin with
 
@@ -246,14 +246,14 @@ class Search:
         while vacant:
             now_s = min(outlook.free_s for outlook in outlooks)
             legs = [self._legs_at(vehicle, outlook) for vehicle, outlook in enumerate(outlooks)]
-            then = [[leg[role] for leg in legs] for role in vacant]
-            costs = [[None if leg is None else round(1000.0 * (leg.free_s - now_s)) for leg in row] for row in then]
+            rows = [[leg[role] for leg in legs] for role in vacant]
+            costs = [[None if leg is None else round(1000.0 * (leg.free_s - now_s)) for leg in row] for row in rows]
             pairs = assignment(costs)
             if not pairs:
                 break
             for row, vehicle in pairs.items():
                 held[vehicle] |= 1 << vacant[row]
-                outlooks[vehicle] = then[row][vehicle] or outlooks[vehicle]
+                outlooks[vehicle] = rows[row][vehicle] or outlooks[vehicle]
             vacant = [role for row, role in enumerate(vacant) if row not in pairs]
         return held
 
@@ -271,9 +271,9 @@ class Search:
 
     def _length_s(self, role: int) -> float:
         """Duration of a job for the fastest vehicle already there."""
-        there, job = Outlook(0.0, self._places_m[role]), self._jobs[role]
+        start, job = Outlook(0.0, self._places_m[role]), self._jobs[role]
         able = [data for vehicle, data in enumerate(self._free) if self._able[vehicle] >> role & 1]
-        legs = [job.after(there, data) for data in able]
+        legs = [job.after(start, data) for data in able]
         return round(min((leg.free_s for leg in legs if leg is not None), default=0.0), 3)
 
     # Improvement
@@ -295,11 +295,11 @@ class Search:
 
     def _put(self, role: int, vehicle: int, plan: Draft) -> tuple[Held, list[float]]:
         held, ends_s, bit = list(plan.held), list(plan.ends_s), 1 << role
-        before = next((at for at, jobs in enumerate(held) if jobs & bit), vehicle)
+        before = next((holder for holder, jobs in enumerate(held) if jobs & bit), vehicle)
         held[before] &= ~bit
         held[vehicle] |= bit
-        for at in (before, vehicle):
-            ends_s[at] = self._end_s(at, held[at])
+        for holder in (before, vehicle):
+            ends_s[holder] = self._end_s(holder, held[holder])
         return held, ends_s
 
     def _descended(self, held: Held, ends_s: list[float]) -> Draft:
@@ -328,14 +328,14 @@ class Search:
 
     def _exchanges(self, last: int, held: Held) -> Iterator[tuple[int, int, int]]:
         """Yield the jobs of ``last`` after an exchange, the other vehicle, and its jobs."""
-        mine, able, some = held[last], self._able, self._sums
+        mine, able, sums = held[last], self._able, self._sums
         for n_given, n_back in SHAPES:
             for other, theirs in enumerate(held):
                 ours, back_of = mine & able[other], theirs & able[last]
                 if other == last or not ours or (n_back and not back_of):
                     continue
-                backs = some.get((back_of, n_back)) or self._some(back_of, n_back)
-                for given in some.get((ours, n_given)) or self._some(ours, n_given):
+                backs = sums.get((back_of, n_back)) or self._some(back_of, n_back)
+                for given in sums.get((ours, n_given)) or self._some(ours, n_given):
                     for back in backs:
                         yield mine & ~given | back, other, theirs & ~back | given
 
@@ -343,7 +343,7 @@ class Search:
         key = jobs, count
         if key not in self._sums:
             bits = [1 << role for role in range(jobs.bit_length()) if jobs >> role & 1]
-            self._sums[key] = [sum(some) for some in combinations(bits, count)]
+            self._sums[key] = [sum(subset) for subset in combinations(bits, count)]
         return self._sums[key]
 
 

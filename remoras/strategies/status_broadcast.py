@@ -57,11 +57,11 @@ class Broadcaster(Member["StatusBroadcast"]):
 
     def negotiate(self, situation: Situation) -> Move:
         """Process states, predict, release jobs done or taken earlier, take a job, broadcast."""
-        for heard in situation.heard:
-            self._hear(heard, situation.work)
+        for message in situation.heard:
+            self._hear(message, situation.work)
         work = situation.work.knowing(self._reported)
         outlooks = {data.name: self._outlook(data, work, situation) for data in work.workers}
-        doubted = {name for name, then in outlooks.items() if self._is_late(name, then.free_s, situation)}
+        doubted = {name for name, outlook in outlooks.items() if self._is_late(name, outlook.free_s, situation)}
         held = work.held_by(self._me)
         left = [
             role
@@ -75,17 +75,17 @@ class Broadcaster(Member["StatusBroadcast"]):
             if name is not None:
                 self._at[self._me] = self._station(name, self._me, round(situation.now_s), work)
         left = [role for role in left if role.name != name]  # it stays, to help
-        said = [self._leaves(role.name) for role in left]
+        statements = [self._leaves(role.name) for role in left]
         if name is not None and name not in [role.name for role in held if role not in left]:
-            said.append(self._takes(name))
-        if situation.round % self._with.period_rounds == 0 or said or self._has_taken_over:
+            statements.append(self._takes(name))
+        if situation.round % self._with.period_rounds == 0 or statements or self._has_taken_over:
             self._has_taken_over = False
-            said += self._state(work)
-        return Move(tuple(said), holding=bool(work.unfinished))
+            statements += self._state(work)
+        return Move(tuple(statements), holding=bool(work.unfinished))
 
     def division(self) -> Mapping[str, str]:
         """Return the last known vehicle at each job."""
-        return {at.role: name for name, at in self._at.items()}
+        return {watch.role: name for name, watch in self._at.items()}
 
     def take_over(self, situation: Situation) -> None:
         """Continue after another strategy: assume each holder at a begun job, else at its nearest."""
@@ -99,26 +99,26 @@ class Broadcaster(Member["StatusBroadcast"]):
 
     def is_at(self, role: str) -> bool:
         """True if this vehicle is at the job of a role."""
-        at = self._at.get(self._me)
-        return at is not None and at.role == role
+        watch = self._at.get(self._me)
+        return watch is not None and watch.role == role
 
-    def _hear(self, heard: Heard, work: Work) -> None:
-        said = {attribute: value for subject, attribute, value in heard.facts if subject == heard.issuer}
-        group, _, role = str(said.get("worksOn", "")).partition(".")
-        known = self._at.get(heard.issuer)
+    def _hear(self, message: Heard, work: Work) -> None:
+        values = {attribute: value for subject, attribute, value in message.facts if subject == message.issuer}
+        group, _, role = str(values.get("worksOn", "")).partition(".")
+        known = self._at.get(message.issuer)
         if group == self._group.name and (known is None or known.role != role):
-            self._at.pop(heard.issuer, None)
-            if any(one.name == role for one in work.roles):
-                since_s = float(said.get("worksSince", heard.time_s))
-                self._at[heard.issuer] = self._station(role, heard.issuer, since_s, work)
-        self._reported.update(subject for subject, attribute, _ in heard.facts if attribute == "knownDone")
+            self._at.pop(message.issuer, None)
+            if any(candidate.name == role for candidate in work.roles):
+                since_s = float(values.get("worksSince", message.time_s))
+                self._at[message.issuer] = self._station(role, message.issuer, since_s, work)
+        self._reported.update(subject for subject, attribute, _ in message.facts if attribute == "knownDone")
 
     def _station(self, role: str, vehicle: str, since_s: float, work: Work) -> JobWatch:
         from_m, specification = work.position_m(vehicle), work.group.role(role)
-        then = None
+        end = None
         if specification in work.roles:
-            then = work.after(Outlook(since_s, from_m), work.database[vehicle], specification)
-        return JobWatch(role, since_s, from_m, since_s if then is None else then.free_s)
+            end = work.after(Outlook(since_s, from_m), work.database[vehicle], specification)
+        return JobWatch(role, since_s, from_m, since_s if end is None else end.free_s)
 
     def _is_later(self, role: str, doubted: Collection[str], work: Work) -> bool:
         """True if earlier members, not doubted, already fill the job.
@@ -130,8 +130,8 @@ class Broadcaster(Member["StatusBroadcast"]):
             return False
         before = [
             name
-            for name, at in self._at.items()
-            if at.role == role and (at.since_s, database[name].node) < (mine.since_s, database[self._me].node)
+            for name, watch in self._at.items()
+            if watch.role == role and (watch.since_s, database[name].node) < (mine.since_s, database[self._me].node)
             if name not in doubted and name != self._me and name in work.members
         ]
         specification = work.group.role(role)
@@ -144,12 +144,12 @@ class Broadcaster(Member["StatusBroadcast"]):
         """Predicted end of a vehicle's job; without a job, its last known position and time."""
         now_s, place_m = situation.now_s, work.position_m(data.name)
         heard_s = now_s if data.name == self._me else situation.heard_s.get(data.name, 0.0)
-        at = self._at.get(data.name)
-        role = next((role for role in work.unfinished if at is not None and role.name == at.role), None)
-        if at is None or role is None or data.name == self._me:
+        watch = self._at.get(data.name)
+        role = next((role for role in work.unfinished if watch is not None and role.name == watch.role), None)
+        if watch is None or role is None or data.name == self._me:
             is_recent = now_s - heard_s <= RECENT_ROUNDS * now_s / situation.round
             return Outlook(now_s if is_recent else heard_s, place_m)
-        return expected_end(role, data, work, now_s, heard_s, at.due_s)
+        return expected_end(role, data, work, now_s, heard_s, watch.due_s)
 
     def _is_late(self, vehicle: str, free_s: float, situation: Situation) -> bool:
         doubt_s = self._with.doubt_rounds * situation.now_s / situation.round
@@ -178,10 +178,10 @@ class Broadcaster(Member["StatusBroadcast"]):
         situation: Situation,
     ) -> str | None:
         """Nearest job for which peers, at it or planned for it, are late."""
-        trusted = {at.role for name, at in self._at.items() if name in outlooks and name not in doubted}
+        trusted = {watch.role for name, watch in self._at.items() if name in outlooks and name not in doubted}
         awaited: dict[str, float] = {}
         unfinished = {role.name for role in work.unfinished}
-        busy = {name for name, at in self._at.items() if at.role in unfinished}
+        busy = {name for name, watch in self._at.items() if watch.role in unfinished}
         for data in work.workers:
             outlook = outlooks[data.name]
             for role in plan.roles[data.name]:
@@ -206,23 +206,23 @@ class Broadcaster(Member["StatusBroadcast"]):
         for name, role in at.items():
             ends_s[role] = min(ends_s.get(role, math.inf), outlooks[name].free_s)
             n_holders[role] = n_holders.get(role, 0) + 1
-        found = helped(work, idle, ends_s, situation.now_s, self._with.help_s, n_holders)
-        return next((assignment.role for assignment in found if assignment.vehicle == self._me), None)
+        helpers = helped(work, idle, ends_s, situation.now_s, self._with.help_s, n_holders)
+        return next((assignment.role for assignment in helpers if assignment.vehicle == self._me), None)
 
     # Saying
 
     def _state(self, work: Work) -> list[Statement]:
         done = [role.job for role in work.roles if role.job is not None and role.job in work.done]
         facts: list[Statable] = [(job, "knownDone", True) for job in done]
-        said = in_blocks(facts, JOBS_PER_BLOCK)
-        at = self._at.get(self._me)
-        if at is not None:
-            job, since = (self._me, "worksOn", self._group.path(at.role)), (self._me, "worksSince", at.since_s)
-            said.append(Statement((job, since)))
+        statements = in_blocks(facts, JOBS_PER_BLOCK)
+        watch = self._at.get(self._me)
+        if watch is not None:
+            job, since = (self._me, "worksOn", self._group.path(watch.role)), (self._me, "worksSince", watch.since_s)
+            statements.append(Statement((job, since)))
         elif work.unfinished:  # peers would wait for its former job
             free = (role for role in self._group.roles if role.job is None and self._me in work.holders(role))
-            said += [Statement(((self._me, "worksOn", self._group.path(role.name)),)) for role in islice(free, 1)]
-        return said
+            statements += [Statement(((self._me, "worksOn", self._group.path(role.name)),)) for role in islice(free, 1)]
+        return statements
 
 
 @dataclass(frozen=True, slots=True)
