@@ -136,7 +136,7 @@ class Domain:
             }
             for name, methods in self.methods.items()
         }  # fmt: skip
-        found: set[str] = set()
+        recursive: set[str] = set()
         for name in below:
             met: set[str] = set()
             due = [name]
@@ -146,8 +146,8 @@ class Domain:
                         met.add(successor)
                         due.append(successor)
             if name in met:
-                found.add(name)
-        return frozenset(found)
+                recursive.add(name)
+        return frozenset(recursive)
 
     def tasks(self) -> list[str]:
         """Return the names of all tasks, sorted."""
@@ -214,11 +214,11 @@ class Plan:
     @cached_property
     def children(self) -> tuple[tuple[int, ...], ...]:
         """Indices of the subtasks, per node."""
-        found: list[list[int]] = [[] for _ in self.nodes]
+        children: list[list[int]] = [[] for _ in self.nodes]
         for place, node in enumerate(self.nodes):
             if node.parent != ROOT:
-                found[node.parent].append(place)
-        return tuple(map(tuple, found))
+                children[node.parent].append(place)
+        return tuple(map(tuple, children))
 
     def __str__(self) -> str:
         depths: list[int] = []

@@ -232,17 +232,17 @@ class Execution:
         while (place := self.branches[place].parent) != ROOT:
             branch = self.branches[place]
             branch.tried.append((branch.method, tuple(self.branches[child].task for child in branch.children)))
-            found = plan(self._domain, facts, branch.task, without=branch.tried)
-            if isinstance(found, NoPlan):
-                self.rests_on |= found.rests_on
+            repair = plan(self._domain, facts, branch.task, without=branch.tried)
+            if isinstance(repair, NoPlan):
+                self.rests_on |= repair.rests_on
                 branch.status = Status.FAILED
                 continue
             below = self._below(place)
-            for one in below:
-                self._running.pop(one, None)
+            for descendant in below:
+                self._running.pop(descendant, None)
             while self._waiting and self._waiting[-1] in below:
                 self._waiting.pop()
-            self._take(found, below, [place])
+            self._take(repair, below, [place])
             return True
         self.abandon()
         return False
@@ -253,28 +253,28 @@ class Execution:
         return plan(self._domain, facts, task, without=tried)
 
     def _below(self, place: int) -> dict[int, None]:
-        found: dict[int, None] = {}
+        below: dict[int, None] = {}
         left = self.branches[place].children[::-1]
         while left:
-            found[left[-1]] = None
+            below[left[-1]] = None
             left += self.branches[left.pop()].children[::-1]
-        return found
+        return below
 
     # Inspection ---------------------------------------------------------------------------------
 
     def statuses(self) -> list[Status]:
         """Return the status of every task, derived from its steps if abstract."""
-        found = [branch.status for branch in self.branches]
-        for place in reversed(range(len(found))):
+        statuses = [branch.status for branch in self.branches]
+        for place in reversed(range(len(statuses))):
             branch = self.branches[place]
             if branch.method is None or branch.status in FINAL:
                 continue
-            below = {found[child] for child in branch.children}
+            below = {statuses[child] for child in branch.children}
             if below <= {Status.DONE}:
-                found[place] = Status.DONE
+                statuses[place] = Status.DONE
             elif below - {Status.WAITING}:
-                found[place] = Status.RUNNING
-        return found
+                statuses[place] = Status.RUNNING
+        return statuses
 
 
 def _alike(shared: dict[Any, list[int]], parent: int, task: Task) -> list[int]:

@@ -113,7 +113,7 @@ class Facts:
 def is_met(facts: FactsLike, wanted: Iterable[tuple[Key, Any]]) -> bool:
     """True if all facts have the wanted values; False matches None and False, ANY any known value."""
     for key, value in wanted:
-        found = facts.get(key)
-        if (found is None) if value is ANY else found if value is False else found != value:
+        known = facts.get(key)
+        if (known is None) if value is ANY else known if value is False else known != value:
             return False
     return True

@@ -168,11 +168,11 @@ class _Search:
                 others = NO_OTHERS
                 if method.applicable is not always and not method.applicable(facts, *args):
                     continue
-                found: Any = method.subtasks(facts, *args)
-                if found.__class__ is GeneratorType or (found.__class__ is not list and isinstance(found, Iterator)):
-                    others = found
+                tasks: Any = method.subtasks(facts, *args)
+                if tasks.__class__ is GeneratorType or (tasks.__class__ is not list and isinstance(tasks, Iterator)):
+                    others = tasks
                     continue
-                subtasks = found
+                subtasks = tasks
             else:
                 method = methods[next_method - 1]
             if subtasks.__class__ is not list and not isinstance(subtasks, SEQUENCE):
@@ -208,9 +208,9 @@ class _Search:
                     del self._open[key]
                 else:
                     self._open[key] = before
-            found = self._decompose(agenda, next_method, others)
-            if found is not DEAD_END:
-                return found
+            next_agenda = self._decompose(agenda, next_method, others)
+            if next_agenda is not DEAD_END:
+                return next_agenda
         return DEAD_END
 
     def _is_new(self, agenda: Agenda | None) -> bool:
