@@ -51,7 +51,7 @@ class PlainCommand(TyperCommand):
 
     def get_help(self, ctx: Any) -> str:
         """Return the help text without Python type names and braces around required arguments."""
-        text = PYTHON_TYPE.sub(lambda found: " " * len(found[0]), super().get_help(ctx))
+        text = PYTHON_TYPE.sub(lambda match: " " * len(match[0]), super().get_help(ctx))
         usage, _, rest = text.partition("\n")
         return "\n".join([usage.replace("{", "").replace("}", ""), rest])
 
@@ -205,7 +205,7 @@ def shortened(message: str) -> str:
     >>> len(shortened("no " + "x" * 3000 + " here"))
     308
     """
-    return LONG_WORD.sub(lambda word: cut(word[0], LONGEST_WORD), message)
+    return LONG_WORD.sub(lambda match: cut(match[0], LONGEST_WORD), message)
 
 
 def check_known(what: str, name: str, known: Sequence[str]) -> None:
@@ -395,15 +395,15 @@ def main() -> None:
 def _report_usage(error: Any) -> int:
     """Print a parser error, and its JSON value if requested; return the exit code."""
     options, context = getattr(getattr(error, "param", None), "opts", ()), getattr(error, "ctx", None)
-    given = next((f"{cut(value, LONGEST_VALUE)!r}: " for option, value in pairwise(sys.argv) if option in options), "")
-    refused = shortened(error.format_message()).replace("': ", f"': {given}", 1)
+    quoted = next((f"{cut(value, LONGEST_VALUE)!r}: " for option, value in pairwise(sys.argv) if option in options), "")
+    refused = shortened(error.format_message()).replace("': ", f"': {quoted}", 1)
     if "\n" in refused:  # the help of a group without a command
-        told = refused
-        print(told, file=sys.stderr)
+        message = refused
+        print(message, file=sys.stderr)
     else:
         mark = "" if refused.endswith("?") else ";"
-        told = refused.rstrip(".") + (f"{mark} see: {context.command_path} --help" if context is not None else "")
-        print(f"remoras: {told}", file=sys.stderr)
+        message = refused.rstrip(".") + (f"{mark} see: {context.command_path} --help" if context is not None else "")
+        print(f"remoras: {message}", file=sys.stderr)
     if "--json" in sys.argv:
-        show_json({"error": told, "faults": []})
+        show_json({"error": message, "faults": []})
     return int(error.exit_code)

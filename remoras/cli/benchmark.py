@@ -80,15 +80,15 @@ def benchmark(
     """Rank a strategy among the shipped ones on a suite of cases, with score and interval."""
     from missions.benchmark.suite import suite_named
 
-    found = suite_named(suite)
+    chosen = suite_named(suite)
     if seeds is not None and split is Split.DEV:
         fail("--seeds is of --split test alone; leave it out, or add --split test")
     if verified is not None:
         with TemporaryDirectory() as folder:
-            _verify(verified, _of_split(found, split, seeds, Path(folder)), drawn, draw_seed, as_json)
+            _verify(verified, _of_split(chosen, split, seeds, Path(folder)), drawn, draw_seed, as_json)
         return
     if split is Split.TEST and seeds is None:
-        _of_split(found, split, seeds, Path())
+        _of_split(chosen, split, seeds, Path())
     if out is None:
         fail("--out DIR is missing; it says where runs, card and tables go")
     if not strategies:
@@ -99,10 +99,10 @@ def benchmark(
     from missions.errors import StudyChangedError
     from missions.sweeps.driver import PartlyDoneError
 
-    found = _of_split(found, split, seeds, out / GROUNDS)
-    contest = Contest.of(found, strategies, repeats)
+    chosen = _of_split(chosen, split, seeds, out / GROUNDS)
+    contest = Contest.of(chosen, strategies, repeats)
     _conform(contest.strategies)
-    with Progress(f"benchmark {found.about.name}", 1, "runs") as progress:
+    with Progress(f"benchmark {chosen.about.name}", 1, "runs") as progress:
         try:
             contest.make(out / RUNS, jobs, progress.of)
         except PartlyDoneError as error:
@@ -112,7 +112,7 @@ def benchmark(
             fail(f"--out {out}: holds other runs than these ({changed}); name another folder")
     scored = contest.scored(out / RUNS)
     card = card_of(contest, scored)
-    table = ScoreTable(card, scored, _shipped_rows(found))
+    table = ScoreTable(card, scored, _shipped_rows(chosen))
     for name, text in (
         (CARD, card_text(card)),
         (TABLE, table.markdown()),
@@ -198,21 +198,21 @@ def _verify(path: Path, suite: Suite, count: int | None, seed: int | None, as_js
     from missions.benchmark.card import verify_card
 
     check = verify_card(path, suite, randbits(32) if seed is None else seed, count)
-    found = dict(check.runs)
-    other = {name: text for name, text in found.items() if text}
+    repeated = dict(check.runs)
+    other = {name: text for name, text in repeated.items() if text}
     by_code: dict[tuple[str, str], list[str]] = {}
     for name, codes in check.other_code.items():
         by_code.setdefault(codes, []).append(name)
-    said = [
-        f"{', '.join(names)}: made by code {there}, here is {here}: judged by these runs alone"
-        for (there, here), names in by_code.items()
+    lines = [
+        f"{', '.join(names)}: made by code {theirs}, here is {ours}: judged by these runs alone"
+        for (theirs, ours), names in by_code.items()
     ]
-    said += [
-        f"{len(found)} of {check.n_runs} runs made again, drawn by --seed {check.seed}, {len(other)} end otherwise"
+    lines += [
+        f"{len(repeated)} of {check.n_runs} runs made again, drawn by --seed {check.seed}, {len(other)} end otherwise"
     ]
-    said += [f"{name}: {text}" for name, text in other.items()]
-    told = {"verified": len(found), "of": check.n_runs, "seed": check.seed, "other_code": check.other_code}
-    show({**told, "other": other}, as_json, said)
+    lines += [f"{name}: {text}" for name, text in other.items()]
+    report = {"verified": len(repeated), "of": check.n_runs, "seed": check.seed, "other_code": check.other_code}
+    show({**report, "other": other}, as_json, lines)
     if other:
         raise typer.Exit(FAILED)
 

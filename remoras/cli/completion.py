@@ -23,8 +23,8 @@ def _offering(names: Names, suffixes: tuple[str, ...] = ()) -> Offer:
     @functools.wraps(names)
     def offer(ctx: typer.Context, incomplete: str) -> list[str]:
         try:
-            found = [name for name in names(ctx) if name.startswith(incomplete)]
-            return found + (_files(incomplete, suffixes) if suffixes else [])
+            matches = [name for name in names(ctx) if name.startswith(incomplete)]
+            return matches + (_files(incomplete, suffixes) if suffixes else [])
         except Exception:  # damaged folder or failing plug-in: no completion
             return []
 
@@ -36,18 +36,18 @@ def _offering(names: Names, suffixes: tuple[str, ...] = ()) -> Offer:
 def _files(incomplete: str, suffixes: tuple[str, ...]) -> list[str]:
     folder, _, start = incomplete.rpartition("/")
     place = Path(folder or ("/" if incomplete.startswith("/") else "."))
-    found = sorted(path for path in place.iterdir() if path.name.startswith(start))
+    paths = sorted(path for path in place.iterdir() if path.name.startswith(start))
     prefix = f"{folder}/" if "/" in incomplete else ""
-    folders = [f"{prefix}{path.name}/" for path in found if path.is_dir() and not path.name.startswith(".")]
-    return [f"{prefix}{path.name}" for path in found if path.name.endswith(suffixes)] + folders
+    folders = [f"{prefix}{path.name}/" for path in paths if path.is_dir() and not path.name.startswith(".")]
+    return [f"{prefix}{path.name}" for path in paths if path.name.endswith(suffixes)] + folders
 
 
 def _said_by(module: str, name: str) -> Names:
     """Return a source of names: a function or table of a module, loaded on completion."""
 
     def names(ctx: typer.Context) -> Iterable[str]:
-        found: Any = getattr(import_module(module), name)
-        return found() if callable(found) else found  # type: ignore[no-any-return]
+        source: Any = getattr(import_module(module), name)
+        return source() if callable(source) else source  # type: ignore[no-any-return]
 
     return names
 
@@ -72,7 +72,7 @@ def _keys_of_all(ctx: typer.Context) -> Iterable[str]:
 
 def _folder(ctx: typer.Context) -> Path:
     """Folder argument; before an option value it is still among the raw arguments."""
-    return Path(ctx.params.get("folder") or next(given for given in ctx.args if not given.startswith("-")))
+    return Path(ctx.params.get("folder") or next(argument for argument in ctx.args if not argument.startswith("-")))
 
 
 def _metrics(ctx: typer.Context) -> Iterable[str]:

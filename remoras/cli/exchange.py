@@ -56,8 +56,8 @@ def loss_rates(text: str) -> tuple[float, ...]:
         if step <= 0.0 or last < first:
             raise ValueError
     except ValueError:
-        given = cut(text, LONGEST_VALUE)
-        fail(f"--per {given!r}: allowed are rates such as 0.1,0.5 or first:last:step such as 0.05:0.8:0.05")
+        shown = cut(text, LONGEST_VALUE)
+        fail(f"--per {shown!r}: allowed are rates such as 0.1,0.5 or first:last:step such as 0.05:0.8:0.05")
     return tuple(round(first + number * step, 10) for number in range(int((last - first) / step + 1e-9) + 1))
 
 
@@ -216,12 +216,12 @@ def ranges_of(text: str) -> tuple[float, ...]:
     (500.0, 1000.0)
     """
     try:
-        found = tuple(sorted(float(part) for part in text.split(",")))
+        ranges_m = tuple(sorted(float(part) for part in text.split(",")))
     except ValueError:
-        found = ()
-    if not found or not all(0.0 < range_m <= 100_000.0 for range_m in found):  # a NaN is in no range
+        ranges_m = ()
+    if not ranges_m or not all(0.0 < range_m <= 100_000.0 for range_m in ranges_m):  # a NaN is in no range
         fail(f"--ranges {cut(text, LONGEST_VALUE)!r}: allowed are metres such as 500,1000, above 0 and at most 100000")
-    return found
+    return ranges_m
 
 
 @command("sea", "remoras sea mapping-rendezvous --modem nanomodem-v3,whoi-fsk-0 --set channel.spreading=2")
@@ -256,8 +256,8 @@ def sea(
     form = figure_format(file_format, out)
     of_scenario = {"--modem": modem, "--ranges": ranges, "--draws": draws or None, "--set": settings}
     if _is_network(name):
-        if told := [option for option, value in of_scenario.items() if value is not None]:
-            fail(f"{told[0]}: is about the modems of a scenario, and {name} is a network")
+        if misused := [option for option, value in of_scenario.items() if value is not None]:
+            fail(f"{misused[0]}: is about the modems of a scenario, and {name} is a network")
         _describe_network(name, out, form, as_json)
     else:
         _describe_modems(name, modem, ranges or DEFAULT_RANGES, draws, seed, settings or (), out, form, as_json)
@@ -349,16 +349,16 @@ def _drawn(scenario: Scenario, ranges_m: Sequence[float], n_packets: int, seed: 
 
     channel, deployment = scenario.channel.settings(), scenario.deployment
     assert isinstance(channel, AcousticChannel)
-    found = n_arrived(channel.links(deployment), deployment.modem, ranges_m, n_packets, seed)
-    return tuple(DrawnPackets(range_m, n_packets, n) for range_m, n in zip(ranges_m, found, strict=True))
+    arrived = n_arrived(channel.links(deployment), deployment.modem, ranges_m, n_packets, seed)
+    return tuple(DrawnPackets(range_m, n_packets, n) for range_m, n in zip(ranges_m, arrived, strict=True))
 
 
 def _as_json(reach: ModemReach, number: int) -> dict[str, object]:
-    found: dict[str, object] = {"modem": reach.modem, **reach.points[number]._asdict()}
+    row: dict[str, object] = {"modem": reach.modem, **reach.points[number]._asdict()}
     if reach.drawn:
         drawn = reach.drawn[number]
-        found |= {"n_drawn": drawn.n_packets, "drawn": drawn.delivered, "drawn_95": drawn.interval}
-    return found
+        row |= {"n_drawn": drawn.n_packets, "drawn": drawn.delivered, "drawn_95": drawn.interval}
+    return row
 
 
 def _draw(
@@ -419,17 +419,17 @@ def _describe_network(name: str, out: Path | None, file_format: str, as_json: bo
 
         written = output.write_folder(out, network_contents(network, file_format))
         print(*written, sep="\n", file=sys.stderr if as_json else sys.stdout)
-    said = [f"{network.name}: {network.title}".removesuffix(": ")]
-    about = (("source", network.citation), ("packet", network.packet), ("assumed", network.assumption))
-    said += [f"  {what}: {text}" for what, text in about if text]
-    said += [f"  not known: {text}" for text in network.unknown]
+    lines = [f"{network.name}: {network.title}".removesuffix(": ")]
+    sources = (("source", network.citation), ("packet", network.packet), ("assumed", network.assumption))
+    lines += [f"  {label}: {text}" for label, text in sources if text]
+    lines += [f"  not known: {text}" for text in network.unknown]
     for node in network.node:
         place = "" if node.position_m is None else " at {:g}, {:g} m".format(*node.position_m)
         depth = "" if node.depth_m is None else f", {node.depth_m:g} m deep"
-        said.append(f"  node {node.name}{place}{depth}")
+        lines.append(f"  node {node.name}{place}{depth}")
     rows = list(_rows(network))
-    said += [f"  {line}" for line in aligned(rows, right=range(len(rows[0])))]
-    show({**network.model_dump(mode="json"), "assumed": network.assumption}, as_json, said)
+    lines += [f"  {line}" for line in aligned(rows, right=range(len(rows[0])))]
+    show({**network.model_dump(mode="json"), "assumed": network.assumption}, as_json, lines)
 
 
 def _rows(network: Network) -> Iterator[list[str]]:

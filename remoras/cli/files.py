@@ -43,18 +43,18 @@ def list_(
     if kind:
         check_known("kind", kind, KINDS)
 
-    found = {name: LISTINGS[name]() for name in ([kind] if kind else KINDS[:-1])}
+    listed = {name: LISTINGS[name]() for name in ([kind] if kind else KINDS[:-1])}
     if as_json:
         rows = {
             name: [
                 {"name": key, "description": text, **(DETAILS[name](key) if name in DETAILS else {})}
                 for key, text in entries.items()
             ]
-            for name, entries in found.items()
+            for name, entries in listed.items()
         }
         show_json(rows[kind] if kind else rows)
         return
-    for name, entries in found.items():
+    for name, entries in listed.items():
         print(f"{name}:")
         width = max((len(key) for key in entries), default=0)
         for key, text in entries.items():
@@ -105,7 +105,7 @@ def validate(
     warnings = list(cautions(setup))
     schedule, founded = setup.schedule, sorted(setup.agreement.organisation.assignments)
     reserves = [name for name in setup.database if not setup.agreement.organisation.roles_of(name)]
-    told = {
+    report = {
         "file": file,
         "kind": "scenario",
         "ok": True,
@@ -116,14 +116,14 @@ def validate(
         "warnings": [asdict(warning) for warning in warnings],
     }
     n_groups = len(setup.agreement.organisation.groups)
-    said = [
+    lines = [
         f"{file}: scenario ok; {len(setup.database)} vehicles, {n_groups} groups, {len(setup.mission.jobs)} jobs, "
         f"slot {schedule.slot_s:.3f} s, frame {schedule.frame_s:.2f} s",
         *(f"  founding: {a.vehicle} plays {a.role} of {a.group}" for a in founded),
         *(f"  reserve: {name} plays no role from the start" for name in reserves),
         *(f"  warning: {warning}" for warning in warnings),
     ]
-    show(told, as_json, said)
+    show(report, as_json, lines)
 
 
 def _validate_organisation(file: str, as_json: bool) -> bool:
@@ -138,12 +138,12 @@ def _validate_organisation(file: str, as_json: bool) -> bool:
     groups, n_templates = checked(document)
     n_roles = sum(len(group.role) for group in groups)
     roles = [{"name": group.name, "within": group.within, "roles": group.role_names} for group in groups]
-    said = [f"{file}: organisation ok; {n_templates} templates, {len(groups)} groups, {n_roles} roles"]
+    lines = [f"{file}: organisation ok; {n_templates} templates, {len(groups)} groups, {n_roles} roles"]
     for group in groups:
         within = "" if group.within is None else f" within {group.within}"
-        said.append(f"  {group.name}{within}: {', '.join(group.role_names)}")
-    told = {"file": file, "kind": "organisation", "ok": True, "templates": n_templates, "groups": roles}
-    show(told, as_json, said)
+        lines.append(f"  {group.name}{within}: {', '.join(group.role_names)}")
+    report = {"file": file, "kind": "organisation", "ok": True, "templates": n_templates, "groups": roles}
+    show(report, as_json, lines)
     return True
 
 
@@ -155,12 +155,12 @@ def _validate_study(file: str, as_json: bool) -> None:
     n_configurations, at_most = len(study.configurations), "at most " if study.file.stopping else ""
     runs = f"{at_most}{study.maximum} repeats = {at_most}{study.n_runs} runs"
     warnings = [text for text in [too_few(study.maximum)] if text]
-    told = {"configurations": n_configurations, "planned": study.n_runs, "warnings": warnings}
-    said = [
+    report = {"configurations": n_configurations, "planned": study.n_runs, "warnings": warnings}
+    lines = [
         f"{file}: study ok; {n_configurations} configurations x {runs}",
         *(f"  warning: {text}" for text in warnings),
     ]
-    show({"file": file, "kind": "study", "ok": True, **told}, as_json, said)
+    show({"file": file, "kind": "study", "ok": True, **report}, as_json, lines)
 
 
 def _explained(key: str, known: dict[str, tuple[str, str]]) -> dict[str, tuple[str, str]]:
@@ -212,19 +212,19 @@ def explain(
     from missions.sweeps.study import study_explanations
 
     known = {**explanations(), **study_explanations()}
-    found = _explained(key, known)
-    if not found and key.count(".") > 1:  # list entry by name, as for --set
+    entries = _explained(key, known)
+    if not entries and key.count(".") > 1:  # list entry by name, as for --set
         table, _, rest = key.split(".", 2)
-        found = _explained(f"{table}.{rest}", known)
-    if not found:
+        entries = _explained(f"{table}.{rest}", known)
+    if not entries:
         from worldmodel import suggestion
 
-        given = cut(key, LONGEST_VALUE)
-        fail(f"key {given!r} is in no scenario and no study{suggestion(key, known)}; `remoras explain` lists all keys")
+        shown = cut(key, LONGEST_VALUE)
+        fail(f"key {shown!r} is in no scenario and no study{suggestion(key, known)}; `remoras explain` lists all keys")
     show(
-        [{"key": name, "type": kind, "meaning": meaning} for name, (kind, meaning) in found.items()],
+        [{"key": name, "type": kind, "meaning": meaning} for name, (kind, meaning) in entries.items()],
         as_json,
-        [f"{name}  ({kind})\n    {meaning}" for name, (kind, meaning) in found.items()],
+        [f"{name}  ({kind})\n    {meaning}" for name, (kind, meaning) in entries.items()],
     )
 
 
@@ -252,9 +252,9 @@ def _explain_codec(scenario: str, as_json: bool) -> None:
     setup = resolved(load(scenario))
     fields = setup.codec.listing()
     width = max(len(field.field) for field in fields)
-    said = [f"{scenario}: a packet of modem {setup.modem.name} has {setup.modem.payload_bits} bits"]
-    said += [f"  {f.group:<9} {f.field:<{width}} {f.size_bits:>4}  {f.note}".rstrip() for f in fields]
-    show([asdict(field) for field in fields], as_json, said)
+    lines = [f"{scenario}: a packet of modem {setup.modem.name} has {setup.modem.payload_bits} bits"]
+    lines += [f"  {f.group:<9} {f.field:<{width}} {f.size_bits:>4}  {f.note}".rstrip() for f in fields]
+    show([asdict(field) for field in fields], as_json, lines)
 
 
 def _explain_ontology(scenario: str, as_json: bool) -> None:
@@ -263,8 +263,8 @@ def _explain_ontology(scenario: str, as_json: bool) -> None:
     from worldmodel.ontology import terms_of
 
     terms = terms_of(resolved(load(scenario)).tbox)
-    said = [f"{term.name}  ({term.kind})\n    {term.meaning}" for term in terms]
-    show([term._asdict() for term in terms], as_json, said)
+    lines = [f"{term.name}  ({term.kind})\n    {term.meaning}" for term in terms]
+    show([term._asdict() for term in terms], as_json, lines)
 
 
 @command("doctor", "remoras doctor", names_code=False)
@@ -301,7 +301,7 @@ UNVERIFIED = "(?)"
 
 
 def _scenarios() -> dict[str, str]:
-    return {name: str(about.get("title", "")) for name, about in shipped_abouts().items()}
+    return {name: str(table.get("title", "")) for name, table in shipped_abouts().items()}
 
 
 def _strategies() -> dict[str, str]:

@@ -84,12 +84,12 @@ class LiveRun:
         self._step()  # zero-length step to the state at 0 s
         while True:
             try:
-                what, answer = self._asked.get(timeout=min(max(self._until_step_s(), 0.0), LONGEST_LAG_S))
+                call, answer = self._asked.get(timeout=min(max(self._until_step_s(), 0.0), LONGEST_LAG_S))
             except Empty:
                 if self._until_step_s() <= 0.0:
                     self._step()
             else:
-                answer.set_result(what())
+                answer.set_result(call())
 
     def control(self, do: str, speed: float | None = None) -> None:
         """Start, pause or step the run unless it is over, or set its speed.
@@ -193,7 +193,7 @@ class LiveRequest(BaseHTTPRequestHandler):
         allowed = f"allowed: {', '.join(hosts)}"
         if host not in hosts:
             self.send_error(403, f"host {shown(host)} is not served; {allowed}")
-        elif origin is not None and origin not in [f"http://{one}" for one in hosts]:
+        elif origin is not None and origin not in [f"http://{name}" for name in hosts]:
             self.send_error(403, f"a page of {shown(origin)} may not ask; {allowed}")
         else:
             return True

@@ -79,26 +79,26 @@ def new(
     check_known("kind", kind, KINDS)
     if not name:
         fail(f"NAME is missing; allowed: new {kind} NAME; a commented file is printed by: new scenario --example")
-    given = {"vehicles": vehicles, "areas": areas, "side": side, "modem": modem, "per": per, "lost": lost}
+    options = {"vehicles": vehicles, "areas": areas, "side": side, "modem": modem, "per": per, "lost": lost}
     if kind == SCENARIO:
         _check_scenario_name(name)
-        files = {f"{name}.toml": _scenario(name, given)}
-        then = f"remoras run {as_typed(out / f'{name}.toml')} --out first"
+        files = {f"{name}.toml": _scenario(name, options)}
+        trial = f"remoras run {as_typed(out / f'{name}.toml')} --out first"
     else:
-        if told := [f"--{option}" for option, value in given.items() if value is not None]:
-            fail(f"{told[0]}: is of a scenario; a {kind} has no such option")
+        if misused := [f"--{option}" for option, value in options.items() if value is not None]:
+            fail(f"{misused[0]}: is of a scenario; a {kind} has no such option")
         _check_plugin_name(kind, name, out)
         files = dict(plugin_files(kind, name))
-        then = f"python -m pytest -q {as_typed(out / f'test_{name}.py')}  # {AUTHORS} has what it needs"
+        trial = f"python -m pytest -q {as_typed(out / f'test_{name}.py')}  # {AUTHORS} has what it needs"
     written = [out / file for file in files]
-    there = [str(path) for path in written if path.exists() or path.is_symlink()]
-    if there and not force:
-        fail(f"{', '.join(there)}: already there; --force replaces; another NAME or --out DIR keeps existing files")
+    existing = [str(path) for path in written if path.exists() or path.is_symlink()]
+    if existing and not force:
+        fail(f"{', '.join(existing)}: already there; --force replaces; another NAME or --out DIR keeps existing files")
     for path, text in zip(written, files.values(), strict=True):
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
         print(path)
-    print(f"try it with: {then}")
+    print(f"try it with: {trial}")
 
 
 def _print_example(kind: str, name: str) -> None:
@@ -117,16 +117,16 @@ def _print_example(kind: str, name: str) -> None:
     print(path.read_text(encoding="utf-8").rstrip())
 
 
-def _scenario(name: str, given: Mapping[str, str | None]) -> str:
+def _scenario(name: str, options: Mapping[str, str | None]) -> str:
     """Scenario text from options and defaults; prompts on a terminal without options."""
     from exchange.channel.modems import modems
     from missions.mapping.beginning import questions_of, scenario_text
 
     ranges_m = {modem.name: modem.range_m for modem in modems().values()}
-    asks = sys.stdout.isatty() and sys.stdin.isatty() and not any(value is not None for value in given.values())
+    asks = sys.stdout.isatty() and sys.stdin.isatty() and not any(value is not None for value in options.values())
     answers: dict[str, Any] = {}
     for question in questions_of(ranges_m):
-        text = given[question.name]
+        text = options[question.name]
         answers[question.name] = (
             _asked(question) if asks else question.value(question.default if text is None else text)
         )
@@ -146,12 +146,12 @@ def _asked(question: Inquiry) -> Any:
 
 def plugin_files(kind: str, name: str) -> Iterator[tuple[str, str]]:
     """Yield name and text of each file of a new plug-in, conformance test included."""
-    word = PLUGINS[kind][0].removesuffix(".py")
-    for file in (*PLUGINS[kind], f"test_{word}.py"):
+    stem = PLUGINS[kind][0].removesuffix(".py")
+    for file in (*PLUGINS[kind], f"test_{stem}.py"):
         text = (TEMPLATES / file).read_text(encoding="utf-8")
-        for old, its in ((word, name), (word.upper(), name.upper()), (word.capitalize(), _capitals(name))):
+        for old, its in ((stem, name), (stem.upper(), name.upper()), (stem.capitalize(), _capitals(name))):
             text = text.replace(old, its)
-        yield file.replace(word, name), text
+        yield file.replace(stem, name), text
 
 
 def _capitals(name: str) -> str:
@@ -172,9 +172,9 @@ def _check_plugin_name(kind: str, name: str, out: Path) -> None:
     if not re.fullmatch(r"[a-z][a-z0-9]*(_[a-z0-9]+)*", name) or len(name) > 40 or keyword.iskeyword(name):
         allowed = "up to 40 small letters, digits and single _, a letter first, no keyword of Python"
         fail(f"NAME {cut(name, LONGEST_VALUE)!r}: is no name of a module; allowed: {allowed}")
-    found = find_spec(name)
-    where = getattr(found, "origin", None)
-    if found is not None and (where is None or Path(where).parent.resolve() != out.resolve()):
+    spec = find_spec(name)
+    where = getattr(spec, "origin", None)
+    if spec is not None and (where is None or Path(where).parent.resolve() != out.resolve()):
         fail(f"NAME {name!r}: a module of that name is installed, and would be taken for yours; allowed: any other")
     if name in _taken(kind):
         fail(f"NAME {name!r}: results have that name already; allowed: any other")

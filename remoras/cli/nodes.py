@@ -134,7 +134,7 @@ def node(
     _check(speed, settle, drop, double)
     begins_s = _start(start, start_utc)
     loaded, (plan,) = _plans(scenario, [vehicle], settings, seed, until, settle)
-    modems = [name for name, given in (("--serial", serial), ("--unet", unet)) if given]
+    modems = [name for name, value in (("--serial", serial), ("--unet", unet)) if value]
     seat = _frontseat(frontseat, start_utc, bool(modems) or bind != ANY_PORT or bool(peers))
     has_body = ros is RosSide.BODY
     if has_body and seat.body is not None:
@@ -169,29 +169,29 @@ def node(
         pace = Disciplined(seat.clock, Began.of(pace).unix_s, pace)
     driver = _driver(port, serial, unet, others, pace, own) if seat.modem is None else seat.modem(pace)
     witness = None if share is None or has_body else share.witness
-    found = VehicleNode(own, driver, pace, log, Mishaps(drop, double), body, witness).run()
+    outcome = VehicleNode(own, driver, pace, log, Mishaps(drop, double), body, witness).run()
     if share is not None:
         share.close()
-    show(asdict(found), as_json, _outcome_lines([found]))
+    show(asdict(outcome), as_json, _outcome_lines([outcome]))
 
 
-def _frontseat(given: str, start_utc: str, has_modem: bool) -> Frontseat:
+def _frontseat(reference: str, start_utc: str, has_modem: bool) -> Frontseat:
     """Return the front seat made by a user's function, or a default one without ``given``."""
     from missions.nodes.frontseat import Frontseat
     from missions.scenarios.parts import importable
     from remoras.errors import PluginError
     from remoras.plugins import named_object
 
-    if not given:
+    if not reference:
         return Frontseat()
     try:
-        seat = named_object(importable(given))()
+        seat = named_object(importable(reference))()
     except PluginError as error:
-        fail(f"--frontseat {given}: {error}")
+        fail(f"--frontseat {reference}: {error}")
     except Exception as error:  # user code may raise anything
-        fail(f"--frontseat {given}: {type(error).__name__}: {error}")
+        fail(f"--frontseat {reference}: {type(error).__name__}: {error}")
     if not isinstance(seat, Frontseat):
-        fail(f"--frontseat {given}: returns {type(seat).__name__}; allowed is a missions.nodes.Frontseat")
+        fail(f"--frontseat {reference}: returns {type(seat).__name__}; allowed is a missions.nodes.Frontseat")
     if seat.modem is not None and has_modem:
         fail("--frontseat: its modem takes the place of others; leave out --serial, --unet, --bind and --peers")
     if (seat.clock is not None or seat.modem is not None) and not start_utc:
@@ -260,9 +260,9 @@ def _start(start: float | None, start_utc: str) -> float | None:
             fail(f"--start-utc {start_utc!r}: allowed is a time of ISO 8601 such as 2026-05-01T09:00:00")
         start = now_s + (begins.replace(tzinfo=begins.tzinfo or UTC).timestamp() - time.time())
     if start is not None and not abs(start - now_s) <= MOST_AWAY_S:
-        given = f"--start-utc {start_utc}" if start_utc else f"--start {start:g}"
+        option = f"--start-utc {start_utc}" if start_utc else f"--start {start:g}"
         by = "within a year of now" if start_utc else f"by time.monotonic(), within a year of {now_s:.0f}"
-        fail(f"{given}: allowed is a time {by}")
+        fail(f"{option}: allowed is a time {by}")
     return start
 
 
@@ -299,29 +299,29 @@ def swarm(
     from missions.nodes.swarm import swarm as run_swarm
 
     _check(speed, settle, drop, double)
-    given = [name for name in vehicles.split(",") if name]
-    if twice := [name for name in dict.fromkeys(given) if given.count(name) > 1]:
+    names = [name for name in vehicles.split(",") if name]
+    if twice := [name for name in dict.fromkeys(names) if names.count(name) > 1]:
         fail(f"--vehicles {vehicles}: {twice[0]} is named twice; name each vehicle once")
-    loaded, plans = _plans(scenario, given, settings, seed, until, settle)
+    loaded, plans = _plans(scenario, names, settings, seed, until, settle)
     if port > MOST_PORT + 1 - len(plans):
         fail(f"--port {port}: allowed is up to {MOST_PORT + 1 - len(plans)}: {len(plans)} vehicles take a port each")
     if out is not None:
-        for one in plans:
-            refuse_written(out, one)
+        for plan in plans:
+            refuse_written(out, plan)
 
     plans[0].setup()  # report faults before starting processes
 
     def begun(pids: dict[str, int]) -> None:
-        who = ", ".join(f"{name} (process {pid})" for name, pid in pids.items())
-        print(f"remoras: {who}; {plans[0].end_s / speed:.0f} s to go", file=sys.stderr)
+        started = ", ".join(f"{name} (process {pid})" for name, pid in pids.items())
+        print(f"remoras: {started}; {plans[0].end_s / speed:.0f} s to go", file=sys.stderr)
 
-    found = run_swarm(loaded.scenario.name, plans, speed, (drop, double), out, port, begun)
-    equal = "all who are there know the same" if found.equal else "they do not know the same; let --settle be longer"
-    outcomes = [NodeOutcome(**vehicle) for vehicle in found.vehicles]
-    show(asdict(found), as_json, [*_outcome_lines(outcomes), equal])
-    for name, why in found.ended.items():
+    outcome = run_swarm(loaded.scenario.name, plans, speed, (drop, double), out, port, begun)
+    equal = "all who are there know the same" if outcome.equal else "they do not know the same; let --settle be longer"
+    outcomes = [NodeOutcome(**vehicle) for vehicle in outcome.vehicles]
+    show(asdict(outcome), as_json, [*_outcome_lines(outcomes), equal])
+    for name, why in outcome.ended.items():
         print(f"remoras: {name}: {why}", file=sys.stderr)
-    if found.ended or not found.equal:
+    if outcome.ended or not outcome.equal:
         raise typer.Exit(FAILED)
 
 
@@ -332,15 +332,15 @@ def _replay(log: Path, vehicle: str, as_json: bool) -> None:
     logged = read_log(log)
     if vehicle not in ("", logged.plan.vehicle):
         fail(f"--replay {log}: is the log of {logged.plan.vehicle}, not of {vehicle}")
-    found = play(logged)
-    said = (
-        f"{found.vehicle} differs from its log: {found.difference}"
-        if found.difference
-        else f"{found.vehicle}: {found.packets_sent} packets sent as in the log, {found.packets_heard} heard; "
-        f"state {found.state_hash[:16]}"
+    replayed = play(logged)
+    text = (
+        f"{replayed.vehicle} differs from its log: {replayed.difference}"
+        if replayed.difference
+        else f"{replayed.vehicle}: {replayed.packets_sent} packets sent as in the log, {replayed.packets_heard} heard; "
+        f"state {replayed.state_hash[:16]}"
     )
-    show(asdict(found), as_json, [said])
-    if found.difference:
+    show(asdict(replayed), as_json, [text])
+    if replayed.difference:
         raise typer.Exit(FAILED)
 
 
@@ -371,12 +371,12 @@ def _peers(text: str, vehicle: str, names: list[str]) -> list[Address]:
     from exchange.drivers.udp import address_of
     from remoras.cli.app import check_known
 
-    found: dict[str, Address] = {}
-    for given in filter(None, text.split(",")):
-        name, _, address = given.partition("=")
+    addresses: dict[str, Address] = {}
+    for peer in filter(None, text.split(",")):
+        name, _, address = peer.partition("=")
         check_known("--peers", name, [name for name in names if name != vehicle])
-        found[name] = address_of(address, f"--peers {name}")
-    return list(found.values())
+        addresses[name] = address_of(address, f"--peers {name}")
+    return list(addresses.values())
 
 
 def _outcome_lines(outcomes: list[NodeOutcome]) -> list[str]:

@@ -231,12 +231,12 @@ def export(
 
     if (folder / "study.json").is_file():
         fail(f"{folder}: holds a sweep, and export takes the results of one run; make one with: remoras run --out DIR")
-    results, about = Results.read(folder), (vehicle, at, items)
-    if (form := form_of(file_format.value, about)) is None:
-        path, counts, what = _voyage(results, file_format, out, force)
+    results, selection = Results.read(folder), (vehicle, at, items)
+    if (form := form_of(file_format.value, selection)) is None:
+        path, counts, label = _voyage(results, file_format, out, force)
     else:
-        path, counts, what = _knowledge(results, form, out, force, about)
-    lines = [str(path), *(f"  {count:>8}  {what}{name}" for name, count in counts.items())]
+        path, counts, label = _knowledge(results, form, out, force, selection)
+    lines = [str(path), *(f"  {count:>8}  {label}{name}" for name, count in counts.items())]
     show({"path": str(path), "format": file_format.value, "counts": counts}, as_json, lines)
 
 
@@ -260,15 +260,15 @@ def _voyage(
 
 
 def _knowledge(
-    results: Results, form: RdfFormat, out: Path | None, force: bool, about: tuple[str | None, float | None, bool]
+    results: Results, form: RdfFormat, out: Path | None, force: bool, selection: tuple[str | None, float | None, bool]
 ) -> tuple[Path, dict[str, int], str]:
     """Write the knowledge of vehicles; return path, fact counts per vehicle and their label."""
     from missions.runs.knowledge import knowledge_path
     from missions.runs.knowledge import write_knowledge as write
 
-    vehicle, _, items = about
+    vehicle, _, items = selection
     path = out or knowledge_path(results.folder, form, vehicle, items)
-    return path, write(results, form, path, force, *about), "facts known to "
+    return path, write(results, form, path, force, *selection), "facts known to "
 
 
 @command("replay", "remoras replay results/lossy --out mission.html")
@@ -288,9 +288,9 @@ def replay(
 
     target = out if out is not None else folder / REPLAY
     folders = [folder] if other is None else [folder, other]
-    for one in folders:
-        if (one / "study.json").is_file():
-            fail(f"{one}: holds a sweep; a replay shows one run, or two side by side")
+    for source in folders:
+        if (source / "study.json").is_file():
+            fail(f"{source}: holds a sweep; a replay shows one run, or two side by side")
     runs = [Results.read(path) for path in folders]
     check_page_output(target, force)
     for second in runs[1:]:
@@ -299,8 +299,8 @@ def replay(
     write_page(target, page_text(title_of([run.summary for run in runs]), payloads))
     for run in runs:
         if lacking := missing(run):
-            what = "; ".join(lacking)
-            print(f"remoras: {run.folder}: tables are missing; not shown: {what}", file=sys.stderr)
+            tables = "; ".join(lacking)
+            print(f"remoras: {run.folder}: tables are missing; not shown: {tables}", file=sys.stderr)
     print(target)
 
 
@@ -322,14 +322,14 @@ def _check_pair(first: Results, second: Results) -> None:
     """Fail unless mission, world and vehicles are equal; strategy, loss and seed may differ."""
     one, two = first.scenario, second.scenario
     mission = one.scenario.mission == two.scenario.mission
-    for what, same in (
+    for part, same in (
         ("mission", mission),
         ("world", mission and (one.world, _places(first)) == (two.world, _places(second))),
         ("vehicles", [vehicle.name for vehicle in one.vehicle] == [vehicle.name for vehicle in two.vehicle]),
     ):
         if not same:
             fail(
-                f"{second.folder}: {what} differ from {first.folder}; two runs are shown side by side if vehicles "
+                f"{second.folder}: {part} differ from {first.folder}; two runs are shown side by side if vehicles "
                 "of the same names did the same mission in the same world"
             )
 
@@ -354,13 +354,13 @@ def verify(
     except NoResults as error:
         fail(str(error))
     n_wrong, n_checked = sum(report.n_findings.values()), sum(report.checked.values())
-    said = [
+    lines = [
         *report.lines,
         f"{folder}: {n_wrong} of {n_checked} values do not follow"
         if n_wrong
         else f"{folder}: all follows, {n_checked} values",
-        *(f"  not checked: {what}: {why}" for what, why in sorted(report.not_checked.items())),
+        *(f"  not checked: {check}: {why}" for check, why in sorted(report.not_checked.items())),
     ]
-    show(report.as_json, as_json, said)
+    show(report.as_json, as_json, lines)
     if report.findings:
         raise typer.Exit(FAILED)

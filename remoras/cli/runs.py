@@ -62,8 +62,8 @@ def overrides_of(
     from missions.files import keys_of_options
 
     options = keys_of_options(strategy, policy, channel, network, per)
-    given = [(f"--{option}", f"{key}={value}") for option, key, value in options]
-    return given + [("--set", setting) for setting in settings]
+    overrides = [(f"--{option}", f"{key}={value}") for option, key, value in options]
+    return overrides + [("--set", setting) for setting in settings]
 
 
 @command("run", "remoras run mapping-rendezvous --per 0.6 --seed 3 --out results/lossy")
@@ -127,10 +127,10 @@ def _written_at(folder: Path | None) -> tuple[int, int] | None:
     from missions.disk import MANIFEST
 
     try:
-        found = (folder / MANIFEST).stat() if folder is not None else None
+        stat = (folder / MANIFEST).stat() if folder is not None else None
     except OSError:
         return None
-    return (found.st_ino, found.st_mtime_ns) if found is not None else None
+    return (stat.st_ino, stat.st_mtime_ns) if stat is not None else None
 
 
 def _warn_of_conflicts(report: dict[str, Any], separation_m: float) -> None:
@@ -154,8 +154,8 @@ def _print_summary(report: dict[str, Any]) -> None:
             )
     print("milestones:")
     for milestone in report["milestones"]:
-        who = milestone["vehicle"] or milestone["group"]
-        print(f"  {milestone['time_s']:>9.1f} s  {milestone['name']} {who}".rstrip())
+        actor = milestone["vehicle"] or milestone["group"]
+        print(f"  {milestone['time_s']:>9.1f} s  {milestone['name']} {actor}".rstrip())
 
 
 @command("live", "remoras live mapping-rendezvous --per 0.6")
@@ -203,11 +203,11 @@ def live(
     setup = resolved(load(scenario, overrides_of(strategy, policy, channel, network, per, settings or [])))
     if out is not None:
         check_output(out, force)
-    about = setup.scenario.scenario
+    table = setup.scenario.scenario
     with Stepping(setup, seed) as stepping:
-        run = LiveRun(stepping, about.duration_s, keep)
+        run = LiveRun(stepping, table.duration_s, keep)
         try:
-            server = LiveServer(run, live_text(f"{about.name}, seed {seed} - live"), port)
+            server = LiveServer(run, live_text(f"{table.name}, seed {seed} - live"), port)
         except OSError as error:
             fail(f"--port {port}: cannot be listened on: {error.strerror}; name another, or 0 for any that is free")
         threading.Thread(target=server.serve_forever, daemon=True).start()

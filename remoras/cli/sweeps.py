@@ -97,13 +97,13 @@ def sweep(
     loaded = load_study(study, strategies or ())
     if dry_run:
         guess = driver.estimate(loaded, jobs)
-        said = [f"{guess.planned} runs at most, about {guess.estimate_s:.0f} s on {jobs} processes"]
+        lines = [f"{guess.planned} runs at most, about {guess.estimate_s:.0f} s on {jobs} processes"]
         if guess.deterministic:
-            said.append(
+            lines.append(
                 f"nothing is drawn in {guess.deterministic} of the {guess.timed} configurations that were tried: "
                 "each is made once, whatever repeats says"
             )
-        show(asdict(guess), as_json, said)
+        show(asdict(guess), as_json, lines)
         _note_on_repeats(loaded)
         return
     if verified is not None:
@@ -117,10 +117,10 @@ def sweep(
             )
         except driver.PartlyDoneError as error:
             fail(f"{error}; finished runs are kept in {out}, the same command goes on", PARTLY_DONE)
-    said = [_status_line(asdict(outcome)), f"compare them with: remoras compare {as_typed(out)}"]
+    lines = [_status_line(asdict(outcome)), f"compare them with: remoras compare {as_typed(out)}"]
     if loaded.design.keep_tables is None and outcome.with_tables < outcome.done:
-        said.insert(1, "tables of further runs are left out, 500 MB are kept; study.keep_tables says of which repeats")
-    show(asdict(outcome), as_json, said)
+        lines.insert(1, "tables of further runs are left out, 500 MB are kept; study.keep_tables says of which repeats")
+    show(asdict(outcome), as_json, lines)
     _note_on_repeats(loaded)
     if outcome.failed:
         print(f"remoras: {outcome.failed} runs failed; columns error and replay of {out}/runs.parquet", file=sys.stderr)
@@ -138,11 +138,11 @@ def _verify(study: Study, out: Path, count: int, as_json: bool) -> None:
     """Repeat finished runs; fail if one ends differently."""
     from missions.sweeps.worker import verify
 
-    found = dict(verify(study, out, count))
-    other = {key: names for key, names in found.items() if names}
-    said = [f"{len(found)} runs made again, {len(other)} end otherwise"]
-    said += [f"{key}: {', '.join(names)}" for key, names in other.items()]
-    show({"verified": len(found), "other": other}, as_json, said)
+    repeated = dict(verify(study, out, count))
+    other = {key: names for key, names in repeated.items() if names}
+    lines = [f"{len(repeated)} runs made again, {len(other)} end otherwise"]
+    lines += [f"{key}: {', '.join(names)}" for key, names in other.items()]
+    show({"verified": len(repeated), "other": other}, as_json, lines)
     if other:
         raise typer.Exit(FAILED)
 
@@ -151,11 +151,11 @@ def _show_status(folder: Path, as_json: bool) -> None:
     from missions.sweeps.folder import DAMAGED, TABLES, SweepResults
 
     results = SweepResults.read(folder)
-    found = asdict(results.status())
+    status = asdict(results.status())
     failures = [line for line in results.lines.values() if line["error"]]
     shown = [f"failed: {line['error'].strip().splitlines()[-1]}\n  replay: {line['replay']}" for line in failures]
     shown += [f"{folder / TABLES / name}: {DAMAGED}" for name in results.damaged]
-    show(found, as_json, [_status_line(found), *shown])
+    show(status, as_json, [_status_line(status), *shown])
 
 
 @command("compare", "remoras compare results/quick --metric mission_time_s --baseline remoras")
@@ -210,9 +210,9 @@ def compare(
         _written(of_levels, out)
         show([asdict(row) for row in of_levels], as_json, list(_effect_lines(results, of_levels)))
         return
-    found = compared(results, names, baseline)
-    _written(found, out)
-    show([asdict(row) for row in found], as_json, [] if as_json else _comparison_lines(found))
+    rows = compared(results, names, baseline)
+    _written(rows, out)
+    show([asdict(row) for row in rows], as_json, [] if as_json else _comparison_lines(rows))
 
 
 def _written(rows: Sequence[Comparison] | Sequence[MainEffect], out: Path | None) -> None:
@@ -302,9 +302,9 @@ NUMBERS = ("per", "n", "done")
 
 
 def _table(rows: Sequence[Comparison]) -> tuple[list[str], list[list[str]]]:
-    found = [_entries(row) for row in rows]
-    used = [head for head in found[0] if head in ALWAYS or any(entries[head] not in ("", "-") for entries in found)]
-    return used, [[entries[head] for head in used] for entries in found]
+    table = [_entries(row) for row in rows]
+    used = [head for head in table[0] if head in ALWAYS or any(entries[head] not in ("", "-") for entries in table)]
+    return used, [[entries[head] for head in used] for entries in table]
 
 
 def _comparison_lines(rows: Sequence[Comparison]) -> Sequence[str]:
