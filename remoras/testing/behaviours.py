@@ -45,7 +45,7 @@ def picture_of(value: Any, seen: dict[int, int] | None = None) -> Any:
     if id(value) in seen:
         return f"object {seen[id(value)]}"
     seen[id(value)] = len(seen)
-    parts = {repr(key): one for key, one in value.items()} if is_mapping else vars(value)
+    parts = {repr(key): entry for key, entry in value.items()} if is_mapping else vars(value)
     return {name: picture_of(part, seen) for name, part in parts.items()}
 
 
@@ -56,8 +56,8 @@ def difference(before: Any, after: Any, path: str) -> str:
             inner = f"{path}.{name}"
             if (name in before) != (name in after):
                 return inner
-            if found := difference(before[name], after[name], inner):
-                return found
+            if deeper := difference(before[name], after[name], inner):
+                return deeper
         return ""
     if before == after:
         return ""
@@ -207,7 +207,7 @@ def _check_perception(perceived: Perception, where: str, advance: float | None) 
     answers = perceived.settled
     is_share = isinstance(answers, float | int) and 0.0 <= answers <= 1.0
     assert is_share, f"{where}: answers is {answers!r}, expected a number of 0..1"
-    is_list = isinstance(concludes, tuple) and all(isinstance(found, Observation) for found in concludes)
+    is_list = isinstance(concludes, tuple) and all(isinstance(item, Observation) for item in concludes)
     assert is_list, f"{where}: concludes is {concludes!r}, expected a tuple of Observation"
     assert ends is None or callable(ends), f"{where}: ends is {ends!r}, expected a function or None"
     assert not (perceived.done and stimulus > 0.0), f"{where}: all is done, and yet the stimulus is {stimulus}"
@@ -232,5 +232,5 @@ def _check_holding(behaviour: Behaviour, reference: Reference, motion: Motion, p
     share = 0.5 * (1.0 - reference.holds_m / to_go_m)
     nearer = copy.copy(motion)
     nearer.x_m, nearer.y_m = motion.x_m + share * (x_m - motion.x_m), motion.y_m + share * (y_m - motion.y_m)
-    then = behaviour.reference(nearer, picture)
-    assert then == reference, f"{where}: said to hold to {reference.holds_m:g} m, reference answers {then} before"
+    again = behaviour.reference(nearer, picture)
+    assert again == reference, f"{where}: said to hold to {reference.holds_m:g} m, reference answers {again} before"

@@ -121,12 +121,12 @@ def check_mean_per(model: Model) -> None:
         link = links(model, seed)
         lost = [loss.uniform(seed, 0, q.packet.slot, q.packet.sender, q.receiver) < link.p_loss(*q) for q in of_seed]
         shares.append(sum(lost) / len(lost))
-    found = sum(shares) / len(shares)
-    variance = sum((share - found) ** 2 for share in shares) / (len(shares) - 1)
+    rate = sum(shares) / len(shares)
+    variance = sum((share - rate) ** 2 for share in shares) / (len(shares) - 1)
     error = math.sqrt(max(variance, mean * (1.0 - mean) / len(PAIRS)) / len(shares))
-    assert abs(found - mean) <= N_STANDARD_ERRORS * error, (
-        f"mean_per is {mean:g}, but {found:.4f} of {len(shares) * len(PAIRS)} packets are lost "
-        f"({abs(found - mean) / error if error else math.inf:.1f} standard errors away)"
+    assert abs(rate - mean) <= N_STANDARD_ERRORS * error, (
+        f"mean_per is {mean:g}, but {rate:.4f} of {len(shares) * len(PAIRS)} packets are lost "
+        f"({abs(rate - mean) / error if error else math.inf:.1f} standard errors away)"
     )
 
 
@@ -189,12 +189,12 @@ def carries_packets_whole(one: Driver, other: Driver, pace: Pace, least_bytes: i
             sent_s = pace.now_s if math.isfinite(pace.now_s) else 0.0
             given_back: object = one.send(data, sent_s)  # type: ignore[func-returns-value]  # that is what is asked
             assert given_back is None, "send gives something back"
-            heard = list(other.receive(_soon_s(pace)))
-            if any(packet.data == data for packet in heard):
+            received = list(other.receive(_soon_s(pace)))
+            if any(packet.data == data for packet in received):
                 break
         else:
             raise AssertionError(f"{data!r} was never heard in {TRIES} tries")
-        for packet in heard:
+        for packet in received:
             assert packet.data in PACKETS, f"{packet.data!r} was heard, and nobody sent it"
             assert 0.0 <= packet.time_s < math.inf, f"heard at {packet.time_s} s"
 

@@ -29,9 +29,9 @@ AGAIN_S = (25.0, 30.0)
 
 
 def _setup(*tables: Mapping[str, Any]) -> Setup:
-    given = [f"fault={toml_value(list(tables))}", f"scenario.duration_s={END_S}", "channel.per=0.3"]
+    settings = [f"fault={toml_value(list(tables))}", f"scenario.duration_s={END_S}", "channel.per=0.3"]
     try:
-        return resolved(load(SCENARIO, [("--set", setting) for setting in given]))
+        return resolved(load(SCENARIO, [("--set", setting) for setting in settings]))
     except ConfigurationError as error:
         raise AssertionError(f"a scenario with {toml_value(dict(tables[0]))} is refused: {error}") from None
 
@@ -40,8 +40,8 @@ def _table(name: str, keys: Mapping[str, Any]) -> dict[str, Any]:
     kind = kind_named(name)
     table: dict[str, Any] = {"kind": name, "vehicle": VEHICLE, "at_s": FROM_S, "until_s": UNTIL_S}
     required = dict.fromkeys(set(kind.own_keys()).intersection(kind.REQUIRED), 1.0)
-    found = {**table, **required, **keys}
-    return {key: value for key, value in found.items() if key not in kind.NOT_USED}
+    merged = {**table, **required, **keys}
+    return {key: value for key, value in merged.items() if key not in kind.NOT_USED}
 
 
 def _sailed(setup: Setup, until_s: float) -> Fleet:
@@ -70,9 +70,9 @@ def check_its_rows(name: str, keys: Mapping[str, Any]) -> None:
     (fault,) = faults_in(setup, SEED)
     fleets = [_sailed(setup, END_S) for _ in range(2)]
     first, again = ({table: fleet.recorder.rows(table) for table in fleet.recorder.tables} for fleet in fleets)
-    told = [(row[0], row[3]) for row in first["faults"] if row[1:3] == (VEHICLE, name)]
+    rows = [(row[0], row[3]) for row in first["faults"] if row[1:3] == (VEHICLE, name)]
     due = [(fault.from_s, fault.detail), (fault.until_s, "over")]
-    assert told == due, f"its rows in the table of faults are {told}; expected: {due}"
+    assert rows == due, f"its rows in the table of faults are {rows}; expected: {due}"
     assert first == again, "the same run gives other rows when it is made again: draw nothing unseen"
 
 

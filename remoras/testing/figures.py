@@ -76,7 +76,7 @@ def _caption(run: api.Run, figure: Declared) -> str:
 
 
 @contextmanager
-def _named(what: str) -> Iterator[None]:
+def _named(subject: str) -> Iterator[None]:
     from missions.errors import MissionsError
     from remoras.errors import RemorasError
     from visualisation.output import VisualisationError
@@ -84,12 +84,12 @@ def _named(what: str) -> Iterator[None]:
     try:
         yield
     except (MissionsError, RemorasError, VisualisationError) as error:
-        raise AssertionError(f"{what}: {error}") from error
+        raise AssertionError(f"{subject}: {error}") from error
 
 
-def _expect_same(what: str, first: object, other: object, how: str) -> None:
+def _expect_same(subject: str, first: object, other: object, how: str) -> None:
     if first != other:
-        raise AssertionError(f"{what} is {first!r}, and {other!r} {how}: it has to be a function of the run alone")
+        raise AssertionError(f"{subject} is {first!r}, and {other!r} {how}: it has to be a function of the run alone")
 
 
 @cache
@@ -106,9 +106,9 @@ def _read_back(runs: Sequence[api.Run]) -> Iterator[list[tuple[api.Run, api.Run]
         pairs = []
         for number, run in enumerate(runs):
             try:
-                found = api.open(run.save(Path(folder) / str(number)))
+                copy = api.open(run.save(Path(folder) / str(number)))
             except OutputError:
-                found = run
-            assert isinstance(found, api.Run)
-            pairs.append((run, found))
+                copy = run
+            assert isinstance(copy, api.Run)
+            pairs.append((run, copy))
         yield pairs

@@ -59,8 +59,8 @@ def conforms(mission: type[Mission], scenario: Scenario) -> Iterator[str]:
         mission_class(reference)
     except PluginError as error:
         raise AssertionError(f"{reference}: {error}") from error
-    about = scenario.scenario.model_copy(update={"mission": reference})
-    scenario = scenario.model_copy(update={"scenario": about})
+    table = scenario.scenario.model_copy(update={"mission": reference})
+    scenario = scenario.model_copy(update={"scenario": table})
     assert isinstance(scenario, mission.Scenario), f"the scenario is no {mission.Scenario.__name__}"
     yield "has all compulsory parts"
     setup = resolved(scenario)
@@ -111,7 +111,7 @@ def _attribute(setup: Setup, name: str, where: str) -> Any:
 def objectives(setup: Setup) -> list[Objective]:
     """Return initial objectives, and those of plans without any knowledge."""
     mission = setup.mission
-    found = list(mission.founding_objectives())
+    goals = list(mission.founding_objectives())
     groups = setup.agreement.organisation.groups
     for group in groups:
         for task_name in mission.group_missions:
@@ -123,8 +123,8 @@ def objectives(setup: Setup) -> list[Objective]:
                 allowed = ", ".join(sorted(OPERATORS))
                 assert handler in OPERATORS, f"{task} is to be carried out by {handler}, allowed: {allowed}"
                 if handler == "AssignObjective":
-                    found.append(Objective(*task.args))
-    return list(dict.fromkeys(found))
+                    goals.append(Objective(*task.args))
+    return list(dict.fromkeys(goals))
 
 
 def check_jobs(setup: Setup) -> None:
@@ -217,9 +217,9 @@ def recorded_rows(fleet: Fleet) -> Rows:
     return {name: list(fleet.recorder.rows(name)) for name in fleet.recorder.tables}
 
 
-def _same(one: Rows, other: Rows, what: str) -> None:
+def _same(one: Rows, other: Rows, claim: str) -> None:
     for name in one:
-        assert one[name] == other[name], f"{what}, first in table {name}"
+        assert one[name] == other[name], f"{claim}, first in table {name}"
 
 
 @dataclass
@@ -245,9 +245,9 @@ def check_truth_only_watches(setup: Setup, watched: Rows) -> None:
     end_s = watched["trajectories"][-1][0]
     unwatched = recorded_rows(finished(setup, Unseeing(end_s)))
     for table in TABLES:
-        at = table.column_names.index("time_s")
-        own = [row for row in watched[table.name] if row[at] < end_s]
-        others = [row for row in unwatched[table.name] if row[at] < end_s]
+        column = table.column_names.index("time_s")
+        own = [row for row in watched[table.name] if row[column] < end_s]
+        others = [row for row in unwatched[table.name] if row[column] < end_s]
         assert own == others, f"truth changes what vehicles do: table {table.name} differs when nobody watches"
 
 
@@ -256,11 +256,11 @@ def check_results(finished_run: Run) -> None:
     mission, recorder = finished_run.mission, finished_run.recorder
     assert finished_run.completed or finished_run.reason, "the mission did not complete, and truth does not say why"
     try:
-        found = summary(finished_run)
+        values = summary(finished_run)
     except PluginError as error:
         raise AssertionError(str(error)) from error
     for name, metric in metrics_of(finished_run.scenario).items():
-        applies = name in found or metric.of(finished_run) is NOT_APPLICABLE
+        applies = name in values or metric.of(finished_run) is NOT_APPLICABLE
         assert applies, f"metric {name} is missing in the summary though it applies"
     for table in mission.tables:
         assert table.name in recorder.tables, f"table {table.name} was not declared to the recorder"
@@ -305,6 +305,6 @@ def printed_by_each(code: str) -> list[str]:
         )
         for seed in HASH_SEEDS
     ]
-    said = [process.communicate() for process in started]
-    assert all(process.returncode == 0 for process in started), f"cannot be run in another process: {said[0][1]}"
-    return [printed for printed, _ in said]
+    outputs = [process.communicate() for process in started]
+    assert all(process.returncode == 0 for process in started), f"cannot be run in another process: {outputs[0][1]}"
+    return [printed for printed, _ in outputs]

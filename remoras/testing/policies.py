@@ -75,18 +75,18 @@ class Nodes:
         """Simulate one slot; bit i of ``heard_by`` is set if node i receives the packet."""
         n_nodes = self.n_nodes
         owner = slot % n_nodes
-        for one in self.nodes:
-            one.log.open(slot)
+        for member in self.nodes:
+            member.log.open(slot)
         columns, sender = self.wanted(owner), self.nodes[owner]
         content = sum(1 << column for column in columns)
         facts = acknowledged(sender.log.compose(slot, content, sender.held), n_nodes, slot)
-        for node, one in enumerate(self.nodes):
+        for node, member in enumerate(self.nodes):
             if node != owner and heard_by >> node & 1:
-                one.log.note(slot, content)
+                member.log.note(slot, content)
                 for column in columns:
                     for holder in (node, self.origins[column], owner if self.carrier_evidence else node):
-                        one.held[holder] |= 1 << column
-                one.log.learn(slot, facts, ALL, one.held)
+                        member.held[holder] |= 1 << column
+                member.log.learn(slot, facts, ALL, member.held)
 
     def play_all(self, exchange: Exchange) -> Iterator[list[list[int]]]:
         """Play an exchange; yield the beliefs after each slot."""
@@ -105,8 +105,8 @@ class Nodes:
 
     def false_belief(self) -> str | None:
         """Describe a false belief of a node about holders; None without one."""
-        for node, one in enumerate(self.nodes):
-            for peer, held in enumerate(one.held):
+        for node, believer in enumerate(self.nodes):
+            for peer, held in enumerate(believer.held):
                 if false := held & ~self.nodes[peer].held[peer]:
                     return f"node {node} believes that node {peer} holds item {members(false)[0]}, which it lacks"
         return None
@@ -231,11 +231,11 @@ N_LATER = 12
 
 def candidates(draw: random.Random, moment: Moment) -> list[Waiting]:
     """Return queued candidates, all queued before the moment."""
-    found = []
+    waiting = []
     for _ in range(N_CANDIDATES):
         slots_ago = draw.randrange(40)
         since_s = max(0.0, moment.now_s - FRAME_S * slots_ago - draw.choice([0.0, 3.7]))
-        found.append(
+        waiting.append(
             Waiting(
                 priority=draw.choice([1, 1, 3, 10, 50, 1000]),
                 observed_s=max(0.0, since_s - draw.choice([0.0, 0.5, 400.0])),
@@ -246,7 +246,7 @@ def candidates(draw: random.Random, moment: Moment) -> list[Waiting]:
                 terms=Terms(draw.choice([math.inf, 30.0, 900.0])),
             )
         )
-    return found
+    return waiting
 
 
 def check_value_rule(rule: ValueRule, seed: int = 1) -> None:
@@ -273,10 +273,10 @@ def check_value_rule(rule: ValueRule, seed: int = 1) -> None:
 def _check_order(rule: ValueRule, waiting: list[Waiting], moment: Moment) -> None:
     """Check that a higher rank never has a lower value within a group."""
     groups: dict[object, list[tuple[float, float, Waiting]]] = {}
-    for one in waiting:
-        place = rule.place(one)
+    for item in waiting:
+        place = rule.place(item)
         if place is not None:
-            groups.setdefault((one.priority, place.group), []).append((place.rank, rule.value(one, moment), one))
+            groups.setdefault((item.priority, place.group), []).append((place.rank, rule.value(item, moment), item))
     for group, ranked in groups.items():
         ranked.sort(key=lambda member: member[0])
         for (_, value, lower), (_, better, higher) in pairwise(ranked):

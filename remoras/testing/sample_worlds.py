@@ -177,9 +177,9 @@ def hearsay(
         subjects += 3 * [name for name in mentioned if name in subjects]
         fact = st.tuples(st.sampled_from(subjects), st.just(attribute.name), _value(attribute, database))
         kinds.append(fact)
-    said = st.lists(st.one_of(kinds), min_size=1, max_size=3).map(tuple)
-    heard = st.builds(Heard, st.sampled_from(database.names), st.floats(0.0, 100.0), said)
-    return st.lists(heard, max_size=9).map(tuple)
+    facts = st.lists(st.one_of(kinds), min_size=1, max_size=3).map(tuple)
+    message = st.builds(Heard, st.sampled_from(database.names), st.floats(0.0, 100.0), facts)
+    return st.lists(message, max_size=9).map(tuple)
 
 
 # A small mission ----------------------------------------------------------------------------------

@@ -72,16 +72,16 @@ def check(
     beliefs = _beliefs(data, tbox, instances, n_found)
     answers: list[list[Observation]] = []
     for pose, now_s in ticks:
-        given = _sensed(first, pose, world, now_s)
-        for observation in given:
+        sensed = _sensed(first, pose, world, now_s)
+        for observation in sensed:
             assert table is not None or not observation.row, (
                 f"t = {now_s} s: row {observation.row}, but its table is None"
             )
             _check_facts(observation, beliefs, now_s)
-        answers.append(given)
+        answers.append(sensed)
     if table is not None:
-        told = zip(ticks, answers, strict=True)
-        check_rows(table, [(now_s, data.name, *one.row) for (_, now_s), given in told for one in given if one.row])
+        timed = zip(ticks, answers, strict=True)
+        check_rows(table, [(now_s, data.name, *one.row) for (_, now_s), sensed in timed for one in sensed if one.row])
     for (pose, now_s), answer in zip(ticks, answers, strict=True):
         other = _sensed(second, pose, world, now_s)
         assert other == answer, f"t = {now_s} s: two sensors made alike answer {answer} and {other}"
@@ -109,10 +109,10 @@ def _checked_table(sensor: Sensor) -> Table | None:
 
 
 def _sensed(sensor: Sensor, pose: Pose, world: Any, now_s: float) -> list[Observation]:
-    found = sensor.sense(pose, world, now_s)
-    is_list = isinstance(found, Sequence) and all(isinstance(observation, Observation) for observation in found)
-    assert is_list, f"t = {now_s} s: sense returned {found!r}, expected a list of Observation"
-    return list(found)
+    sensed = sensor.sense(pose, world, now_s)
+    is_list = isinstance(sensed, Sequence) and all(isinstance(observation, Observation) for observation in sensed)
+    assert is_list, f"t = {now_s} s: sense returned {sensed!r}, expected a list of Observation"
+    return list(sensed)
 
 
 def check_rows(table: Table, rows: Sequence[Row]) -> None:
@@ -123,13 +123,13 @@ def check_rows(table: Table, rows: Sequence[Row]) -> None:
         raise AssertionError(str(error)) from None
 
 
-def _check_facts(one: Observation, beliefs: Beliefs, now_s: float) -> None:
-    if not (one.facts or one.found):
+def _check_facts(observation: Observation, beliefs: Beliefs, now_s: float) -> None:
+    if not (observation.facts or observation.found):
         return
     try:
-        beliefs.model.record(beliefs.facts_of(one), now_s)
+        beliefs.model.record(beliefs.facts_of(observation), now_s)
     except WorldModelError as error:
-        raise AssertionError(f"t = {now_s} s: {one} cannot be recorded: {error}") from error
+        raise AssertionError(f"t = {now_s} s: {observation} cannot be recorded: {error}") from error
 
 
 def _beliefs(data: VehicleData, tbox: TBox, instances: Iterable[tuple[str, str]], n_found: int) -> Beliefs:
@@ -146,15 +146,15 @@ def _check_is_silent_while_off(settings: SensorSettings, data: VehicleData, tick
     sets = layer.prepare((ActivitySet(None, ActivityKind.INDIVIDUAL, (switched_on,), 1.0),))
     for pose, now_s in ticks[:half]:
         _move(layer, pose)
-        given = layer.sense(now_s, ())
-        assert not given, f"t = {now_s} s: it is off, and yet it perceives {given}"
+        perceived = layer.sense(now_s, ())
+        assert not perceived, f"t = {now_s} s: it is off, and yet it perceives {perceived}"
     layer.perform((len(sets) - 1,))
     fresh = _made(settings, data)
     for pose, now_s in ticks[half:]:
         _move(layer, pose)
-        found = [sensed.observation for sensed in layer.sense(now_s, ())]
+        answer = [sensed.observation for sensed in layer.sense(now_s, ())]
         expected = _sensed(fresh, pose, world, now_s)
-        assert found == expected, f"t = {now_s} s: after having been off it answers {found}, a new one {expected}"
+        assert answer == expected, f"t = {now_s} s: after having been off it answers {answer}, a new one {expected}"
 
 
 class _OneSensor:

@@ -101,7 +101,7 @@ def _bounds(strategy: Strategy, name: str) -> dict[str, float]:
     fields = get_args(get_type_hints(type(strategy), include_extras=True)[name])[1:]
     constraints = [constraint for field in fields for constraint in field.metadata]
     kinds = ("ge", "gt", "le", "lt")
-    return {kind: getattr(one, kind) for one in constraints for kind in kinds if hasattr(one, kind)}
+    return {kind: getattr(limit, kind) for limit in constraints for kind in kinds if hasattr(limit, kind)}
 
 
 # Decisions
@@ -123,10 +123,10 @@ def check_allocates_within_the_group(strategy: Strategy) -> None:
             )
         for group in GROUPS:
             work = data.draw(works_of(group, formed, database, jobs))
-            found = strategy.adapt(work)
-            assert strategy.adapt(work) == found, "allocates otherwise when asked again"
+            allocated = strategy.adapt(work)
+            assert strategy.adapt(work) == allocated, "allocates otherwise when asked again"
             held: Counter[str] = Counter()
-            for entry in found:
+            for entry in allocated:
                 role = group.role(entry.role)
                 assert entry.group == group.name, f"{entry} is in another group than {group.name}"
                 assert role is not None, f"{entry} is of a role that the group does not have"
@@ -157,7 +157,7 @@ def check_states_within_the_group(strategy: Strategy) -> None:
 def _least(strategy: Strategy) -> dict[str, int]:
     whole = [p.name for p in parameters(strategy) if isinstance(p.default, int) and not isinstance(p.default, bool)]
     bounds = {name: _bounds(strategy, name) for name in whole}
-    return {name: int(found["ge"] if "ge" in found else found["gt"] + 1) for name, found in bounds.items()}
+    return {name: int(limits["ge"] if "ge" in limits else limits["gt"] + 1) for name, limits in bounds.items()}
 
 
 def _check_states(strategy: Strategy) -> None:
@@ -196,8 +196,8 @@ def _check_states(strategy: Strategy) -> None:
             statements = negotiator.negotiate(situation).statements
             _assert_within(situation, group.name, statements)
             _assert_lawful(situation, me, rules, statements)
-            for said in statements if communicates and not strategy.declaration.private_jobs else ():
-                kept = [fact for fact in said.facts if fact[1] in ROLES and not said.told]
+            for stated in statements if communicates and not strategy.declaration.private_jobs else ():
+                kept = [fact for fact in stated.facts if fact[1] in ROLES and not stated.told]
                 assert not kept, f"{me} keeps {kept} to itself, but its declaration has not private_jobs"
             mentioned = [subject for statement in statements for subject, _, _ in statement.facts]
             for role, vehicle in division_of(strategy.name, negotiator).items():
@@ -210,11 +210,11 @@ def _check_states(strategy: Strategy) -> None:
 def _assert_within(situation: Situation, group: str, statements: Any) -> None:
     organisation, database = situation.work.organisation, situation.work.database
     for vehicle, of_group, role in role_facts(statements):
-        said = f"states that {vehicle} plays or left {of_group}.{role}"
-        assert of_group == group, f"{said}, but negotiates for {group}"
-        assert organisation.groups[group].role(role) is not None, f"{said}, which is no role"
-        assert organisation.is_member(vehicle, group), f"{said}, but it is no member"
-        assert database[vehicle].can_play(group, role), f"{said}, but it cannot play it"
+        claim = f"states that {vehicle} plays or left {of_group}.{role}"
+        assert of_group == group, f"{claim}, but negotiates for {group}"
+        assert organisation.groups[group].role(role) is not None, f"{claim}, which is no role"
+        assert organisation.is_member(vehicle, group), f"{claim}, but it is no member"
+        assert database[vehicle].can_play(group, role), f"{claim}, but it cannot play it"
 
 
 def _assert_lawful(situation: Situation, me: str, rules: Rules, statements: Any) -> None:
@@ -227,9 +227,9 @@ def _assert_lawful(situation: Situation, me: str, rules: Rules, statements: Any)
             of_group, _, role = str(value).partition(".")
             act = Act.ASSIGN if attribute == "playsRole" else Act.RELEASE
             ruling = may_assign(Request(me, act, of_group, role, subject), organisation, rules)
-            said = f"{me} states that {subject} {attribute} {value}"
+            claim = f"{me} states that {subject} {attribute} {value}"
             assert ruling not in UNLAWFUL, (
-                f"{said}: {ruling.value}; it leads no group, so the declaration has to name an authority "
+                f"{claim}: {ruling.value}; it leads no group, so the declaration has to name an authority "
                 f"({', '.join(str(authority) for authority in Authority)}) that allows it"
             )
             change = organisation.assign if act is Act.ASSIGN else organisation.leave_role
@@ -276,8 +276,8 @@ def check_survives_the_silence_of_one(strategy: Strategy) -> None:
     for vehicle in CUT_OFF:
         blackout = f'channel.blackout=[{{vehicle="{vehicle}", from_s={CUT_OFF_S[0]}, until_s={CUT_OFF_S[1]}}}]'
         finished, watched = _watched_run(strategy, blackout)
-        left = Counter((one, role) for _, one, _, role, event in finished.recorder.roles if event == "left")
-        dithered = [f"{one} leaves {role} {n} times" for (one, role), n in left.items() if n > OFTEN]
+        left = Counter((name, role) for _, name, _, role, event in finished.recorder.roles if event == "left")
+        dithered = [f"{name} leaves {role} {n} times" for (name, role), n in left.items() if n > OFTEN]
         assert not dithered, f"{vehicle} cut off for a time: {'; '.join(dithered)}"
         assert finished.completed, f"{vehicle} cut off for a time: {finished.reason}"
         lacking = [area for area, mapped in _mapped_fractions(finished).items() if mapped < NEARLY_ALL]
@@ -308,8 +308,8 @@ def _assert_as_declared(finished: Run, watched: Watched) -> None:
     jobs: dict[str, int] = {}
     for vehicle, group, situation, move in watched.moves:
         _assert_within(situation, group, move.statements)
-        told = {attribute for statement in move.statements if statement.told for _, attribute, _ in statement.facts}
-        assert told <= set(declaration.messages), f"tells what it does not declare: {told - set(declaration.messages)}"
+        sent = {attribute for statement in move.statements if statement.told for _, attribute, _ in statement.facts}
+        assert sent <= set(declaration.messages), f"tells what it does not declare: {sent - set(declaration.messages)}"
         rounds[vehicle, group] += 1
         blocks[vehicle, group] += len(move.statements)
         jobs[group] = len(situation.work.roles)
