@@ -120,7 +120,7 @@ class Radio:
             for group in groups
             for role in group.roles
         }
-        self._roles = {(one.group, one.role): uid for uid, one in self._signalling.items()}
+        self._roles = {(signal.group, signal.role): uid for uid, signal in self._signalling.items()}
         self._unheard: dict[tuple[str, ItemUid], set[str]] = {}  # by (vehicle, item): roles assigned in the item
 
     def record_into(self, recorder: Recorder) -> None:
@@ -137,9 +137,9 @@ class Radio:
             return
         lacking = {instance.uid: instance for instance in model.lacking(now_s)}
         for uid in sorted(lacking.keys() - self._lacking):
-            one = lacking[uid]
-            whose = "" if one.origin is None else f" of {self._names[one.origin]}"
-            self._record_fault(now_s, "lacking", f"instance {uid}{whose}; blocks that wait for it: {len(one.guids)}")
+            lacked = lacking[uid]
+            owner = "" if lacked.origin is None else f" of {self._names[lacked.origin]}"
+            self._record_fault(now_s, "lacking", f"instance {uid}{owner}; blocks that wait for it: {len(lacked.guids)}")
         self._lacking = set(lacking)
 
     # Out -----------------------------------------------------------------------------------------
@@ -216,8 +216,8 @@ class Radio:
             self._contacts.heard(reception, now_s, self._recorder)
         if reception.fault is not None:
             self._record_fault(now_s, "bad packet", reception.fault)
-            said = self._names[reception.sender], reception.slot, reception.fault
-            self._recorder.refused.append((now_s, self._me, *said))
+            refusal = self._names[reception.sender], reception.slot, reception.fault
+            self._recorder.refused.append((now_s, self._me, *refusal))
             if reception.is_stranger:
                 self._record_fault(now_s, "another definition", f"{self._names[reception.sender]}: {STRANGER}")
             return HeardPacket(reception)
@@ -296,10 +296,10 @@ class Radio:
 
     # Recording -----------------------------------------------------------------------------------
 
-    def _record_facts(self, of: Block | Fragment, name: str, kind: str, now_s: float) -> None:
+    def _record_facts(self, block: Block | Fragment, name: str, kind: str, now_s: float) -> None:
         append, as_text = self._recorder.items.append, self._beliefs.as_text
-        for fact in of.facts:
-            append((name, self._me, of.time_s, now_s, *as_text(fact), kind, uncertainty_as_text(fact)))
+        for fact in block.facts:
+            append((name, self._me, block.time_s, now_s, *as_text(fact), kind, uncertainty_as_text(fact)))
 
     def _record_item(self, now_s: float, uid: ItemUid, event: str) -> None:
         self._recorder.knowledge.append((now_s, self._me, str(uid), self._names[uid.origin], event))
