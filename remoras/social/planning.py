@@ -162,7 +162,7 @@ class MissionPlanner:
         self.allocated.discard(group)
         self.due.discard(group)
         self._anew.discard(group)
-        self.lost = {path: who for path, who in self.lost.items() if path.split(".")[0] != group}
+        self.lost = {path: holder for path, holder in self.lost.items() if path.split(".")[0] != group}
         self.orders.forget(group)
 
     def end_round(self, left: Iterable[RoleAssignment], facts: FactsLike) -> None:
@@ -183,10 +183,10 @@ class MissionPlanner:
         """Plan missions that are due, or only their failed branches, and advance execution."""
         orders = self.orders
         handlers: dict[str, Callable[..., list[Fact]]] = {
-            ALLOCATE_ROLES: lambda of, *lost: self._allocate(work[of]),
-            GIVE_MISSION: lambda of, mission: orders.give_mission(of, mission, missions),
-            FORM_GROUP: lambda of: orders.form(of, work, known.get(("formation", of), 0) + 1),
-            DISSOLVE_GROUP: lambda of: orders.dissolve(of, known.get(("formation", of), 0)),
+            ALLOCATE_ROLES: lambda name, *lost: self._allocate(work[name]),
+            GIVE_MISSION: lambda name, mission: orders.give_mission(name, mission, missions),
+            FORM_GROUP: lambda name: orders.form(name, work, known.get(("formation", name), 0) + 1),
+            DISSOLVE_GROUP: lambda name: orders.dissolve(name, known.get(("formation", name), 0)),
             ASSIGN_OBJECTIVE: lambda *args: orders.give(Objective(*args), objectives, args[0] in self._taken_over),
         }
         facts: list[Fact] = []

@@ -114,11 +114,11 @@ class Workload:
 
     def note(self, changes: Iterable[Change]) -> bool:
         """Mark jobs affected by changed facts as stale; return whether any fact is about a job."""
-        about, is_about_jobs, unable_to, resting = self._about, False, self._unable_to, self._resting
+        jobs, is_about_jobs, unable_to, resting = self._about, False, self._unable_to, self._resting
         for change in changes:
             for fact in change.block.facts:
-                if fact.subject in about:
-                    self._stale |= about[fact.subject]
+                if fact.subject in jobs:
+                    self._stale |= jobs[fact.subject]
                     is_about_jobs = True
                 if fact.attribute == unable_to and unable_to is not None:
                     self._note_unable(change, fact)
