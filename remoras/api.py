@@ -64,19 +64,19 @@ def load(
     >>> load("mapping-rendezvous", per=0.6).channel.per
     0.6
     """
-    given = keys_of_options(strategy, policy, channel, network, per)
-    overrides = [(name, f"{key}={toml_value(value)}") for name, key, value in given]
+    options = keys_of_options(strategy, policy, channel, network, per)
+    overrides = [(name, f"{key}={toml_value(value)}") for name, key, value in options]
     return load_scenario(str(scenario), [*overrides, *_settings(set)])
 
 
-def _settings(given: Settings | None) -> list[tuple[str, str]]:
-    if isinstance(given, str):
-        return [("set", given)]
-    if isinstance(given, Mapping):
-        return [("set", f"{key}={toml_value(value)}") for key, value in _leaves(given)]
-    if given is not None and not (isinstance(given, Sequence) and all(isinstance(text, str) for text in given)):
-        raise TypeError(f"set is {given!r}; allowed: a table of keys and values, 'KEY=VALUE', or a list of these texts")
-    return [("set", text) for text in given or ()]
+def _settings(keys: Settings | None) -> list[tuple[str, str]]:
+    if isinstance(keys, str):
+        return [("set", keys)]
+    if isinstance(keys, Mapping):
+        return [("set", f"{key}={toml_value(value)}") for key, value in _leaves(keys)]
+    if keys is not None and not (isinstance(keys, Sequence) and all(isinstance(text, str) for text in keys)):
+        raise TypeError(f"set is {keys!r}; allowed: a table of keys and values, 'KEY=VALUE', or a list of these texts")
+    return [("set", text) for text in keys or ()]
 
 
 def _leaves(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
@@ -101,7 +101,7 @@ def scenarios() -> DataFrame:
     from missions.files import shipped_abouts
 
     abouts = shipped_abouts()
-    rows = [{"title": about.get("title", ""), "duration_s": about["duration_s"]} for about in abouts.values()]
+    rows = [{"title": table.get("title", ""), "duration_s": table["duration_s"]} for table in abouts.values()]
     return pd.DataFrame(rows, index=pd.Index(list(abouts), name="scenario"))
 
 
@@ -134,8 +134,8 @@ def run(
     loaded, own = _loaded(scenario, strategy, policy, channel, network, per, seed, set)
     if not _shows(progress):
         return Run(MemoryResults(run_scenario(loaded, seed, strategy=own)))
-    about = loaded.scenario
-    with Progress(f"run {about.name}", about.duration_s, "s of mission time") as shown:
+    table = loaded.scenario
+    with Progress(f"run {table.name}", table.duration_s, "s of mission time") as shown:
         return Run(MemoryResults(run_scenario(loaded, seed, progress=shown.at, strategy=own)))
 
 
@@ -183,7 +183,7 @@ def _loaded(
     from remoras.strategy import faults_of_strategy
 
     if isinstance(scenario, Scenario):
-        if any(given is not None for given in (policy, channel, network, per, set)) or isinstance(strategy, str):
+        if any(option is not None for option in (policy, channel, network, per, set)) or isinstance(strategy, str):
             raise TypeError("a loaded scenario takes no options beside seed: give them to load()")
         loaded = scenario
     else:
@@ -252,10 +252,10 @@ def network(name: str | Path) -> nx.DiGraph:
     from exchange.channel.network import network_of
     from missions.graphs import network_graph
 
-    found = network_of(str(name))
-    if not found.node:
+    measured = network_of(str(name))
+    if not measured.node:
         raise LinkFileError(f"{name}: has losses over range, and no links; allowed: a network with nodes")
-    return network_graph(found)
+    return network_graph(measured)
 
 
 def _check_jobs(jobs: int) -> None:
@@ -265,10 +265,10 @@ def _check_jobs(jobs: int) -> None:
 
 def compare(folder: str | Path, *metrics: str | Metric, baseline: str | None = None) -> DataFrame:
     """Compare the configurations of a sweep; see ``Sweep.compare``."""
-    found = open(folder)
-    if isinstance(found, Run):
+    results = open(folder)
+    if isinstance(results, Run):
         raise OutputError(f"{folder}: holds a single run; compare takes the folder of a sweep")
-    return found.compare(*metrics, baseline=baseline)
+    return results.compare(*metrics, baseline=baseline)
 
 
 def exchange_study(
@@ -295,9 +295,9 @@ def exchange_study(
         TypeError: a number or text instead of a list, or ``jobs`` is no number of threads.
     """
     _check_jobs(jobs)
-    for name, given in (("per", per), ("policies", policies)):
-        if isinstance(given, float | int | str):
-            raise TypeError(f"{name} is {given!r}; allowed: a list, as [{given!r}]")
+    for name, value in (("per", per), ("policies", policies)):
+        if isinstance(value, float | int | str):
+            raise TypeError(f"{name} is {value!r}; allowed: a list, as [{value!r}]")
     import pandas as pd
 
     from exchange.policy.policies import PAPER_POLICIES
@@ -307,8 +307,8 @@ def exchange_study(
     asked = ExchangeStudy(
         nodes=nodes, per=tuple(per), policies=tuple(policies or PAPER_POLICIES), trials=trials, seed=seed
     )
-    found: DataFrame = pd.json_normalize([row.as_json() for row in study(asked, jobs)])
-    return found
+    table: DataFrame = pd.json_normalize([row.as_json() for row in study(asked, jobs)])
+    return table
 
 
 class Run:
@@ -318,9 +318,9 @@ class Run:
         self._results = results
 
     def __repr__(self) -> str:
-        found = self.summary
-        how = "completed" if found["completed"] else f"not completed: {found['reason']}"
-        return f"<Run of {found['scenario']}, seed {found['seed']}: {how}, {found['mission_time_s']:.1f} s>"
+        summary = self.summary
+        how = "completed" if summary["completed"] else f"not completed: {summary['reason']}"
+        return f"<Run of {summary['scenario']}, seed {summary['seed']}: {how}, {summary['mission_time_s']:.1f} s>"
 
     def _repr_html_(self) -> str:
         figures, units = self.summary, self._units()
@@ -389,8 +389,8 @@ class Run:
 
         mission = self._results.mission
         (asked,), figures = with_figures([kind], mission.figures, KINDS)
-        about = figures, mission.places, width_in, at_s, viewer
-        return run_picture(self._results, asked, *about).shown()
+        context = figures, mission.places, width_in, at_s, viewer
+        return run_picture(self._results, asked, *context).shown()
 
     def graph(
         self,
@@ -442,11 +442,11 @@ class Run:
             known = [name for name, value in self.summary.items() if value is None or isinstance(value, float | int)]
             if metric not in known:
                 raise OutputError(f"metric {metric!r}: allowed are {', '.join(known)}{suggestion(metric, known)}")
-            found = self.summary[metric]
+            number = self.summary[metric]
         else:
             own = metric_given(metric, "metric")
-            found = value_of(own, self._results, metric if isinstance(metric, str) else "")
-        return None if isinstance(found, Absent) else found
+            number = value_of(own, self._results, metric if isinstance(metric, str) else "")
+        return None if isinstance(number, Absent) else number
 
     def replay(self) -> ReplayPage:
         """Return the replay page, which a notebook displays; DrawingError for a damaged manifest."""
@@ -489,10 +489,10 @@ class Run:
         from missions.runs import knowledge
         from visualisation.exports import export
 
-        about = vehicle, at_s, items
-        if (form := knowledge.form_of(format, about)) is None:
+        selection = vehicle, at_s, items
+        if (form := knowledge.form_of(format, selection)) is None:
             return export(self._results, format, Path(out), force, self._results.mission.places).path
-        knowledge.write_knowledge(self._results, form, Path(out), force, *about)
+        knowledge.write_knowledge(self._results, form, Path(out), force, *selection)
         return Path(out)
 
     def query(self, sparql: str, *, vehicle: str | None = None, at_s: float | None = None) -> DataFrame:
@@ -555,8 +555,8 @@ class Sweep:
 
     def runs(self) -> DataFrame:
         """Return a row per finished run: key, configuration, summary."""
-        found: DataFrame = self._results.runs()
-        return found
+        rows: DataFrame = self._results.runs()
+        return rows
 
     def compare(self, *metrics: str | Metric, baseline: str | None = None) -> DataFrame:
         """Return a row per configuration and metric: mean, interval, difference to the baseline.

@@ -76,13 +76,13 @@ class _Watch:
         if time.thread_time() >= self.until_s:
             raise _Rung
 
-    def _seen(self, event: str, given: tuple[Any, ...]) -> None:
+    def _seen(self, event: str, args: tuple[Any, ...]) -> None:
         """Audit hook: refuse forbidden acts of a decision."""
-        if self.until_s == math.inf or not (event in CHANGING or (event == "open" and given[2] & WRITING)):
+        if self.until_s == math.inf or not (event in CHANGING or (event == "open" and args[2] & WRITING)):
             return
-        if event == "open" and COMPILED in str(given[0]):
+        if event == "open" and COMPILED in str(args[0]):
             return
-        self.fault = f"opened {given[0]!r} for writing" if event == "open" else f"called {event}"
+        self.fault = f"opened {args[0]!r} for writing" if event == "open" else f"called {event}"
         raise PermissionError(f"a decision {self.fault}")
 
     def answer(self, cpu_s: float, asked: Callable[[], Answer]) -> Answer | None:
@@ -93,7 +93,7 @@ class _Watch:
             try:
                 if rings:
                     signal.setitimer(signal.ITIMER_PROF, cpu_s, AGAIN_S)
-                found = asked()
+                value = asked()
             finally:
                 if rings:
                     signal.setitimer(signal.ITIMER_PROF, 0.0)
@@ -103,7 +103,7 @@ class _Watch:
                 signal.setitimer(signal.ITIMER_PROF, 0.0)
             self.until_s = before_s
             return None
-        return found if time.thread_time() < until_s else None
+        return value if time.thread_time() < until_s else None
 
 
 @cache
@@ -171,16 +171,16 @@ class InTime:
         watch, collects = _watch(), gc.isenabled()
         gc.disable()
         try:
-            found = watch.answer(self._cpu_s, lambda: (asked(),))
+            answer = watch.answer(self._cpu_s, lambda: (asked(),))
         finally:
             if collects:
                 gc.enable()
             if watch.fault:
                 raise PluginError(f"strategy {self.name}: {part} {watch.fault}; allowed: to read") from None
-        if found is None:
+        if answer is None:
             took = f"took more than {self._cpu_s:g} s of CPU time"
             raise DecidedTooLate(f"strategy {self.name}: {part} {took}; allowed: an answer before")
-        return found[0]
+        return answer[0]
 
 
 class InTimeNegotiator:

@@ -33,15 +33,15 @@ def supervisors_of(groups: Iterable[Group]) -> dict[str, tuple[str, ...]]:
 def supervised_by(groups: Iterable[Group]) -> dict[str, tuple[str, ...]]:
     """Return for each group the groups it may give a mission: subgroups, or all without one."""
     listed = tuple(groups)
-    found: dict[str, tuple[str, ...]] = {}
+    supervised: dict[str, tuple[str, ...]] = {}
     for group in listed:
-        found[group.name] = tuple(
-            one.name
-            for one in listed
-            if one is not group
-            and (one.within == group.name or (group.mission is not None and one.within is None and one.mission is None))
+        supervised[group.name] = tuple(
+            sub.name
+            for sub in listed
+            if sub is not group
+            and (sub.within == group.name or (group.mission is not None and sub.within is None and sub.mission is None))
         )
-    return found
+    return supervised
 
 
 def meets_after(groups: Iterable[Group]) -> dict[str, tuple[str, ...]]:
@@ -65,15 +65,15 @@ def apart(groups: Iterable[Group]) -> dict[str, frozenset[str]]:
     listed = {group.name: group for group in groups}
 
     def line(name: str) -> list[str]:
-        found = [name]
-        while (outer := listed[found[-1]].within) in listed and outer not in found:
-            found.append(str(outer))
-        return found
+        chain = [name]
+        while (outer := listed[chain[-1]].within) in listed and outer not in chain:
+            chain.append(str(outer))
+        return chain
 
     lines = {name: line(name) for name in listed}
     return {
         name: frozenset(
-            other for other, of in lines.items() if of[-1] == own[-1] and other not in own and name not in of
+            other for other, path in lines.items() if path[-1] == own[-1] and other not in own and name not in path
         )
         for name, own in lines.items()
     }

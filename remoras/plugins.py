@@ -49,13 +49,13 @@ def named_object(reference: str) -> Any:
     refuse_unshipped(module, reference)
     try:
         with asked_for(module):
-            found = getattr(importlib.import_module(module), name)
+            named = getattr(importlib.import_module(module), name)
     except Exception as error:  # plug-in code may raise anything
         why = next(iter(str(error).splitlines()), "")
         raise PluginError(f"package.module:object that can be imported ({type(error).__name__}: {why})") from error
-    has_home = inspect.isroutine(found) or isinstance(found, type)
-    refuse_unshipped(str((found if has_home else type(found)).__module__), reference)
-    return found
+    has_home = inspect.isroutine(named) or isinstance(named, type)
+    refuse_unshipped(str((named if has_home else type(named)).__module__), reference)
+    return named
 
 
 def known_or_named(name: str, known: Mapping[str, Any], *more: str) -> Any:
@@ -74,15 +74,15 @@ def known_or_named(name: str, known: Mapping[str, Any], *more: str) -> Any:
 
 def refuse(what: str, faults: Iterable[str]) -> None:
     """Raise PluginError for an object (``what``) with faults."""
-    if found := "; ".join(faults):
-        raise PluginError(f"{what}: {found}")
+    if text := "; ".join(faults):
+        raise PluginError(f"{what}: {text}")
 
 
 def refuse_other(found: Any, base: type, name: str) -> None:
     """Raise PluginError for any object except a subclass of ``base``; ``name`` is that of users."""
     if not (isinstance(found, type) and issubclass(found, base)):
-        what = f"class {found.__name__}" if isinstance(found, type) else f"object of {type(found).__name__}"
-        raise PluginError(f"a subclass of {name} is needed, not the {what}")
+        kind = f"class {found.__name__}" if isinstance(found, type) else f"object of {type(found).__name__}"
+        raise PluginError(f"a subclass of {name} is needed, not the {kind}")
 
 
 def faults_of(found: Any, seam: type, compulsory: tuple[str, ...]) -> Iterator[str]:
@@ -96,23 +96,23 @@ def faults_of(found: Any, seam: type, compulsory: tuple[str, ...]) -> Iterator[s
     for asking, names in lacking.items():
         yield f"lacks {', '.join(names)} of {asking.__module__}.{asking.__qualname__}"
     for name in compulsory:
-        wanted, given = getattr(seam, name, None), getattr(found, name, None)
+        wanted, member = getattr(seam, name, None), getattr(found, name, None)
         if inspect.isroutine(wanted) and name not in missing:
-            if not callable(given):
-                yield f"{name} is {type(given).__name__}, not a function"
-            elif (text := _signature_fault(name, wanted, given, isinstance(found, type))) is not None:
+            if not callable(member):
+                yield f"{name} is {type(member).__name__}, not a function"
+            elif (text := _signature_fault(name, wanted, member, isinstance(found, type))) is not None:
                 yield text
 
 
-def _signature_fault(name: str, wanted: Callable[..., Any], given: Callable[..., Any], is_class: bool) -> str | None:
+def _signature_fault(name: str, wanted: Callable[..., Any], offered: Callable[..., Any], is_class: bool) -> str | None:
     """Return an incompatibility of a signature, as text; None if compatible or unknown."""
     parameters = [p for p in inspect.signature(wanted).parameters if p not in ("self", "cls")]
     try:
-        own = inspect.signature(given)
+        own = inspect.signature(offered)
     except (TypeError, ValueError):
         return None
-    is_plain = is_class and inspect.isfunction(inspect.getattr_static(given, "__func__", given))
-    takes_self = is_plain and not inspect.ismethod(given) and next(iter(own.parameters), "") == "self"
+    is_plain = is_class and inspect.isfunction(inspect.getattr_static(offered, "__func__", offered))
+    takes_self = is_plain and not inspect.ismethod(offered) and next(iter(own.parameters), "") == "self"
     try:
         own.bind(*([None] if takes_self else []), *[None] * len(parameters))
     except TypeError:
@@ -145,15 +145,15 @@ def answer(
 ) -> Answer:
     """Return the result of a plug-in call; raise PluginError if it raises or is not as expected."""
     try:
-        found = asked()
-        sound = is_expected(found)
+        value = asked()
+        sound = is_expected(value)
     except PluginError:
         raise
     except Exception as error:  # plug-in code may raise anything
         raise broken_promise(who, part, expected, error) from error
     if not sound:
-        raise broken_promise(who, part, expected, found)
-    return found
+        raise broken_promise(who, part, expected, value)
+    return value
 
 
 SAFE_PATH: Final = "PYTHONSAFEPATH"

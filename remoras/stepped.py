@@ -183,7 +183,7 @@ class Stepping:
                 *vehicle.position_m,
                 vehicle.speed_mps,
                 vehicle.is_alive,
-                tuple(sorted(f"{of.group}.{of.role}" for of in vehicle.organisation.roles_of(vehicle.name))),
+                tuple(sorted(f"{role.group}.{role.role}" for role in vehicle.organisation.roles_of(vehicle.name))),
                 vehicle.performed if vehicle.is_alive else (),
             )
             for vehicle in self._fleet.view.vehicles

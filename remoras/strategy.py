@@ -198,9 +198,9 @@ def faults_of_strategy(found: Any) -> Iterator[str]:
     """Yield the deficiencies of an object as a strategy, as text."""
     yield from faults_of(found, Strategy, ("name", "declaration", "form", "adapt", "negotiator"))
     for part, expected in (("name", str), ("declaration", Declaration)):
-        given = getattr(found, part, None)
-        if given is not None and not isinstance(given, expected):
-            yield f"{part} is {type(given).__name__}, expected {expected.__name__}"
+        value = getattr(found, part, None)
+        if value is not None and not isinstance(value, expected):
+            yield f"{part} is {type(value).__name__}, expected {expected.__name__}"
     declaration = getattr(found, "declaration", None)
     if isinstance(declaration, Declaration) and declaration.sharing is not None:
         if not hasattr(declaration.sharing, "lease_frames"):
@@ -215,7 +215,7 @@ def form_groups(strategy: Strategy, database: AUVDatabase, groups: Sequence[Grou
         f"strategy {strategy.name}",
         "form",
         "an Organisation",
-        lambda found: isinstance(found, Organisation),
+        lambda formed: isinstance(formed, Organisation),
         lambda: strategy.form(database, groups),
     )
 
@@ -226,7 +226,7 @@ def adapt_roles(strategy: Strategy, work: Work) -> tuple[RoleAssignment, ...]:
     Raises:
         PluginError: it raises or returns another type.
     """
-    found: tuple[RoleAssignment, ...] = answer(
+    assignments: tuple[RoleAssignment, ...] = answer(
         f"strategy {strategy.name}",
         "adapt",
         "a tuple of RoleAssignment",
@@ -234,9 +234,9 @@ def adapt_roles(strategy: Strategy, work: Work) -> tuple[RoleAssignment, ...]:
         lambda: strategy.adapt(work),
     )
     if not any(role.incompatible for role in work.group.roles):
-        return found
+        return assignments
     allowed, organisation = list[RoleAssignment](), work.organisation
-    for assignment in found:
+    for assignment in assignments:
         role = work.group.role(assignment.role)
         if role is None or not organisation.is_excluded(assignment.vehicle, role):
             allowed.append(assignment)
@@ -250,7 +250,7 @@ def negotiator_of(strategy: Strategy, me: str, group: Group) -> Negotiator | Non
         f"strategy {strategy.name}",
         "negotiator",
         "an object with negotiate(situation), or None",
-        lambda found: found is None or callable(getattr(found, "negotiate", None)),
+        lambda negotiator: negotiator is None or callable(getattr(negotiator, "negotiate", None)),
         lambda: strategy.negotiator(me, group),
     )
 
@@ -266,25 +266,25 @@ def division_of(strategy: str, negotiator: Negotiator) -> Mapping[str, str]:
     division = getattr(negotiator, "division", None)
     if division is None:
         return {}
-    found: Mapping[str, str] = answer(
+    checked: Mapping[str, str] = answer(
         f"strategy {strategy}", "division", "a mapping of names of roles to names of vehicles", _is_division, division
     )
-    return found
+    return checked
 
 
-def _is_division(found: Any) -> bool:
-    return isinstance(found, Mapping) and all(isinstance(name, str) for pair in found.items() for name in pair)
+def _is_division(division: Any) -> bool:
+    return isinstance(division, Mapping) and all(isinstance(name, str) for pair in division.items() for name in pair)
 
 
-def _are_assignments(found: Any) -> bool:
-    return isinstance(found, tuple) and all(isinstance(assignment, RoleAssignment) for assignment in found)
+def _are_assignments(value: Any) -> bool:
+    return isinstance(value, tuple) and all(isinstance(assignment, RoleAssignment) for assignment in value)
 
 
-def _is_move(found: Any) -> bool:
+def _is_move(move: Any) -> bool:
     return (
-        isinstance(found, Move)
-        and isinstance(found.statements, tuple)
-        and all(isinstance(said, Statement) and all(map(_is_statable, said.facts)) for said in found.statements)
+        isinstance(move, Move)
+        and isinstance(move.statements, tuple)
+        and all(isinstance(stated, Statement) and all(map(_is_statable, stated.facts)) for stated in move.statements)
     )
 
 

@@ -54,7 +54,7 @@ class Section(BaseModel):
     @model_validator(mode="after")
     def _in_itself(self) -> Self:
         """Refuse a table with contradictions."""
-        found: list[InitErrorDetails] = [
+        errors: list[InitErrorDetails] = [
             {
                 "type": PydanticCustomError(BETWEEN_KEYS, "{allowed}", {"allowed": allowed}),
                 "loc": (key,),
@@ -62,8 +62,8 @@ class Section(BaseModel):
             }
             for key, allowed in self.contradictions()
         ]
-        if found:
-            raise ValidationError.from_exception_data(type(self).__name__, found)
+        if errors:
+            raise ValidationError.from_exception_data(type(self).__name__, errors)
         return self
 
     @classmethod
@@ -102,9 +102,9 @@ class Sparse(Section):
 
     @model_serializer(mode="wrap")
     def _said(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        found: dict[str, Any] = handler(self)
-        said = {key for key in self.UNSAID & found.keys() if getattr(self, key) != type(self).model_fields[key].default}
-        return {key: value for key, value in found.items() if key not in self.UNSAID or (value and key in said)}
+        table: dict[str, Any] = handler(self)
+        kept = {key for key in self.UNSAID & table.keys() if getattr(self, key) != type(self).model_fields[key].default}
+        return {key: value for key, value in table.items() if key not in self.UNSAID or (value and key in kept)}
 
 
 def unless(key: str, *needed: str) -> Callable[[dict[str, Any]], None]:
