@@ -34,8 +34,14 @@ def test_the_mission_of_visits_conforms() -> None:
     conformance.check(VisitingMission, visiting_scenario(0.3))
 
 
+FURTHER = ("ferry-passage", "escort-lines")
+"""Missions that share their code with the others of fieldwork."""
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("name", SHIPPED)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.thorough) if name in FURTHER else name for name in SHIPPED]
+)
 def test_shipped_missions_conform(name: str) -> None:
     mission, keys = SHIPPED[name]
     conformance.check(mission, load(name, [("--set", key) for key in (SHORT, *keys)]))
