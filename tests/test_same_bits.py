@@ -17,6 +17,8 @@ EXACT = {
     "isqrt", "lcm", "ldexp", "nan", "nextafter", "pi", "prod", "radians", "sqrt", "tau", "trunc", "ulp",
 }  # fmt: skip
 """Names of ``math`` that are rounded once, if at all; ``radians`` is one product."""
+EXACT_STATISTICS = {"median", "fmean"}
+"""Of ``statistics``: ``fmean`` is ``math.fsum`` over the number."""
 FROM_NUMPY = {
     "angle", "arccos", "arccosh", "arcsin", "arcsinh", "arctan", "arctan2", "arctanh", "average", "cbrt", "convolve",
     "corrcoef", "cos", "cosh", "cov", "cross", "dot", "einsum", "exp", "exp2", "expm1", "fft", "float_power", "hypot",
@@ -57,7 +59,9 @@ def inexact(source: str) -> Iterator[str]:
             case ast.Import(names=names):
                 yield from (f"line {node.lineno}: {one.name}" for one in names if one.name.split(".")[0] in MODULES)
             case ast.ImportFrom(module=str(module), names=names) if module.split(".")[0] in MODULES:
-                yield from (f"line {node.lineno}: {module}.{one.name}" for one in names if one.name != "median")
+                yield from (
+                    f"line {node.lineno}: {module}.{one.name}" for one in names if one.name not in EXACT_STATISTICS
+                )
             case ast.Attribute(value=ast.Name(id="math"), attr=attr) if attr not in EXACT:
                 yield f"line {node.lineno}: math.{attr}"
             case ast.Attribute(value=ast.Name(id="np" | "numpy"), attr=attr) if attr in FROM_NUMPY:

@@ -223,7 +223,8 @@ def _least_distances_m(run: MeasuredRun) -> list[float]:
         apart_m = by_time[:, first, 1:] - by_time[:, other, 1:]
         meet = present[:, first] & present[:, other] & (np.abs(apart_m[:, 2]) <= SAME_DEPTH_M)
         if meet.any():
-            least_m.append(math.sqrt(np.square(apart_m[meet, :2]).sum(axis=1).min()))
+            east_m, north_m = apart_m[meet, 0], apart_m[meet, 1]
+            least_m.append(math.sqrt((east_m * east_m + north_m * north_m).min()))
     return least_m
 
 

@@ -163,7 +163,7 @@ def test_results_are_written_and_not_overwritten_without_being_asked(tmp_path: P
 def test_all_faults_of_a_file_are_told_with_file_and_line(tmp_path: Path):
     file = tmp_path / "mine.toml"
     text = shipped()["mapping-rendezvous"].read_text(encoding="utf-8")
-    file.write_text(text.replace("cell_m = 25.0", "cell = 25.0").replace("slot = 2", "slot = 1"), encoding="utf-8")
+    file.write_text(text.replace("cell_m = 25.0", "cell = 25.0").replace("slot = 2", "slot = -1"), encoding="utf-8")
     message = refused("run", file)
     report = json.loads(remoras("validate", file, "--json").stdout)
     assert {fault["key"] for fault in report["faults"]} == {"world.cell", "world.cell_m", "vehicle.AUV01.slot"}
