@@ -9,7 +9,7 @@ from exchange.drivers import TimedPacket
 from missions.nodes import Fix, Frontseat, Reading
 
 
-class Lines:  # of words, at a serial port; one that is gone says nothing
+class Lines:  # of words, at a serial port; empty once it is closed
     def __init__(self, port):
         self.file, self.rest = os.open(port, os.O_RDWR | os.O_NOCTTY), b""
         tty.setraw(self.file)

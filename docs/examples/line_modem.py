@@ -21,7 +21,7 @@ class LineModem:
     def receive(self, until_s):
         while self._is_open and select.select([self._stream], [], [], self._pace.wait_s(until_s))[0]:
             came = self._stream.recv(4096)
-            if not came:  # nobody is at the other end any more
+            if not came:  # the other end has closed
                 self._is_open = False
             *lines, self._rest = (self._rest + came).split(b"\n")
             if heard := [packet for line in lines if (packet := self._packet(line)) is not None]:

@@ -70,7 +70,7 @@ class Strip:
         return Outlook(outlook.free_s + way_s + 3.0 * self.length_m / data.survey_speed_mps, self.place_m)
 
 
-# The sensor: it says what it sees of the water, and where that changed
+# The sensor: reports the water that it sees, and where it changed
 class FluorometerSettings(SensorSettings):
     EQUIPMENT = "WaterSensor"
 
@@ -93,7 +93,7 @@ class Fluorometer:
         return [Observation(found="PlumeEdge", facts=(edge, (self._vehicle, "inOil", in_oil)), row=pose.believed_m)]
 
 
-# The behaviour: to and fro across the plume, turning where what the vehicle knows says that it has left the oil
+# The behaviour: to and fro across the plume, turning where the known facts place the vehicle outside the oil
 class Tracing(Behaviour):
     def __init__(self, strip, data):
         self._strip, self._data = strip, data
@@ -120,7 +120,7 @@ class Tracing(Behaviour):
         return Reference((motion.x_m + 15.0, motion.y_m + 40.0 * self._side), self._data.survey_speed_mps)
 
 
-# What the results say
+# The results
 def n_edges(run):
     return len(run.recorder.rows("edges"))
 

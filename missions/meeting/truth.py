@@ -53,9 +53,8 @@ class MeetingTruth:
         from_below = sorted(founded, key=lambda group: height(group.name, before))
         self._apart = [group for group in from_below if group.rally_point is not None]
         names = {group.name for group in self._apart}
-        self._to_meet_before = {
-            name: names.intersection(self._meets_after[name]) for name in names
-        }  # those still apart
+        # groups that still have to meet before each
+        self._to_meet_before = {name: names.intersection(self._meets_after[name]) for name in names}
         self._n_meetings, self._n_met, self._last_met_s = len(self._apart), 0, 0.0
 
     @property

@@ -226,7 +226,7 @@ class ExecutiveLayer:
             if (
                 calls
                 and listens
-                and (strength := max([calls.get(of, 0.0) for of in self._called_as[index]], default=0.0)) > 0
+                and (strength := max([calls.get(r, 0.0) for r in self._called_as[index]], default=0.0)) > 0
             ):
                 heeded = answered(strength, perceptions[index].settled, own)
             if waits and listens and perceptions[index].ends is not None:

@@ -61,10 +61,7 @@ def _is_settled(fleet: Fleet) -> bool:
     managers = {vehicle.data.node: vehicle.radio.manager for vehicle in in_contact}
     lives = {vehicle.data.node: vehicle.beliefs.model.epoch for vehicle in in_contact}
     if any(
-        not one.knows_life(peer, epoch)
-        for node, one in managers.items()
-        for peer, epoch in lives.items()
-        if peer != node
+        not m.knows_life(peer, epoch) for node, m in managers.items() for peer, epoch in lives.items() if peer != node
     ):
         return False
     lacking = {
@@ -74,7 +71,7 @@ def _is_settled(fleet: Fleet) -> bool:
         if node in managers and (managers[node] is manager or not managers[node].holds(uid))
     }
     items = {uid for _, uid in lacking}
-    return not any(one.holds(uid) and (node, uid) not in lacking for node, one in managers.items() for uid in items)
+    return not any(m.holds(uid) and (node, uid) not in lacking for node, m in managers.items() for uid in items)
 
 
 def _speaks(vehicle: Vehicle) -> bool:
