@@ -307,7 +307,6 @@ def test_every_package_has_sources() -> None:
     assert len(SOURCES) > 40
 
 
-@pytest.mark.slow
 def test_imports_follow_the_design() -> None:
     found = [
         f"{module}:{one.line} imports {one.target}: {rule}"
@@ -318,7 +317,6 @@ def test_imports_follow_the_design() -> None:
     assert not found, "\n".join(found)
 
 
-@pytest.mark.slow
 def test_no_modules_import_each_other() -> None:
     arrows = {
         module: {one.target for one in imports(text, module)} for module, text in SOURCES.items() if module not in FACE
@@ -326,7 +324,6 @@ def test_no_modules_import_each_other() -> None:
     assert circles(arrows) == set()
 
 
-@pytest.mark.slow
 def test_types_go_in_few_circles() -> None:
     """A module that needs the type of one above it takes values instead, or says by a Protocol what it needs.
 
@@ -352,7 +349,6 @@ def own_words(module: str) -> set[str]:
     return {word for mission, words in WORDS_OF.items() if within(module, mission) for word in words}
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("mission", WORDS_OF)
 def test_the_words_of_a_mission_stay_in_its_folder(mission: str) -> None:
     found = [
@@ -365,7 +361,6 @@ def test_the_words_of_a_mission_stay_in_its_folder(mission: str) -> None:
     assert not found, "\n".join(found)
 
 
-@pytest.mark.slow
 def test_no_hidden_source_of_chance_or_time() -> None:
     """A run is a pure function of scenario and seed."""
     found = [

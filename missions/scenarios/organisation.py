@@ -62,7 +62,7 @@ class Specification:
 
     def attributed(self, faults: Sequence[ConfigurationFault]) -> list[ConfigurationFault]:
         """Map faults of resolved tables to their source tables, once each."""
-        mapped: list[ConfigurationFault] = []
+        attributed: list[ConfigurationFault] = []
         seen: set[tuple[str, str, str]] = set()
         for fault in faults:
             key, owner = self._source(fault.key)
@@ -70,8 +70,8 @@ class Specification:
                 continue
             seen.add((key, fault.given, fault.allowed))
             allowed = f"{fault.allowed} (for {owner})" if owner else fault.allowed
-            mapped.append(ConfigurationFault(key, fault.given, allowed, fault.line, fault.file))
-        return mapped
+            attributed.append(ConfigurationFault(key, fault.given, allowed, fault.line, fault.file))
+        return attributed
 
     def _source(self, key: str) -> tuple[str, str]:
         """Return the source key, and the group or role for which it is used if another one."""
