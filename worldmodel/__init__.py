@@ -1,8 +1,4 @@
-"""World model of one vehicle: fixed TBox, growing set of facts, conflict-free merge.
-
-``read_tbox`` compiles an ontology, ``WorldModel`` records and queries facts, ``merge`` adds blocks of peers.
-``worldmodel.rdf.sparql.query`` evaluates SPARQL.
-"""
+"""World model of one vehicle: fixed TBox, growing set of facts, conflict-free merge."""
 
 from worldmodel.errors import (
     FactError,

@@ -1,7 +1,6 @@
 """Arrived blocks that are not accepted: pending or refused.
 
-A pending block is discarded after ``waiting_s``, or as the oldest if more than ``waiting_blocks`` of its origin are
-pending. Its origin may then send it again, and its creations no longer count (``worldmodel.merge.expire``).
+A pending block is discarded after ``waiting_s``, or as the oldest if more than ``waiting_blocks`` of its origin pend.
 """
 
 from collections.abc import Callable

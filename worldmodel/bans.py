@@ -1,16 +1,15 @@
 """Exclusions: origins whose observations do not count from a given time on.
 
 An exclusion is a fact about a vehicle, ``rm:bannedFrom``: its observations from that time (s) on are ignored. The
-attribute's maximum revokes the exclusion. These facts are sent, acknowledged and repeated like other items. The
-excluded origins are a function of the set of such facts, evaluated in the order of keys, oldest first:
+attribute's maximum revokes the exclusion. The excluded origins are a function of the set of such facts, evaluated in
+the order of keys, oldest first:
 
 - a vehicle's statement about itself is ignored;
 - an issuer's statement is ignored if earlier facts exclude the issuer from that time or before;
 - of the others, the newest about a vehicle counts, from any issuer.
 
-The total order makes the result independent of arrival: a late exclusion is inserted in its place and later facts are
-evaluated again. If two vehicles exclude each other, the earlier fact wins. An issuer's own exclusion does not undo its
-earlier statements; a newer fact does. The index stores excluded facts separately, so queries cost the same either way.
+The total order makes the result independent of arrival. If two vehicles exclude each other, the earlier fact wins. An
+issuer's own exclusion does not undo its earlier statements; a newer fact does.
 """
 
 from collections.abc import Iterable, Mapping

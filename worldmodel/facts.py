@@ -24,8 +24,7 @@ _PRIVATE_ORDER = -(1 << 40)
 class PropertyValue(NamedTuple):
     """Value of one attribute of one instance; its block has time and origin.
 
-    ``uncertainty`` is the standard deviation of a number or point, the probability of any other value, or None. It does
-    not affect which value is the latest.
+    ``uncertainty`` is the standard deviation of a number or point, the probability of any other value, or None.
     """
 
     subject: int

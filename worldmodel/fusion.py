@@ -1,7 +1,6 @@
 """Fusion: one estimate of a property from the observations of several origins.
 
-Estimates are never stored or sent. Only values with an uncertainty are fused; without any, the newest value stands.
-Observation errors are independent.
+Only values with an uncertainty are fused; without any, the newest value stands. Observation errors are independent.
 
 Numbers and points, per axis: Kalman filter (Kalman 1960) over the observations in order of time. The observed value is
 at rest or a random walk of ``drift`` per square root of a second (``rm:drift``). The prior is flat; after the last
@@ -9,8 +8,7 @@ observation the variance grows by drift^2 per second. At rest the result is the 
 
     estimate = sum(x / sigma^2) / sum(1 / sigma^2)        sigma of the estimate = sum(1 / sigma^2)^-1/2
 
-Observations of one origin may also share an error of standard deviation ``shared``, such as that of its navigation. The
-filter then estimates one such error per origin, so that repeated observations cannot average it out.
+The filter also estimates one error per origin of standard deviation ``shared``, such as that of its navigation.
 
 Truth values, symbols, types and links: Bayes' theorem. A value with probability p is right with probability p; each of
 the other n - 1 hypotheses is equally likely to have caused it::

@@ -1,8 +1,7 @@
 """Blocks and instances of one store.
 
 ``digest`` covers the items that have arrived: accepted, pending, refused or pruned. ``state_hash`` covers their
-content. Pruning changes neither, so vehicles that prune differently still agree. A ``BlockLog`` marks each arrived
-sequence of an origin and epoch; pending, refused and pruned blocks have arrived but are not stored in it.
+content. Pruning changes neither, so vehicles that prune differently still agree.
 """
 
 import hashlib
@@ -52,8 +51,7 @@ class Keeping(NamedTuple):
 
     Attributes:
         clock_tolerance_s: tolerated lead of an observation time over its arrival (s).
-        waiting_s: time after which a pending block is discarded (s).
-        waiting_blocks: maximum number of pending blocks per origin; the oldest is discarded.
+        waiting_s, waiting_blocks: see ``worldmodel.arrivals``.
         common_facts: facts about common instances that all vehicles know initially, without time and origin.
     """
 

@@ -19,7 +19,6 @@ StatusSlot = tuple[int, int, int]
 Slots = dict[int, dict[int, list[Observation]]]
 """Facts by attribute and subject, oldest first; no list is empty."""
 EMPTY: dict[int, list[Observation]] = {}
-"""Facts of an attribute without any."""
 
 
 def sort_key(observation: Observation) -> tuple[BlockKey, int]:
@@ -38,7 +37,6 @@ class Index:
         self.apart: Slots = {}
         """Facts of excluded origins, which do not count."""
         self.trust = Bans(tbox)
-        """Exclusions that follow from the stored facts."""
         self.turned: set[Slot] = set()
         """Properties whose counting facts an exclusion changed; the reader clears the set."""
         self.statuses: dict[StatusSlot, Block] = {}

@@ -4,10 +4,8 @@ Conclusions are a function of the *seen* facts: latest values, asserted types an
 origins. They do not depend on the arrival order, and disappear with the values that they depend on. Block checks use
 asserted types only, since the merge must not depend on a view.
 
-``Inference`` reads only the properties that changed, of attributes used by rules. It recomputes the classes of
-instances reachable along the links of conditions. After a retraction it first drops everything that may depend on it
-and then infers it again, so two instances cannot support each other. Inferred links are traversed on request, not
-stored.
+After a change, ``Inference`` recomputes the classes of instances reachable along the links of conditions. After a
+retraction it first drops everything that may depend on it, so two instances cannot support each other.
 """
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
@@ -45,10 +43,9 @@ class Concluded(NamedTuple):
 
 
 class Inference:
-    """Conclusions of one world model.
+    """Conclusions of one world model; ``heeded`` are the attributes used.
 
-    ``heeded`` are the attributes used, ``touched`` their unprocessed changed properties. ``version`` grows whenever a
-    class or link may have changed.
+    ``version`` grows whenever a class or link may have changed.
     """
 
     def __init__(
@@ -59,12 +56,7 @@ class Inference:
         touched: set[Slot],
         common_facts: Iterable[PropertyValue] = (),
     ) -> None:
-        """Create the conclusions of the common instances and facts.
-
-        Args:
-            touched: shared set to which the store adds changed properties of attributes in ``heeded``.
-            common_facts: initial facts known to all; several links of one property may coexist.
-        """
+        """Create the conclusions; the store adds changed properties to the shared set ``touched``."""
         self.rules = tbox.rules
         self.version = 0
         self._seen = seen
@@ -268,7 +260,6 @@ class _Links:
             yield from self._walk(uid, leading, backward != flipped)
 
     def _walk(self, uid: int, attribute: int, backward: bool) -> Iterator[int]:
-        """Yield all instances reachable along a transitive attribute."""
         reached: set[int] = set()
         front = [uid]
         while front:

@@ -11,16 +11,15 @@ checked again only after its dependency arrives.
 More facts never make a fitting block unfit as long as the classes of creation stay. S thus grows to the same set in any
 order. Two rare events break this growth. An origin contradicts or refines a class of creation and its blocks arrive out
 of order. Or it uses a GUID for two contents, of which the smaller digest stays. ``Revision`` then removes exactly the
-blocks that depend on the changed classes, transitively, and ``merge`` settles them again. Its cost depends on the
-blocks about these instances, not on the size of the store.
+blocks that depend on the changed classes, transitively, and ``merge`` settles them again.
 
 The paper's recipient may discard a block with missing dependencies or request them (Maurelli et al., Multi-robot
 cooperation, section IV). Here the block is pending, ``Store.lacking`` lists the missing instances, and ``expire``
 discards it after a timeout. Blocks that need instances of one another stay pending: put such facts in one block.
 
 Statuses are outside A and S: per property and origin the newest stays, and one that does not fit is dropped. A block
-from the future beyond the clock tolerance is dropped too, so that a bit error in a time does not mask newer values. It
-does not count as arrived, so an intact copy is accepted later.
+from the future beyond the clock tolerance, as after a bit error in its time, is dropped too and does not count as
+arrived.
 """
 
 import math
@@ -73,16 +72,12 @@ class Revision:
         self._question((uid, True) for uid, class_uid in created.items() if arrivals.created_as(uid) != class_uid)
 
     def loose(self, block: Block | None = None) -> list[tuple[Block, float | None]]:
-        """Return the removed blocks by GUID, each with the time since which it was pending (s).
-
-        The time is None for blocks that were not pending. A given ``block`` is added to them.
-        """
+        """Return removed blocks and ``block`` by GUID, with the start of pending (s) or None."""
         if block is not None:
             self._loose[block.guid] = (block, None)
         return [self._loose[guid] for guid in sorted(self._loose)]
 
     def _create_anew(self, uid: int) -> None:
-        """Recompute the creation of an instance from the remaining blocks."""
         store = self._store
         store.arrivals.forget_creation(uid)
         others = [observation.block for observation in store.facts_of(uid, TYPE_UID)]
@@ -146,8 +141,7 @@ def merge(store: Store, blocks: Iterable[Block], now_s: float | None = None, che
 def expire(store: Store, now_s: float) -> tuple[Fault, ...]:
     """Discard blocks pending longer than ``waiting_s`` at ``now_s`` (s); return one fault each.
 
-    They can be received again. Creations by discarded blocks no longer count; the next ``merge`` reports released
-    blocks.
+    They can be received again. Their creations no longer count; the next ``merge`` reports released blocks.
     """
     arrivals = store.arrivals
     faults = tuple(

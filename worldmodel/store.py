@@ -3,11 +3,10 @@
 No fact is overwritten: blocks have a GUID and "merely add to the total knowledge store" (Maurelli et al., Multi-robot
 cooperation, section IV). Current values are a view. Of the facts of one property (instance and attribute), the *latest*
 has the greatest (time_s, origin, sequence, position in its block). This total order does not depend on arrival, so
-vehicles with equal blocks have equal views. A vehicle with a slow clock can record a value that is not the latest;
-times are stored as observed.
+vehicles with equal blocks have equal views.
 
 The common instances of a scenario have the uids 0, 1, ... An origin creates further instances with uids from its own
-range and announces them by a value of the attribute ``type``. Only the checks and ``merge`` add blocks.
+range and announces them by a value of the attribute ``type``.
 """
 
 from bisect import bisect_left, bisect_right
@@ -80,13 +79,10 @@ class Store(StoredItems):
             if tbox.attributes[f.attribute].kind is not ValueKind.LINK
         }
         self.inference = Inference(tbox, self, instances, self.index.touched, keeping.common_facts)
-        """Conclusions from the visible facts."""
         self.index.heeded = self.inference.heeded
         self.next_sequence = 0
-        """Sequence of the owner's next item."""
         self.logs[owner, epoch] = BlockLog()
         self.next_private = STATUS - 1
-        """Sequence of the owner's next private block."""
         self.own_instances: set[int] = set()
         """Known uids already allocated in the owner's range."""
 

@@ -1,7 +1,6 @@
 """Exact text form of values in tables, and its parser.
 
-Numbers by ``repr``, ``true`` and ``false``, symbols as they are, points as ``POINT (east north)``, classes by name,
-linked instances by uid and name: ``3 bay``.
+Numbers by ``repr``, points as ``POINT (east north)``, classes by name, linked instances by uid and name: ``3 bay``.
 """
 
 from typing import cast

@@ -4,8 +4,8 @@ Pruning drops a value that is older than a limit and not the newest of its origi
 each of its facts matches some rule. Types, exclusions (``bannedFrom``), statuses, private blocks and facts of excluded
 origins stay. Latest values, classes, ``digest`` and ``state_hash`` do not change: a pruned item still counts as
 arrived. Lost are history, values as of an earlier time, and values before an exclusion issued later. Do not prune an
-attribute whose values all matter, such as detections. A pruned item cannot be compared with other content of its GUID;
-``state_hash`` keeps counting it even if the content that it depends on is replaced.
+attribute whose values all matter, such as detections. ``state_hash`` counts a pruned item even if the content that it
+depends on is replaced.
 """
 
 import math
@@ -99,8 +99,7 @@ class WorldModel(Store):
     def new_instance_uid(self) -> int:
         """Allocate the next uid in the owner's range; record its type to create the instance.
 
-        Each epoch starts at another place in the range, since a restarted owner may not yet know its earlier instances.
-        Raises FactError if the range is exhausted.
+        Each epoch starts at another place in the range. Raises FactError if the range is exhausted.
         """
         allowed, first = self.run_time_instances_per_origin, self.first_uid_of(self.owner)
         start = (self.epoch % PLACES * allowed + self.epoch // PLACES * allowed // (EPOCHS // PLACES)) // PLACES
@@ -113,10 +112,7 @@ class WorldModel(Store):
 
 
 class Reception(NamedTuple):
-    """Block received by a vehicle at ``time_s`` (s).
-
-    ``sender`` is the node whose packet completed the block, not always its origin; None if not recorded.
-    """
+    """Block received at ``time_s`` (s) from ``sender``, not always its origin; None if not recorded."""
 
     block: Block
     sender: int | None

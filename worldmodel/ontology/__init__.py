@@ -78,11 +78,8 @@ def _compiled(sources: tuple[Source, ...]) -> TBox:
 class Term(NamedTuple):
     """Description of a class or attribute.
 
-    Attributes:
-        name: local part of its IRI.
-        kind: ``class below Vehicle``, or ``attribute of Vehicle: 0 to 20 m/s, steps of 0.05``.
-        meaning: rdfs:comment, or empty.
-        file: declaring file, without folder and ending.
+    ``kind`` is ``class below Vehicle``, or ``attribute of Vehicle: 0 to 20 m/s, steps of 0.05``; ``meaning`` the
+    rdfs:comment, or empty.
     """
 
     name: str

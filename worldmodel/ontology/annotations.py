@@ -18,7 +18,6 @@ SIGMAS = 64
 """Number of standard deviations of a value: multiples of ``rm:sigma`` in six bits."""
 
 QUDT_UNITS = "http://qudt.org/vocab/unit/"
-"""Namespace of the units of QUDT, http://qudt.org."""
 _SYMBOLS = {
     "M": "m",
     "SEC": "s",

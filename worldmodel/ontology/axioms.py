@@ -3,8 +3,7 @@
 ``Axioms`` are as declared: class definitions, and relations between links. ``CompiledAxioms`` are their consequences. A
 condition such as "some part of it is a Sonar" is a further bit of the class mask, so that masks alone infer classes.
 ``superclasses`` completes the hierarchy in advance by the OWL 2 EL rules for subclasses, intersections and existential
-restrictions (Baader, Brandt, Lutz, Pushing the EL envelope, 2005). OWL 2 RL rules, as in owlrl, do not suffice: they
-put no class below an intersection.
+restrictions (Baader, Brandt, Lutz, Pushing the EL envelope, 2005). OWL 2 RL rules do not suffice.
 """
 
 from collections.abc import Sequence
@@ -50,14 +49,11 @@ class CompiledAxioms:
 
     Attributes:
         conditions: of sufficient definitions; ``bit_of`` returns their bits.
-        of_links: conditions on links.
         superclasses: mask of all classes and conditions of the instances of each class, itself included.
         entailed: links that follow from a link of each attribute: (attribute, reversed), itself first.
         sources: inverse of ``entailed``: attributes whose links entail one of each attribute.
-        transitive: inverses included.
         derived: attributes that may have inferred links.
         heeded: attributes whose values may lead to a conclusion.
-        is_needed: True if facts may lead to conclusions.
     """
 
     def __init__(self, told: Sequence[int], ends: Sequence[tuple[int, int | None]], axioms: Axioms) -> None:

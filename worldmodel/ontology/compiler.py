@@ -159,7 +159,6 @@ def _reason(error: Exception) -> str:
 
 
 def _unmet_imports(union: Graph, file_of: dict[Node, str]) -> list[str]:
-    """Return a fault for each import whose ontology or version is not among the files."""
     read = {*union.subjects(RDF.type, OWL.Ontology), *union.objects(None, OWL.versionIRI)}
     allowed = ", ".join(sorted(map(str, union.subjects(RDF.type, OWL.Ontology))))
     return [
@@ -171,7 +170,6 @@ def _unmet_imports(union: Graph, file_of: dict[Node, str]) -> list[str]:
 
 
 def _redefinitions(parsed: Parsed) -> Iterator[str]:
-    """Yield a fault for each file that redefines a term of another file."""
     shown = parsed.graph.namespace_manager.normalizeUri
     allowed = (
         "one file that defines a term; leave that of the other file alone, and add a class below it "
@@ -216,7 +214,6 @@ class _Reader:
         self.stated = sorted(_stated_subjects(self.graph, self.class_uid.keys()), key=str)
 
     def _declared(self, *owl_types: URIRef) -> list[URIRef]:
-        """Return the terms of these types outside the situation vocabulary, by IRI."""
         declared = {s for owl_type in owl_types for s in self.graph.subjects(RDF.type, owl_type)}
         return sorted(iri for iri in declared if isinstance(iri, URIRef) and not iri.startswith(SIT))
 
@@ -233,7 +230,6 @@ class _Reader:
         return term.n3(self.graph.namespace_manager) if isinstance(term, (URIRef, Literal)) else "[ ]"
 
     def hint(self, term: Node, known: Iterable[Node]) -> str:
-        """Return a text that proposes the known term nearest to an unknown one."""
         return suggestion(_local_name(str(term)), sorted(_local_name(str(each)) for each in known))
 
     def refuse_others(self) -> None:
@@ -291,7 +287,6 @@ class _Reader:
     # Classes -------------------------------------------------------------------------------------
 
     def classes(self) -> list[OntologyClass]:
-        """Compile the classes; the default superclass is Thing."""
         self._refuse_names(self.class_iris, _NAME, {"Thing": OWL.Thing})
         thing, compiled = self.class_uid[OWL.Thing], []
         for iri, uid in self.class_uid.items():
@@ -328,7 +323,6 @@ class _Reader:
         return [expression] if listed is None else list(Collection(self.graph, listed))
 
     def disjoint_pairs(self) -> list[tuple[int, int]]:
-        """Return the declared disjoint pairs of class uids."""
         groups = [(a, [a, b]) for a, b in self.graph.subject_objects(OWL.disjointWith)]
         members = self.graph.subject_objects(OWL.members)
         groups += [(axiom, list(Collection(self.graph, listed))) for axiom, listed in members]
@@ -343,7 +337,6 @@ class _Reader:
     def classified(
         self, classes: Sequence[OntologyClass], attributes: Sequence[Attribute], axioms: Axioms
     ) -> list[OntologyClass]:
-        """Return the classes with all superclasses that follow from the axioms."""
         asserted = closure(classes)
         rules = CompiledAxioms(asserted, [(a.domain, a.range_class) for a in attributes], axioms)
         self._refuse_unlike_ends(rules, attributes)
@@ -577,7 +570,6 @@ class _Reader:
 
 
 def _classes_of_individuals(tbox: TBox) -> dict[str, int]:
-    """Return the classes of each individual, asserted and inferred, bit c for class c."""
     rules = tbox.rules
     links = {(i.name, attribute, target) for i in tbox.individuals for attribute, target in i.links}
     masks = {i.name: tbox.ancestor_mask(i.class_uid) for i in tbox.individuals}

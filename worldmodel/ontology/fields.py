@@ -139,9 +139,7 @@ _CONTROLS = frozenset(map(chr, (*range(0x20), *range(0x7F, 0xA0), 0xFFFE, 0xFFFF
 
 
 def bytes_of(text: object, most_bytes: int) -> bytes:
-    """Return a text in UTF-8; raises TypeError for no string.
-
-    Raises ValueError if the text is too long, or has control characters or a lone surrogate.
+    """Return a text in UTF-8; raises TypeError, or ValueError by length or forbidden characters.
 
     >>> bytes_of("Täufer", 8)
     b'T\\xc3\\xa4ufer'

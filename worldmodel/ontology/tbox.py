@@ -1,9 +1,8 @@
 """TBox as used by a vehicle: classes and attributes with short uids, compiled to tables.
 
 The TBox is fixed for a mission and equal on all vehicles ("a unique but short UID will be created for every class in
-the TBox", Maurelli et al., TDMA exchange policies, section 4). Compilation turns the class hierarchy and disjointness
-into bit masks and ranges into fields. Vehicles compare ``TBox.hash`` before they exchange data. Built in are the class
-``Thing`` (owl:Thing), above every class, and the attribute ``type`` (rdf:type) with uid 0.
+the TBox", Maurelli et al., TDMA exchange policies, section 4). Vehicles compare ``TBox.hash`` before they exchange
+data. Built in are the class ``Thing`` (owl:Thing), above every class, and the attribute ``type`` (rdf:type), uid 0.
 """
 
 import hashlib
@@ -18,7 +17,6 @@ from worldmodel.ontology.axioms import NO_AXIOMS, Axioms, CompiledAxioms
 from worldmodel.ontology.fields import Field, Value, bytes_of, decoded_text
 
 TYPE_UID = 0
-"""Uid of the built-in attribute ``type``."""
 
 
 class ValueKind(Enum):
@@ -52,13 +50,9 @@ class Attribute:
     """Property of instances with values that change over time.
 
     Attributes:
-        domain: class that has the attribute.
-        range_class: class of the targets of a LINK.
         latest_only: True if older values (of a position, say) are obsolete and not exchanged.
         datatype: IRI of the RDF datatype of its literals; empty if its values are IRIs.
-        uncertainty: grid of the standard deviation of a NUMBER or POINT, else of the probability; None for no
-            uncertainty.
-        most_bytes: maximum length of a TEXT.
+        uncertainty: grid of the standard deviation of a NUMBER or POINT, else of the probability; None without any.
         drift: random walk of a NUMBER or POINT per square root of a second; 0 at rest.
     """
 
@@ -182,7 +176,6 @@ class TBox:
         attributes: ``type`` first.
         disjoint: pairs of class uids; their subclasses are disjoint too.
         sources: compiled files, if any; ignored in comparisons.
-        individuals: sorted by name.
         hash: 32-bit digest of the tables.
     """
 

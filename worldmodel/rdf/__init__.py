@@ -1,8 +1,4 @@
-"""World model as RDF: graphs, SPARQL, and files.
-
-``as_graph`` and ``as_dataset`` return new rdflib graphs, ``query`` evaluates SPARQL, ``written`` returns text.
-``worldmodel`` itself does not import this package, so a fleet runs without it.
-"""
+"""World model as RDF: graphs, SPARQL and files; ``worldmodel`` does not import it."""
 
 from worldmodel.rdf.sparql import query
 from worldmodel.rdf.triples import as_dataset, as_graph

@@ -1,8 +1,7 @@
 """SPARQL over world models, with a time limit.
 
-rdflib evaluates queries on a graph of the knowledge. An alarm signal interrupts Python code, regular
-expressions included. On Windows and outside the main thread there is none: ``give_up``, which may end the process, is
-called shortly after the limit.
+An alarm signal interrupts Python code, regular expressions included. On Windows and outside the main thread there is
+none: ``give_up``, which may end the process, is called shortly after the limit.
 """
 
 from __future__ import annotations
@@ -33,7 +32,6 @@ from worldmodel.store import Store
 from worldmodel.world_model import Knowledge
 
 QueryValue = str | float | bool | None
-"""Value in a query result."""
 Row = dict[str, Node]
 _GRAPH = re.compile(r"\bGRAPH\b", re.IGNORECASE)
 _GROUP_BY = re.compile(r"\bGROUP\s+BY\b", re.IGNORECASE)
@@ -48,15 +46,10 @@ def query(
     """Evaluate a SPARQL query on the knowledge of one vehicle, or of each of several.
 
     The prefixes of the ontology files, ``sit:``, ``rm:`` and ``run:`` are bound. Several vehicles are queried one by
-    one, so aggregates are per vehicle. Example, the roles of all vehicles with time and origin::
-
-        SELECT ?player ?role ?time_s ?by WHERE {
-            ?player sit:hasPropertyValue ?fact .
-            ?fact sit:ofAttribute rm:playsRole ; sit:linkValue ?role ; sit:timestamp ?time_s ; sit:origin ?by }
+    one, so aggregates are per vehicle.
 
     Args:
         known: one world model, or several by vehicle name.
-        sparql: a SELECT or ASK query.
         most_rows: maximum number of rows; None for all.
 
     Returns column names and rows. Several models add the first column ``vehicle``; ASK gives the column ``answer``.

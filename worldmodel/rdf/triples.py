@@ -9,8 +9,7 @@ Each fact is a sit:PropertyValue of the situation-awareness TBox:
 2-15-0 is origin, sequence and position in the block; 2.e1-15-0 is of epoch 1, 2-p1-0 of the first private block. A
 status is run:status-2-7-4-12.3: origin, uids of subject and attribute, time. An origin is the common instance of its
 number. A link has sit:linkValue in place of sit:dataValue; for sit:type its object is a class. Literals have the
-datatype of the ontology; a point is a string, which rm:Point restricts. Attributes are not written as sit:Attribute,
-which follows from the range of sit:ofAttribute, since tools warn about properties that are also individuals.
+datatype of the ontology; a point is a string, which rm:Point restricts.
 
 Beside this history is the current state, one triple per property: run:instance-7 rm:location "POINT (3.5 4.0)". Types
 appear without time, as rdf:type, asserted and inferred; so do inferred links. Of the inferred classes of an instance,
@@ -26,9 +25,8 @@ values::
         sit:standardUncertainty 0.31e0 ; sit:timestamp 12.3e0 ; sit:origin run:instance-2 , run:instance-4 .
 
 7-15 are the uids of subject and attribute. Symbols, truth values, types and links have one estimate per hypothesis with
-its sit:probability: run:estimate-7-15 for the most probable, then run:estimate-7-15-1. Values are off the grid, the
-time is that of the newest observation, the origins are those that count. ``worldmodel.fused`` computes them with the
-drift of the ontology.
+its sit:probability: run:estimate-7-15 for the most probable, then run:estimate-7-15-1. The time is that of the newest
+observation, the origins are those that count.
 """
 
 from collections.abc import Generator, Iterable, Iterator
@@ -146,7 +144,6 @@ class Triples:
             yield (instance_iri(uid), RDFS.label, Literal(instance.name))
 
     def _types(self, uid: int, items_only: bool = False) -> list[int]:
-        """Return the asserted classes of an instance."""
         history = self.model.history(uid, TYPE_UID)
         classes = {entry.fact.target for entry in history if entry.block.is_item or not items_only}
         return sorted({*classes, *(common.class_uid for common in self.model.common_instances[uid : uid + 1])})
@@ -185,7 +182,6 @@ class Triples:
                     yield from self._estimate(uid, attribute.uid, estimate)
 
     def _estimate(self, uid: int, uid_of_attribute: int, estimate: Estimate) -> Iterator[Triple]:
-        """Yield the triples of an estimate, per hypothesis if there are several."""
         attribute = self.model.tbox.attributes[uid_of_attribute]
         is_link = attribute.kind in (ValueKind.LINK, ValueKind.TYPE)
         for number, (value, sure) in enumerate(estimate.probabilities or ((estimate.value, estimate.uncertainty),)):

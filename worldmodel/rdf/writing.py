@@ -4,8 +4,7 @@ The ontology is not written; a header imports it. In formats with named graphs, 
 holds instances, types, names, current state and receptions, and ``run:conclusions`` the inferred triples. Other formats
 hold all in one graph.
 
-The canonical graph has the facts of items and their instances as sorted N-Triples, without statuses, private facts,
-receptions and current state. Vehicles with equal items thus write equal bytes.
+The canonical graph has the facts of items and their instances as sorted N-Triples: equal items give equal bytes.
 """
 
 import json
