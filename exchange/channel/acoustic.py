@@ -2,8 +2,7 @@
 
 The curve gives the packet error rate of a frame at some in-band signal-to-noise ratios, linear in dB between them.
 Below the first ratio every frame is lost; above the last its rate holds. Parts of a frame are lost independently: a
-fraction x of a frame is lost with probability 1 - (1 - PER)^x. A measured curve includes the fading of its channel, so
-the model adds none.
+fraction x of a frame is lost with probability 1 - (1 - PER)^x. A measured curve includes the fading.
 """
 
 from __future__ import annotations

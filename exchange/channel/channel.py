@@ -30,11 +30,8 @@ class Arrival(NamedTuple):
 class Blackout:
     """Period without communication of a node, or between parts of the fleet.
 
-    It covers packets that start at ``from_s`` or later, but before ``until_s`` (s).
-
-    Args:
-        node: isolated node; all nodes if None.
-        between: sets of nodes isolated from each other, in place of ``node``; nodes in no set are unaffected.
+    It covers packets that start at ``from_s`` or later, but before ``until_s`` (s), of ``node`` (None for all) or
+    ``between`` sets of nodes; nodes in no set are unaffected.
     """
 
     from_s: float
@@ -72,7 +69,6 @@ class BroadcastChannel:
     far.
 
     Args:
-        trial: number of the run, or 0.
         range_m: declared range, for which the slot guard time is set.
         depths_m: of the nodes, for ranges in three dimensions; if empty, ranges are horizontal.
         carries_beyond_range: only the link and the end of the slot limit the range, not ``range_m``.
@@ -170,10 +166,9 @@ class Collisions:
     def send(
         self, slot: int, sender: int, from_s: float, until_s: float, arrivals: Sequence[Arrival]
     ) -> tuple[list[Hearing], list[Hearing]]:
-        """Add a packet that ``sender`` transmits from ``from_s`` to ``until_s`` (s).
+        """Add a packet; return its receptions, and all receptions now known to be lost.
 
-        ``arrivals`` are those without collision. Returns its receptions, and all receptions now known to be lost,
-        including those of earlier packets.
+        ``arrivals`` are those without collision; losses include those of earlier packets.
         """
         if from_s >= self._silent_from_s:
             self._sending.clear()

@@ -12,8 +12,7 @@ from exchange.channel import loss
 class Transmission(NamedTuple):
     """Transmission of one packet, as seen by loss models.
 
-    ``start_s`` counts from the start of the run. ``positions_m`` is (x east, y north) of every node at that time; empty
-    if unknown.
+    ``positions_m`` is (x east, y north) of every node at ``start_s`` (s of the run); empty if unknown.
     """
 
     slot: int
@@ -26,8 +25,7 @@ class Transmission(NamedTuple):
 class LinkModel(Protocol):
     """Links of one run.
 
-    ``exchange.channel.channel.BroadcastChannel`` queries each packet and receiver in range once and compares the
-    answer with its own uniform number. The answer depends on the arguments only, not on earlier queries.
+    Each packet and receiver in range is queried once. The answer depends on the arguments only, not on earlier queries.
     """
 
     def p_loss(self, packet: Transmission, receiver: int, range_m: float) -> float:
@@ -82,16 +80,10 @@ class GilbertElliott:
     one seed are paired: a higher p_good_to_bad or loss rate, or a lower p_bad_to_good, loses a superset of packets (if
     per_good <= per_bad).
 
-    A cache of the last state per link limits the look-back and never changes the answer. In slot order a state costs at
-    most one draw (1 us) per elapsed slot; in other orders at most slot + 1, on average 1 / (p_good_to_bad +
-    p_bad_to_good).
+    A cache of the last state per link limits the look-back: in slot order a state costs at most one draw per elapsed
+    slot, in other orders on average 1 / (p_good_to_bad + p_bad_to_good).
 
-    Args:
-        p_good_to_bad: probability per slot.
-        p_bad_to_good: probability per slot; the sum of both is above 0 and at most 1.
-        per_good: loss probability in the good state.
-        per_bad: loss probability in the bad state.
-        trial: number of the run, or 0.
+    The probabilities ``p_good_to_bad`` and ``p_bad_to_good`` are per slot, their sum above 0 and at most 1.
     """
 
     p_good_to_bad: float

@@ -1,41 +1,28 @@
 """Keyed random numbers: each is a pure function of (seed, trial, slot, sender, receiver).
 
-The uniform number of a link is drawn first, then compared with the loss probability. All policies, strategies and loss
-rates of a trial thus share their numbers: comparisons are paired, and a packet lost at one rate is lost at higher ones.
+The uniform number of a link is compared with the loss probability. Comparisons of policies, strategies and loss rates
+are paired: a packet lost at one rate is lost at higher ones.
 
 The generator is counter-based: it adds each counter word to the state and mixes the state with "moremur" (P. Evensen,
 2019), a 64-bit finaliser like that of SplitMix64 (Steele et al., 2014). Its constants fit into 63 bits and shifts are
-masked, so the same lines give the same bits on Python integers and compiled signed 64-bit words.
+masked: Python integers and compiled signed 64-bit words give the same bits.
 """
 
-SPEEDS = 2
-"""`trial` of the draws of true vehicle speeds; losses in missions use 0."""
-FAULTS = 3
-"""`trial` of the draws of vehicles and times of faults."""
-FINDS = 4
-"""`trial` of the draws of places and durations of a mission's features."""
-MISSES = 5
-"""`trial` of the draws of ticks without sensor data."""
-DRIFTS = 6
-"""`trial` of the draws of the directions of navigation errors."""
-LOOKS = 7
-"""`trial` of the draws of sensor observations of objects in the sea."""
-CLOCKS = 8
-"""`trial` of the draws of clock offsets and drifts."""
-SURGES = 9
-"""`trial` of the draws of times at which the current rises."""
-NODES = 11
-"""`trial` of the draws of nodes of a measured network for vehicles."""
-DAMAGES = 12
-"""`trial` of the draws of damaged packets."""
-PLACES = 13
-"""`trial` of the draws of inverted bits in damaged packets."""
-SITES = 14
-"""`trial` of the draws of link differences by place, time and receiver."""
-EPISODES = 16
-"""`trial` of the draws of the next benchmark run to learn on."""
-GROUNDS = 17
-"""`trial` of the draws of random grounds that strategies are evaluated on."""
+# ``trial`` of the draws of each kind; losses in missions use 0
+SPEEDS = 2  # true vehicle speeds
+FAULTS = 3  # vehicles and times of faults
+FINDS = 4  # places and durations of a mission's features
+MISSES = 5  # ticks without sensor data
+DRIFTS = 6  # the directions of navigation errors
+LOOKS = 7  # sensor observations of objects in the sea
+CLOCKS = 8  # clock offsets and drifts
+SURGES = 9  # times at which the current rises
+NODES = 11  # nodes of a measured network for vehicles
+DAMAGES = 12  # damaged packets
+PLACES = 13  # inverted bits in damaged packets
+SITES = 14  # link differences by place, time and receiver
+EPISODES = 16  # the next benchmark run to learn on
+GROUNDS = 17  # random grounds that strategies are evaluated on
 
 _LOW_64 = 0xFFFF_FFFF_FFFF_FFFF
 _LOW_37 = (1 << 37) - 1

@@ -1,8 +1,7 @@
 """Interface of channel models, the simple models, and checks of link files.
 
-A model is a class with its settings, the keys of ``[channel]``. It creates the ``LinkModel`` of a run, which
-``exchange.channel.channel`` queries for each packet and receiver, and estimates the mean loss. A scenario names a
-shipped model, or another as ``package.module:Class``. ``acoustic``, ``trace`` and ``network`` have their own files.
+A model is a class with its settings, the keys of ``[channel]``. It creates the ``LinkModel`` of a run and estimates the
+mean loss. ``acoustic``, ``trace`` and ``network`` have their own files.
 """
 
 from __future__ import annotations
@@ -69,7 +68,6 @@ class SettingFault(NamedTuple):
         key: setting behind ``channel.``; list entries by number from 1, as in ``link.2.receiver``.
         names: allowed names, from which the nearest is proposed.
         file: the model's own file with ``key``; empty for the scenario.
-        line: in that file, if known.
     """
 
     key: str
@@ -84,11 +82,7 @@ class SettingFault(NamedTuple):
 class Deployment:
     """Transmitting fleet, as visible to channel models.
 
-    Attributes:
-        nodes: node number of each vehicle, from 0 without gaps.
-        depths_m: working depth per node.
-        range_m: declared range, for which the slot guard time is set.
-        duration_s: latest end of the run.
+    ``nodes`` maps vehicles to numbers from 0 on; ``range_m`` is the declared range, for which the guard time is set.
     """
 
     nodes: Mapping[str, int]
@@ -143,8 +137,7 @@ class ChannelModel(BaseModel):
     def link_model(self, deployment: Deployment, seed: int) -> LinkModel:
         """Return the links of one run; called once before its start.
 
-        A random model draws from ``exchange.channel.loss`` by seed, slot, sender and receiver, so that answers do not
-        depend on earlier queries.
+        A random model draws from ``exchange.channel.loss`` by seed, slot, sender and receiver.
         """
         raise NotImplementedError(f"{type(self).__name__} makes no links: define link_model(deployment, seed)")
 

@@ -10,7 +10,6 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 FILE = "modems.toml"
-"""File of the shipped profiles."""
 MEASURED = "table"
 """Modulation of a profile with measured losses."""
 LEAST_BYTES = 16

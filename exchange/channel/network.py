@@ -20,8 +20,7 @@ or in place of nodes
     per_over_range = [[100.0, 0.05], [400.0, 0.6]]  # range in metres, share lost
 
 One of several networks in a file is given as ``seas.toml:harbour``. A CSV file with the columns sender, receiver and
-per is a network with losses only. Links are static: a node keeps its measured place, independent of the motion of its
-vehicle. Losses over range follow the vehicles.
+per is a network with losses only. Links between nodes are static; losses over range follow the vehicles.
 """
 
 from __future__ import annotations
@@ -68,7 +67,6 @@ Metres = Annotated[float, Field(ge=-FARTHEST_M, le=FARTHEST_M)]
 
 
 def _node_name(value: Any) -> Any:
-    """Accept whole numbers as node names."""
     if isinstance(value, str):
         return value
     if isinstance(value, int) and not isinstance(value, bool):
@@ -219,8 +217,7 @@ class NetworkChannel(ChannelModel):
     def drawn(self, network: Network, deployment: Deployment, seed: int) -> dict[int, str]:
         """Return the network node of each vehicle, by vehicle number.
 
-        Vehicles without an entry in ``nodes`` get the remaining nodes in the order of one seeded number per node. A
-        larger fleet thus keeps its nodes, and the order of nodes in a file has no effect.
+        Vehicles without an entry in ``nodes`` get the remaining nodes in the order of one seeded number per node.
         """
         fixed = {deployment.nodes[vehicle]: node for vehicle, node in self.nodes.items()}
         numbers = {
@@ -345,7 +342,6 @@ def _read(file: str, sha256: str) -> list[Network]:
 
 
 def _of_toml(text: str, file: str) -> list[Network]:
-    """Parse the networks of a TOML text; ``file`` is its name in messages."""
     long = next((number for number, line in enumerate(text.split("\n"), 1) if len(line) > LONGEST_LINE), None)
     if long is not None:
         raise NetworkFileError(
@@ -362,7 +358,6 @@ def _of_toml(text: str, file: str) -> list[Network]:
 
 
 def _checked(tables: dict[str, Any], file: str) -> list[Network]:
-    """Validate the networks of a file's tables."""
     try:
         networks = NetworkFile.model_validate_json(json.dumps(tables, default=str), strict=True).network
     except ValidationError as error:
@@ -407,7 +402,6 @@ def _of_detail(detail: Mapping[str, Any], tables: Any, file: str) -> SettingFaul
 
 
 def _of_csv(text: str, file: str) -> list[Network]:
-    """Parse the network of a CSV text."""
 
     def refused(line: int, key: str, given: str, allowed: str) -> NetworkFileError:
         return NetworkFileError([SettingFault(key, json.dumps(given) if given else "", allowed, (), file, line)])

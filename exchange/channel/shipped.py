@@ -20,4 +20,3 @@ CHANNELS: dict[str, type[ChannelModel]] = {
     "trace": TraceChannel,
     "network": NetworkChannel,
 }
-"""Shipped models by name."""

@@ -10,9 +10,8 @@ less N(b):
     N  Gaussian with receiver_db: noise at the receiver, one draw per vehicle and run. It makes links asymmetric.
 
 S is a sum of ``WAVES`` plane waves over both places and time, each with its reciprocal, with wave numbers and phases
-drawn by the seed (spectral method, Shinozuka 1971). It is a pure function of seed, places and time, independent of
-queries, strategy and traffic. Over seeds its correlation is exact, and it is Gaussian except for a kurtosis below 3 by
-at most 1.5 / WAVES.
+drawn by the seed (spectral method, Shinozuka 1971). Over seeds its correlation is exact, and it is Gaussian except for
+a kurtosis below 3 by at most 1.5 / WAVES.
 """
 
 from __future__ import annotations
@@ -30,7 +29,6 @@ from exchange.channel.link import Transmission
 from exchange.channel.link_budget import BudgetLinks, Links
 
 WAVES = 24
-"""Number of plane waves of a site."""
 LEVELS = 32
 """Number of equiprobable levels in the mean over a site."""
 RECEIVERS = 1 << 20

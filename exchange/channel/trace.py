@@ -8,8 +8,8 @@ The file is CSV with a header, or Parquet, with the columns
     lost      1 if lost there, else 0; or in its place
     per       packet error rate of the link from then on
 
-Rows may have any order; other columns are ignored. A row holds until the next one of its link, the first also before
-its time. The trace ends one median row interval of a link after its last row.
+A row holds until the next one of its link, the first also before its time. The trace ends one median row interval of a
+link after its last row.
 """
 
 from __future__ import annotations
@@ -159,7 +159,6 @@ class TraceChannel(ChannelModel):
 
 
 def _misfit(trace: Trace, deployment: Deployment, repeat: bool) -> str:
-    """Return the reason why a trace does not fit fleet and run; empty if it does."""
     fleet = list(deployment.nodes)
     others = [name for name in trace.vehicles if name not in deployment.nodes]
     if others:
@@ -241,7 +240,6 @@ def _parquet(file: str) -> tuple[list[str], Rows]:
 
 
 def _checked(where: str, kind: str, row: list[Any]) -> tuple[float, str, str, float]:
-    """Return time, sender, receiver and loss of a row."""
     time, sender, receiver, outcome = (str(value).strip() for value in row)
     if not sender or not receiver or sender == receiver:
         raise LinkFileError(f"{where}: from {sender!r} to {receiver!r} is no link of two vehicles")

@@ -1,7 +1,6 @@
 """Driver interface, the mission time on which drivers wait, and a lossless driver in memory.
 
-A driver carries packets as bytes and reports their reception times. It may lose, duplicate, delay and reorder them; the
-exchange tolerates that. It never waits for an answer and does not retransmit.
+A driver may lose, duplicate, delay and reorder packets. It never waits for an answer and does not retransmit.
 """
 
 from __future__ import annotations
@@ -22,10 +21,7 @@ class TimedPacket(NamedTuple):
 
 @runtime_checkable
 class Driver(Protocol):
-    """Transmission and reception of the packets of one vehicle.
-
-    A node calls ``send`` in its own slots, ``receive`` between them and ``close`` at its end, all from one thread.
-    """
+    """Transmission and reception of the packets of one vehicle, all calls from one thread."""
 
     def send(self, data: bytes, now_s: float) -> None:
         """Transmit a packet without blocking; ``now_s`` is the slot start (s of the mission)."""
@@ -79,8 +75,7 @@ AT_ONCE = AtOnce()
 class Paced:
     """Mission time by the machine clock, in real time or faster.
 
-    ``start_s`` is the mission start by ``time.monotonic``, common to all processes of a machine. ``speed`` is in
-    seconds of the mission per second.
+    ``start_s`` is the mission start by ``time.monotonic``, ``speed`` in seconds of the mission per second.
     """
 
     def __init__(self, start_s: float, speed: float = 1.0) -> None:

@@ -2,8 +2,7 @@
 
 It broadcasts 2 to 64 bytes. The host sends ``$B``, the length in two digits and the data; the modem confirms with
 ``$B`` and the length when it starts to transmit. It reports received broadcasts as ``#B``, sender address in three
-digits, length and data. The driver ignores other output, such as ``E`` for errors. 9600 baud, 8 bits, no parity, one
-stop bit.
+digits, length and data. The driver ignores other output, such as ``E`` for errors. 9600 baud, 8N1.
 """
 
 from __future__ import annotations
@@ -30,8 +29,7 @@ MOST_AT_ONCE = 4096
 class Nanomodem:
     """Modem of one vehicle at a serial port such as ``/dev/ttyUSB0``.
 
-    Raises ConfigurationError if the port cannot be opened or is no serial port. ``n_unfit`` counts packets not sent
-    because of their length.
+    Raises ConfigurationError for an unusable port. ``n_unfit`` counts packets not sent because of their length.
     """
 
     def __init__(self, port: Path, pace: Paced) -> None:

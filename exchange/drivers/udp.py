@@ -23,7 +23,6 @@ Address = tuple[str, int]
 HEAD = struct.Struct(">4sd")
 MAGIC = b"RMR1"
 LARGEST_BYTES = 65_507
-"""Maximum size of a datagram."""
 MOST_AT_ONCE = 64
 """Maximum number of datagrams per call, so that a flood does not delay own slots."""
 
@@ -97,7 +96,6 @@ class Socket:
 
 
 def _opened(datagram: bytes) -> tuple[float, bytes] | None:
-    """Return slot start and packet of a datagram; None for another format."""
     if len(datagram) <= HEAD.size:
         return None
     magic, sent_s = HEAD.unpack_from(datagram)
@@ -107,8 +105,7 @@ def _opened(datagram: bytes) -> tuple[float, bytes] | None:
 class UdpDriver:
     """Packets by UDP to and from peers of known addresses.
 
-    It owns ``port`` and closes it. ``air_s`` maps bits to the transmission time of a modem (s). ``n_strange`` counts
-    datagrams of other senders or formats.
+    It closes ``port``. ``air_s`` maps bits to the transmission time of a modem (s); ``n_strange`` counts foreign ones.
     """
 
     def __init__(self, port: Socket, peers: Iterable[Address], pace: Paced, air_s: Callable[[int], float]) -> None:

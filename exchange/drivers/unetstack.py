@@ -45,8 +45,7 @@ _ANSWERS: dict[str, dict[str, Any]] = {
 class UnetStack:
     """Modem of one vehicle; UnetStack usually listens at port 1100.
 
-    Raises ConfigurationError without an answer or physical layer. ``n_refused`` counts packets that the modem refused
-    as too long or while busy.
+    Raises ConfigurationError without an answer or physical layer. ``n_refused`` counts packets refused by the modem.
     """
 
     def __init__(self, address: Address, pace: Paced) -> None:
@@ -143,7 +142,6 @@ class UnetStack:
         return messages
 
     def _answered(self, query: dict[str, Any]) -> None:
-        """Answer requests of the container about its agents."""
         action = query.get("action")
         if query.get("alive") is True:
             self._say({"alive": True})
